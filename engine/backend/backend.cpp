@@ -1,0 +1,69 @@
+// backend.cpp: which device a name means, and what every device refuses.
+#include "backend/backend.h"
+
+#include <atomic>
+#include <cmath>
+
+#include "backend/cpu/device.h"
+
+namespace limax {
+
+namespace {
+
+std::atomic<bool> stop_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+
+void require_choice(const char* name, int value, int count) {
+    if (value < 0 || value >= count)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("%s is %d; it must be 0 to %d", name, value, count - 1));
+}
+
+}  // namespace
+
+bool interrupted() { return stop_flag.load(std::memory_order_relaxed); }
+void set_interrupted(bool stop) { stop_flag.store(stop, std::memory_order_relaxed); }
+
+std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa) {
+    require_range("threads", threads, 0, 1024, "");
+    if (name == "auto" || name == "cpu") return cpu::make_cpu_device(threads, isa);
+    if (name == "cuda")
+        fail(LIMAX_NO_DEVICE, "device 'cuda': this build has no CUDA engine; use 'cpu' or 'auto'");
+    fail(LIMAX_INVALID_ARGUMENT,
+         format("device is '%s'; it must be auto, cpu or cuda", name.c_str()));
+}
+
+void check_options(const limax_simulation_options& options, const scene& scene) {
+    require_choice("integrator", options.integrator, 2);
+    require_choice("precision", options.precision, 3);
+    require_choice("sharing", options.sharing, 2);
+    require_range("duration", options.duration, 1e-9, 1e6, "s");
+    require_range("settle", options.settle, 0, 1e6, "s");
+    if (options.time_step != 0) {
+        require_range("time_step", options.time_step, 1e-9, 1.0, "s");
+    } else {
+        require_range("bound_fraction", options.bound_fraction, 1e-6, 10.0, "");
+        require_range("time_step_most", options.time_step_most, 0, 1.0, "s");
+    }
+    require_range("edge", options.edge, 1e-4, 100.0, "m");
+    require_range("max_speed", options.max_speed, 1e-3, 1e30, "m/s");
+    require_range("max_stretch", options.max_stretch, 1.0, 1e15, "");
+    static const char* const axes[3] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis) {
+        require_range(format("position %s", axes[axis]).c_str(), options.position[axis], -1e9, 1e9,
+                      "m");
+        require_range(format("velocity %s", axes[axis]).c_str(), options.velocity[axis], -1e6, 1e6,
+                      "m/s");
+    }
+    static const char* const kinds[LIMAX_TRACE_KINDS] = {"center_of_mass", "position", "velocity",
+                                                         "contact",        "energy",   "strain"};
+    for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+        require_range(format("record.%s", kinds[kind]).c_str(), options.record[kind], 0, 100000,
+                      "Hz");
+    if (options.record[LIMAX_TRACE_CONTACT] && !scene.has(effects::index_of<effects::ground>))
+        fail(LIMAX_INVALID_ARGUMENT,
+             "record.contact needs the effect 'ground', which the scene does not name");
+    scene.check();
+}
+
+}  // namespace limax

@@ -1,0 +1,67 @@
+// choose.cpp: which passes this processor runs.
+#include <cstring>
+#include <string>
+
+#include "backend/cpu/passes.h"
+#include "base/error.h"
+
+namespace limax::cpu {
+
+namespace baseline {
+extern const pass_table table;
+}
+#if defined(__x86_64__)
+namespace x86_64_v3 {
+extern const pass_table table;
+}
+namespace x86_64_v4 {
+extern const pass_table table;
+}
+#endif
+
+namespace {
+
+struct candidate {
+    const pass_table* table;
+    bool runs;
+};
+
+const candidate* candidates(int& count) {
+    // best first
+    static const candidate list[] = {
+#if defined(__x86_64__)
+        {&x86_64_v4::table, bool(__builtin_cpu_supports("x86-64-v4"))},
+        {&x86_64_v3::table, bool(__builtin_cpu_supports("x86-64-v3"))},
+#endif
+        {&baseline::table, true}
+    };
+    count = sizeof list / sizeof *list;
+    return list;
+}
+
+}  // namespace
+
+const char* available_isas() {
+    static const std::string names = [] {
+        std::string text;
+        int count;
+        const candidate* list = candidates(count);
+        for (int i = 0; i < count; ++i)
+            if (list[i].runs) text += (text.empty() ? "" : ",") + std::string(list[i].table->isa);
+        return text;
+    }();
+    return names.c_str();
+}
+
+const pass_table& choose_passes(const char* isa) {
+    int count;
+    const candidate* list = candidates(count);
+    const bool any = !isa || !*isa;
+    for (int i = 0; i < count; ++i)
+        if (list[i].runs && (any || std::strcmp(isa, list[i].table->isa) == 0))
+            return *list[i].table;
+    fail(LIMAX_INVALID_ARGUMENT,
+         format("isa is '%s'; this processor runs %s", isa, available_isas()));
+}
+
+}  // namespace limax::cpu

@@ -1,0 +1,209 @@
+// passes.inl: the loops of the CPU, included once per instruction set by a file that names it in LIMAX_ISA. Every loop
+// has unit stride and no branch, so that the compiler vectorises it; tests/engine reads its report. The arithmetic is the laws'.
+#include "backend/cpu/passes.h"
+#include "genome/express_pass.h"
+#include "physics/integrator.h"
+
+#if defined(__clang__)
+#define LIMAX_LOOP _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define LIMAX_LOOP _Pragma("GCC ivdep")
+#endif
+
+namespace limax::cpu::LIMAX_ISA {
+
+namespace {
+
+using namespace effects;
+
+// ---- springs: one loop per direction, every spring computed once ----
+
+template <class R, bool damped, bool actuated>
+void pair(const robot_arrays<R>& robot, const actuation::moment<R>& moment) {
+    // so small that it changes no length, and coincident masses get a finite direction: none, m^2
+    const R least_squared = R(1e-20);
+    const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
+    const R *vx = robot.predicted[0], *vy = robot.predicted[1], *vz = robot.predicted[2];
+    R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
+    R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2];
+    for (int d = 0; d < direction_count; ++d) {
+        const int64_t far = robot.step[d], used = robot.used[d];
+        const float* stiffness = robot.stiffness + d * robot.count;
+        const float* damping_constant = damped ? robot.damping + d * robot.count : nullptr;
+        const float* sine = actuated ? robot.sine + d * robot.count : nullptr;
+        const float* cosine = actuated ? robot.cosine + d * robot.count : nullptr;
+        const R rest = robot.rest[d];
+        LIMAX_LOOP
+        for (int64_t i = 0; i < used; ++i) {
+            const R ex = x[i + far] - x[i], ey = y[i + far] - y[i], ez = z[i + far] - z[i];
+            const R squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
+            const R inverse = inverse_length(squared);
+            spring_state<R> spring{};
+            spring.length = squared * inverse;
+            spring.stiffness = R(stiffness[i]);
+            spring.rest = rest;
+            if constexpr (actuated) {
+                spring.sine = R(sine[i]);
+                spring.cosine = R(cosine[i]);
+                spring.rest += actuation::rest(moment, spring);
+            }
+            R tension = springs::pair(spring);
+            if constexpr (damped) {
+                const R wx = vx[i + far] - vx[i], wy = vy[i + far] - vy[i],
+                        wz = vz[i + far] - vz[i];
+                spring.damping = R(damping_constant[i]);
+                spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
+                tension += damping::pair(spring);
+            }
+            const R scale = tension * inverse;
+            tx[i] = scale * ex;
+            ty[i] = scale * ey;
+            tz[i] = scale * ez;
+        }
+        // the near end is pulled along e, the far end back; `transfer` is zero before its start
+        LIMAX_LOOP
+        for (int64_t i = 0; i < used; ++i) {
+            fx[i] += tx[i] - tx[i - far];
+            fy[i] += ty[i] - ty[i - far];
+            fz[i] += tz[i] - tz[i - far];
+        }
+        const int64_t end = used + far < robot.count ? used + far : robot.count;
+        LIMAX_LOOP
+        for (int64_t i = used; i < end; ++i) {
+            fx[i] -= tx[i - far];
+            fy[i] -= ty[i - far];
+            fz[i] -= tz[i - far];
+        }
+    }
+}
+
+// ---- masses ----
+
+template <class R>
+LIMAX_LAW node_state<R> node_at(const robot_arrays<R>& robot, int64_t i) {
+    return {{robot.position[0][i], robot.position[1][i], robot.position[2][i]},
+            {robot.predicted[0][i], robot.predicted[1][i], robot.predicted[2][i]},
+            robot.mass[i],
+            robot.inverse_mass[i]};
+}
+
+template <class R, class E>
+void node(const robot_arrays<R>& shared, const void* block) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const robot_arrays<R> robot = shared;
+    R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2], *normal = robot.normal;
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        node_force<R> force{{fx[i], fy[i], fz[i]}, normal[i]};
+        E::node(params, node_at(robot, i), force);
+        fx[i] = force.total.x;
+        fy[i] = force.total.y;
+        fz[i] = force.total.z;
+        normal[i] = force.normal;
+    }
+}
+
+template <class R, class E>
+void impulse(const robot_arrays<R>& shared, const void* block, R h) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const robot_arrays<R> robot = shared;
+    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        const vector<R> after = E::impulse(params, node_at(robot, i),
+                                           vector<R>{wx[i], wy[i], wz[i]}, robot.normal[i], h);
+        wx[i] = after.x;
+        wy[i] = after.y;
+        wz[i] = after.z;
+    }
+}
+
+template <class R, bool compensated>
+void kick(const robot_arrays<R>& robot, R h) {
+    const R* inverse_mass = robot.inverse_mass;
+    for (int axis = 0; axis < 3; ++axis) {
+        const R *u = robot.velocity[axis], *force = robot.force[axis];
+        R *w = robot.next_velocity[axis], *lost = robot.lost_velocity[axis];
+        LIMAX_LOOP
+        for (int64_t i = 0; i < robot.count; ++i) {
+            R carried = compensated ? lost[i] : R(0);
+            w[i] = limax::kick<compensated>(u[i], force[i], inverse_mass[i], h, carried);
+            if constexpr (compensated) lost[i] = carried;
+        }
+    }
+}
+
+template <class R, bool compensated, bool predicted>
+void drift(const robot_arrays<R>& robot, R dt, R share) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const R *u = robot.velocity[axis], *w = robot.next_velocity[axis];
+        R *x = robot.position[axis], *p = robot.predicted[axis], *lost = robot.lost_position[axis];
+        LIMAX_LOOP
+        for (int64_t i = 0; i < robot.count; ++i) {
+            R carried = compensated ? lost[i] : R(0);
+            x[i] = limax::drift<compensated>(x[i], w[i], dt, carried);
+            if constexpr (compensated) lost[i] = carried;
+            if constexpr (predicted) p[i] = predict(u[i], w[i], share);
+        }
+    }
+}
+
+// ---- limits ----
+
+template <class R>
+limit_breaks limit(const robot_arrays<R>& robot, R max_speed, R max_stretch) {
+    const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
+    const R *u = robot.velocity[0], *v = robot.velocity[1], *w = robot.velocity[2];
+    const R infinite = R(__builtin_inf());
+    int32_t nonfinite = 0, fast = 0, stretched = 0;
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        const R reach = absolute(x[i]) + absolute(y[i]) + absolute(z[i]);
+        const R speed = square_root(fma(u[i], u[i], fma(v[i], v[i], w[i] * w[i])));
+        nonfinite += !(reach < infinite) || !(speed < infinite);
+        fast += !(speed <= max_speed);
+    }
+    for (int d = 0; d < direction_count; ++d) {
+        const int64_t far = robot.step[d];
+        const float* stiffness = robot.stiffness + d * robot.count;
+        const R longest = max_stretch * robot.rest[d], most = longest * longest;
+        LIMAX_LOOP
+        for (int64_t i = 0; i < robot.used[d]; ++i) {
+            const R ex = x[i + far] - x[i], ey = y[i + far] - y[i], ez = z[i + far] - z[i];
+            const R squared = fma(ex, ex, fma(ey, ey, ez * ez));
+            stretched += (stiffness[i] > 0.0f) & !(squared <= most);
+        }
+    }
+    return {nonfinite, fast, stretched};
+}
+
+// ---- tables ----
+
+template <class R>
+constexpr step_passes<R> make_step_passes() {
+    step_passes<R> passes{};
+    passes.pair[0] = pair<R, false, false>;
+    passes.pair[1] = pair<R, true, false>;
+    passes.pair[2] = pair<R, false, true>;
+    passes.pair[3] = pair<R, true, true>;
+    for_each([&]<class E>(E) {
+        if constexpr (E::hooks & hook_node) passes.node[index_of<E>] = node<R, E>;
+        if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
+    });
+    passes.kick[0] = kick<R, false>;
+    passes.kick[1] = kick<R, true>;
+    passes.drift[0][0] = drift<R, false, false>;
+    passes.drift[0][1] = drift<R, false, true>;
+    passes.drift[1][0] = drift<R, true, false>;
+    passes.drift[1][1] = drift<R, true, true>;
+    passes.limit = limit<R>;
+    return passes;
+}
+
+}  // namespace
+
+extern const pass_table table;
+const pass_table table = {LIMAX_ISA_NAME, make_step_passes<float>(), make_step_passes<double>(),
+                          limax::LIMAX_ISA::express_robot};
+
+}  // namespace limax::cpu::LIMAX_ISA

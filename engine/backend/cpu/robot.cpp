@@ -1,0 +1,508 @@
+// robot.cpp: the order of one step, and what happens between steps.
+//
+// A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order of effects::all; kick; impulses; drift.
+// "Begun" is the state between kick and drift, where both velocities around t_n are at hand: samples are taken there.
+#include "backend/cpu/robot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/integrator.h"
+#include "physics/measure.h"
+
+namespace limax::cpu {
+
+namespace {
+
+// Steps between looks at limits and origin: part of the result, so a constant.
+constexpr int64_t check_interval = 64;
+// Sites moved between looks at the clock and the stop flag: well under a millisecond.
+constexpr int64_t sites_per_look = 16384;
+// The robot's own origin follows when its centre of mass is farther away than this on an axis, by whole multiples of a
+// step that fp32 subtracts exactly, m.
+constexpr double origin_reach = 4.0, origin_step = 2.0;
+
+double whole_origin_steps(double distance) {
+    return origin_step * std::floor(distance / origin_step + 0.5);
+}
+
+int64_t longest_step(const lattice& grid) { return grid.step(direction{1, 1, 1}); }
+
+template <class R, bool compensated>
+class robot_run final : public robot {
+public:
+    robot_run(const simulation_setup& setup, spring_body body, const pass_table& passes,
+              limax_outcome& outcome);
+
+    bool advance(scratch& memory, deadline until, int64_t most) override;
+    void place(const double* positions, const double* velocities) override;
+    void state(scratch& memory, double* positions, double* velocities) override;
+    const int32_t* sites() const override { return body_.sites.data(); }
+    int64_t samples(int32_t kind) const override { return taken_[kind]; }
+    const double* trace(int32_t kind) const override { return traces_[kind].data(); }
+
+private:
+    // One effect of the scene with its parameters in this robot's coordinates.
+    struct active_effect {
+        int index;
+        alignas(16) char params[64];
+    };
+
+    void lay_out();
+    void refresh_params();
+    bool actuated_now() const { return body_.sine.size() != 0 && step_ >= plan_.settle_steps; }
+    effects::actuation::moment<R> moment() const;
+    void check_limits();
+    void recenter();
+    void begin();
+    void finish_step();
+    void mark_centers();
+    void sample_due();
+    void record(int kind);
+    void summarize();
+    // Velocities at t_n, from those on both sides.
+    void velocity_now(R* out[3]) const;
+    double center(int axis) const {
+        return origin_[axis] + center_of_mass(body_, arrays_.position[axis]);
+    }
+
+    const simulation_setup& setup_;
+    const step_passes<R>& passes_;
+    limax_outcome& outcome_;
+    spring_body body_;
+    schedule plan_;
+    effects::actuation::clock clock_{};
+    const bool leapfrog_;
+    std::vector<active_effect> active_;
+    array<R> memory_;  // all columns of arrays_ that are not the thread's
+    robot_arrays<R> arrays_{};
+    double origin_[3] = {0, 0, 0};  // m
+    int64_t step_ = 0;
+    bool begun_ = false;
+    array<double> traces_[LIMAX_TRACE_KINDS];
+    int64_t taken_[LIMAX_TRACE_KINDS] = {};
+};
+
+template <class R, bool compensated>
+robot_run<R, compensated>::robot_run(const simulation_setup& setup, spring_body body,
+                                     const pass_table& table, limax_outcome& outcome)
+    : setup_(setup),
+      passes_(passes_of<R>(table)),
+      outcome_(outcome),
+      body_(std::move(body)),
+      leapfrog_(setup.options.integrator == LIMAX_LEAPFROG) {
+    outcome_.time_step_bound =
+        time_step_bound(body_, setup.scene, limax_integrator(setup.options.integrator));
+    plan_ = make_schedule(setup.options, outcome_.time_step_bound);
+    if (body_.sine.size() != 0)
+        clock_ = effects::actuation::make_clock(
+            setup.scene.values(effects::index_of<effects::actuation>), plan_.time_step);
+    outcome_.status = LIMAX_ROBOT_RUNNING;
+    outcome_.steps = plan_.steps;
+    outcome_.time_step = plan_.time_step;
+    outcome_.time = -double(plan_.settle_steps) * plan_.time_step;
+    outcome_.masses = body_.masses;
+    outcome_.springs = body_.springs;
+    outcome_.mass = body_.total_mass;
+    effects::for_each([&]<class E>(E) {
+        if (setup.scene.has(effects::index_of<E>) &&
+            (E::hooks & (effects::hook_node | effects::hook_impulse)))
+            active_.push_back({effects::index_of<E>, {}});
+    });
+    for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+        traces_[kind] = array<double>(plan_.samples[kind] * trace_width(kind, body_.masses));
+    lay_out();
+    refresh_params();
+}
+
+// Lays out the columns and puts the body where it starts.
+template <class R, bool compensated>
+void robot_run<R, compensated>::lay_out() {
+    const lattice& grid = body_.grid;
+    const int64_t count = body_.count;
+    // far ends of padded springs are read past the last column's end
+    const int64_t column = count + padded(longest_step(grid));
+    const int columns =
+        3 * (3 + (leapfrog_ ? 1 : 0) + (compensated ? 2 : 0)) + (sizeof(R) == 8 ? 2 : 1);
+    memory_ = array<R>(columns * column);
+    R* next = memory_.data();
+    const auto take = [&] { return std::exchange(next, next + column); };
+
+    arrays_.count = count;
+    for (int d = 0; d < direction_count; ++d) {
+        arrays_.step[d] = grid.step(directions[d]);
+        arrays_.used[d] = padded(std::max<int64_t>(0, grid.sites() - arrays_.step[d]));
+        arrays_.rest[d] = R(body_.rest[d]);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        arrays_.position[axis] = take();
+        arrays_.velocity[axis] = take();
+        arrays_.next_velocity[axis] = take();
+        arrays_.predicted[axis] = leapfrog_ ? take() : arrays_.velocity[axis];
+        arrays_.lost_position[axis] = compensated ? take() : nullptr;
+        arrays_.lost_velocity[axis] = compensated ? take() : nullptr;
+    }
+    R* inverse_mass = take();
+    if constexpr (sizeof(R) == sizeof(float)) {
+        arrays_.mass = body_.mass.data();
+    } else {
+        R* mass = take();
+        std::copy(body_.mass.begin(), body_.mass.end(), mass);
+        arrays_.mass = mass;
+    }
+    arrays_.inverse_mass = inverse_mass;
+    arrays_.stiffness = body_.stiffness.data();
+    arrays_.damping = body_.damping.data();
+    arrays_.sine = body_.sine.data();
+    arrays_.cosine = body_.cosine.data();
+
+    const limax_simulation_options& options = setup_.options;
+    const int sites_along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
+    for (int axis = 0; axis < 3; ++axis) origin_[axis] = whole_origin_steps(options.position[axis]);
+    for (int64_t site = 0; site < grid.sites(); ++site) {
+        const int64_t index[3] = {site % sites_along[0], site / sites_along[0] % sites_along[1],
+                                  site / (int64_t(sites_along[0]) * sites_along[1])};
+        const bool used = body_.mass[site] > 0;
+        inverse_mass[site] = used ? R(1) / R(body_.mass[site]) : R(0);
+        for (int axis = 0; axis < 3; ++axis) {
+            arrays_.position[axis][site] =
+                R((options.position[axis] - origin_[axis]) +
+                  options.edge * double(index[axis] - body_.corner[axis]));
+            arrays_.velocity[axis][site] = used ? R(options.velocity[axis]) : R(0);
+            arrays_.predicted[axis][site] = arrays_.velocity[axis][site];
+        }
+    }
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::refresh_params() {
+    for (active_effect& active : active_)
+        effects::for_each([&]<class E>(E) {
+            if constexpr (bool(E::hooks & (effects::hook_node | effects::hook_impulse))) {
+                if (active.index != effects::index_of<E>) return;
+                const auto params = E::template make<R>(setup_.scene.values(active.index), origin_);
+                static_assert(sizeof params <= sizeof active.params);
+                std::memcpy(active.params, &params, sizeof params);
+            }
+        });
+}
+
+template <class R, bool compensated>
+effects::actuation::moment<R> robot_run<R, compensated>::moment() const {
+    if (!actuated_now()) return {R(0), R(0)};
+    return effects::actuation::at<R>(clock_, step_ - plan_.settle_steps, plan_.time_step);
+}
+
+// Ends the robot if a limit is broken.
+template <class R, bool compensated>
+void robot_run<R, compensated>::check_limits() {
+    const limit_breaks breaks =
+        passes_.limit(arrays_, R(setup_.options.max_speed), R(setup_.options.max_stretch));
+    if (!breaks.nonfinite && !breaks.speed && !breaks.stretch) return;
+    outcome_.status = LIMAX_ROBOT_DIVERGED;
+    outcome_.reason = breaks.nonfinite ? LIMAX_NONFINITE
+                      : breaks.speed   ? LIMAX_SPEED
+                                       : LIMAX_STRETCH;
+}
+
+// Moves the robot's own origin after it: a function of this robot alone.
+template <class R, bool compensated>
+void robot_run<R, compensated>::recenter() {
+    bool moved = false;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double away = center_of_mass(body_, arrays_.position[axis]);
+        if (std::fabs(away) <= origin_reach) continue;
+        const double shift = whole_origin_steps(away);
+        for (int32_t i = 0; i < body_.masses; ++i)
+            arrays_.position[axis][body_.sites[i]] -= R(shift);
+        origin_[axis] += shift;
+        moved = true;
+    }
+    if (moved) refresh_params();
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::begin() {
+    for (R* force : arrays_.force) std::memset(force, 0, arrays_.count * sizeof(R));
+    std::memset(arrays_.normal, 0, arrays_.count * sizeof(R));
+    // muscles rest while the body settles: then the passes are those of a scene without actuation
+    const unsigned resting = actuated_now() ? 0u : effects::bit<effects::actuation>;
+    passes_.pair[pair_variant(setup_.scene.mask() & ~resting)](arrays_, moment());
+    for (const active_effect& active : active_)
+        if (passes_.node[active.index]) passes_.node[active.index](arrays_, active.params);
+    const double h = leapfrog_ && step_ == 0 ? 0.5 * plan_.time_step : plan_.time_step;
+    passes_.kick[compensated](arrays_, R(h));
+    for (const active_effect& active : active_)
+        if (passes_.impulse[active.index])
+            passes_.impulse[active.index](arrays_, active.params, R(h));
+    begun_ = true;
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::finish_step() {
+    const R share = step_ == 0 ? R(1) : R(0.5);
+    passes_.drift[compensated][leapfrog_](arrays_, R(plan_.time_step), share);
+    for (int axis = 0; axis < 3; ++axis) {
+        std::swap(arrays_.velocity[axis], arrays_.next_velocity[axis]);
+        if (!leapfrog_) arrays_.predicted[axis] = arrays_.velocity[axis];
+    }
+    begun_ = false;
+    ++step_;
+    outcome_.step = step_;
+    outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::velocity_now(R* out[3]) const {
+    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n; a diverged robot has no better one
+    const bool between = leapfrog_ && step_ > 0 && begun_;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int32_t i = 0; i < body_.masses; ++i) {
+            const int32_t site = body_.sites[i];
+            const R before = arrays_.velocity[axis][site],
+                    after = arrays_.next_velocity[axis][site];
+            out[axis][site] = between ? R(0.5) * (before + after) : before;
+        }
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::mark_centers() {
+    const int64_t moving = plan_.steps - plan_.settle_steps;
+    double* const marks[3] = {outcome_.center_start, outcome_.center_middle, outcome_.center_end};
+    const int64_t at[3] = {plan_.settle_steps, plan_.settle_steps + moving / 2, plan_.steps};
+    for (int mark = 0; mark < 3; ++mark)
+        if (step_ == at[mark])
+            for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = center(axis);
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::sample_due() {
+    const int64_t since = step_ - plan_.settle_steps;
+    if (since < 0) return;
+    for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+        if (plan_.every[kind] && since % plan_.every[kind] == 0) record(kind);
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::record(int kind) {
+    const int64_t width = trace_width(kind, body_.masses);
+    double* out = traces_[kind].data() + taken_[kind]++ * width;
+    // the force scratch is free between kick and drift
+    R* velocity[3] = {arrays_.force[0], arrays_.force[1], arrays_.force[2]};
+    if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY) velocity_now(velocity);
+    switch (kind) {
+        case LIMAX_TRACE_CENTER_OF_MASS:
+            for (int axis = 0; axis < 3; ++axis) out[axis] = center(axis);
+            break;
+        case LIMAX_TRACE_POSITION:
+        case LIMAX_TRACE_VELOCITY:
+            for (int32_t i = 0; i < body_.masses; ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const int32_t site = body_.sites[i];
+                    out[3 * i + axis] = kind == LIMAX_TRACE_VELOCITY
+                                            ? double(velocity[axis][site])
+                                            : origin_[axis] + double(arrays_.position[axis][site]);
+                }
+            break;
+        case LIMAX_TRACE_CONTACT: {
+            const double height =
+                setup_.scene.values(effects::index_of<effects::ground>)[2] - origin_[2];
+            int64_t touching = 0;
+            for (int32_t i = 0; i < body_.masses; ++i)
+                touching += double(arrays_.position[2][body_.sites[i]]) < height;
+            out[0] = double(touching) / body_.masses;
+            break;
+        }
+        case LIMAX_TRACE_ENERGY: {
+            effects::actuation::moment<double> now{0, 0}, rate{0, 0};
+            if (actuated_now()) {
+                now = effects::actuation::at<double>(clock_, step_ - plan_.settle_steps,
+                                                     plan_.time_step);
+                rate = effects::actuation::rate_at(clock_, step_ - plan_.settle_steps,
+                                                   plan_.time_step);
+            }
+            const energies energy = measure_energy<R>(body_, setup_.scene, arrays_.position,
+                                                      velocity, origin_, now, rate);
+            out[0] = energy.kinetic;
+            out[1] = energy.elastic;
+            out[2] = energy.gravitational;
+            out[3] = energy.power;
+            break;
+        }
+        case LIMAX_TRACE_STRAIN: {
+            const strains strain = measure_strain<R>(body_, arrays_.position);
+            out[0] = strain.mean;
+            out[1] = strain.most;
+            break;
+        }
+    }
+}
+
+// Fills the summaries of recorded traces.
+template <class R, bool compensated>
+void robot_run<R, compensated>::summarize() {
+    const auto mean_of = [&](int kind, int column) {
+        const int64_t width = trace_width(kind, body_.masses);
+        double sum = 0;
+        for (int64_t s = 0; s < taken_[kind]; ++s) sum += traces_[kind][s * width + column];
+        return sum / double(taken_[kind]);
+    };
+    if (taken_[LIMAX_TRACE_CENTER_OF_MASS]) {
+        const array<double>& path = traces_[LIMAX_TRACE_CENTER_OF_MASS];
+        outcome_.path_length = outcome_.height = 0;
+        for (int64_t s = 1; s < taken_[LIMAX_TRACE_CENTER_OF_MASS]; ++s) {
+            outcome_.path_length +=
+                std::hypot(path[3 * s] - path[3 * s - 3], path[3 * s + 1] - path[3 * s - 2]);
+            outcome_.height = std::max(outcome_.height, path[3 * s + 2] - path[2]);
+        }
+    }
+    if (taken_[LIMAX_TRACE_CONTACT]) outcome_.contact = mean_of(LIMAX_TRACE_CONTACT, 0);
+    if (taken_[LIMAX_TRACE_ENERGY]) {
+        const array<double>& energy = traces_[LIMAX_TRACE_ENERGY];
+        outcome_.kinetic = mean_of(LIMAX_TRACE_ENERGY, 0);
+        outcome_.elastic = mean_of(LIMAX_TRACE_ENERGY, 1);
+        // trapezoids over the samples
+        const double interval = double(plan_.every[LIMAX_TRACE_ENERGY]) * plan_.time_step;
+        outcome_.muscle_work = 0;
+        for (int64_t s = 1; s < taken_[LIMAX_TRACE_ENERGY]; ++s)
+            outcome_.muscle_work +=
+                0.5 * interval *
+                (std::max(0.0, energy[4 * s - 1]) + std::max(0.0, energy[4 * s + 3]));
+    }
+    if (taken_[LIMAX_TRACE_STRAIN]) {
+        outcome_.strain = mean_of(LIMAX_TRACE_STRAIN, 0);
+        outcome_.strain_most = 0;
+        for (int64_t s = 0; s < taken_[LIMAX_TRACE_STRAIN]; ++s)
+            outcome_.strain_most =
+                std::max(outcome_.strain_most, traces_[LIMAX_TRACE_STRAIN][2 * s + 1]);
+    }
+}
+
+template <class R, bool compensated>
+bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t most) {
+    if (outcome_.status != LIMAX_ROBOT_RUNNING) return true;
+    memory.lend(arrays_);
+    const int64_t start = step_;
+    const int64_t look_interval = std::max<int64_t>(1, sites_per_look / body_.count);
+    const int64_t stop = most > 0 ? std::min(plan_.steps, step_ + most) : plan_.steps;
+    while (true) {
+        if (!begun_) {
+            const bool due = step_ % check_interval == 0;
+            if (due || step_ == plan_.steps) {
+                check_limits();
+                if (outcome_.status == LIMAX_ROBOT_DIVERGED) break;
+            }
+            if (due) recenter();
+            mark_centers();
+            begin();
+            sample_due();
+            if (step_ == plan_.steps) {
+                outcome_.status = LIMAX_ROBOT_DONE;
+                break;
+            }
+            if (step_ % look_interval == 0 && step_ > start &&
+                (interrupted() || std::chrono::steady_clock::now() >= until))
+                return false;
+        }
+        if (step_ == stop) return false;
+        finish_step();
+    }
+    summarize();
+    return true;
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::place(const double* positions, const double* velocities) {
+    if (step_ > 0 || begun_)
+        fail(LIMAX_INVALID_ARGUMENT, "a robot can only be placed before its first step");
+    for (int32_t i = 0; i < 3 * body_.masses; ++i)
+        if ((positions && !std::isfinite(positions[i])) ||
+            (velocities && !std::isfinite(velocities[i])))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("mass %d is to be placed at, or with, a value that is not finite",
+                        i / 3 + 1));
+    for (int32_t i = 0; i < body_.masses; ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            const int32_t site = body_.sites[i];
+            if (positions)
+                arrays_.position[axis][site] = R(positions[3 * i + axis] - origin_[axis]);
+            if (!velocities) continue;
+            arrays_.velocity[axis][site] = R(velocities[3 * i + axis]);
+            arrays_.predicted[axis][site] = arrays_.velocity[axis][site];
+        }
+}
+
+template <class R, bool compensated>
+void robot_run<R, compensated>::state(scratch& memory, double* positions, double* velocities) {
+    memory.lend(arrays_);
+    R* velocity[3] = {arrays_.force[0], arrays_.force[1], arrays_.force[2]};
+    if (velocities) velocity_now(velocity);
+    for (int32_t i = 0; i < body_.masses; ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            const int32_t site = body_.sites[i];
+            if (positions)
+                positions[3 * i + axis] = origin_[axis] + double(arrays_.position[axis][site]);
+            if (velocities) velocities[3 * i + axis] = velocity[axis][site];
+        }
+}
+
+}  // namespace
+
+scratch::scratch(const lattice& grid)
+    : count_(padded(grid.sites())),
+      longest_step_(padded(longest_step(grid))),
+      memory_(7 * (count_ + longest_step_)) {}
+
+template <class R>
+void scratch::lend(robot_arrays<R>& arrays) {
+    R* next = reinterpret_cast<R*>(memory_.data());
+    const auto take = [&] {
+        R* column = next + longest_step_;  // what lies before a column stays zero
+        next += count_ + longest_step_;
+        return column;
+    };
+    for (int axis = 0; axis < 3; ++axis) arrays.transfer[axis] = take();
+    for (int axis = 0; axis < 3; ++axis) arrays.force[axis] = take();
+    arrays.normal = take();
+}
+
+int64_t trace_width(int32_t kind, int64_t masses) {
+    switch (kind) {
+        case LIMAX_TRACE_CENTER_OF_MASS: return 3;
+        case LIMAX_TRACE_POSITION:
+        case LIMAX_TRACE_VELOCITY: return 3 * masses;
+        case LIMAX_TRACE_CONTACT: return 1;
+        case LIMAX_TRACE_ENERGY: return 4;
+        default: return 2;
+    }
+}
+
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
+                                  const pass_table& passes, limax_outcome& outcome) {
+    const int64_t voxels = setup.grid.voxels();
+    return make_robot(setup,
+                      spring_body(body_description{
+                          setup.grid, setup.voxels.data() + index * voxels,
+                          setup.weights.data() + 3 * index * voxels, setup.materials.data(),
+                          setup.options.edge, limax_sharing(setup.options.sharing),
+                          setup.scene.has(effects::index_of<effects::damping>),
+                          setup.scene.has(effects::index_of<effects::actuation>)}),
+                      passes, outcome);
+}
+
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body body,
+                                  const pass_table& passes, limax_outcome& outcome) {
+    switch (setup.options.precision) {
+        case LIMAX_SINGLE:
+            return std::make_unique<robot_run<float, false>>(setup, std::move(body), passes,
+                                                             outcome);
+        case LIMAX_COMPENSATED:
+            return std::make_unique<robot_run<float, true>>(setup, std::move(body), passes,
+                                                            outcome);
+        default:
+            return std::make_unique<robot_run<double, false>>(setup, std::move(body), passes,
+                                                              outcome);
+    }
+}
+
+}  // namespace limax::cpu

@@ -1,0 +1,54 @@
+// robot.h: one robot's simulation on one thread: its memory, its steps, its samples. SI units.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "backend/backend.h"
+#include "backend/cpu/passes.h"
+#include "physics/time_step.h"
+
+namespace limax::cpu {
+
+using deadline = std::chrono::steady_clock::time_point;
+
+// Memory that a step writes before it reads it; one per thread.
+class scratch {
+public:
+    explicit scratch(const lattice& grid);
+    // Points the scratch columns of `arrays` here.
+    template <class R>
+    void lend(robot_arrays<R>& arrays);
+
+private:
+    int64_t count_, longest_step_;
+    array<double> memory_;
+};
+
+class robot {
+public:
+    virtual ~robot() = default;
+    // Steps until the robot has ended, `until` has passed, an interrupt came, or `most` steps (if above 0) are done.
+    // True when it has ended.
+    virtual bool advance(scratch& memory, deadline until, int64_t most) = 0;
+    // Puts the masses elsewhere before the first step; [mass][3] in the world, either may be null.
+    virtual void place(const double* positions, const double* velocities) = 0;
+    // Positions and velocities at the current time in the world, [mass][3]; either may be null.
+    virtual void state(scratch& memory, double* positions, double* velocities) = 0;
+    virtual const int32_t* sites() const = 0;
+    virtual int64_t samples(int32_t kind) const = 0;  // taken so far
+    virtual const double* trace(int32_t kind) const = 0;
+};
+
+// Values per sample of a trace kind.
+int64_t trace_width(int32_t kind, int64_t masses);
+
+// Prepares robot `index` of the setup and fills its outcome, which must outlive the robot.
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
+                                  const pass_table& passes, limax_outcome& outcome);
+// The same for masses and springs that are given as such.
+std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body body,
+                                  const pass_table& passes, limax_outcome& outcome);
+
+}  // namespace limax::cpu

@@ -1,0 +1,65 @@
+// lattice.h: the rule that turns a lattice of voxels into sites and springs: which sites a voxel touches, which pairs of
+// sites a spring may join, and who owns it. A law: no memory of its own. Lengths in units of the voxel edge.
+#pragma once
+
+#include "base/portable.h"
+
+namespace limax {
+
+// A spring joins site s to s + step. Thirteen half-directions give every pair of corners of a voxel once: 3 edges, 6 face
+// diagonals, 4 space diagonals.
+struct direction {
+    int x, y, z;
+    LIMAX_LAW constexpr int squared() const {
+        return x * x + y * y + z * z;
+    }  // rest length squared, 1, 2 or 3
+};
+
+inline constexpr int direction_count = 13;
+inline constexpr direction directions[direction_count] = {
+    {1, 0, 0}, {0, 1, 0},  {0, 0, 1},                                      // edges
+    {1, 1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1}, {0, 1, 1}, {0, -1, 1},  // face diagonals
+    {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};                       // space diagonals
+
+// Sites of an nx x ny x nz lattice of voxels: site = x + (nx + 1) (y + (ny + 1) z).
+struct lattice {
+    int nx, ny, nz;  // voxels
+
+    LIMAX_LAW constexpr int64_t voxels() const { return int64_t(nx) * ny * nz; }
+    LIMAX_LAW constexpr int64_t sites() const { return int64_t(nx + 1) * (ny + 1) * (nz + 1); }
+    LIMAX_LAW constexpr int64_t site(int x, int y, int z) const {
+        return x + int64_t(nx + 1) * (y + int64_t(ny + 1) * z);
+    }
+    LIMAX_LAW constexpr int64_t voxel(int x, int y, int z) const {
+        return x + int64_t(nx) * (y + int64_t(ny) * z);
+    }
+    // How far the far end of a spring lies in memory; always above 0.
+    LIMAX_LAW constexpr int64_t step(const direction& d) const { return site(d.x, d.y, d.z); }
+};
+
+// Voxels that touch both ends of the spring from site (x, y, z) along d, in ascending voxel index. `visit(voxel)`.
+// Along an axis where the ends differ there is one layer of such voxels, else two.
+template <class Visit>
+LIMAX_LAW void for_each_owner(const lattice& grid, int x, int y, int z, const direction& d,
+                              const Visit& visit) {
+    const int x0 = d.x < 0 ? x - 1 : (d.x > 0 ? x : x - 1), x1 = d.x < 0 ? x - 1 : x;
+    const int y0 = d.y < 0 ? y - 1 : (d.y > 0 ? y : y - 1), y1 = d.y < 0 ? y - 1 : y;
+    const int z0 = d.z > 0 ? z : z - 1, z1 = z;
+    for (int k = z0; k <= z1; ++k)
+        for (int j = y0; j <= y1; ++j)
+            for (int i = x0; i <= x1; ++i)
+                if (i >= 0 && j >= 0 && k >= 0 && i < grid.nx && j < grid.ny && k < grid.nz)
+                    visit(grid.voxel(i, j, k));
+}
+
+// Voxels that touch a site, in ascending voxel index.
+template <class Visit>
+LIMAX_LAW void for_each_toucher(const lattice& grid, int x, int y, int z, const Visit& visit) {
+    for_each_owner(grid, x, y, z, direction{0, 0, 0}, visit);
+}
+
+// Sites in use and springs of a body: `voxels` holds material indices, 0 is empty.
+int32_t count_masses(const int32_t lattice_size[3], const uint8_t* voxels);
+int32_t count_springs(const int32_t lattice_size[3], const uint8_t* voxels);
+
+}  // namespace limax

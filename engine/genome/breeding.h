@@ -1,0 +1,40 @@
+// breeding.h: how one gene comes about: drawn for a first generation, or from two parents. Laws:
+// each gene is a function of its own counter, so populations can be bred in any order and in any
+// pieces. Includes random.h and portable.h alone.
+#pragma once
+
+#include "base/random.h"
+
+namespace limax {
+
+struct breeding_rates {
+    double mutation_rate;   // chance of a gene to mutate
+    double mutation_scale;  // standard deviation of a mutation
+    double crossover_rate;  // chance of a gene to come from the second parent
+};
+
+// Every gene has two draws of its stream: one for choices, one for a normal deviate.
+LIMAX_LAW uint32_t choice_draw(uint32_t gene) { return 2 * gene; }
+LIMAX_LAW uint32_t deviate_draw(uint32_t gene) { return 2 * gene + 1; }
+
+// N(0, deviation^2), rounded once. `key` has the stream `initial`.
+LIMAX_LAW float initial_gene(const random_key& key, uint32_t gene, double deviation) {
+    return float(deviation * random_normal(key, deviate_draw(gene)));
+}
+
+// A gene of a child that is no elite. `key` has the stream `breeding`, the child's generation and
+// its index.
+LIMAX_LAW float child_gene(const breeding_rates& rates, const random_key& key, uint32_t gene,
+                           float of_first, float of_second) {
+    const random_block choice = random_bits(key, choice_draw(gene));
+    const double crossover = unit_interval(join_words(choice.word[0], choice.word[1]));
+    const double mutation = unit_interval(join_words(choice.word[2], choice.word[3]));
+    const float inherited = crossover < rates.crossover_rate ? of_second : of_first;
+    // Most genes do not mutate, and a deviate costs more than all else here: a branch, whose sides
+    // give what a select would.
+    if (!(mutation < rates.mutation_rate)) return inherited;
+    return float(
+        fma(rates.mutation_scale, random_normal(key, deviate_draw(gene)), double(inherited)));
+}
+
+}  // namespace limax

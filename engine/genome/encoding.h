@@ -1,0 +1,39 @@
+// encoding.h: the Gaussian positional encoding: gamma(v) = [cos 2 pi B v, sin 2 pi B v] of every
+// voxel centre v, B drawn once per seed and repetition, and the shape of the network that reads it.
+// Dimensionless.
+#pragma once
+
+#include "base/array.h"
+#include "body/lattice.h"
+#include "genome/network.h"
+#include "limax.h"
+
+namespace limax {
+
+// Computed once, in double, on the host; the features are rounded once to float. Immutable.
+//
+// Centres are scaled to [-1, 1] along each axis: the first at -1, the last at 1, and a single one
+// at 0.
+class encoding {
+public:
+    // Throws LIMAX_INVALID_ARGUMENT, naming the option and its range, or LIMAX_OUT_OF_MEMORY.
+    explicit encoding(const limax_encoding_options& options);
+
+    const limax_encoding_options& options() const { return options_; }
+    const lattice& grid() const { return grid_; }
+    const network_shape& shape() const { return shape_; }
+    int32_t genes() const { return shape_.genes(); }
+    const double* matrix() const { return matrix_.data(); }  // B, [feature][3]
+    const float* features() const {
+        return features_.data();
+    }  // cos rows, then sin rows, [2 m][voxel]
+
+private:
+    limax_encoding_options options_;
+    lattice grid_;
+    network_shape shape_;
+    array<double> matrix_;
+    array<float> features_;
+};
+
+}  // namespace limax

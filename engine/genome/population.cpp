@@ -1,0 +1,295 @@
+// population.cpp: ranges of robots through the laws of breeding.h, the express pass and grid.h; and
+// how much they differ.
+#include "genome/population.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "genome/breeding.h"
+
+namespace limax {
+
+namespace {
+
+static_assert(uint32_t(random_stream::encoding) == LIMAX_STREAM_ENCODING);
+static_assert(uint32_t(random_stream::initial) == LIMAX_STREAM_INITIAL);
+static_assert(uint32_t(random_stream::breeding) == LIMAX_STREAM_BREEDING);
+static_assert(uint32_t(random_stream::selection) == LIMAX_STREAM_SELECTION);
+static_assert(uint32_t(random_stream::supervision) == LIMAX_STREAM_SUPERVISION);
+static_assert(uint32_t(random_stream::user) == LIMAX_STREAM_USER);
+
+// Robots are handed to threads in lots of about this many voxels, some 50 us of work: waking a
+// thread for less costs more.
+constexpr int64_t voxels_per_lot = 512;
+
+double bytes_per_voxel(int32_t count, const encoding* code, const int32_t size[3]) {
+    const double voxels = double(size[0]) * size[1] * size[2];
+    const double genome = code ? double(code->genes()) * sizeof(float) : 0;
+    const double body = voxels * (sizeof(uint8_t) + weight_kinds * sizeof(float));
+    return count * (genome + body + sizeof(limax_body)) / std::max(voxels, 1.0);
+}
+
+int32_t checked_count(int32_t count) {
+    if (count < 1)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("a population of %d robots: it must have at least 1", count));
+    return count;
+}
+
+}  // namespace
+
+population::population(const int32_t size[3], int32_t count, std::shared_ptr<const encoding> code)
+    : grid_(checked_lattice(size, format("a population of %d robots", checked_count(count)),
+                            bytes_per_voxel(count, code.get(), size))),
+      count_(count),
+      code_(std::move(code)) {
+    const std::size_t robots = std::size_t(count), voxels = std::size_t(grid_.voxels());
+    if (code_) {
+        const lattice& coded = code_->grid();
+        if (coded.nx != grid_.nx || coded.ny != grid_.ny || coded.nz != grid_.nz)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("the population's lattice is %dx%dx%d voxels, its encoding's %dx%dx%d",
+                        grid_.nx, grid_.ny, grid_.nz, coded.nx, coded.ny, coded.nz));
+        genomes_ = array<float>(robots * std::size_t(code_->genes()));
+    }
+    voxels_ = array<uint8_t>(robots * voxels);
+    weights_ = array<float>(robots * weight_kinds * voxels);
+    bodies_ = array<limax_body>(robots);
+}
+
+void population::require_robots(int32_t first, int32_t count) const {
+    if (first >= 0 && count >= 0 && first <= count_ - count) return;
+    fail(LIMAX_INVALID_ARGUMENT,
+         format("robots %lld to %lld do not all exist; there are %d", first + 1LL,
+                static_cast<long long>(first) + count, count_));
+}
+
+void population::require_genomes() const {
+    if (!code_)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "this population was made without an encoding: it has no genomes");
+}
+
+void population::forget(int32_t first, int32_t count) {
+    for (int32_t robot = first; robot < first + count; ++robot)
+        bodies_[std::size_t(robot)] = limax_body{};
+}
+
+void population::initialize(int32_t first, int32_t count, const parallel_for& each) {
+    require_genomes();
+    require_robots(first, count);
+    const network_shape& shape = code_->shape();
+    const limax_encoding_options& options = code_->options();
+    const int64_t genome_size = genes();
+    each(count, [&](int index) {
+        const int32_t robot = first + index;
+        const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, 0,
+                             static_cast<uint32_t>(robot)};
+        float* genome = genomes_.data() + robot * genome_size;
+        uint32_t gene = 0;
+        for (int32_t layer = 0; layer < shape.layers; ++layer) {
+            const int32_t inputs = shape.width[layer], units = shape.width[layer + 1];
+            // Keeps the sums of a layer about as large as its inputs, however many there are.
+            const double deviation = options.initial_scale / std::sqrt(double(inputs));
+            for (int32_t k = 0; k < inputs * units; ++k, ++gene)
+                genome[gene] = initial_gene(key, gene, deviation);
+            for (int32_t unit = 0; unit < units; ++unit, ++gene) genome[gene] = 0.0f;
+        }
+    });
+    forget(first, count);
+}
+
+void population::describe(const material_table& materials, bool require_muscle, int32_t robot) {
+    limax_body& body = bodies_[std::size_t(robot)];
+    describe_body(grid_, voxels_.data() + robot * grid_.voxels(), body);
+    int32_t muscles = 0;
+    for (int32_t material = 1; material < materials.count(); ++material)
+        if (is_muscle(materials.at(material))) muscles += body.counts[material];
+    body.status = body.voxels == 0                 ? LIMAX_BODY_NO_VOXEL
+                  : require_muscle && muscles == 0 ? LIMAX_BODY_NO_MUSCLE
+                                                   : LIMAX_BODY_VALID;
+}
+
+void population::express(const material_table& materials, bool require_muscle, express_pass pass,
+                         const parallel_for& each, int32_t first, int32_t count) {
+    require_genomes();
+    require_robots(first, count);
+    const network_shape& shape = code_->shape();
+    if (materials.count() != shape.materials)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("the encoding chooses among %d materials, but the table \"%s\" has %d",
+                    shape.materials, materials.name().c_str(), materials.count()));
+    const int64_t voxels = grid_.voxels();
+    const auto lot = static_cast<int32_t>(std::max<int64_t>(1, voxels_per_lot / voxels));
+    const int64_t genome_size = genes();
+    each(count / lot + (count % lot != 0), [&](int index) {
+        array<float> scratch(std::size_t(express_scratch(shape)));
+        component_search search;
+        const int32_t begin = first + index * lot, end = std::min(begin + lot, first + count);
+        for (int32_t robot = begin; robot < end; ++robot) {
+            uint8_t* body = voxels_.data() + robot * voxels;
+            pass(shape, code_->features(), genomes_.data() + robot * genome_size, scratch.data(),
+                 body, weights_.data() + robot * (weight_kinds * voxels),
+                 static_cast<int32_t>(voxels));
+            keep_largest_component(grid_, body, search);
+            describe(materials, require_muscle, robot);
+        }
+    });
+}
+
+void population::check(const material_table& materials, bool require_muscle, int32_t first,
+                       int32_t count) {
+    require_robots(first, count);
+    const int64_t voxels = grid_.voxels();
+    const auto refuse = [&](int32_t robot, int64_t voxel, const std::string& text) {
+        const auto x = int(voxel % grid_.nx), y = int(voxel / grid_.nx % grid_.ny);
+        const auto z = int(voxel / grid_.nx / grid_.ny);
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("robot %d, voxel (%d, %d, %d): ", robot + 1, x + 1, y + 1, z + 1) + text);
+    };
+    static const char* const kinds[weight_kinds] = {"stiffness", "amplitude", "phase"};
+    for (int32_t robot = first; robot < first + count; ++robot) {
+        const uint8_t* material = voxels_.data() + robot * voxels;
+        const float* weight = weights_.data() + robot * (weight_kinds * voxels);
+        for (int64_t voxel = 0; voxel < voxels; ++voxel)
+            if (material[voxel] >= materials.count())
+                refuse(robot, voxel,
+                       format("material %d; the table \"%s\" has 0 to %d", material[voxel],
+                              materials.name().c_str(), materials.count() - 1));
+        for (int64_t k = 0; k < weight_kinds * voxels; ++k)
+            if (!(weight[k] >= 0.0f && weight[k] <= 1.0f))
+                refuse(robot, k % voxels,
+                       format("%s weight %.9g; it must be 0 to 1", kinds[k / voxels],
+                              double(weight[k])));
+    }
+    for (int32_t robot = first; robot < first + count; ++robot)
+        describe(materials, require_muscle, robot);
+}
+
+void population::breed(const population& parents, const int32_t* pairs,
+                       const limax_breeding& breeding, const parallel_for& each, int32_t first,
+                       int32_t count) {
+    require_genomes();
+    require_robots(first, count);
+    if (&parents == this)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "children and parents are the same population; breeding needs two");
+    if (parents.genes() != genes())
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("the parents have %d genes, the children %d", parents.genes(), genes()));
+    require_range("mutation_rate", breeding.mutation_rate, 0, 1, "");
+    require_range("mutation_scale", breeding.mutation_scale, 0, 100, "");
+    require_range("crossover_rate", breeding.crossover_rate, 0, 1, "");
+    require_range("repetition", breeding.repetition, 1, most_repetitions, "");
+    require_range("elites", breeding.elites, 0, count_, "");
+    for (int32_t child = first; child < first + count; ++child)
+        for (const int32_t parent : {pairs[2 * int64_t(child)], pairs[2 * int64_t(child) + 1]})
+            if (parent < 0 || parent >= parents.count())
+                fail(LIMAX_INVALID_ARGUMENT,
+                     format("child %d: parent %d does not exist; there are %d", child + 1,
+                            parent + 1, parents.count()));
+
+    const breeding_rates rates{breeding.mutation_rate, breeding.mutation_scale,
+                               breeding.crossover_rate};
+    const int32_t genome_size = genes();
+    each(count, [&](int index) {
+        const int32_t child = first + index;
+        const random_key key{breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING,
+                             breeding.generation, static_cast<uint32_t>(child)};
+        const int64_t one = pairs[2 * int64_t(child)], other = pairs[2 * int64_t(child) + 1];
+        const float* of_first = parents.genomes() + one * genome_size;
+        const float* of_second = parents.genomes() + other * genome_size;
+        float* genome = genomes_.data() + int64_t(child) * genome_size;
+        if (child < breeding.elites) {
+            std::copy_n(of_first, genome_size, genome);
+            return;
+        }
+        for (int32_t gene = 0; gene < genome_size; ++gene)
+            genome[gene] = child_gene(rates, key, uint32_t(gene), of_first[gene], of_second[gene]);
+    });
+    forget(first, count);
+}
+
+limax_diversity population::diversity(const int32_t* robots, int32_t count) const {
+    if (count < 1)
+        fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
+    for (int32_t k = 0; k < count; ++k) {
+        require_robots(robots[k], 1);
+        if (bodies_[std::size_t(robots[k])].status == LIMAX_BODY_UNKNOWN)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("robot %d has no known body: it must be expressed or checked first",
+                        robots[k] + 1));
+    }
+    limax_diversity out = {};
+    out.robots = count;
+    out.hamming = hamming(robots, count);
+    out.genotype = code_ ? genotype(robots, count) : std::nan("");
+
+    std::vector<uint64_t> hashes;
+    for (int32_t k = 0; k < count; ++k) {
+        const limax_body& body = bodies_[std::size_t(robots[k])];
+        hashes.push_back(body.hash);
+        for (int m = 0; m < LIMAX_MAX_MATERIALS; ++m) out.material_shares[m] += body.counts[m];
+    }
+    for (double& share : out.material_shares) share /= double(count) * double(grid_.voxels());
+    std::sort(hashes.begin(), hashes.end());
+    out.distinct = static_cast<int32_t>(std::unique(hashes.begin(), hashes.end()) - hashes.begin());
+    return out;
+}
+
+// Of the N^2 ordered pairs of robots, N^2 - sum over m of n_m^2 differ in a voxel that n_m robots
+// fill with material m; N (N - 1) pairs are of distinct robots. Counted exactly, tile by tile, so
+// that the counts stay in a cache.
+double population::hamming(const int32_t* robots, int32_t count) const {
+    if (count < 2) return 0;
+    static_assert((LIMAX_MAX_MATERIALS & (LIMAX_MAX_MATERIALS - 1)) == 0);
+    constexpr int64_t tile = 1024, materials = LIMAX_MAX_MATERIALS;
+    const int64_t voxels = grid_.voxels(), pairs = int64_t(count) * count;
+    std::vector<int32_t> counts;
+    double differing = 0;
+    for (int64_t first = 0; first < voxels; first += tile) {
+        const int64_t filled = std::min(tile, voxels - first);
+        counts.assign(static_cast<std::size_t>(filled * materials), 0);
+        for (int32_t k = 0; k < count; ++k) {
+            const uint8_t* voxel = voxels_.data() + robots[k] * voxels + first;
+            // Anyone may have written to the voxels since the check: the mask keeps that inside
+            // `counts`.
+            for (int64_t v = 0; v < filled; ++v)
+                ++counts[static_cast<std::size_t>(v * materials + (voxel[v] & (materials - 1)))];
+        }
+        for (int64_t v = 0; v < filled; ++v) {
+            int64_t same = 0;
+            for (int64_t m = 0; m < materials; ++m) {
+                const int64_t n = counts[static_cast<std::size_t>(v * materials + m)];
+                same += n * n;
+            }
+            differing += double(pairs - same);
+        }
+    }
+    return differing / (double(count) * (count - 1.0) * double(voxels));
+}
+
+// Two passes, mean first: a difference of squares would lose the digits of a population that has
+// nearly converged.
+double population::genotype(const int32_t* robots, int32_t count) const {
+    const auto genes = static_cast<std::size_t>(code_->genes());
+    std::vector<double> mean(genes, 0.0), square(genes, 0.0);
+    for (int32_t k = 0; k < count; ++k) {
+        const float* genome = genomes_.data() + std::size_t(robots[k]) * genes;
+        for (std::size_t gene = 0; gene < genes; ++gene) mean[gene] += genome[gene];
+    }
+    for (double& m : mean) m /= count;
+    for (int32_t k = 0; k < count; ++k) {
+        const float* genome = genomes_.data() + std::size_t(robots[k]) * genes;
+        for (std::size_t gene = 0; gene < genes; ++gene) {
+            const double off = genome[gene] - mean[gene];
+            square[gene] += off * off;
+        }
+    }
+    double sum = 0;
+    for (const double s : square) sum += s;
+    return std::sqrt(sum / (double(count) * double(genes)));
+}
+
+}  // namespace limax

@@ -1,0 +1,398 @@
+/* limax.h: the whole public face of the engine: opaque handles, plain structs by pointer, status codes.
+ *
+ * A C11 header that includes only <stdint.h>. Between the two marks below it holds no preprocessor line, so LuaJIT's FFI
+ * reads that text as it is. Units are SI. Arrays are row-major and their shapes are written [robot][mass][3].
+ * Indices start at 0 here; Lua shows them starting at 1.
+ *
+ * Every function that can fail returns a limax_status and leaves its text in limax_error_text(), one text per thread.
+ * No exception crosses this face, no function here calls back, none takes or returns a struct by value, and none
+ * works longer than about 50 ms: long work is cut into ranges of robots or slices of time that the caller loops over.
+ * `out` pointers must not be null; a handle that is created is owned by the caller and ended by its `_free`,
+ * which takes null. Children keep what they need of their parents alive, so any order of `_free` is safe. */
+#ifndef LIMAX_H
+#define LIMAX_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+#pragma GCC visibility push(default)
+/* ---- cdef begins ---- */
+
+/* ---- status, version, interruption ---------------------------------------------------------------------------- */
+
+typedef enum limax_status {
+    LIMAX_OK = 0,
+    LIMAX_INVALID_ARGUMENT = 1, /* a value outside its range: the text names it and the range */
+    LIMAX_INVALID_FILE =
+        2,        /* a file that cannot be understood: the text names file, field, value, range */
+    LIMAX_IO = 3, /* a file that cannot be read or written */
+    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed */
+    LIMAX_NO_DEVICE = 5,     /* the device asked for is not to be had: the text says why */
+    LIMAX_INTERNAL = 6       /* a defect of the engine */
+} limax_status;
+
+enum {
+    LIMAX_ABI = 1, /* raised whenever a declaration of this file changes */
+    LIMAX_MAX_MATERIALS = 16,
+    LIMAX_MAX_HIDDEN = 8
+};
+
+uint32_t limax_abi_version(void);
+const char* limax_version(void);
+/* Text of the last failure on this thread; empty before the first. Valid until the next failing call. */
+const char* limax_error_text(void);
+/* Bytes that live handles hold outside any garbage collector's sight. */
+uint64_t limax_bytes_held(void);
+
+/* Asks every running and future call to stop at its next whole step. Safe inside a signal handler. */
+void limax_interrupt(void);
+void limax_interrupt_clear(void);
+int32_t limax_interrupted(void);
+
+/* ---- device ---------------------------------------------------------------------------------------------------- */
+
+typedef struct limax_device limax_device;
+
+/* `name` is "auto", "cpu" or "cuda". `threads` is 1 to 1024, or 0 for one per core this process may use.
+ * `isa` picks the CPU passes: null for the best, or "x86-64-v4", "x86-64-v3", "baseline" (same bits, other speeds). */
+limax_status limax_device_create(const char* name, int32_t threads, const char* isa,
+                                 limax_device** out);
+void limax_device_free(limax_device* device);
+/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda. Lives as long as the handle. */
+const char* limax_device_describe(const limax_device* device);
+
+/* ---- materials ------------------------------------------------------------------------------------------------- */
+
+typedef struct limax_materials limax_materials;
+
+typedef enum limax_material_kind {
+    LIMAX_EMPTY = 0,
+    LIMAX_PASSIVE = 1,
+    LIMAX_EXPANDING = 2,  /* a muscle with s = +1 */
+    LIMAX_CONTRACTING = 3 /* a muscle with s = -1 */
+} limax_material_kind;
+
+typedef struct limax_material {
+    char name[32];
+    char letter[4]; /* one ASCII letter, then zeros */
+    int32_t kind;   /* limax_material_kind */
+    int32_t reserved;
+    double stiffness;       /* N/m */
+    double mass_per_site;   /* kg */
+    double damping_ratio;   /* 1 */
+    double amplitude;       /* largest relative change of rest length, 1 */
+    double phase;           /* largest phase, rad */
+    double stiffness_floor; /* smallest stiffness weight, 1 */
+} limax_material;
+
+/* Reads a table (JSON, schema limax.materials/1). `origin` names the text in errors. Material 0 is always empty. */
+limax_status limax_materials_load(const char* path, limax_materials** out);
+limax_status limax_materials_parse(const char* text, uint64_t length, const char* origin,
+                                   limax_materials** out);
+limax_status limax_materials_copy(const limax_materials* materials, limax_materials** out);
+void limax_materials_free(limax_materials* materials);
+int32_t limax_materials_count(const limax_materials* materials);
+const char* limax_materials_name(const limax_materials* materials);
+limax_status limax_materials_get(const limax_materials* materials, int32_t index,
+                                 limax_material* out);
+/* Sets stiffness, mass_per_site, damping_ratio, amplitude, phase or stiffness_floor of one material, range checked. */
+limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
+                                 double value);
+/* Unit, legal range and source of a field: strings live as long as the handle. */
+limax_status limax_materials_field(const limax_materials* materials, const char* field,
+                                   const char** unit, double* minimum, double* maximum,
+                                   const char** source);
+
+/* ---- genome: encoding and network ------------------------------------------------------------------------------ */
+
+typedef struct limax_encoding limax_encoding;
+
+typedef struct limax_encoding_options {
+    int32_t lattice[3];   /* voxels along x, y, z */
+    int32_t features;     /* m: rows of B, 1 to 1024 */
+    double sigma;         /* standard deviation of B's entries, 0 to 100 */
+    int32_t hidden_count; /* 0 to LIMAX_MAX_HIDDEN */
+    int32_t hidden[8];    /* width of each hidden layer, 1 to 1024 */
+    int32_t materials;    /* classes of the softmax, 2 to LIMAX_MAX_MATERIALS */
+    double initial_scale; /* factor on the initial weights, 0 to 100 */
+    uint64_t seed;
+    uint32_t repetition; /* 1, 2, ... */
+    uint32_t reserved;
+} limax_encoding_options;
+
+/* Draws B for this seed and repetition and computes the features of every voxel centre once, on the host. */
+limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out);
+void limax_encoding_free(limax_encoding* encoding);
+int32_t limax_encoding_genes(const limax_encoding* encoding);
+const double* limax_encoding_matrix(const limax_encoding* encoding); /* B, [feature][3] */
+const float* limax_encoding_features(
+    const limax_encoding* encoding); /* cos rows then sin rows, [2 m][voxel] */
+
+/* ---- random numbers: functions of their arguments alone (Philox4x32-10) ---------------------------------------- */
+
+typedef enum limax_stream {
+    LIMAX_STREAM_ENCODING = 1,
+    LIMAX_STREAM_INITIAL = 2,
+    LIMAX_STREAM_BREEDING = 3,
+    LIMAX_STREAM_SELECTION = 4,
+    LIMAX_STREAM_SUPERVISION = 5,
+    LIMAX_STREAM_USER = 6
+} limax_stream;
+
+typedef struct limax_random_key {
+    uint64_t seed;
+    uint32_t repetition;
+    uint32_t stream; /* limax_stream */
+    uint32_t generation;
+    uint32_t individual;
+} limax_random_key;
+
+double limax_random_uniform(const limax_random_key* key, uint32_t draw); /* in [0, 1), 53 bits */
+double limax_random_normal(const limax_random_key* key, uint32_t draw);  /* N(0, 1) */
+uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw,
+                              uint32_t n); /* 0 to n - 1, unbiased to 2^-32 */
+
+/* ---- population: genomes and bodies ---------------------------------------------------------------------------- */
+
+typedef struct limax_population limax_population;
+
+typedef enum limax_body_status {
+    LIMAX_BODY_UNKNOWN = 0, /* not expressed or checked yet */
+    LIMAX_BODY_VALID = 1,
+    LIMAX_BODY_NO_VOXEL = 2,
+    LIMAX_BODY_NO_MUSCLE = 3 /* only where the caller requires one */
+} limax_body_status;
+
+typedef struct limax_body {
+    int32_t status;     /* limax_body_status */
+    int32_t voxels;     /* voxels that are not empty */
+    int32_t counts[16]; /* voxels of each material, empty included */
+    int32_t masses;
+    int32_t springs;
+    int32_t size[3]; /* extent of the body in voxels along x, y, z */
+    int32_t reserved;
+    uint64_t hash; /* of lattice and voxels: equal bodies have equal hashes */
+} limax_body;
+
+/* `encoding` may be null: then the population has no genomes and its bodies are written by hand.
+ * Refuses a lattice whose robots would not fit this machine's memory, and says what it would need. */
+limax_status limax_population_create(const int32_t lattice[3], int32_t count,
+                                     const limax_encoding* encoding, limax_population** out);
+void limax_population_free(limax_population* population);
+int32_t limax_population_count(const limax_population* population);
+/* Views into the population, alive until it is freed. A writer of genomes calls express, one of bodies calls check. */
+float* limax_population_genomes(
+    limax_population* population); /* [robot][gene], null without an encoding */
+uint8_t* limax_population_voxels(
+    limax_population* population); /* material indices [robot][z][y][x] */
+float* limax_population_weights(
+    limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
+const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
+
+/* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times initial_scale, biases 0. */
+limax_status limax_population_initialize(limax_population* population, int32_t first,
+                                         int32_t count);
+/* Genomes to bodies: network, argmax, sigmoids, largest face-connected component, counts, validity. */
+limax_status limax_population_express(limax_population* population,
+                                      const limax_materials* materials, int32_t require_muscle,
+                                      limax_device* device, int32_t first, int32_t count);
+/* Counts and validity of bodies written by hand; nothing is removed. Refuses material indices and weights out of range. */
+limax_status limax_population_check(limax_population* population, const limax_materials* materials,
+                                    int32_t require_muscle, int32_t first, int32_t count);
+
+typedef struct limax_breeding {
+    double mutation_rate;  /* per gene, 0 to 1 */
+    double mutation_scale; /* standard deviation of a mutation, 0 to 100 */
+    double crossover_rate; /* chance of a gene to come from the second parent, 0 to 1 */
+    uint64_t seed;
+    uint32_t repetition;
+    uint32_t generation; /* of the children */
+    int32_t elites;      /* the first `elites` children are copies of their first parent */
+    int32_t reserved;
+} limax_breeding;
+
+/* Writes the genomes of children first .. first + count - 1. `pairs` is [child][2], indices into `parents`. */
+limax_status limax_population_breed(limax_population* children, const limax_population* parents,
+                                    const int32_t* pairs, const limax_breeding* breeding,
+                                    limax_device* device, int32_t first, int32_t count);
+
+typedef struct limax_diversity {
+    double
+        hamming; /* mean share of voxels in which two distinct robots of the set differ, 0 to 1 */
+    double genotype;  /* root mean square over genes of the standard deviation over the set */
+    int32_t distinct; /* number of different bodies */
+    int32_t robots;   /* size of the set */
+    double material_shares[16]; /* mean share of each material over all voxels of the set */
+} limax_diversity;
+
+/* `robots` lists `count` indices. Linear in the set. Genotype is NaN without genomes; hamming is 0 for one robot. */
+limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
+                                        int32_t count, limax_diversity* out);
+
+/* ---- scene: the list of its effects ---------------------------------------------------------------------------- */
+
+typedef struct limax_scene limax_scene;
+
+typedef struct limax_effect_info {
+    const char* name;
+    const char* summary;
+    const char* needs; /* comma-separated names of effects, or empty */
+    int32_t fields;
+    int32_t reserved;
+} limax_effect_info;
+
+typedef struct limax_field_info {
+    const char* name;
+    const char* unit;
+    const char* note;
+    int32_t components; /* 1, or 3 for a vector */
+    int32_t reserved;
+    double minimum; /* of each component, inclusive */
+    double maximum;
+    double value[3]; /* the default */
+} limax_field_info;
+
+int32_t limax_effect_count(void);
+limax_status limax_effect_describe(int32_t effect, limax_effect_info* out);
+limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out);
+
+limax_status limax_scene_create(limax_scene** out);
+void limax_scene_free(limax_scene* scene);
+/* Adds an effect with its defaults; adding it twice is an error. The order of adding never matters. */
+limax_status limax_scene_add(limax_scene* scene, const char* effect);
+limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
+                             const double* values, int32_t count);
+/* Says whether every effect has what it needs. */
+limax_status limax_scene_check(const limax_scene* scene);
+
+/* ---- simulation ------------------------------------------------------------------------------------------------ */
+
+typedef struct limax_simulation limax_simulation;
+
+typedef enum limax_integrator { LIMAX_SYMPLECTIC_EULER = 0, LIMAX_LEAPFROG = 1 } limax_integrator;
+
+typedef enum limax_precision {
+    LIMAX_SINGLE = 0,
+    LIMAX_COMPENSATED = 1,
+    LIMAX_DOUBLE = 2
+} limax_precision;
+
+typedef enum limax_sharing { LIMAX_SHARING_MEAN = 0, LIMAX_SHARING_SUM = 1 } limax_sharing;
+
+typedef enum limax_trace_kind {
+    LIMAX_TRACE_CENTER_OF_MASS = 0, /* [sample][3], m */
+    LIMAX_TRACE_POSITION = 1,       /* [sample][mass][3], m */
+    LIMAX_TRACE_VELOCITY = 2,       /* [sample][mass][3], m/s, at the sample's own time */
+    LIMAX_TRACE_CONTACT = 3,        /* [sample][1], share of the masses that touch the ground */
+    LIMAX_TRACE_ENERGY =
+        4, /* [sample][4]: kinetic, elastic, gravitational (J); power of the muscles (W) */
+    LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
+    LIMAX_TRACE_KINDS = 6
+} limax_trace_kind;
+
+typedef struct limax_simulation_options {
+    int32_t integrator; /* limax_integrator */
+    int32_t precision;  /* limax_precision */
+    int32_t sharing;    /* limax_sharing */
+    int32_t record[6]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    int32_t reserved;
+    double duration;       /* s from t = 0, when actuation starts, to the end; up to 1e6 */
+    double settle;         /* s before t = 0, without actuation */
+    double time_step;      /* s; 0 takes bound_fraction of each body's own bound */
+    double bound_fraction; /* used when time_step is 0; 0.9 for `auto` */
+    double time_step_most; /* s; cap used when time_step is 0; 0 for none */
+    double edge;           /* h, m */
+    double position[3];    /* m: where the lowest corner of the body's bounding box starts */
+    double velocity[3];    /* m/s of every mass at the start */
+    double max_speed;      /* m/s; a faster mass is divergence */
+    double max_stretch;    /* times L0; a longer spring is divergence */
+} limax_simulation_options;
+
+/* The library's defaults: leapfrog, compensated, mean, auto at 0.9, h = 0.1 m, 1000 m/s, 10 L0, 5 s. */
+void limax_simulation_defaults(limax_simulation_options* out);
+
+typedef enum limax_robot_status {
+    LIMAX_ROBOT_SKIPPED = 0, /* not in the mask */
+    LIMAX_ROBOT_RUNNING = 1,
+    LIMAX_ROBOT_DONE = 2,
+    LIMAX_ROBOT_INVALID = 3, /* its body is not valid: reason is a limax_body_status */
+    LIMAX_ROBOT_DIVERGED = 4 /* reason is a limax_divergence */
+} limax_robot_status;
+
+typedef enum limax_divergence {
+    LIMAX_NOT_DIVERGED = 0,
+    LIMAX_NONFINITE = 1,
+    LIMAX_SPEED = 2,  /* a mass above max_speed */
+    LIMAX_STRETCH = 3 /* a spring longer than max_stretch times L0 */
+} limax_divergence;
+
+typedef struct limax_outcome {
+    int32_t status; /* limax_robot_status */
+    int32_t reason;
+    int64_t step;           /* steps done since the start of settling; where it diverged */
+    int64_t steps;          /* steps in all */
+    double time;            /* s since t = 0, negative while settling */
+    double time_step;       /* s */
+    double time_step_bound; /* s: the closed-form bound of this body, integrator and scene */
+    int32_t masses;
+    int32_t springs;
+    double mass;             /* kg */
+    double center_start[3];  /* centre of mass at t = 0, m */
+    double center_middle[3]; /* after half of the steps from t = 0 */
+    double center_end[3];    /* at the end */
+    /* Summaries of recorded traces, from t = 0; NaN where the trace is not recorded. */
+    double path_length; /* horizontal length of the centre of mass's path, m (center_of_mass) */
+    double height;      /* highest centre of mass above its place at t = 0, m (center_of_mass) */
+    double contact;     /* mean share of masses on the ground (contact) */
+    double kinetic;     /* mean, J (energy) */
+    double elastic;     /* mean, J (energy) */
+    double muscle_work; /* integral of the muscles' positive power, J (energy) */
+    double strain;      /* mean over samples of the mean strain (strain) */
+    double strain_most; /* largest strain of any sample (strain) */
+} limax_outcome;
+
+typedef struct limax_progress {
+    int32_t done;        /* robots that have ended, whatever their status */
+    int32_t robots;      /* robots in the mask */
+    int32_t finished;    /* 1 when nothing is left to do */
+    int32_t interrupted; /* 1 when limax_interrupt() cut this call short; the state is whole */
+    double steps;        /* robot steps done so far */
+    double steps_total;
+    double spring_steps; /* springs times steps done so far */
+} limax_progress;
+
+/* Copies the bodies of `population` (checked or expressed) and prepares to simulate the robots whose mask is not 0
+ * (a null mask means all). Fixed time steps that do not divide the sample interval are refused, with the nearest that does. */
+limax_status limax_simulation_create(const limax_population* population,
+                                     const limax_materials* materials, const limax_scene* scene,
+                                     const limax_simulation_options* options, const uint8_t* mask,
+                                     limax_device* device, limax_simulation** out);
+void limax_simulation_free(limax_simulation* simulation);
+/* Whole steps for about `seconds` of wall time, or at most `steps` steps of each robot if `steps` is above 0.
+ * Slicing changes no bit. */
+limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
+                                      limax_progress* out);
+const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
+/* One robot's trace: samples so far, values per sample, and the data, [sample][width]; alive until `_free`.
+ * Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if the kind is not recorded. */
+limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
+                                    const double** data, int64_t* samples, int64_t* width);
+/* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass]. */
+limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
+                                    const int32_t** sites);
+/* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its first step; either may be null. */
+limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
+                                    const double* positions, const double* velocities);
+/* Current state of one robot, world coordinates, each [mass][3]; either may be null. */
+limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
+                                    double* positions, double* velocities);
+
+/* ---- cdef ends ---- */
+#pragma GCC visibility pop
+#ifdef __cplusplus
+}
+#endif
+
+#endif

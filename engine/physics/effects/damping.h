@@ -1,0 +1,28 @@
+// damping.h: a dashpot along every spring, c = 2 zeta sqrt(k m_r) with m_r the reduced mass of its ends. SI units.
+#pragma once
+
+#include "physics/effects/effect.h"
+
+namespace limax::effects {
+
+struct damping {
+    static constexpr const char* name = "damping";
+    static constexpr const char* summary =
+        "a dashpot along every spring, from the materials' damping ratio";
+    static constexpr const char* needs = "";
+    static constexpr unsigned hooks = hook_pair | hook_bound;
+    static constexpr int field_count = 0;
+    static constexpr const field* fields = nullptr;
+
+    // c dr/dt, N.
+    template <class R>
+    LIMAX_LAW static R pair(const spring_state<R>& s) {
+        return s.damping * s.rate;
+    }
+
+    LIMAX_LAW static stiffness_damping bound(double /*stiffness*/, double damping) {
+        return {0.0, damping};
+    }
+};
+
+}  // namespace limax::effects

@@ -1,0 +1,81 @@
+// effect.h: the contract of an effect. An effect is a struct in a header of its own: what it is called, what it needs, its
+// parameters with units and legal ranges, and laws under the names of the hooks that it declares. May include base/ only.
+//
+//   hook      law                                              meaning
+//   rest      R rest(moment, spring)                            change of a spring's rest length, m
+//   pair      R pair(spring)                                    force along a spring, N, positive pulls the ends together
+//   node      void node(params, node, force&)                   force on a mass, N; a contact also sets force.normal
+//   impulse   vector<R> impulse(params, node, velocity, normal, h)   velocity after an impulse that never reverses
+//             what it opposes, m/s
+//   energy    R energy(params, node)  or  R energy(spring)      energy stored in it, J
+//   bound     stiffness_damping bound(...)                      largest stiffness (N/m) and damping (N s/m) that it adds to
+//             a mass or along a spring, for the automatic time step
+//
+// A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook without its law and a
+// law without its declaration, so that a misspelt one cannot vanish. An effect that a scene does not name is never
+// instantiated into its passes.
+#pragma once
+
+#include "base/portable.h"
+
+namespace limax::effects {
+
+enum hook : unsigned {
+    hook_rest = 1,
+    hook_pair = 2,
+    hook_node = 4,
+    hook_impulse = 8,
+    hook_energy = 16,
+    hook_bound = 32
+};
+
+// One parameter of an effect: `components` numbers (1 or 3), each within [minimum, maximum].
+struct field {
+    const char* name;
+    const char* unit;
+    const char* note;
+    int components;
+    double minimum, maximum;
+    double value[3];  // default
+};
+
+template <class R>
+struct vector {
+    R x, y, z;
+};
+
+// One spring at one moment, as a law sees it.
+template <class R>
+struct spring_state {
+    R length;     // |e|, m
+    R rest;       // rest length now, m
+    R rate;       // d length / dt, m/s; only where a law asks for velocity
+    R stiffness;  // k, N/m
+    R damping;    // c, N s/m
+    R sine;       // A: amplitude of sin(2 pi f t) in the rest length, m
+    R cosine;     // B: amplitude of cos(2 pi f t), m
+};
+
+// One mass at one moment. Positions are relative to the robot's own origin.
+template <class R>
+struct node_state {
+    vector<R> position;  // m
+    vector<R> velocity;  // m/s, the velocity that forces read
+    R mass;              // kg; 0 at a site that is not in use
+    R inverse_mass;      // 1/kg; 0 at a site that is not in use
+};
+
+// What the laws of a mass add up to.
+template <class R>
+struct node_force {
+    vector<R> total;  // N
+    R normal;         // N, of a contact: what friction reads
+};
+
+// Contribution to the bound on the time step.
+struct stiffness_damping {
+    double stiffness;  // N/m
+    double damping;    // N s/m
+};
+
+}  // namespace limax::effects

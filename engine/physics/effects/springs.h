@@ -1,0 +1,35 @@
+// springs.h: Hooke's law along a spring. Every scene has it. SI units.
+#pragma once
+
+#include "physics/effects/effect.h"
+
+namespace limax::effects {
+
+struct springs {
+    static constexpr const char* name = "springs";
+    static constexpr const char* summary = "Hooke's law along every spring";
+    static constexpr const char* needs = "";
+    static constexpr unsigned hooks = hook_pair | hook_energy | hook_bound;
+    static constexpr int field_count = 0;
+    static constexpr const field* fields = nullptr;
+
+    // k (r - L), N.
+    template <class R>
+    LIMAX_LAW static R pair(const spring_state<R>& s) {
+        return s.stiffness * (s.length - s.rest);
+    }
+
+    // k (r - L)^2 / 2, J.
+    template <class R>
+    LIMAX_LAW static R energy(const spring_state<R>& s) {
+        const R stretch = s.length - s.rest;
+        return R(0.5) * s.stiffness * stretch * stretch;
+    }
+
+    // A spring's stiffness block has norm at most k in any pose with r >= L / 2.
+    LIMAX_LAW static stiffness_damping bound(double stiffness, double /*damping*/) {
+        return {stiffness, 0.0};
+    }
+};
+
+}  // namespace limax::effects

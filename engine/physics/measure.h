@@ -1,0 +1,113 @@
+// measure.h: what is read off a body: sums over masses and springs in ascending order, in double, so that no vector width and
+// no thread changes a bit. SI units.
+#pragma once
+
+#include "body/springs.h"
+#include "physics/effects/all.h"
+#include "physics/scene.h"
+
+namespace limax {
+
+// Energies of a body at one moment.
+struct energies {
+    double kinetic = 0;        // J
+    double elastic = 0;        // J, of springs and of contacts
+    double gravitational = 0;  // J, from the world's origin
+    double power = 0;          // W, what the muscles put in by changing rest lengths
+};
+
+// Mean and largest |r - L0| / L0.
+struct strains {
+    double mean = 0, most = 0;
+};
+
+// Mass-weighted mean of `coordinate` (of one axis, [site]) over the masses of a body.
+template <class R>
+double center_of_mass(const spring_body& body, const R* coordinate) {
+    double sum = 0;
+    for (int32_t i = 0; i < body.masses; ++i) {
+        const int32_t site = body.sites[i];
+        sum += double(body.mass[site]) * double(coordinate[site]);
+    }
+    return sum / body.total_mass;
+}
+
+// Calls visit(slot, near, far, direction) for every spring.
+template <class Visit>
+void for_each_spring(const spring_body& body, const Visit& visit) {
+    for (int d = 0; d < direction_count; ++d) {
+        const int64_t step = body.grid.step(directions[d]);
+        for (int64_t near = 0; near + step < body.grid.sites(); ++near)
+            if (body.stiffness[d * body.count + near] > 0)
+                visit(d * body.count + near, near, near + step, d);
+    }
+}
+
+template <class R>
+double length_between(const R* const position[3], int64_t near, int64_t far) {
+    const double x = double(position[0][far]) - double(position[0][near]);
+    const double y = double(position[1][far]) - double(position[1][near]);
+    const double z = double(position[2][far]) - double(position[2][near]);
+    return __builtin_sqrt(fma(x, x, fma(y, y, z * z)));
+}
+
+template <class R>
+strains measure_strain(const spring_body& body, const R* const position[3]) {
+    strains result;
+    for_each_spring(body, [&](int64_t, int64_t near, int64_t far, int d) {
+        const double strain =
+            absolute(length_between(position, near, far) - body.rest[d]) / body.rest[d];
+        result.mean += strain;
+        result.most = larger(result.most, strain);
+    });
+    if (body.springs) result.mean /= body.springs;
+    return result;
+}
+
+// `moment` and `rate` are the actuation's and its derivative, zero without it. `velocity` is at the same time as `position`.
+template <class R>
+energies measure_energy(const spring_body& body, const scene& scene, const R* const position[3],
+                        const R* const velocity[3], const double origin[3],
+                        const effects::actuation::moment<double>& moment,
+                        const effects::actuation::moment<double>& rate) {
+    using namespace effects;
+    energies result;
+    const bool actuated = body.sine.size() != 0;
+    for_each_spring(body, [&](int64_t slot, int64_t near, int64_t far, int d) {
+        spring_state<double> spring{};
+        spring.length = length_between(position, near, far);
+        spring.stiffness = body.stiffness[slot];
+        spring.rest = body.rest[d];
+        if (actuated) {
+            spring.sine = body.sine[slot];
+            spring.cosine = body.cosine[slot];
+            spring.rest += actuation::rest(moment, spring);
+            // dE/dt at fixed length: the tension times the rest length's speed, against it
+            result.power -= springs::pair(spring) * actuation::rest(rate, spring);
+        }
+        result.elastic += springs::energy(spring);
+    });
+    const double world[3] = {0, 0, 0};
+    for (int32_t i = 0; i < body.masses; ++i) {
+        const int32_t site = body.sites[i];
+        const double mass = body.mass[site];
+        const double u = velocity[0][site], v = velocity[1][site], w = velocity[2][site];
+        result.kinetic += 0.5 * mass * fma(u, u, fma(v, v, w * w));
+        const node_state<double> node{{origin[0] + position[0][site], origin[1] + position[1][site],
+                                       origin[2] + position[2][site]},
+                                      {u, v, w},
+                                      mass,
+                                      1.0 / mass};
+        for_each([&]<class E>(E) {
+            if constexpr (bool(E::hooks & hook_energy) && bool(E::hooks & hook_node)) {
+                if (!scene.has(index_of<E>)) return;
+                const double energy =
+                    E::energy(E::template make<double>(scene.values(index_of<E>), world), node);
+                (__is_same(E, gravity) ? result.gravitational : result.elastic) += energy;
+            }
+        });
+    }
+    return result;
+}
+
+}  // namespace limax

@@ -1,0 +1,115 @@
+// time_step.cpp: the bound of a body and the steps of a run.
+#include "physics/time_step.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "physics/effects/all.h"
+
+namespace limax {
+
+namespace {
+
+constexpr int64_t least_rate = 20;  // Hz: a base of at most 50 ms
+
+template <class E>
+concept bounds_springs = requires {
+    E::bound(1.0, 1.0);
+}
+&&bool(E::hooks& effects::hook_pair);
+template <class E>
+concept bounds_nodes = bool(E::hooks& effects::hook_bound) && !bounds_springs<E>;
+
+}  // namespace
+
+double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
+    array<double> stiffness(body.count), damping(body.count);
+    for (int d = 0; d < direction_count; ++d) {
+        const int64_t step = body.grid.step(directions[d]);
+        for (int64_t site = 0; site + step < body.grid.sites(); ++site) {
+            const int64_t slot = d * body.count + site;
+            if (body.stiffness[slot] == 0) continue;
+            effects::for_each([&]<class E>(E) {
+                if constexpr (bounds_springs<E>) {
+                    if (!scene.has(effects::index_of<E>)) return;
+                    const auto most =
+                        E::bound(double(body.stiffness[slot]),
+                                 body.damping.size() ? double(body.damping[slot]) : 0.0);
+                    for (const int64_t end : {site, site + step}) {
+                        stiffness[end] += 2.0 * most.stiffness;
+                        damping[end] += 2.0 * most.damping;
+                    }
+                }
+            });
+        }
+    }
+    const double origin[3] = {0, 0, 0};
+    double least = HUGE_VAL;
+    for (int32_t i = 0; i < body.masses; ++i) {
+        const int32_t site = body.sites[i];
+        const double mass = body.mass[site];
+        effects::for_each([&]<class E>(E) {
+            if constexpr (bounds_nodes<E>) {
+                if (!scene.has(effects::index_of<E>)) return;
+                const auto most = E::bound(
+                    E::template make<double>(scene.values(effects::index_of<E>), origin), mass);
+                stiffness[site] += most.stiffness;
+                damping[site] += most.damping;
+            }
+        });
+        least =
+            std::min(least, stable_step(integrator, stiffness[site] / mass, damping[site] / mass));
+    }
+    return least;
+}
+
+schedule make_schedule(const limax_simulation_options& options, double bound) {
+    int64_t rate = 1;
+    for (const int32_t hertz : options.record)
+        if (hertz > 0) rate = std::lcm(rate, int64_t(hertz));
+    if (rate > 1000000)
+        fail(LIMAX_INVALID_ARGUMENT, format("record: the least common multiple of the rates is "
+                                            "%lld Hz; it must be at most 1000000 Hz",
+                                            static_cast<long long>(rate)));
+    if (rate < least_rate) rate *= (least_rate + rate - 1) / rate;
+    const double base = 1.0 / double(rate);
+
+    double wanted = options.time_step;
+    if (wanted == 0) {
+        wanted = options.bound_fraction * bound;
+        if (options.time_step_most > 0) wanted = std::min(wanted, options.time_step_most);
+        wanted = std::min(wanted, base);
+    }
+    const double ratio = base / wanted;
+    int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - 1e-12)));
+    if (options.time_step > 0) {
+        per_base = std::max<int64_t>(1, std::llround(ratio));
+        if (std::fabs(ratio - double(per_base)) > 1e-9 * ratio)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("time_step is %.9g s, which does not divide the sample interval of %.9g s; "
+                        "the nearest that does is "
+                        "%.9g s",
+                        options.time_step, base, base / double(per_base)));
+    }
+
+    schedule plan;
+    plan.time_step = base / double(per_base);
+    const auto whole_bases = [&](double seconds) {
+        return std::ceil(seconds * double(rate) * (1.0 - 1e-12));
+    };
+    const double settle = whole_bases(options.settle), duration = whole_bases(options.duration);
+    if ((settle + duration) * double(per_base) > 1e15)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("duration and settle take %.3g steps of %.9g s; at most 1e15 are possible",
+                    (settle + duration) * double(per_base), plan.time_step));
+    plan.settle_steps = static_cast<int64_t>(settle) * per_base;
+    plan.steps = plan.settle_steps + static_cast<int64_t>(duration) * per_base;
+    for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind) {
+        if (options.record[kind] <= 0) continue;
+        plan.every[kind] = rate / options.record[kind] * per_base;
+        plan.samples[kind] = (plan.steps - plan.settle_steps) / plan.every[kind] + 1;
+    }
+    return plan;
+}
+
+}  // namespace limax

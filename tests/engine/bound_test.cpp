@@ -1,0 +1,253 @@
+// bound_test.cpp: the automatic time step: sufficient, not wasteful, and what lies beyond the true limit is flagged.
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+
+#include "physics/time_step.h"
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+// M^-1 K and M^-1 C of a body linearised about rest, [3 mass][3 mass]. With ground, the lowest masses are held by it from
+// both sides.
+struct linear_body {
+    Eigen::MatrixXd stiffness, damping;
+
+    linear_body(const stage& scene, bool with_damping, bool with_ground) {
+        const spring_body body = scene.body();
+        const lattice grid = body.grid;
+        std::vector<int> number(grid.sites(), -1);
+        for (int32_t i = 0; i < body.masses; ++i) number[body.sites[i]] = i;
+        const int size = 3 * body.masses;
+        stiffness = damping = Eigen::MatrixXd::Zero(size, size);
+        for (int d = 0; d < direction_count; ++d) {
+            const Eigen::Vector3d e =
+                Eigen::Vector3d(directions[d].x, directions[d].y, directions[d].z).normalized();
+            for (int64_t near = 0; near + grid.step(directions[d]) < grid.sites(); ++near) {
+                const int64_t slot = d * body.count + near;
+                if (body.stiffness[slot] == 0) continue;
+                const int i = number[near], j = number[near + grid.step(directions[d])];
+                for (const auto& [matrix, value] :
+                     {std::pair<Eigen::MatrixXd*, double>{&stiffness, body.stiffness[slot]},
+                      {&damping, with_damping ? body.damping[slot] : 0.0f}}) {
+                    const Eigen::Matrix3d block = value * e * e.transpose();
+                    matrix->block<3, 3>(3 * i, 3 * i) += block;
+                    matrix->block<3, 3>(3 * j, 3 * j) += block;
+                    matrix->block<3, 3>(3 * i, 3 * j) -= block;
+                    matrix->block<3, 3>(3 * j, 3 * i) -= block;
+                }
+            }
+        }
+        const int64_t layer = int64_t(grid.nx + 1) * (grid.ny + 1);
+        for (int32_t i = 0; i < body.masses; ++i) {
+            const double mass = body.mass[body.sites[i]];
+            if (with_ground && body.sites[i] / layer == body.corner[2]) {
+                stiffness(3 * i + 2, 3 * i + 2) += 1e5;
+                damping(3 * i + 2, 3 * i + 2) += 2 * 0.1 * std::sqrt(1e5 * mass);
+            }
+            stiffness.middleRows<3>(3 * i) /= mass;
+            damping.middleRows<3>(3 * i) /= mass;
+        }
+    }
+
+    // Largest growth per step, from the eigenvalues of the step as a linear map of (x, u, a).
+    double growth(limax_integrator integrator, double dt) const {
+        const long n = stiffness.rows();
+        const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n),
+                              none = Eigen::MatrixXd::Zero(n, n);
+        Eigen::MatrixXd step;
+        if (integrator == LIMAX_SYMPLECTIC_EULER) {
+            step.resize(2 * n, 2 * n);
+            const Eigen::MatrixXd kick = one - dt * damping;
+            step << one - dt * dt * stiffness, dt * kick, -dt * stiffness, kick;
+        } else {
+            // a' = -K x - C (u + a dt / 2), u' = u + dt a', x' = x + dt u'
+            step.resize(3 * n, 3 * n);
+            const Eigen::MatrixXd on_x = -stiffness, on_u = -damping, on_a = -0.5 * dt * damping;
+            step << one + dt * dt * on_x, dt * one + dt * dt * on_u, dt * dt * on_a, dt * on_x,
+                one + dt * on_u, dt * on_a, on_x, on_u, on_a;
+        }
+        return step.eigenvalues().cwiseAbs().maxCoeff();
+    }
+
+    // The largest stable step, by bisection between one that is and one that is not. Rigid motion has |z| = 1.
+    double limit(limax_integrator integrator, double stable) const {
+        double low = stable, high = 8 * stable;
+        for (int i = 0; i < 14; ++i) {
+            const double middle = std::sqrt(low * high);
+            (growth(integrator, middle) > 1 + 1e-6 ? high : low) = middle;
+        }
+        return low;
+    }
+};
+
+const limax_integrator integrators[] = {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG};
+
+double bound_of(const stage& scene, limax_integrator integrator) {
+    return time_step_bound(scene.body(), scene.setup.scene, integrator);
+}
+
+// Largest w^2 of a full n x n x n body of bone, 1/s^2.
+double stiffest_mode(int n) {
+    const stage body(lattice{n, n, n});
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(linear_body(body, false, false).stiffness,
+                                                          Eigen::EigenvaluesOnly)
+        .eigenvalues()
+        .maxCoeff();
+}
+
+// Throws every mass of a body at random: up to `deform` metres and `speed` metres per second.
+void throw_about(simulation& run, int robot, uint32_t seed, double deform, double speed) {
+    snapshot start = state_of(run, robot);
+    uint32_t state = seed * 747796405u + 2891336453u;
+    const auto draw = [&] {
+        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 24) * 2 - 1;
+    };
+    for (double& x : start.positions) x += deform * draw();
+    for (double& v : start.velocities) v += speed * draw();
+    run.place(robot, start.positions.data(), start.velocities.data());
+}
+
+}  // namespace
+
+TEST_CASE("the closed form of one mass is the limit that Jury's conditions give") {
+    // x'' = -w^2 x - gamma x', stepped until it grows or not, on both sides of the formula
+    for (const limax_integrator integrator : integrators)
+        for (const double w : {100.0, 1000.0})
+            for (const double gamma : {0.0, 0.1 * w, 0.5 * w, 2.0 * w}) {
+                const double limit = stable_step(integrator, w * w, gamma);
+                for (const double share : {0.995, 1.005}) {
+                    const double dt = share * limit;
+                    double x = 1, u = 0, p = 0;
+                    for (int i = 0; i < 20000 && std::fabs(x) < 1e6; ++i) {
+                        const double next = u + dt * (-w * w * x - gamma * p);
+                        p = integrator == LIMAX_LEAPFROG ? next + 0.5 * (next - u) : next;
+                        u = next;
+                        x += dt * u;
+                    }
+                    CAPTURE(int(integrator));
+                    CAPTURE(gamma / w);
+                    CHECK((std::fabs(x) < 100) == (share < 1));
+                }
+            }
+}
+
+TEST_CASE(
+    "the bound is at least 0.30 of the bisected limit, 0.35 for symplectic Euler, and never above "
+    "it") {
+    for (const limax_integrator integrator : integrators)
+        for (int which = 0; which < 5; ++which) {
+            const bool ground = which != 1, damped = which != 2;
+            stage body(which == 4 ? lattice{3, 2, 2} : lattice{2, 2, 2});
+            if (which >= 3) body.randomize(40 + which, which == 4);
+            if (damped) body.effects({"damping"});
+            if (ground) body.effects({"ground"});
+            const double bound = bound_of(body, integrator);
+            const double limit = linear_body(body, damped, ground).limit(integrator, 0.9 * bound);
+            CAPTURE(int(integrator));
+            CAPTURE(which);
+            MESSAGE("bound / limit = " << bound / limit);
+            CHECK(bound <= limit * 1.001);
+            if (ground) CHECK(bound >= (integrator == LIMAX_LEAPFROG ? 0.30 : 0.35) * limit);
+            CHECK(bound >= 0.29 * limit);
+        }
+}
+
+TEST_CASE("full 5x5x5 bone: the figures of the design") {
+    stage body(lattice{5, 5, 5});
+    body.effects({"damping", "ground"});
+    CHECK(bound_of(body, LIMAX_SYMPLECTIC_EULER) == doctest::Approx(4.9e-4).epsilon(0.02));
+    CHECK(bound_of(body, LIMAX_LEAPFROG) == doctest::Approx(3.3e-4).epsilon(0.02));
+}
+
+TEST_CASE("random, deformed, thrown bodies stay stable at 0.99 of the bound") {
+    for (const limax_integrator integrator : integrators)
+        for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+            const int count = 24;
+            stage bodies(lattice{3, 3, 3}, count);
+            bodies.randomize(100 + integrator, true);
+            bodies.effects({"gravity", "ground", "friction", "damping", "actuation"});
+            bodies.setup.options.integrator = integrator;
+            bodies.setup.options.precision = precision;
+            bodies.setup.options.bound_fraction = 0.99;
+            bodies.setup.options.duration = 3;
+            bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+            bodies.setup.options.position[2] = 0.2;
+            auto run = bodies.open();
+            for (int robot = 0; robot < count; ++robot)
+                throw_about(*run, robot, 1000 + robot, 0.03, robot % 3 == 0 ? 20.0 : 3.0);
+            stage::finish(*run);
+            for (int robot = 0; robot < count; ++robot) {
+                CAPTURE(robot);
+                REQUIRE(run->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+                const trace_view energy = trace_of(*run, robot, LIMAX_TRACE_ENERGY);
+                const double start = energy.at(0, 0) + energy.at(0, 1) + energy.at(0, 2);
+                const double end = energy.at(60, 0) + energy.at(60, 1) + energy.at(60, 2);
+                // muscles put in a little, damping takes out the throw
+                CHECK(end < start + 5.0);
+            }
+        }
+}
+
+TEST_CASE(
+    "a step of 1.02 of the true limit diverges and is flagged, for full bone of the size of the "
+    "paper's robots") {
+    for (const int n : {3, 5})
+        for (const limax_integrator integrator : integrators) {
+            stage body(lattice{n, n, n});
+            body.effects({"damping"});
+            // one material and one mass: C = (c / k) K, so the stiffest mode decides and one eigenvalue gives the limit
+            static const double stiffest[2] = {stiffest_mode(3), stiffest_mode(5)};
+            const double w2 = stiffest[n == 5],
+                         gamma = w2 * body.body().damping[0] / body.body().stiffness[0];
+            const double limit = stable_step(integrator, w2, gamma);
+            if (n == 5)
+                CHECK(
+                    limit ==
+                    doctest::Approx(integrator == LIMAX_LEAPFROG ? 9.6e-4 : 1.23e-3).epsilon(0.01));
+            for (const double share : {0.98, 1.02}) {
+                // a sample rate whose interval is one step: whole hertz are fine enough, within 0.1 %
+                const int rate = static_cast<int>(std::lround(1.0 / (share * limit)));
+                body.setup.options.integrator = integrator;
+                body.setup.options.time_step = 1.0 / rate;
+                body.setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = rate;
+                body.setup.options.duration = 10;
+                auto run = body.open();
+                throw_about(*run, 0, 5, 1e-4, 0);
+                stage::finish(*run);
+                CAPTURE(n);
+                CAPTURE(int(integrator));
+                CAPTURE(share);
+                CHECK(run->outcomes()[0].status ==
+                      (share < 1 ? LIMAX_ROBOT_DONE : LIMAX_ROBOT_DIVERGED));
+                CHECK(run->outcomes()[0].time_step > run->outcomes()[0].time_step_bound);
+            }
+        }
+}
+
+TEST_CASE(
+    "steps fall on samples, and a fixed step that does not is refused with the nearest that does") {
+    limax_simulation_options options = default_options();
+    options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
+    options.record[LIMAX_TRACE_CONTACT] = 20;
+    options.settle = 0.503;
+    options.duration = 1.0;
+    const schedule plan = make_schedule(options, 3.3e-4);
+    CHECK(plan.time_step <= 0.9 * 3.3e-4);
+    CHECK(plan.time_step * double(plan.every[LIMAX_TRACE_CENTER_OF_MASS]) ==
+          doctest::Approx(0.02).epsilon(1e-12));
+    CHECK(plan.settle_steps * plan.time_step == doctest::Approx(0.51).epsilon(1e-12));
+    CHECK(plan.samples[LIMAX_TRACE_CENTER_OF_MASS] == 51);
+    CHECK(plan.samples[LIMAX_TRACE_CONTACT] == 21);
+    options.time_step = 1e-5;
+    CHECK(make_schedule(options, 1).time_step == doctest::Approx(1e-5).epsilon(1e-15));
+    options.time_step = 3e-4;
+    CHECK_THROWS_WITH_AS(make_schedule(options, 1),
+                         "time_step is 0.0003 s, which does not divide the sample interval of 0.01 "
+                         "s; the nearest that "
+                         "does is 0.000303030303 s",
+                         error);
+}

@@ -1,0 +1,151 @@
+// isolation_test.cpp: a robot's bits depend on nothing but itself: not on threads, slices, neighbours or instruction set; and one
+// that diverges ends alone, with its reason.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+stage walkers(int count, int precision = LIMAX_COMPENSATED, int integrator = LIMAX_LEAPFROG) {
+    stage bodies(lattice{3, 3, 2}, count);
+    bodies.randomize(77);
+    bodies.effects({"gravity", "ground", "friction", "damping", "actuation"});
+    bodies.setup.options.precision = precision;
+    bodies.setup.options.integrator = integrator;
+    bodies.setup.options.settle = 0.1;
+    bodies.setup.options.duration = 0.5;
+    bodies.setup.options.record[LIMAX_TRACE_POSITION] = 20;
+    bodies.setup.options.record[LIMAX_TRACE_VELOCITY] = 20;
+    bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+    return bodies;
+}
+
+bool same_bits(const simulation& a, int i, const simulation& b, int j) {
+    const limax_outcome &left = a.outcomes()[i], &right = b.outcomes()[j];
+    if (std::memcmp(&left, &right, sizeof left) != 0) return false;
+    for (const int kind : {LIMAX_TRACE_POSITION, LIMAX_TRACE_VELOCITY, LIMAX_TRACE_ENERGY}) {
+        const trace_view x = trace_of(a, i, kind), y = trace_of(b, j, kind);
+        if (x.samples != y.samples || x.width != y.width) return false;
+        if (std::memcmp(x.data, y.data, sizeof(double) * x.samples * x.width) != 0) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+TEST_CASE("one thread or three: the same bits") {
+    const stage bodies = walkers(7);
+    const auto one = bodies.run(1), three = bodies.run(3);
+    for (int i = 0; i < 7; ++i) CHECK(same_bits(*one, i, *three, i));
+}
+
+TEST_CASE("one slice or many: the same bits") {
+    for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+        const stage bodies = walkers(2, precision);
+        const auto whole = bodies.run();
+        auto sliced = bodies.open();
+        for (int64_t steps = 1; !sliced->advance(0, steps).finished; steps = steps % 37 + 1) {
+        }
+        for (int i = 0; i < 2; ++i) CHECK(same_bits(*whole, i, *sliced, i));
+    }
+}
+
+TEST_CASE("every instruction set that this processor runs: the same bits") {
+    for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE})
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            const stage bodies = walkers(2, precision, integrator);
+            const auto reference = bodies.run(1, "baseline");
+            std::istringstream names(cpu::available_isas());
+            int compared = 0;
+            for (std::string isa; std::getline(names, isa, ',');) {
+                const auto other = bodies.run(1, isa.c_str());
+                CAPTURE(isa);
+                for (int i = 0; i < 2; ++i) CHECK(same_bits(*reference, i, *other, i));
+                ++compared;
+            }
+            CHECK(compared >= 1);
+        }
+}
+
+TEST_CASE(
+    "alone or among 64, some of which diverge: the same bits, and the reasons are told apart") {
+    const stage bodies = walkers(64);
+    auto crowd = bodies.open();
+    const auto disturb = [&](int robot, double place, double speed) {
+        snapshot start = state_of(*crowd, robot);
+        start.positions[0] += place;
+        start.velocities[0] += speed;
+        crowd->place(robot, start.positions.data(), start.velocities.data());
+    };
+    disturb(3, 0, 2000);   // above max_speed at once
+    disturb(10, -2.5, 0);  // 20 edges away from its neighbours
+    disturb(40, 0, 1e20);  // overflows within a step
+    stage::finish(*crowd);
+    CHECK(crowd->outcomes()[3].status == LIMAX_ROBOT_DIVERGED);
+    CHECK(crowd->outcomes()[3].reason == LIMAX_SPEED);
+    CHECK(crowd->outcomes()[3].step == 0);
+    CHECK(crowd->outcomes()[10].status == LIMAX_ROBOT_DIVERGED);
+    CHECK(crowd->outcomes()[10].reason == LIMAX_STRETCH);
+    CHECK(crowd->outcomes()[40].status == LIMAX_ROBOT_DIVERGED);
+    for (const int robot : {0, 2, 4, 9, 11, 39, 41, 63}) {
+        stage alone = walkers(64);
+        std::fill(alone.setup.mask.begin(), alone.setup.mask.end(), 0);
+        alone.setup.mask[robot] = 1;
+        const auto single = alone.run();
+        CHECK(crowd->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+        CHECK(same_bits(*single, robot, *crowd, robot));
+        CHECK(single->outcomes()[(robot + 1) % 64].status == LIMAX_ROBOT_SKIPPED);
+    }
+}
+
+TEST_CASE("what is not a number is flagged as such, within 64 steps") {
+    stage body = walkers(1, LIMAX_SINGLE);
+    body.setup.options.max_speed = 1e30;
+    body.setup.options.max_stretch = 1e15;
+    auto run = body.open();
+    snapshot start = state_of(*run);
+    start.velocities[0] = 1e25;
+    run->place(0, start.positions.data(), start.velocities.data());
+    stage::finish(*run);
+    CHECK(run->outcomes()[0].status == LIMAX_ROBOT_DIVERGED);
+    CHECK(run->outcomes()[0].reason == LIMAX_NONFINITE);
+    CHECK(run->outcomes()[0].step <= 64);
+    CHECK(std::isnan(run->outcomes()[0].path_length));
+}
+
+TEST_CASE("an effect that never fires changes no bit") {
+    stage flight(lattice{2, 2, 2});
+    flight.randomize(9);
+    flight.effects({"damping", "actuation"});
+    flight.setup.options.precision = LIMAX_COMPENSATED;
+    flight.setup.options.position[2] = 100.0;
+    stage with_ground = stage(lattice{2, 2, 2});
+    with_ground.randomize(9);
+    with_ground.effects({"damping", "actuation", "ground", "friction"});
+    with_ground.setup.options = flight.setup.options;
+    // the bounds differ, so the step is fixed
+    flight.setup.options.time_step = with_ground.setup.options.time_step = 1e-4;
+    const snapshot a = state_of(*flight.run()), b = state_of(*with_ground.run());
+    CHECK(a.positions == b.positions);
+    CHECK(a.velocities == b.velocities);
+}
+
+TEST_CASE("an interrupt stops between steps and leaves a state that goes on to the same bits") {
+    const stage bodies = walkers(2);
+    const auto whole = bodies.run();
+    auto stopped = bodies.open();
+    stopped->advance(0, 100);
+    set_interrupted(true);
+    const limax_progress progress = stopped->advance(1.0, 0);
+    CHECK(progress.interrupted == 1);
+    CHECK(progress.finished == 0);
+    set_interrupted(false);
+    stage::finish(*stopped);
+    for (int i = 0; i < 2; ++i) CHECK(same_bits(*whole, i, *stopped, i));
+}

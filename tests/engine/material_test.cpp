@@ -1,0 +1,266 @@
+// material_test.cpp: the paper's table to the digit, every way a table can be wrong, and changes at run time.
+#include "body/material.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "base/error.h"
+
+namespace {
+
+using limax::material_table;
+
+// A correct table of four materials, to be spoilt in one place at a time.
+const std::string correct = R"({
+  "schema": "limax.materials/1",
+  "name": "test",
+  "fields": {
+    "stiffness": { "unit": "N/m", "minimum": 10, "maximum": 1e6, "source": "test" },
+    "mass_per_site": { "unit": "kg", "minimum": 1e-3, "maximum": 10, "source": "test" },
+    "damping_ratio": { "unit": "1", "minimum": 0, "maximum": 1, "source": "test" },
+    "amplitude": { "unit": "1", "minimum": 0, "maximum": 0.5, "source": "test" },
+    "phase": { "unit": "rad", "minimum": 0, "maximum": 3, "source": "test" },
+    "stiffness_floor": { "unit": "1", "minimum": 0, "maximum": 1, "source": "test" }
+  },
+  "materials": [
+    { "name": "empty", "letter": ".", "kind": "empty" },
+    { "name": "push", "letter": "e", "kind": "expanding", "stiffness": 2000, "mass_per_site": 0.1,
+      "damping_ratio": 0.1, "amplitude": 0.25, "phase": 3, "stiffness_floor": 0.2 },
+    { "name": "pull", "letter": "c", "kind": "contracting", "stiffness": 2000, "mass_per_site": 0.1,
+      "damping_ratio": 0.1, "amplitude": 0.25, "phase": 3, "stiffness_floor": 0.2 },
+    { "name": "soft", "letter": "s", "kind": "passive", "stiffness": 1000.5, "mass_per_site": 0.1,
+      "damping_ratio": 0.1, "stiffness_floor": 0.2 }
+  ]
+})";
+
+std::string spoilt(const std::string& from, const std::string& to) {
+    std::string text = correct;
+    const std::size_t at = text.find(from);
+    REQUIRE_MESSAGE(at != std::string::npos, from);
+    return text.replace(at, from.size(), to);
+}
+
+// The text of the failure of `body`, checked to carry `status`.
+template <class Body>
+std::string failure(limax_status status, const Body& body) {
+    try {
+        body();
+    } catch (const limax::error& caught) {
+        CHECK(caught.status() == status);
+        return caught.what();
+    }
+    return "no failure";
+}
+
+// The correct table with `from` replaced by `to` must fail with exactly this text after "my.json: ".
+void check_refused(const std::string& from, const std::string& to, const std::string& text) {
+    const std::string table = spoilt(from, to);
+    CHECK(failure(LIMAX_INVALID_FILE, [&] { material_table::parse(table, "my.json"); }) ==
+          "my.json: " + text);
+}
+
+}  // namespace
+
+TEST_CASE("the paper's table holds the paper's values exactly") {
+    const material_table table = material_table::load(LIMAX_SOURCE_DIR "/materials/paper.json");
+    CHECK(table.name() == "paper");
+    REQUIRE(table.count() == 5);
+    const char* const letters[5] = {".", "e", "c", "s", "b"};
+    const int32_t kinds[5] = {LIMAX_EMPTY, LIMAX_EXPANDING, LIMAX_CONTRACTING, LIMAX_PASSIVE,
+                              LIMAX_PASSIVE};
+    const double stiffness[5] = {0, 2e3, 2e3, 1e3, 1e4};
+    for (int32_t i = 0; i < 5; ++i) {
+        const limax_material& material = table.at(i);
+        const bool muscle = i == 1 || i == 2, solid = i > 0;
+        CHECK(std::strcmp(material.letter, letters[i]) == 0);
+        CHECK(material.kind == kinds[i]);
+        CHECK(limax::is_muscle(material) == muscle);
+        CHECK(material.stiffness == stiffness[i]);
+        CHECK(material.mass_per_site == (solid ? 0.1 : 0.0));
+        CHECK(material.damping_ratio == (solid ? 0.1 : 0.0));
+        CHECK(material.stiffness_floor == (solid ? 0.2 : 0.0));
+        CHECK(material.amplitude == (muscle ? 0.25 : 0.0));
+        CHECK(material.phase == (muscle ? 3.141592653589793 : 0.0));
+    }
+    // the engine's own ranges, stated in full
+    const struct {
+        const char *name, *unit;
+        double minimum, maximum;
+    } fields[] = {{"stiffness", "N/m", 1, 1e7},           {"mass_per_site", "kg", 1e-6, 1e4},
+                  {"damping_ratio", "1", 0, 2},           {"amplitude", "1", 0, 0.95},
+                  {"phase", "rad", 0, 3.141592653589793}, {"stiffness_floor", "1", 0, 1}};
+    for (const auto& expected : fields) {
+        const limax::material_field& field = table.field(expected.name);
+        CHECK(field.unit == expected.unit);
+        CHECK(field.minimum == expected.minimum);
+        CHECK(field.maximum == expected.maximum);
+        CHECK(field.source.size() > 10);
+    }
+}
+
+TEST_CASE("a correct table is read, in any order of its fields") {
+    const material_table table = material_table::parse(correct, "my.json");
+    CHECK(table.count() == 4);
+    CHECK(table.at(3).stiffness == 1000.5);
+    // zeros where a kind has no number are no mistake, so that a table can be written out in full
+    const material_table full = material_table::parse(
+        spoilt("\"kind\": \"empty\"", "\"kind\": \"empty\", \"stiffness\": 0, \"phase\": 0"),
+        "my.json");
+    CHECK(full.at(0).stiffness == 0);
+}
+
+TEST_CASE("wrong numbers name file, material, field, value and range") {
+    check_refused("1000.5", "-5",
+                  "material 4 \"soft\": stiffness is -5; it must be 10 to 1000000 N/m");
+    check_refused("1000.5", "1e7",
+                  "material 4 \"soft\": stiffness is 10000000; it must be 10 to 1000000 N/m");
+    check_refused(
+        "1000.5", "\"hard\"",
+        "material 4 \"soft\": stiffness is \"hard\"; it must be a number, 10 to 1000000 N/m");
+    check_refused("1000.5", "null",
+                  "material 4 \"soft\": stiffness is null; it must be a number, 10 to 1000000 N/m");
+    check_refused(
+        "1000.5", "[1000]",
+        "material 4 \"soft\": stiffness is [1000]; it must be a number, 10 to 1000000 N/m");
+    check_refused("\"amplitude\": 0.25", "\"amplitude\": 0.51",
+                  "material 2 \"push\": amplitude is 0.51; it must be 0 to 0.5");
+    check_refused("\"stiffness\": 1000.5, ", "",
+                  "material 4 \"soft\": the field stiffness is missing");
+    check_refused("\"phase\": 3, ", "", "material 2 \"push\": the field phase is missing");
+    check_refused("\"damping_ratio\": 0.1, \"stiffness_floor\": 0.2 }\n  ]",
+                  "\"damping_ratio\": 0.1, \"stiffness_floor\": 0.2, \"amplitude\": 0.1 }\n  ]",
+                  "material 4 \"soft\": amplitude is 0.1; a material of kind passive has none, so "
+                  "it must be 0 or absent");
+    check_refused("\"kind\": \"empty\"", "\"kind\": \"empty\", \"mass_per_site\": 1",
+                  "material 1 \"empty\": mass_per_site is 1; a material of kind empty has none, so "
+                  "it must be 0 or absent");
+}
+
+TEST_CASE("wrong names, letters, kinds and fields") {
+    check_refused("\"stiffness\": 1000.5", "\"stifness\": 1000.5",
+                  "material 4 \"soft\": unknown field \"stifness\"; the fields here are name, "
+                  "letter, kind, stiffness, "
+                  "mass_per_site, damping_ratio, amplitude, phase, stiffness_floor");
+    check_refused("\"name\": \"pull\"", "\"name\": \"push\"",
+                  "material 3 \"push\": an earlier material has the same name");
+    check_refused("\"letter\": \"s\"", "\"letter\": \"c\"",
+                  "material 4 \"soft\": letter \"c\" is that of \"pull\" already");
+    check_refused("\"letter\": \"s\"", "\"letter\": \"so\"",
+                  "material 4 \"soft\": letter is \"so\"; it must be one visible ASCII character");
+    check_refused("\"letter\": \"s\"", "\"letter\": \" \"",
+                  "material 4 \"soft\": letter is \" \"; it must be one visible ASCII character");
+    check_refused("\"name\": \"soft\"", "\"name\": 7",
+                  "material 4: name is 7; it must be a string that is not empty");
+    check_refused("\"name\": \"soft\"", "\"name\": \"\"",
+                  "material 4: name is \"\"; it must be a string that is not empty");
+    check_refused(
+        "\"name\": \"soft\"", "\"name\": \"a\\u0000b\"",
+        std::string(
+            "material 4 \"a\0b\": name is \"a\\u0000b\"; it must have no control characters", 86));
+    check_refused(
+        "\"name\": \"soft\"", "\"name\": \"" + std::string(32, 'x') + "\"",
+        "material 4 \"" + std::string(32, 'x') + "\": name has 32 bytes; it must have at most 31");
+    check_refused("\"kind\": \"passive\"", "\"kind\": \"active\"",
+                  "material 4 \"soft\": kind is \"active\"; it must be empty, passive, expanding "
+                  "or contracting");
+    check_refused("\"kind\": \"passive\"", "\"kind\": \"empty\"",
+                  "material 4 \"soft\": kind is \"empty\"; only the first material may be");
+    check_refused(
+        "\"kind\": \"empty\"", "\"kind\": \"passive\"",
+        "material 1 \"empty\": kind is \"passive\"; the first material must be the empty one");
+    check_refused("{ \"name\": \"empty\", \"letter\": \".\", \"kind\": \"empty\" }", "3",
+                  "material 1: expected an object, not 3");
+}
+
+TEST_CASE("wrong tables around the materials") {
+    check_refused("materials/1", "materials/9",
+                  "schema is \"limax.materials/9\"; this engine reads \"limax.materials/1\"");
+    check_refused("\"schema\": \"limax.materials/1\",", "", "the field schema is missing");
+    check_refused("\"name\": \"test\",", "", "the field name is missing");
+    check_refused(
+        "\"name\": \"test\",", "\"name\": \"test\", \"author\": \"me\",",
+        "unknown field \"author\"; the fields here are schema, name, note, fields, materials");
+    check_refused(
+        "\"materials\": [", "\"materials\": 1, \"note\": [",
+        "note is [{\"kind\":\"empty\",\"letter\":\".\",\"name\":\"empty\"},{\"amplitu...; it must "
+        "be a string that is not empty");
+    check_refused("\"unit\": \"N/m\"", "\"unit\": \"kN/m\"",
+                  "fields, stiffness: unit is \"kN/m\"; it must be \"N/m\"");
+    check_refused("\"maximum\": 0.5", "\"maximum\": 1.5",
+                  "fields, amplitude: maximum is 1.5; the engine allows 0 to 0.95");
+    check_refused("\"minimum\": 10,", "\"minimum\": 0,",
+                  "fields, stiffness: minimum is 0; the engine allows 1 to 10000000");
+    check_refused("\"minimum\": 10,", "\"minimum\": 2e6,",
+                  "fields, stiffness: minimum 2000000 is above maximum 1000000");
+    check_refused("\"maximum\": 0.5, \"source\": \"test\"", "\"maximum\": 0.5",
+                  "fields, amplitude: the field source is missing");
+    check_refused("\"fields\": {", "\"fields\": { \"colour\": {},",
+                  "fields: unknown field \"colour\"; the fields here are stiffness, mass_per_site, "
+                  "damping_ratio, "
+                  "amplitude, phase, stiffness_floor");
+
+    std::string many = correct;
+    for (int i = 0; i < 13; ++i)
+        many.insert(many.find("    { \"name\": \"push\""),
+                    "{ \"name\": \"x\", \"letter\": \"x\", \"kind\": \"passive\" },\n");
+    CHECK(failure(LIMAX_INVALID_FILE, [&] { material_table::parse(many, "my.json"); }) ==
+          "my.json: materials has 17 entries; it must have 2 to 16, the empty one first");
+    CHECK(failure(LIMAX_INVALID_FILE, [] { material_table::parse("[]", "my.json"); }) ==
+          "my.json: expected an object with schema, name, fields, materials, not []");
+}
+
+TEST_CASE("broken JSON: line and column, and no field may stand twice") {
+    const auto text_of = [](const std::string& text) {
+        return failure(LIMAX_INVALID_FILE, [&] { material_table::parse(text, "my.json"); });
+    };
+    CHECK(text_of(spoilt("\"name\": \"test\",", "\"name\": test,"))
+              .find("my.json: line 3, column 12: broken JSON: ") == 0);
+    CHECK(text_of("").find("my.json: line 1, column 1: broken JSON: ") == 0);
+    CHECK(text_of("{\n  \"schema\"").find("my.json: line 2, column 11: broken JSON: ") == 0);
+    CHECK(text_of(correct + "x").find("broken JSON") != std::string::npos);
+    CHECK(text_of(spoilt("1000.5", "1e999")).find("my.json: broken JSON: ") == 0);
+    CHECK(text_of(spoilt("1000.5", "NaN")).find("broken JSON") != std::string::npos);
+    CHECK(text_of(spoilt("\"test\"", "\"\xff\"")).find("broken JSON") != std::string::npos);
+    CHECK(text_of(spoilt("\"stiffness\": 1000.5", "\"stiffness\": 1000.5, \"stiffness\": 5")) ==
+          "my.json: the field \"stiffness\" stands twice in one object");
+}
+
+TEST_CASE("a file that cannot be read says so") {
+    CHECK(failure(LIMAX_IO, [] { material_table::load("/no/such/table.json"); }) ==
+          "/no/such/table.json: No such file or directory");
+    CHECK(failure(LIMAX_IO, [] { material_table::load("/"); }) == "/: Is a directory");
+}
+
+TEST_CASE("numbers can be set within their ranges, on copies of their own") {
+    const material_table table = material_table::parse(correct, "my.json");
+    material_table copy = table;
+    copy.set(1, "amplitude", 0.5);
+    copy.set(3, "stiffness", 10);
+    CHECK(copy.at(1).amplitude == 0.5);
+    CHECK(copy.at(3).stiffness == 10);
+    CHECK(table.at(1).amplitude == 0.25);
+
+    const auto refused = [&](int32_t index, const char* field, double value) {
+        return failure(LIMAX_INVALID_ARGUMENT, [&] { copy.set(index, field, value); });
+    };
+    CHECK(refused(1, "amplitude", 0.6) ==
+          "material \"push\": amplitude is 0.6; it must be 0 to 0.5");
+    CHECK(refused(1, "stiffness", std::nan("")) ==
+          "material \"push\": stiffness is nan; it must be 10 to 1000000 N/m");
+    CHECK(refused(1, "stiffness", std::numeric_limits<double>::infinity()) ==
+          "material \"push\": stiffness is inf; it must be 10 to 1000000 N/m");
+    CHECK(refused(3, "phase", 1) ==
+          "material \"soft\": phase is 1; a material of kind passive has none, so it must be 0 or "
+          "absent");
+    CHECK(refused(4, "stiffness", 100) == "material 5 does not exist; there are 4");
+    CHECK(refused(-1, "stiffness", 100) == "material 0 does not exist; there are 4");
+    CHECK(refused(1, "weight", 100) ==
+          "unknown material field \"weight\"; the fields are stiffness, mass_per_site, "
+          "damping_ratio, amplitude, phase, "
+          "stiffness_floor");
+    CHECK(copy.at(1).amplitude == 0.5);
+    CHECK(copy.at(1).stiffness == 2000);
+}

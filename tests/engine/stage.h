@@ -1,0 +1,140 @@
+// stage.h: small scenes for the physics tests: one body per robot, run on the CPU device through the backend's own interface.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backend/cpu/device.h"
+#include "backend/cpu/robot.h"
+
+namespace limax::test {
+
+// The paper's materials, by index: 0 empty, 1 expanding, 2 contracting, 3 soft, 4 bone.
+inline std::vector<limax_material> paper_materials() {
+    const double pi = 3.14159265358979323846;
+    const auto make = [](limax_material_kind kind, double stiffness, double amplitude,
+                         double phase) {
+        limax_material material{};
+        material.kind = kind;
+        material.stiffness = stiffness;
+        material.mass_per_site = 0.1;
+        material.damping_ratio = 0.1;
+        material.amplitude = amplitude;
+        material.phase = phase;
+        return material;
+    };
+    return {make(LIMAX_EMPTY, 0, 0, 0), make(LIMAX_EXPANDING, 2e3, 0.25, pi),
+            make(LIMAX_CONTRACTING, 2e3, 0.25, pi), make(LIMAX_PASSIVE, 1e3, 0, 0),
+            make(LIMAX_PASSIVE, 1e4, 0, 0)};
+}
+
+inline limax_simulation_options default_options() {
+    limax_simulation_options options{};
+    options.integrator = LIMAX_LEAPFROG;
+    options.precision = LIMAX_DOUBLE;
+    options.duration = 1.0;
+    options.bound_fraction = 0.9;
+    options.edge = 0.1;
+    options.max_speed = 1000.0;
+    options.max_stretch = 10.0;
+    return options;
+}
+
+// A population of bodies with equal lattice, to be filled in and run.
+struct stage {
+    simulation_setup setup;
+
+    explicit stage(lattice grid, int count = 1, uint8_t material = 4) {
+        setup.options = default_options();
+        setup.materials = paper_materials();
+        setup.grid = grid;
+        setup.count = count;
+        setup.voxels = array<uint8_t>(count * grid.voxels());
+        setup.weights = array<float>(3 * count * grid.voxels());
+        for (uint8_t& voxel : setup.voxels) voxel = material;
+        for (float& weight : setup.weights) weight = 1.0f;
+        setup.bodies.assign(count, LIMAX_BODY_VALID);
+        setup.mask.assign(count, 1);
+    }
+
+    stage& effects(const std::vector<std::string>& names) {
+        for (const std::string& name : names) setup.scene.add(name);
+        return *this;
+    }
+    stage& set(const char* effect, const char* field, std::vector<double> values) {
+        setup.scene.set(effect, field, values.data(), static_cast<int>(values.size()));
+        return *this;
+    }
+    // Random materials (no empty voxel unless `holes`) and weights, the same for the same seed.
+    stage& randomize(uint32_t seed, bool holes = false) {
+        uint32_t state = seed * 2654435761u + 1;
+        const auto draw = [&] { return (state = state * 1664525u + 1013904223u) >> 8; };
+        for (uint8_t& voxel : setup.voxels)
+            voxel = static_cast<uint8_t>(holes ? draw() % 5 : 1 + draw() % 4);
+        for (float& weight : setup.weights)
+            weight = 0.2f + 0.8f * static_cast<float>(draw() % 1000) / 999.0f;
+        return *this;
+    }
+    simulation_setup copy() const {
+        simulation_setup result;
+        result.options = setup.options;
+        result.scene = setup.scene;
+        result.materials = setup.materials;
+        result.grid = setup.grid;
+        result.count = setup.count;
+        result.voxels = array<uint8_t>(setup.voxels.size());
+        result.weights = array<float>(setup.weights.size());
+        std::copy(setup.voxels.begin(), setup.voxels.end(), result.voxels.begin());
+        std::copy(setup.weights.begin(), setup.weights.end(), result.weights.begin());
+        result.bodies = setup.bodies;
+        result.mask = setup.mask;
+        return result;
+    }
+    std::unique_ptr<simulation> open(int threads = 1, const char* isa = "") const {
+        return cpu::make_cpu_device(threads, isa)->simulate(copy());
+    }
+    std::unique_ptr<simulation> run(int threads = 1, const char* isa = "") const {
+        auto result = open(threads, isa);
+        finish(*result);
+        return result;
+    }
+    static void finish(simulation& simulation) {
+        while (!simulation.advance(1.0, 0).finished) {
+        }
+    }
+    // Masses and springs of robot `index`, as the simulation makes them.
+    spring_body body(int index = 0) const {
+        return spring_body(body_description{
+            setup.grid, setup.voxels.data() + index * setup.grid.voxels(),
+            setup.weights.data() + 3 * index * setup.grid.voxels(), setup.materials.data(),
+            setup.options.edge, limax_sharing(setup.options.sharing), true, true});
+    }
+};
+
+struct trace_view {
+    const double* data;
+    int64_t samples, width;
+    double at(int64_t sample, int64_t column) const { return data[sample * width + column]; }
+};
+
+inline trace_view trace_of(const simulation& simulation, int robot, int kind) {
+    trace_view view{};
+    simulation.trace(robot, kind, &view.data, &view.samples, &view.width);
+    return view;
+}
+
+// Positions and velocities of a robot at its current time, [mass][3] each.
+struct snapshot {
+    std::vector<double> positions, velocities;
+};
+inline snapshot state_of(simulation& simulation, int robot = 0) {
+    simulation.state(robot, nullptr, nullptr);  // prepares it, so that its masses are counted
+    const std::size_t size = 3 * simulation.outcomes()[robot].masses;
+    snapshot result{std::vector<double>(size), std::vector<double>(size)};
+    simulation.state(robot, result.positions.data(), result.velocities.data());
+    return result;
+}
+
+}  // namespace limax::test
