@@ -385,7 +385,8 @@ limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t 
 /* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its first step; either may be null. */
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities);
-/* Current state of one robot, world coordinates, each [mass][3]; either may be null. */
+/* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are prepared when they are first
+ * stepped, placed or asked for their state: from then on their outcome knows masses, springs and time steps. */
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
 

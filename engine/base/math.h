@@ -157,7 +157,8 @@ LIMAX_LAW float logistic(float x) {
 // = (m - 1)/(m + 1); L fits (2 atanh(s) - 2 s)/s^3 on |s| <= (sqrt(2) - 1)/(sqrt(2) + 1). -infinity
 // at 0, NaN below.
 LIMAX_LAW double logarithm(double x) {
-    constexpr double infinity = __builtin_inf();
+    const double infinity = bits_as<double>(uint64_t(0x7ff) << 52);
+    const double not_a_number = bits_as<double>(uint64_t(0xfff) << 51);
     const bool subnormal = x < 0x1p-1022;
     const uint64_t bits = bits_as<uint64_t>(subnormal ? x * 0x1p54 : x);
     // Measures the exponent from sqrt(1/2), plus 1024 so that it cannot be negative.
@@ -172,7 +173,7 @@ LIMAX_LAW double logarithm(double x) {
                                 0x1.39a1d41a09461p-3, 0x1.2f048829dd516p-3);
     const double tail = fma(s * z, l, k * 0x1.abc9e3b39803fp-56);  // ln 2 in two parts
     const double result = fma(k, 0x1.62e42fefa39efp-1, fma(s, 2.0, tail));
-    const double finite = x > 0.0 ? result : (x == 0.0 ? -infinity : __builtin_nan(""));
+    const double finite = x > 0.0 ? result : (x == 0.0 ? -infinity : not_a_number);
     return x < infinity ? finite : x + x;  // infinity and NaN pass through
 }
 

@@ -127,7 +127,7 @@ lattice checked_lattice(const int32_t size[3], const std::string& what, double b
         what + format(" on a lattice of %dx%dx%d voxels", size[0], size[1], size[2]);
     require_memory(whole, bytes_per_voxel * voxels);
     // 13 springs begin at a site, and they are counted in 32 bits.
-    constexpr double most_sites = 2147483647 / direction_count;
+    constexpr double most_sites = 2147483647.0 / direction_count;
     if (sites > most_sites)
         fail(LIMAX_INVALID_ARGUMENT,
              whole + format(" has %.4g sites; a body can have %.4g", sites, most_sites));

@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <system_error>
 
 #include "base/error.h"
 
@@ -215,6 +216,9 @@ private:
         if (!entry.is_object()) refuse(place, "expected an object, not " + shown(entry));
         limax_material material = {};
         const std::string name = string_of(entry, place, "name");
+        for (const char c : name)
+            if (static_cast<unsigned char>(c) < ' ')
+                refuse(place, "name is " + shown(name) + "; it must have no control characters");
         place += " \"" + name + "\"";
         std::vector<std::string> names = {"name", "letter", "kind"};
         for (const limit& l : limits) names.emplace_back(l.name);
@@ -223,9 +227,6 @@ private:
         if (name.size() >= sizeof material.name)
             refuse(place, format("name has %zu bytes; it must have at most %zu", name.size(),
                                  sizeof material.name - 1));
-        for (const char c : name)
-            if (static_cast<unsigned char>(c) < ' ')
-                refuse(place, "name is " + shown(name) + "; it must have no control characters");
         std::memcpy(material.name, name.data(), name.size());
         const std::string letter = string_of(entry, place, "letter");
         if (letter.size() != 1 || letter[0] <= ' ' || letter[0] > '~')
@@ -279,13 +280,14 @@ material_table material_table::parse(const std::string& text, const std::string&
 material_table material_table::load(const std::string& path) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
                                                                &std::fclose);
-    if (!file) fail(LIMAX_IO, path + ": " + std::strerror(errno));
+    if (!file) fail(LIMAX_IO, path + ": " + std::generic_category().message(errno));
     std::string text;
     char piece[4096];
     std::size_t length;
     while ((length = std::fread(piece, 1, sizeof piece, file.get())) > 0)
         text.append(piece, length);
-    if (std::ferror(file.get())) fail(LIMAX_IO, path + ": " + std::strerror(errno));
+    if (std::ferror(file.get()))
+        fail(LIMAX_IO, path + ": " + std::generic_category().message(errno));
     return parse(text, path);
 }
 

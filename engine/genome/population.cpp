@@ -227,6 +227,7 @@ limax_diversity population::diversity(const int32_t* robots, int32_t count) cons
     out.genotype = code_ ? genotype(robots, count) : std::nan("");
 
     std::vector<uint64_t> hashes;
+    hashes.reserve(static_cast<std::size_t>(count));
     for (int32_t k = 0; k < count; ++k) {
         const limax_body& body = bodies_[std::size_t(robots[k])];
         hashes.push_back(body.hash);

@@ -1,0 +1,40 @@
+--- engine.lua: the engine's objects as Lua sees them, over the C interface of limax.h. Indices
+--- count from 1, every failure raises at the caller's line, every object has `:free()` and keeps
+--- what it needs alive. The library in scripts/lib is written on top of this; scripts rarely need
+--- it.
+
+local abi = require "limax.engine.abi"
+local device = require "limax.engine.device"
+local encoding = require "limax.engine.encoding"
+local fault = require "limax.engine.fault"
+local materials = require "limax.engine.materials"
+local memory = require "limax.engine.memory"
+local names = require "limax.engine.names"
+local population = require "limax.engine.population"
+local random = require "limax.engine.random"
+local scene = require "limax.engine.scene"
+local simulation = require "limax.engine.simulation"
+local view = require "limax.engine.view"
+
+---@class limax.engine
+return {
+  version = abi.version,
+  names = names,
+
+  device = device.device,
+  materials = materials.materials,
+  encoding = encoding.encoding,
+  population = population.population,
+  effects = scene.effects,
+  scene = scene.scene,
+  simulation = simulation.simulation,
+  random = random,
+
+  is_view = view.is_view,
+  bytes_held = memory.bytes_held,
+  collect = memory.collect,
+  limit_time = simulation.limit_time,
+  fail = fault.raise,
+  where = fault.where,
+  place = fault.place,
+}

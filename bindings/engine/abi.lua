@@ -1,0 +1,41 @@
+--- abi.lua: the engine's C interface: declares limax.h to the FFI, checks that library and scripts
+--- speak the same version of it, and turns a status into an error at the caller's line.
+
+local ffi = require "ffi"
+local host = require "limax.host"
+local fault = require "limax.engine.fault"
+
+local abi = {}
+
+-- a second declaration would be an error, and a REPL may load this file again
+if not pcall(ffi.typeof, "limax_population *") then ffi.cdef(host.cdef) end
+
+--- The engine's functions and constants.
+abi.C = ffi.C
+local C = ffi.C
+
+do
+  local loaded, version = pcall(function() return C.limax_abi_version() end)
+  if not loaded then
+    error("the engine's library (liblimax) is not loaded: run this under the limax executable", 0)
+  end
+  if version ~= C.LIMAX_ABI then
+    local text = "the engine speaks version %d of its interface, the scripts in %s speak version "
+      .. "%d: binary and data folder come from different builds; build or install them together"
+    error(text:format(version, host.home, tonumber(C.LIMAX_ABI)), 0)
+  end
+end
+
+--- Version of the engine, such as "0.1.0".
+abi.version = ffi.string(C.limax_version())
+
+--- Raises the engine's text where `status` is a failure.
+---@param status integer
+---@param what string|nil the call, put in front of the text
+function abi.check(status, what)
+  if status == C.LIMAX_OK then return end
+  local text = ffi.string(C.limax_error_text())
+  fault.raise(what and what .. ": " .. text or text)
+end
+
+return abi

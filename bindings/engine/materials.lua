@@ -1,0 +1,168 @@
+--- materials.lua: material tables: what each letter of a body is made of. Indices count from 1, and
+--- material 1 is always the empty one. SI units.
+
+local ffi = require "ffi"
+local host = require "limax.host"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local fault = require "limax.engine.fault"
+local memory = require "limax.engine.memory"
+local names = require "limax.engine.names"
+local object = require "limax.engine.object"
+local suggest = require "limax.suggest"
+
+local C = abi.C
+local class = object.class("material table", C.limax_materials_free)
+local methods = class.__index
+
+---@class limax.materials : limax.object
+---@field count integer
+---@field name string
+
+---@class limax.material
+---@field name string
+---@field letter string
+---@field kind "empty"|"passive"|"expanding"|"contracting"
+---@field stiffness number N/m
+---@field mass_per_site number kg
+---@field damping_ratio number 1
+---@field amplitude number largest relative change of rest length, 1
+---@field phase number largest phase, rad
+---@field stiffness_floor number smallest stiffness weight, 1
+
+-- numbers of a material, in the interface's order; the last list: those that muscles alone have
+local FIELDS = {
+  "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase", "stiffness_floor",
+}
+local MUSCLE_FIELDS = { amplitude = true, phase = true }
+local SCHEMA = "limax.materials/1"
+
+local function wrap(out)
+  return object.new(class, out[0], {
+    count = C.limax_materials_count(out[0]), name = ffi.string(C.limax_materials_name(out[0])),
+  })
+end
+
+-- Path of a table that comes with limax.
+local function shipped(name)
+  local folder = host.home .. "/materials"
+  local path = ("%s/%s.json"):format(folder, name)
+  if host.file.exists(path) == "file" then return path end
+  local known = {}
+  for _, file in ipairs(host.file.list(folder) or {}) do
+    known[#known + 1] = file:match "^(.+)%.json$"
+  end
+  fault.raise(("materials: there is no table %q in %s%s"):format(name, folder,
+    suggest.ending(name, known)))
+end
+
+--- Reads a material table.
+---@param source string|table a path that ends in .json, the name of a shipped table, or the table
+---@return limax.materials
+local function materials(source)
+  memory.collect()
+  local out = ffi.new "limax_materials *[1]"
+  if type(source) == "table" then
+    if getmetatable(source) == class then
+      arguments.refuse("materials", "a path, a name or a plain table (materials:copy() copies)",
+        "materials")
+    end
+    local encoded, text = pcall(host.json.encode, source)
+    if not encoded then fault.raise("materials: " .. tostring(text)) end
+    abi.check(C.limax_materials_parse(text, #text, "materials", out))
+    return wrap(out)
+  end
+  arguments.text("materials", source)
+  local path = source:match "%.json$" and source or shipped(source)
+  abi.check(C.limax_materials_load(path, out))
+  return wrap(out)
+end
+
+--- One material.
+---@param i integer
+---@return limax.material
+function methods:get(i)
+  local handle = object.handle("materials:get", self, class)
+  arguments.index("materials:get", i, self.count)
+  local material = ffi.new "limax_material"
+  abi.check(C.limax_materials_get(handle, i - 1, material))
+  local result = {
+    name = ffi.string(material.name), letter = ffi.string(material.letter),
+    kind = names.material_kind.text[material.kind],
+  }
+  for _, field in ipairs(FIELDS) do result[field] = material[field] end
+  return result
+end
+
+--- Index of the material with this letter or name, or nil.
+---@param letter_or_name string
+---@return integer|nil
+function methods:index(letter_or_name)
+  arguments.text("materials:index", letter_or_name)
+  for i = 1, self.count do
+    local material = self:get(i)
+    if material.letter == letter_or_name or material.name == letter_or_name then return i end
+  end
+  return nil
+end
+
+--- Sets one number of one material, within the field's legal range.
+---@param i integer
+---@param field string
+---@param value number
+function methods:set(i, field, value)
+  local handle = object.handle("materials:set", self, class)
+  arguments.index("materials:set", i, self.count)
+  arguments.known("materials:set", { [arguments.text("materials:set: field", field)] = true },
+    FIELDS)
+  abi.check(C.limax_materials_set(handle, i - 1, field, arguments.number(field, value)))
+end
+
+--- What is known of a field: unit, legal range (inclusive) and where its numbers come from.
+---@param name string
+---@return { unit: string, minimum: number, maximum: number, source: string }
+function methods:field(name)
+  local handle = object.handle("materials:field", self, class)
+  arguments.known("materials:field", { [arguments.text("materials:field", name)] = true }, FIELDS)
+  local unit, source = ffi.new "const char *[1]", ffi.new "const char *[1]"
+  local minimum, maximum = ffi.new "double[1]", ffi.new "double[1]"
+  abi.check(C.limax_materials_field(handle, name, unit, minimum, maximum, source))
+  return {
+    unit = ffi.string(unit[0]), source = ffi.string(source[0]),
+    minimum = minimum[0], maximum = maximum[0],
+  }
+end
+
+--- A second table with the same values, which may be changed on its own.
+---@return limax.materials
+function methods:copy()
+  memory.collect()
+  local out = ffi.new "limax_materials *[1]"
+  abi.check(C.limax_materials_copy(object.handle("materials:copy", self, class), out))
+  return wrap(out)
+end
+
+--- The table as plain Lua values, as a material file holds them; `engine.materials` accepts it
+--- again.
+---@return table
+function methods:table()
+  local result = { schema = SCHEMA, name = self.name, fields = {}, materials = {} }
+  for _, field in ipairs(FIELDS) do result.fields[field] = self:field(field) end
+  for i = 1, self.count do
+    local material = self:get(i)
+    for _, field in ipairs(FIELDS) do
+      local absent = material.kind == "empty"
+        or (material.kind == "passive" and MUSCLE_FIELDS[field])
+      if absent then material[field] = nil end
+    end
+    result.materials[i] = material
+  end
+  return result
+end
+
+function class:__tostring()
+  if not self.handle then return "freed material table" end
+  return ("materials %q (%d)"):format(self.name, self.count)
+end
+
+return { class = class, materials = materials }

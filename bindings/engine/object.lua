@@ -1,0 +1,89 @@
+--- object.lua: what every object over a C handle shares: a handle that ends with `:free()` or with
+--- the collector, a life whose stamp tells views that their data are gone, and the refusal to use a
+--- freed object.
+
+local ffi = require "ffi"
+local fault = require "limax.engine.fault"
+
+local object = {}
+
+---@class limax.life
+---@field stamp integer raised whenever what the views show is replaced
+---@field why string|nil what raised it last, with its line
+
+--- A life that views can hold on to.
+---@return limax.life
+function object.life() return { stamp = 1 } end
+
+--- Ends every view of `life` that exists now.
+---@param life limax.life
+---@param why string completes "this view ended when ..."
+function object.end_views(life, why)
+  life.stamp = life.stamp + 1
+  life.why = ("%s (%s)"):format(why, fault.where())
+end
+
+---@class limax.object
+---@field handle ffi.cdata*|nil nil once freed
+---@field life limax.life
+local shared = {}
+
+--- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views of
+--- it end.
+---@param why string|nil completes "this view ended when ..."
+function shared:free(why)
+  if not self.handle then return end
+  ffi.gc(self.handle, nil)
+  self.end_handle(self.handle)
+  self.handle = nil
+  self.freed = fault.where()
+  object.end_views(self.life, why or ("its %s was freed"):format(self.kind_name))
+end
+
+--- A class: a metatable whose methods include `:free()`.
+---@param kind_name string the word for it in messages
+---@param end_handle ffi.cdata* the C function that frees a handle
+---@return table class methods go into class.__index
+function object.class(kind_name, end_handle)
+  local class = { __index = { kind_name = kind_name, end_handle = end_handle, free = shared.free } }
+  function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end
+  return class
+end
+
+--- Makes an object of `class` that owns `handle`.
+---@param class table
+---@param handle ffi.cdata*
+---@param fields table|nil
+---@return table
+function object.new(class, handle, fields)
+  local self = fields or {}
+  -- the C function itself: a closure would be kept alive by the finaliser table and keep its owner
+  -- alive in turn
+  self.handle = ffi.gc(handle, class.__index.end_handle)
+  self.life = object.life()
+  return setmetatable(self, class)
+end
+
+local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end
+
+--- The handle of `value`, which must be a living object of `class`.
+---@param what string the argument's name in messages
+---@param value any
+---@param class table
+---@return ffi.cdata*
+function object.handle(what, value, class)
+  local kind_name = class.__index.kind_name
+  if type(value) ~= "table" or getmetatable(value) ~= class then
+    local came = type(value)
+    local other = came == "table" and getmetatable(value)
+    if other and type(other.__index) == "table" then came = other.__index.kind_name or came end
+    fault.raise(("%s: expected %s, got %s"):format(what, with_article(kind_name),
+      came == "nil" and "nil" or with_article(came)))
+  end
+  if not value.handle then
+    fault.raise(("%s: this %s was freed (%s)"):format(what, kind_name, value.freed))
+  end
+  return value.handle
+end
+
+return object

@@ -1,0 +1,228 @@
+--- population.lua: many robots of one lattice: their genomes, and (in bodies.lua) their bodies.
+--- Robots count from 1.
+
+local ffi = require "ffi"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local device = require "limax.engine.device"
+local encoding = require "limax.engine.encoding"
+local fault = require "limax.engine.fault"
+local in_ranges = require "limax.engine.ranges"
+local materials = require "limax.engine.materials"
+local memory = require "limax.engine.memory"
+local object = require "limax.engine.object"
+local view = require "limax.engine.view"
+
+local C = abi.C
+local class = object.class("population", C.limax_population_free)
+local methods = class.__index
+require "limax.engine.bodies"(class)
+
+-- counts of the interface are 32-bit
+local MOST = 2147483647
+
+local BREEDING = {
+  "mutation_rate", "mutation_scale", "crossover_rate", "seed", "repetition", "generation", "elites",
+}
+
+---@class limax.population : limax.object
+---@field count integer robots
+---@field genes integer numbers in a genome, 0 without an encoding
+---@field lattice integer[] voxels along x, y, z
+
+---@class limax.breeding
+---@field mutation_rate number per gene, 0 to 1
+---@field mutation_scale number standard deviation of a mutation
+---@field crossover_rate number chance of a gene to come from the second parent, 0 to 1
+---@field seed number|string
+---@field repetition integer
+---@field generation integer of the children
+---@field elites integer|nil the first so many children are copies of their first parent; 0
+
+--- Makes a population whose genomes are 0 and whose bodies are empty.
+---@param options { lattice: integer[]|nil, count: integer, encoding: limax.encoding|nil }
+---@return limax.population
+local function population(options)
+  arguments.known("population", arguments.table("population", options),
+    { "lattice", "count", "encoding" })
+  local coder = options.encoding
+  local coder_handle = coder ~= nil
+    and object.handle("population: encoding", coder, encoding.class) or nil
+  local lattice = options.lattice
+  if lattice == nil and coder then lattice = coder.lattice end
+  lattice = arguments.list("population: lattice", lattice, 3, -MOST, MOST)
+  local count = arguments.integer("population: count", options.count, -MOST, MOST)
+  memory.collect()
+  local out = ffi.new "limax_population *[1]"
+  abi.check(C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out),
+    "population")
+  return object.new(class, out[0], {
+    count = count, genes = coder and coder.genes or 0, lattice = lattice,
+    voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
+    -- of the material table that bodies were last read by
+    materials_count = tonumber(C.LIMAX_MAX_MATERIALS),
+  })
+end
+
+local free = methods.free
+
+--- Ends the population now; views of it end.
+---@param why string|nil completes "this view ended when ..."
+function methods:free(why)
+  if not self.handle then return end
+  free(self, why)
+  object.end_views(self.bodies_life, why or "its population was freed")
+end
+
+local function genomes_of(self, what)
+  local handle = object.handle(what, self, class)
+  if self.genes == 0 then
+    fault.raise(what .. ": this population has no genomes, for it was made without an encoding")
+  end
+  return C.limax_population_genomes(handle)
+end
+
+--- Draws the initial genomes: weights N(0, 1 / fan_in) times the encoding's initial_scale, biases
+--- 0.
+---@param first integer|nil
+---@param count integer|nil
+function methods:initialize(first, count)
+  genomes_of(self, "population:initialize")
+  object.end_views(self.life, "its population was initialized")
+  in_ranges("population:initialize", self.count, first, count, function(at, robots)
+    abi.check(C.limax_population_initialize(self.handle, at, robots), "population:initialize")
+  end)
+end
+
+-- What express and check share.
+local function reading(self, what, table_of_materials, options, known)
+  object.handle(what, self, class)
+  object.handle(what .. ": materials", table_of_materials, materials.class)
+  options = options == nil and {} or arguments.table(what, options)
+  arguments.known(what, options, known)
+  local muscle = options.require_muscle
+  muscle = muscle ~= nil and arguments.boolean(what .. ": require_muscle", muscle)
+  self.materials_count = table_of_materials.count
+  return muscle and 1 or 0, options
+end
+
+--- Makes bodies of genomes.
+---@param table_of_materials limax.materials
+---@param options { require_muscle: boolean|nil, device: limax.device|nil }|nil
+---@param first integer|nil
+---@param count integer|nil
+function methods:express(table_of_materials, options, first, count)
+  local what = "population:express"
+  genomes_of(self, what)
+  local muscle, given = reading(self, what, table_of_materials, options,
+    { "require_muscle", "device" })
+  local target = device.handle(what, given.device)
+  object.end_views(self.bodies_life, "its population was expressed")
+  in_ranges(what, self.count, first, count, function(at, robots)
+    abi.check(C.limax_population_express(self.handle, table_of_materials.handle, muscle, target,
+      at, robots), what)
+  end)
+end
+
+--- Finds out what bodies written by hand are; nothing is removed from them.
+---@param table_of_materials limax.materials
+---@param options { require_muscle: boolean|nil }|nil
+---@param first integer|nil
+---@param count integer|nil
+function methods:check(table_of_materials, options, first, count)
+  local what = "population:check"
+  local muscle = reading(self, what, table_of_materials, options, { "require_muscle" })
+  in_ranges(what, self.count, first, count, function(at, robots)
+    abi.check(C.limax_population_check(self.handle, table_of_materials.handle, muscle, at, robots),
+      what)
+  end)
+end
+
+-- The parents of each child, [child][2] from 0.
+local function pairs_of_indices(what, given, children, parents)
+  if #arguments.table(what .. ": pairs", given) ~= children then
+    arguments.refuse_count(what .. ": pairs", ("a pair for each of %d children"):format(children),
+      #given)
+  end
+  local list = ffi.new("int32_t[?]", 2 * children)
+  for child = 1, children do
+    local pair = given[child]
+    local name = ("%s: pairs[%d]"):format(what, child)
+    if type(pair) ~= "table" or #pair ~= 2 then
+      arguments.refuse_count(name, "a list of 2 indices", type(pair) == "table" and #pair, pair)
+    end
+    for k = 1, 2 do
+      local parent = arguments.index(("%s[%d]"):format(name, k), pair[k], parents)
+      list[2 * child - 3 + k] = parent - 1
+    end
+  end
+  return list
+end
+
+--- Writes this population's genomes: elites are copies of their first parent, the others cross and
+--- mutate.
+---@param parents limax.population
+---@param pairs_of_parents integer[][] { i, j } for each child
+---@param options limax.breeding
+---@param on limax.device|nil
+function methods:breed(parents, pairs_of_parents, options, on)
+  local what = "population:breed"
+  genomes_of(self, what)
+  genomes_of(parents, what .. ": parents")
+  arguments.known(what, arguments.table(what, options), BREEDING)
+  local list = pairs_of_indices(what, pairs_of_parents, self.count, parents.count)
+  local breeding = ffi.new "limax_breeding"
+  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate" } do
+    breeding[name] = arguments.number(("%s: %s"):format(what, name), options[name])
+  end
+  breeding.seed = arguments.seed(what .. ": seed", options.seed)
+  breeding.repetition = arguments.integer(what .. ": repetition", options.repetition, 1, MOST)
+  breeding.generation = arguments.integer(what .. ": generation", options.generation, 0, MOST)
+  breeding.elites = arguments.integer(what .. ": elites", options.elites or 0, 0, self.count)
+  local target = device.handle(what, on)
+  object.end_views(self.life, "its population was bred")
+  in_ranges(what, self.count, 1, self.count, function(at, robots)
+    abi.check(C.limax_population_breed(self.handle, parents.handle, list, breeding, target, at,
+      robots), what)
+  end)
+end
+
+--- Genome of robot i.
+---@param i integer
+---@return limax.view [gene]
+function methods:genome(i)
+  local genomes = genomes_of(self, "population:genome")
+  arguments.index("population:genome", i, self.count)
+  return view.new {
+    what = "a genome", data = genomes + (i - 1) * self.genes, element = "float",
+    shape = { self.genes }, life = self.life, owner = self,
+  }
+end
+
+--- All genomes as little-endian 32-bit floats, [robot][gene].
+---@return string
+function methods:genomes_bytes()
+  local genomes = genomes_of(self, "population:genomes_bytes")
+  return ffi.string(genomes, self.count * self.genes * ffi.sizeof "float")
+end
+
+--- Writes all genomes, from what genomes_bytes gave.
+---@param bytes string
+function methods:set_genomes(bytes)
+  local what = "population:set_genomes"
+  local genomes = genomes_of(self, what)
+  local expected = self.count * self.genes * ffi.sizeof "float"
+  if #arguments.text(what, bytes) ~= expected then
+    arguments.refuse(what,
+      ("%d bytes (%d robots of %d genes)"):format(expected, self.count, self.genes), #bytes)
+  end
+  object.end_views(self.life, "its genomes were set")
+  ffi.copy(genomes, bytes, expected)
+end
+
+function class:__tostring()
+  if not self.handle then return "freed population" end
+  return ("population of %d robots, %dx%dx%d voxels"):format(self.count, unpack(self.lattice))
+end
+
+return { class = class, population = population }

@@ -1,0 +1,67 @@
+--- random.lua: random numbers for scripts, functions of (seed, repetition, stream, generation,
+--- individual, draw) alone. Nothing else that happens in a run can change what they give.
+
+local ffi = require "ffi"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local fault = require "limax.engine.fault"
+local names = require "limax.engine.names"
+
+local C = abi.C
+
+---@class limax.random
+---@field draw integer numbers drawn so far
+local methods = {}
+local class = { __index = methods }
+
+-- The counter's place for the next number.
+local function next_draw(self)
+  if getmetatable(self) ~= class then
+    arguments.refuse("random", "a random: call it with a colon", self)
+  end
+  local draw = self.draw
+  if draw >= 4294967296 then
+    fault.raise "a random gives at most 2^32 numbers; make one for each individual"
+  end
+  self.draw = draw + 1
+  return draw
+end
+
+--- Uniform in [0, 1).
+---@return number
+function methods:uniform() return (C.limax_random_uniform(self.key, next_draw(self))) end
+
+--- Standard normal, N(0, 1).
+---@return number
+function methods:normal() return (C.limax_random_normal(self.key, next_draw(self))) end
+
+--- One of 1, 2, ... n.
+---@param n integer
+---@return integer
+function methods:integer(n)
+  if type(n) ~= "number" or n < 1 or n > 4294967295 or n ~= math.floor(n) then
+    arguments.refuse("random:integer", "an integer from 1 to 2^32 - 1", n)
+  end
+  return C.limax_random_integer(self.key, next_draw(self), n) + 1
+end
+
+--- A stream of random numbers, at its beginning.
+---@param seed number|string|ffi.cdata*
+---@param repetition integer 1, 2, ...
+---@param stream "selection"|"supervision"|"user"
+---@param generation integer|nil 0 if left out
+---@param individual integer|nil 0 if left out
+---@return limax.random
+local function random(seed, repetition, stream, generation, individual)
+  local key = ffi.new "limax_random_key"
+  key.seed = arguments.seed("random: seed", seed)
+  key.repetition = arguments.integer("random: repetition", repetition, 1, 4294967295)
+  key.stream = arguments.choice("random: stream", stream, names.stream)
+  key.generation = arguments.integer("random: generation", generation or 0, 0, 4294967295)
+  key.individual = arguments.integer("random: individual", individual or 0, 0, 4294967295)
+  return setmetatable({ key = key, draw = 0 }, class)
+end
+
+function class:__tostring() return ("random (%d drawn)"):format(self.draw) end
+
+return random

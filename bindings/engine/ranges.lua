@@ -1,0 +1,35 @@
+--- ranges.lua: long work over many robots, cut into calls short enough that Ctrl-C is answered
+--- between them. How it is cut never changes a result.
+
+local host = require "limax.host"
+local arguments = require "limax.engine.arguments"
+
+-- seconds that one call should take: well below the interface's 50 ms
+local AIM = 0.015
+
+--- Calls `work(first, count)` (first from 0) over robots first .. first + count - 1.
+---@param what string for messages
+---@param total integer robots there are
+---@param first integer|nil from 1
+---@param count integer|nil all that follow `first` if left out
+---@param work fun(first: integer, count: integer)
+local function in_ranges(what, total, first, count, work)
+  first = arguments.integer(what .. ": first", first or 1, 1, math.max(total, 1))
+  count = arguments.integer(what .. ": count", count or total - first + 1, 0, total - first + 1)
+  local at, stop, size = first - 1, first - 1 + count, 8
+  while at < stop do
+    host.raise_if_interrupted()
+    local now = math.min(size, stop - at)
+    local started = host.clock()
+    work(at, now)
+    local took = host.clock() - started
+    at = at + now
+    if took < AIM / 2 then
+      size = size * 2
+    elseif took > AIM then
+      size = math.max(1, math.floor(size / 2))
+    end
+  end
+end
+
+return in_ranges

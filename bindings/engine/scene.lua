@@ -1,0 +1,142 @@
+--- scene.lua: a scene is the list of its effects: `engine.scene { gravity = true, ground = {
+--- stiffness = 1e5 } }`. true takes an effect's defaults, a table changes some of its fields, false
+--- or nothing leaves it out. The springs of the bodies act in every scene.
+
+local ffi = require "ffi"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local fault = require "limax.engine.fault"
+local memory = require "limax.engine.memory"
+local object = require "limax.engine.object"
+
+local C = abi.C
+local class = object.class("scene", C.limax_scene_free)
+local methods = class.__index
+
+-- the effect that no scene is without
+local ALWAYS = "springs"
+
+---@class limax.field
+---@field name string
+---@field unit string
+---@field note string
+---@field components integer 1, or 3 for a vector
+---@field minimum number of each component
+---@field maximum number
+---@field value number[] the default
+
+---@class limax.effect
+---@field name string
+---@field summary string
+---@field needs string[] effects that must be there too
+---@field fields limax.field[]
+
+local function describe(effect)
+  local info = ffi.new "limax_effect_info"
+  abi.check(C.limax_effect_describe(effect, info))
+  local result = {
+    name = ffi.string(info.name), summary = ffi.string(info.summary), needs = {}, fields = {},
+  }
+  for need in ffi.string(info.needs):gmatch "[^,%s]+" do result.needs[#result.needs + 1] = need end
+  for i = 1, info.fields do
+    local field = ffi.new "limax_field_info"
+    abi.check(C.limax_effect_field(effect, i - 1, field))
+    local value = {}
+    for c = 1, field.components do value[c] = field.value[c - 1] end
+    result.fields[i] = {
+      name = ffi.string(field.name), unit = ffi.string(field.unit), note = ffi.string(field.note),
+      components = field.components, value = value, minimum = field.minimum,
+      maximum = field.maximum,
+    }
+  end
+  return result
+end
+
+--- Every effect that a scene can name, in the order in which they act.
+---@return limax.effect[]
+local function effects()
+  local list = {}
+  for i = 1, C.limax_effect_count() do list[i] = describe(i - 1) end
+  return list
+end
+
+-- Sets one field, and returns its value as scene:table() shows it.
+local function set(handle, effect, field, value)
+  local what = ("scene: %s.%s"):format(effect, field.name)
+  local numbers
+  if field.components == 1 then
+    numbers = { arguments.number(what, value) }
+  else
+    numbers = arguments.list(what, value, field.components)
+  end
+  local values = ffi.new("double[?]", field.components, numbers)
+  abi.check(C.limax_scene_set(handle, effect, field.name, values, field.components))
+  return field.components == 1 and numbers[1] or numbers
+end
+
+-- Adds one effect with the fields that `given` changes, and returns the values of all of them.
+local function add(handle, effect, given)
+  if effect.name ~= ALWAYS then abi.check(C.limax_scene_add(handle, effect.name)) end
+  local resolved, known = {}, {}
+  for i, field in ipairs(effect.fields) do known[i] = field.name end
+  if type(given) == "table" then arguments.known("scene: " .. effect.name, given, known) end
+  for _, field in ipairs(effect.fields) do
+    local value = type(given) == "table" and given[field.name] or nil
+    if value ~= nil then
+      resolved[field.name] = set(handle, effect.name, field, value)
+    else
+      resolved[field.name] = field.components == 1 and field.value[1] or field.value
+    end
+  end
+  return resolved
+end
+
+--- Makes a scene.
+---@param given table<string, boolean|table>
+---@return limax.scene
+local function scene(given)
+  arguments.table("scene", given)
+  local all, known = effects(), {}
+  for i, effect in ipairs(all) do known[i] = effect.name end
+  arguments.known("scene", given, known)
+  memory.collect()
+  local out = ffi.new "limax_scene *[1]"
+  abi.check(C.limax_scene_create(out))
+  local self = object.new(class, out[0])
+  self.resolved = {}
+  for _, effect in ipairs(all) do
+    local value = given[effect.name]
+    if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then
+      arguments.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
+    end
+    if effect.name == ALWAYS and value == false then
+      fault.raise(("scene: %s act in every scene and cannot be left out"):format(ALWAYS))
+    end
+    if value then
+      local resolved = add(self.handle, effect, value)
+      if effect.name ~= ALWAYS then self.resolved[effect.name] = resolved end
+    end
+  end
+  abi.check(C.limax_scene_check(self.handle))
+  return self
+end
+
+---@class limax.scene : limax.object
+
+--- The scene as a plain table: each effect with the value of every field. `engine.scene` accepts it
+--- again.
+---@return table<string, table>
+function methods:table()
+  object.handle("scene:table", self, class)
+  local result = {}
+  for effect, fields in pairs(self.resolved) do
+    local copy = {}
+    for name, value in pairs(fields) do
+      copy[name] = type(value) == "table" and { unpack(value) } or value
+    end
+    result[effect] = copy
+  end
+  return result
+end
+
+return { class = class, scene = scene, effects = effects }

@@ -1,0 +1,326 @@
+--- simulation.lua: bodies in a scene over time. A simulation copies its bodies; `advance` does
+--- whole steps for a slice of wall time, `run` repeats it to the end, and how it is sliced changes
+--- no bit. SI units.
+
+local ffi = require "ffi"
+local host = require "limax.host"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local device = require "limax.engine.device"
+local fault = require "limax.engine.fault"
+local materials = require "limax.engine.materials"
+local memory = require "limax.engine.memory"
+local names = require "limax.engine.names"
+local object = require "limax.engine.object"
+local population = require "limax.engine.population"
+local scene = require "limax.engine.scene"
+local view = require "limax.engine.view"
+
+local C = abi.C
+local class = object.class("simulation", C.limax_simulation_free)
+local methods = class.__index
+
+-- seconds of one slice of run(): short enough for progress and Ctrl-C
+local SLICE = 0.05
+
+local NUMBERS = {
+  "duration", "settle", "bound_fraction", "time_step_most", "edge", "max_speed", "max_stretch",
+}
+local CHOICES = { "integrator", "precision", "sharing" }
+local VECTORS = { "position", "velocity" }
+local OPTIONS = { "time_step", "record", unpack(NUMBERS) }
+for _, list in ipairs { CHOICES, VECTORS } do
+  for _, name in ipairs(list) do OPTIONS[#OPTIONS + 1] = name end
+end
+
+---@class limax.simulation : limax.object
+---@field count integer robots of the population, simulated or not
+---@field record table<string, integer> samples per second of each recorded trace
+---@field masses integer[] of each robot
+
+-- Options of a script in the interface's struct, over the library's defaults.
+local function options_of(given)
+  arguments.known("simulation", arguments.table("simulation", given), OPTIONS)
+  local o = ffi.new "limax_simulation_options"
+  C.limax_simulation_defaults(o)
+  for _, name in ipairs(NUMBERS) do
+    if given[name] ~= nil then o[name] = arguments.number("simulation: " .. name, given[name]) end
+  end
+  for _, name in ipairs(CHOICES) do
+    if given[name] ~= nil then
+      o[name] = arguments.choice("simulation: " .. name, given[name], names[name])
+    end
+  end
+  for _, name in ipairs(VECTORS) do
+    if given[name] ~= nil then
+      local values = arguments.list("simulation: " .. name, given[name], 3)
+      for axis = 1, 3 do o[name][axis - 1] = values[axis] end
+    end
+  end
+  local time_step = given.time_step
+  if time_step == "auto" then
+    o.time_step = 0
+  elseif time_step ~= nil then
+    if type(time_step) ~= "number" or not (time_step > 0 and time_step < math.huge) then
+      arguments.refuse("simulation: time_step", 'a number of seconds above 0, or "auto"', time_step)
+    end
+    o.time_step = time_step
+  end
+  local record = given.record == nil and {} or arguments.table("simulation: record", given.record)
+  arguments.known("simulation: record", record, names.trace.names)
+  local rates = {}
+  for _, name in ipairs(names.trace.names) do
+    local rate = record[name]
+    if rate ~= nil and rate ~= false then
+      rate = arguments.integer(("simulation: record.%s (Hz)"):format(name), rate, 0, 2147483647)
+      o.record[names.trace.value[name]] = rate
+      if rate > 0 then rates[name] = rate end
+    end
+  end
+  return o, rates
+end
+
+local function mask_of(mask, count)
+  if mask == nil then return nil end
+  if #arguments.table("simulation: mask", mask) ~= count then
+    arguments.refuse_count("simulation: mask", ("a list of %d, true or false"):format(count), #mask)
+  end
+  local bytes = ffi.new("uint8_t[?]", count)
+  for i = 1, count do
+    bytes[i - 1] = arguments.boolean(("simulation: mask[%d]"):format(i), mask[i]) and 1 or 0
+  end
+  return bytes
+end
+
+--- Prepares to simulate the robots of a population whose bodies were expressed or checked.
+---@param robots limax.population
+---@param table_of_materials limax.materials
+---@param in_scene limax.scene
+---@param options table see OPTIONS; what is left out has the engine's default
+---@param on limax.device|nil
+---@param mask boolean[]|nil which robots; all if left out
+---@return limax.simulation
+local function simulation(robots, table_of_materials, in_scene, options, on, mask)
+  local what = "simulation"
+  local population_handle = object.handle(what .. ": population", robots, population.class)
+  local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
+  local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
+  local o, rates = options_of(options == nil and {} or options)
+  local target = device.handle(what, on)
+  local bytes = mask_of(mask, robots.count)
+  memory.collect()
+  local out = ffi.new "limax_simulation *[1]"
+  abi.check(C.limax_simulation_create(population_handle, materials_handle, scene_handle, o, bytes,
+    target, out), what)
+  -- the engine counts a robot's masses when it begins, its buffers are needed before
+  local bodies, masses = C.limax_population_bodies(population_handle), {}
+  for i = 1, robots.count do masses[i] = bodies[i - 1].masses end
+  return object.new(class, out[0], { count = robots.count, record = rates, masses = masses })
+end
+
+-- When calls of advance() refuse to go on, and what they say then.
+local deadline, deadline_text = math.huge, nil
+
+--- Stops every simulation once `seconds` of wall time have passed from now: the next slice raises.
+--- nil lifts it.
+---@param seconds number|nil
+local function limit_time(seconds)
+  deadline = seconds and host.clock() + seconds or math.huge
+  deadline_text = seconds and ("the time limit of %g s has passed"):format(seconds)
+end
+
+---@class limax.progress
+---@field done integer robots that have ended, whatever their status
+---@field robots integer robots that are simulated
+---@field finished boolean
+---@field interrupted boolean the call was cut short by an interrupt; the state is whole
+---@field steps number robot steps done
+---@field steps_total number
+---@field spring_steps number springs times steps done
+
+--- Does whole steps for about `seconds` of wall time, or at most `steps` steps of each robot.
+---@param seconds number
+---@param steps integer|nil
+---@return limax.progress
+function methods:advance(seconds, steps)
+  local what = "simulation:advance"
+  local handle = object.handle(what, self, class)
+  arguments.number(what .. ": seconds", seconds)
+  steps = arguments.integer(what .. ": steps", steps or 0, 0, 2 ^ 53)
+  if host.clock() > deadline then fault.raise(deadline_text) end
+  local out = ffi.new "limax_progress"
+  abi.check(C.limax_simulation_advance(handle, seconds, steps, out), what)
+  return {
+    done = out.done, robots = out.robots,
+    finished = out.finished ~= 0, interrupted = out.interrupted ~= 0,
+    steps = out.steps, steps_total = out.steps_total, spring_steps = out.spring_steps,
+  }
+end
+
+--- Advances to the end. An interrupt raises host.interrupt and leaves a state that can be advanced
+--- further.
+---@param on_progress fun(progress: limax.progress)|nil called after each slice
+---@return limax.progress
+function methods:run(on_progress)
+  while true do
+    local progress = self:advance(SLICE)
+    if progress.interrupted then
+      host.raise_if_interrupted()
+      error(host.interrupt, 0)
+    end
+    if on_progress then on_progress(progress) end
+    if progress.finished then return progress end
+  end
+end
+
+---@class limax.outcome
+---@field status "skipped"|"running"|"done"|"invalid"|"diverged"
+---@field reason string|nil "no voxel", "no muscle"; "nonfinite", "speed", "stretch"
+---@field step integer steps done since the start of settling
+---@field steps integer steps in all
+---@field time number s since t = 0, negative while settling
+---@field time_step number s
+---@field time_step_bound number s
+---@field masses integer
+---@field springs integer
+---@field mass number kg
+---@field center_start number[] centre of mass at t = 0, m
+---@field center_middle number[] after half of the steps from t = 0
+---@field center_end number[] at the end
+---@field path_length number|nil m; this and the following: nil where their trace is not recorded
+---@field height number|nil m
+---@field contact number|nil 1
+---@field kinetic number|nil J
+---@field elastic number|nil J
+---@field muscle_work number|nil J
+---@field strain number|nil 1
+---@field strain_most number|nil 1
+
+local OUTCOME_NUMBERS = {
+  "time", "time_step", "time_step_bound", "masses", "springs", "mass",
+  "path_length", "height", "contact", "kinetic", "elastic", "muscle_work", "strain", "strain_most",
+}
+
+local function robot_index(self, what, i)
+  local handle = object.handle(what, self, class)
+  arguments.index(what, i, self.count)
+  return handle, i - 1
+end
+
+--- What became of robot i so far.
+---@param i integer
+---@return limax.outcome
+function methods:outcome(i)
+  local handle, robot = robot_index(self, "simulation:outcome", i)
+  local o = C.limax_simulation_outcomes(handle) + robot
+  local result = {
+    status = names.robot_status.text[o.status], step = tonumber(o.step), steps = tonumber(o.steps),
+  }
+  if result.status == "invalid" then result.reason = names.body_status.text[o.reason] end
+  if result.status == "diverged" then result.reason = names.divergence.text[o.reason] end
+  for _, name in ipairs(OUTCOME_NUMBERS) do
+    local value = o[name]
+    if value == value then result[name] = value end
+  end
+  for _, name in ipairs { "center_start", "center_middle", "center_end" } do
+    result[name] = { o[name][0], o[name][1], o[name][2] }
+  end
+  return result
+end
+
+--- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
+--- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2];
+--- with .rate, .unit, .samples.
+---@param i integer
+---@param kind string
+---@return limax.view
+function methods:trace(i, kind)
+  local what = "simulation:trace"
+  local handle, robot = robot_index(self, what, i)
+  local value = arguments.choice(what .. ": kind", kind, names.trace)
+  if not self.record[kind] then
+    fault.raise(("%s: %s was not recorded; add record = { %s = 50 } (Hz)"):format(what, kind, kind))
+  end
+  local data = ffi.new "const double *[1]"
+  local samples, width = ffi.new "int64_t[1]", ffi.new "int64_t[1]"
+  abi.check(C.limax_simulation_trace(handle, robot, value, data, samples, width), what)
+  local count, columns = tonumber(samples[0]), tonumber(width[0])
+  local per_mass = kind == "position" or kind == "velocity"
+  return view.new {
+    what = kind, data = data[0], element = "double", life = self.life, owner = self,
+    shape = per_mass and { count, columns / 3, 3 } or { count, columns },
+    fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count },
+  }
+end
+
+--- Site of each mass of robot i as the engine counts them, from 0: x + (nx + 1) (y + (ny + 1) z).
+---@param i integer
+---@return limax.view [mass]
+function methods:sites(i)
+  local handle, robot = robot_index(self, "simulation:sites", i)
+  local out = ffi.new "const int32_t *[1]"
+  abi.check(C.limax_simulation_sites(handle, robot, out), "simulation:sites")
+  local masses = self.masses[i]
+  return view.new {
+    what = "sites", data = out[0], element = "int32_t", shape = { masses },
+    life = self.life, owner = self,
+  }
+end
+
+--- Positions (m) and velocities (m/s) of robot i's masses now, world coordinates, as copies.
+---@param i integer
+---@return limax.view positions [mass][3]
+---@return limax.view velocities [mass][3]
+function methods:state(i)
+  local handle, robot = robot_index(self, "simulation:state", i)
+  local masses = self.masses[i]
+  local positions = ffi.new("double[?]", math.max(1, 3 * masses))
+  local velocities = ffi.new("double[?]", math.max(1, 3 * masses))
+  abi.check(C.limax_simulation_state(handle, robot, positions, velocities), "simulation:state")
+  local function copied(what, unit, data)
+    return view.new {
+      what = what, data = data, element = "double", shape = { masses, 3 },
+      life = object.life(), owner = data,
+      fields = { unit = unit },
+    }
+  end
+  return copied("positions", "m", positions), copied("velocities", "m/s", velocities)
+end
+
+-- [mass][3] numbers of a script as the interface takes them; nil stays nil.
+local function triples(what, given, masses)
+  if given == nil then return nil end
+  local count = view.is_view(given) and given:size() or type(given) == "table" and #given
+  if count == 3 * masses and type(given[1]) == "number" then
+    return ffi.new("double[?]", count, arguments.list(what, given, count))
+  elseif count ~= masses then
+    arguments.refuse_count(what, ("%d rows of 3 numbers"):format(masses), count, given)
+  end
+  local numbers = ffi.new("double[?]", math.max(1, 3 * masses))
+  for mass = 1, masses do
+    local row = given[mass]
+    if view.is_view(row) then row = row:table() end
+    row = arguments.list(("%s[%d]"):format(what, mass), row, 3)
+    for axis = 1, 3 do numbers[3 * mass - 4 + axis] = row[axis] end
+  end
+  return numbers
+end
+
+--- Puts the masses of robot i where and as fast as given (m, m/s), before its first step.
+---@param i integer
+---@param positions number[][]|number[]|limax.view|nil [mass][3], or one list
+---@param velocities number[][]|number[]|limax.view|nil [mass][3], or one list
+function methods:place(i, positions, velocities)
+  local what = "simulation:place"
+  local handle, robot = robot_index(self, what, i)
+  local masses = self.masses[i]
+  local x = triples(what .. ": positions", positions, masses)
+  local v = triples(what .. ": velocities", velocities, masses)
+  abi.check(C.limax_simulation_place(handle, robot, x, v), what)
+end
+
+function class:__tostring()
+  return self.handle and ("simulation of %d robots"):format(self.count) or "freed simulation"
+end
+
+return { class = class, simulation = simulation, limit_time = limit_time }

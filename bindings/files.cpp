@@ -1,0 +1,363 @@
+// files.cpp: files that survive a kill at any moment: whole or absent (write_atomic), or grown by
+// whole lines (append). Every function answers true (or its value), or nil and a message that names
+// the path and the system's reason.
+#include "files.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "guard.h"
+
+namespace limax::host {
+namespace {
+
+constexpr mode_t file_mode = 0666;    // less the umask
+constexpr mode_t folder_mode = 0777;  // less the umask
+const char* const lock_type = "limax.lock";
+
+// A failure of the system, turned into nil and a message where the Lua function ends.
+struct system_problem {
+    std::string message;
+};
+
+[[noreturn]] void fail(const char* what, const std::string& path) {
+    throw system_problem{std::string("cannot ") + what + " " + path + ": " + std::strerror(errno)};
+}
+
+class descriptor {
+public:
+    explicit descriptor(int number) : number_(number) {}
+    ~descriptor() {
+        if (number_ >= 0) close(number_);
+    }
+    descriptor(const descriptor&) = delete;
+    descriptor& operator=(const descriptor&) = delete;
+
+    bool fine() const { return number_ >= 0; }
+    int get() const { return number_; }
+    int release() {
+        const int number = number_;
+        number_ = -1;
+        return number;
+    }
+
+private:
+    int number_;
+};
+
+// Repeats a system call that a signal cut short.
+template <typename call>
+auto persist(call&& try_once) {
+    decltype(try_once()) result{};
+    do result = try_once();
+    while (result < 0 && errno == EINTR);
+    return result;
+}
+
+int open_path(const std::string& path, int flags) {
+    return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, file_mode); });
+}
+
+std::string folder_of(const std::string& path) {
+    const std::size_t slash = path.find_last_of('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// Makes what was created, renamed or removed in a folder survive a power cut.
+void sync_path(const std::string& path, int flags) {
+    const descriptor at(open_path(path, O_RDONLY | flags));
+    if (!at.fine()) fail("open", path);
+    // EINVAL: a file system that has nothing to do here
+    if (persist([&] { return fsync(at.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+}
+
+void write_all(const descriptor& file, std::string_view text, const std::string& path) {
+    while (!text.empty()) {
+        const ssize_t written =
+            persist([&] { return write(file.get(), text.data(), text.size()); });
+        if (written < 0) fail("write", path);
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+// A file beside `path` that nobody else has: a rename within a folder is atomic, one between file
+// systems is not possible.
+std::string temporary_beside(const std::string& path) {
+    static unsigned long serial = 0;
+    const std::string name = path.substr(path.find_last_of('/') + 1);
+    return folder_of(path) + "/." + name + "." + std::to_string(getpid()) + "-" +
+           std::to_string(++serial) + ".part";
+}
+
+// Where a text for `path` must really go: a link keeps pointing at what is replaced.
+std::string target_of(const std::string& path) {
+    struct stat found {};
+    if (lstat(path.c_str(), &found) != 0 || !S_ISLNK(found.st_mode)) return path;
+    std::error_code problem;
+    const std::filesystem::path real = std::filesystem::canonical(path, problem);
+    return problem ? path : real.string();
+}
+
+// Whether `path` is a terminal, a pipe, a device, or a name of an open file ("/dev/stdout"): such a
+// thing is written to, never replaced.
+bool is_stream(const std::string& path) {
+    struct stat found {};
+    if (stat(path.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) return false;
+    return !S_ISREG(found.st_mode) || path.rfind("/dev/", 0) == 0 || path.rfind("/proc/", 0) == 0;
+}
+
+void write_stream(const std::string& path, std::string_view text) {
+    // opened again, a file that a shell redirects to would be written at a place of its own
+    const bool standard = path == "/dev/stdout";
+    const descriptor stream(standard ? dup(STDOUT_FILENO) : open_path(path, O_WRONLY | O_APPEND));
+    if (!stream.fine()) fail("open", path);
+    // what was printed before comes first
+    std::fflush(nullptr);
+    write_all(stream, text, path);
+}
+
+void write_atomic(const std::string& link, std::string_view text) {
+    if (is_stream(link)) return write_stream(link, text);
+    const std::string path = target_of(link);
+    const std::string part = temporary_beside(path);
+    const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
+    if (!file.fine()) fail("create", path);
+    try {
+        write_all(file, text, path);
+        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
+        if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
+    } catch (const system_problem&) {
+        unlink(part.c_str());
+        throw;
+    }
+    sync_path(folder_of(path), O_DIRECTORY);
+}
+
+// One write of whole lines. What a full disk let through of it is taken back.
+void append(const std::string& path, std::string_view text) {
+    descriptor file(open_path(path, O_WRONLY | O_APPEND));
+    const bool created = !file.fine() && errno == ENOENT;
+    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT)
+                                   : file.release());
+    if (!fresh.fine()) fail("open", path);
+    const off_t before = lseek(fresh.get(), 0, SEEK_END);
+    const ssize_t written = persist([&] { return write(fresh.get(), text.data(), text.size()); });
+    if (written != static_cast<ssize_t>(text.size())) {
+        const int reason = written < 0 ? errno : ENOSPC;
+        if (written > 0 && before >= 0 && ftruncate(fresh.get(), before) != 0)
+            fail("take a part of a line back from", path);
+        errno = reason;
+        fail("append to", path);
+    }
+    // EINVAL: a pipe or a device, which keeps nothing
+    if (persist([&] { return fdatasync(fresh.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+    if (created) sync_path(folder_of(path), O_DIRECTORY);
+}
+
+// Makes the folder and those above it. A folder that is there is fine.
+void make_folder(const std::string& path) {
+    struct stat found {};
+    if (stat(path.c_str(), &found) == 0) {
+        if (S_ISDIR(found.st_mode)) return;
+        errno = ENOTDIR;
+        fail("make the folder", path);
+    }
+    const std::string above = folder_of(path.substr(0, path.find_last_not_of('/') + 1));
+    if (above != path && above != "." && above != "/") make_folder(above);
+    if (mkdir(path.c_str(), folder_mode) != 0 && errno != EEXIST) fail("make the folder", path);
+}
+
+std::vector<std::string> list_folder(const std::string& path) {
+    DIR* const folder = opendir(path.c_str());
+    if (folder == nullptr) fail("list", path);
+    std::vector<std::string> names;
+    errno = 0;
+    while (const dirent* const entry = readdir(folder)) {
+        const std::string name = entry->d_name;
+        if (name != "." && name != "..") names.push_back(name);
+    }
+    const int problem = errno;
+    closedir(folder);
+    errno = problem;
+    if (problem != 0) fail("list", path);
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+// Ends a Lua function: true, or nil and the message of a system_problem.
+template <typename work>
+int answer(lua_State* L, work&& try_it) {
+    std::string message;
+    try {
+        try_it();
+        lua_pushboolean(L, 1);
+        return 1;
+    } catch (const system_problem& problem) {
+        message = problem.message;
+    }
+    return push_failure(L, message);
+}
+
+std::string_view text_argument(lua_State* L, int index) {
+    std::size_t length = 0;
+    const char* const text = luaL_checklstring(L, index, &length);
+    return {text, length};
+}
+
+int lua_write_atomic(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    const std::string_view text = text_argument(L, 2);
+    return answer(L, [&] { write_atomic(path, text); });
+}
+
+int lua_append(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    const std::string_view text = text_argument(L, 2);
+    luaL_argcheck(L, !text.empty() && text.back() == '\n', 2,
+                  "whole lines are appended: the text must end in a line break");
+    return answer(L, [&] { append(path, text); });
+}
+
+int lua_mkdir(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    return answer(L, [&] { make_folder(path); });
+}
+
+// exists(path) -> "file" | "folder" | nil; whatever is not a folder counts as a file
+int lua_exists(lua_State* L) {
+    struct stat found {};
+    if (stat(path_argument(L, 1), &found) != 0)
+        lua_pushnil(L);
+    else
+        lua_pushstring(L, S_ISDIR(found.st_mode) ? "folder" : "file");
+    return 1;
+}
+
+int lua_list(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    std::vector<std::string> names;
+    const int results = answer(L, [&] { names = list_folder(path); });
+    if (results != 1) return results;
+    lua_createtable(L, static_cast<int>(names.size()), 0);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        lua_pushlstring(L, names[i].data(), names[i].size());
+        lua_rawseti(L, -2, static_cast<int>(i + 1));
+    }
+    return 1;
+}
+
+int lua_truncate(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    const lua_Number size = luaL_checknumber(L, 2);
+    luaL_argcheck(L, size >= 0 && size <= 9007199254740992.0, 2,
+                  "a size in bytes must not be negative");
+    return answer(L, [&] {
+        if (persist([&] { return truncate(path.c_str(), static_cast<off_t>(size)); }) != 0)
+            fail("truncate", path);
+        sync_path(path, 0);
+    });
+}
+
+// remove(path): a file, or a folder that is empty
+int lua_remove(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    return answer(L, [&] {
+        if (remove(path.c_str()) != 0) fail("remove", path);
+    });
+}
+
+int lua_rename(lua_State* L) {
+    const std::string from = path_argument(L, 1);
+    const std::string to = path_argument(L, 2);
+    return answer(L, [&] {
+        if (rename(from.c_str(), to.c_str()) != 0) fail("rename", from + " to " + to);
+        sync_path(folder_of(to), O_DIRECTORY);
+    });
+}
+
+// absolute(path): from the root, without "." and "..", links left as they are
+int lua_absolute(lua_State* L) {
+    const std::filesystem::path path =
+        std::filesystem::absolute(path_argument(L, 1)).lexically_normal();
+    std::string text = path.string();
+    if (text.size() > 1 && text.back() == '/') text.pop_back();
+    lua_pushlstring(L, text.data(), text.size());
+    return 1;
+}
+
+int lua_sync(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    return answer(L, [&] { sync_path(path, 0); });
+}
+
+// The lock is the open descriptor: it ends with the handle, and with the process however that ends.
+int lock_free(lua_State* L) {
+    auto* const held = static_cast<int*>(luaL_checkudata(L, 1, lock_type));
+    if (*held >= 0) close(*held);
+    *held = -1;
+    return 0;
+}
+
+// lock(path) -> handle | nil, message: a folder or a file (made if it is missing), for this process
+// alone
+int lua_lock(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
+    *held = -1;
+    luaL_getmetatable(L, lock_type);
+    lua_setmetatable(L, -2);
+    const int results = answer(L, [&] {
+        struct stat found {};
+        const bool missing = stat(path.c_str(), &found) != 0 && errno == ENOENT;
+        descriptor file(open_path(path, missing ? O_RDWR | O_CREAT : O_RDONLY));
+        if (!file.fine()) fail("open", path);
+        if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+            if (errno == EWOULDBLOCK) throw system_problem{path + " is in use by another process"};
+            fail("lock", path);
+        }
+        *held = file.release();
+    });
+    if (results != 1) return results;
+    lua_pop(L, 1);
+    return 1;
+}
+
+}  // namespace
+
+void open_files(lua_State* L) {
+    luaL_newmetatable(L, lock_type);
+    add_function<lock_free>(L, "free");
+    add_function<lock_free>(L, "__gc");
+    lua_pushvalue(L, -1);
+    lua_setfield(L, -2, "__index");
+    lua_pop(L, 1);
+
+    lua_newtable(L);
+    add_function<lua_write_atomic>(L, "write_atomic");
+    add_function<lua_append>(L, "append");
+    add_function<lua_mkdir>(L, "mkdir");
+    add_function<lua_exists>(L, "exists");
+    add_function<lua_list>(L, "list");
+    add_function<lua_truncate>(L, "truncate");
+    add_function<lua_remove>(L, "remove");
+    add_function<lua_rename>(L, "rename");
+    add_function<lua_absolute>(L, "absolute");
+    add_function<lua_sync>(L, "sync");
+    add_function<lua_lock>(L, "lock");
+    lua_setfield(L, -2, "file");
+}
+
+}  // namespace limax::host

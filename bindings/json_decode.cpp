@@ -1,0 +1,221 @@
+// json_decode.cpp: JSON text to Lua tables, built while nlohmann's parser reads. Stricter than the
+// grammar: no key twice in an object, no whole number that a double cannot hold, no nesting beyond
+// json_nesting.
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "json.h"
+
+namespace limax::host {
+namespace {
+
+// An iterator over the text that tells how far the parser has read: its events carry no position.
+struct cursor {
+    using iterator_category = std::input_iterator_tag;
+    using value_type = char;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const char*;
+    using reference = const char&;
+
+    const char* at;
+    const char** read;
+
+    reference operator*() const { return *at; }
+    cursor& operator++() {
+        *read = ++at;
+        return *this;
+    }
+    cursor operator++(int) {
+        const cursor before = *this;
+        ++*this;
+        return before;
+    }
+    bool operator==(const cursor& other) const { return at == other.at; }
+    bool operator!=(const cursor& other) const { return at != other.at; }
+};
+
+// "origin: line L, column C: what", columns counted in characters.
+std::string place(const std::string& origin, std::string_view text, std::size_t offset,
+                  const std::string& what) {
+    if (offset > text.size()) offset = text.size();
+    std::size_t line = 1;
+    std::size_t column = 1;
+    for (const char letter : text.substr(0, offset)) {
+        const bool continues = (static_cast<unsigned char>(letter) & 0xc0) == 0x80;
+        if (letter == '\n') {
+            ++line;
+            column = 1;
+        } else if (!continues) {
+            ++column;
+        }
+    }
+    return origin + ": line " + std::to_string(line) + ", column " + std::to_string(column) + ": " +
+           what;
+}
+
+// The parser's message without its brand: "[json.exception...] parse error at line 1, column 2:
+// text".
+std::string bare(const std::string& message) {
+    std::size_t start = message.find("] ");
+    start = start == std::string::npos ? 0 : start + 2;
+    if (message.compare(start, 11, "parse error") == 0) {
+        const std::size_t colon = message.find(": ", start);
+        if (colon != std::string::npos) start = colon + 2;
+    }
+    return message.substr(start);
+}
+
+// Builds the value on the Lua stack: an array takes one slot, an object one and one more for a key
+// that waits.
+class builder {
+public:
+    builder(lua_State* L, std::string_view text, const char* const* read)
+        : L_(L), text_(text), read_(read) {}
+
+    bool null() {
+        push_json_null(L_);
+        return store();
+    }
+    bool boolean(bool value) {
+        lua_pushboolean(L_, value);
+        return store();
+    }
+    bool number_integer(std::int64_t value) {
+        if (value >= -static_cast<std::int64_t>(json_largest_integer))
+            return number(static_cast<double>(value));
+        return refuse_integer();
+    }
+    bool number_unsigned(std::uint64_t value) {
+        if (value <= static_cast<std::uint64_t>(json_largest_integer))
+            return number(static_cast<double>(value));
+        return refuse_integer();
+    }
+    // Reads the digits again: the parser's own reading asks the process's locale for the decimal
+    // point.
+    bool number_float(double, const std::string& digits) {
+        if (digits.find_first_of(".eE") == std::string::npos) return refuse_integer();
+        double value = 0;
+        const auto [end, problem] =
+            std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        // too small for a double: from_chars leaves the value alone and calls it out of range
+        if (problem == std::errc::result_out_of_range) value = *digits.data() == '-' ? -0.0 : 0.0;
+        return number(value);
+    }
+    bool string(const std::string& value) {
+        lua_pushlstring(L_, value.data(), value.size());
+        return store();
+    }
+    bool binary(const nlohmann::json::binary_t&) { return refuse(offset(), "binary data"); }
+
+    bool start_object(std::size_t) { return start(true); }
+    bool end_object() { return end(); }
+    bool start_array(std::size_t) { return start(false); }
+    bool end_array() {
+        if (levels_[depth_ - 1].count == 0) mark_json_array(L_, -1);
+        return end();
+    }
+    bool key(const std::string& name) {
+        lua_pushlstring(L_, name.data(), name.size());
+        lua_pushvalue(L_, -1);
+        lua_rawget(L_, -3);
+        const bool twice = !lua_isnil(L_, -1);
+        lua_pop(L_, 1);
+        if (!twice) return true;
+        // back from the closing quote to the opening one: inside a string every quote follows a
+        // backslash
+        std::size_t start = offset() - 2;
+        while (text_[start] != '"' || text_[start - 1] == '\\') --start;
+        return refuse(start, "the key \"" + name + "\" comes twice");
+    }
+    bool parse_error(std::size_t position, const std::string&, const std::exception& error) {
+        return refuse(position == 0 ? 0 : position - 1, bare(error.what()));
+    }
+
+    std::size_t error_offset() const { return error_offset_; }
+    const std::string& error_text() const { return error_text_; }
+
+private:
+    struct level {
+        bool object;
+        int count;
+    };
+
+    std::size_t offset() const { return static_cast<std::size_t>(*read_ - text_.data()); }
+
+    bool refuse(std::size_t offset, std::string text) {
+        error_offset_ = offset;
+        error_text_ = std::move(text);
+        return false;
+    }
+    bool refuse_integer() {
+        static constexpr std::string_view number_letters = "+-0123456789";
+        // the parser reads one letter past a number, except at the end of the text
+        std::size_t end = offset();
+        while (end > 0 && number_letters.find(text_[end - 1]) == std::string_view::npos) --end;
+        std::size_t start = end;
+        while (start > 0 && number_letters.find(text_[start - 1]) != std::string_view::npos)
+            --start;
+        return refuse(
+            start, "the whole number " + std::string(text_.substr(start, end - start)) +
+                       " lies beyond 2^53, where not every one can be held; write it as a string");
+    }
+    bool number(double value) {
+        lua_pushnumber(L_, value);
+        return store();
+    }
+    bool start(bool object) {
+        if (depth_ == json_nesting)
+            return refuse(offset() - 1,
+                          "nested deeper than " + std::to_string(json_nesting) + " levels");
+        lua_newtable(L_);
+        levels_[depth_++] = {object, 0};
+        return true;
+    }
+    bool end() {
+        --depth_;
+        return store();
+    }
+    // Moves the value on top into the container below it; the outermost value stays.
+    bool store() {
+        if (depth_ == 0) return true;
+        level& here = levels_[depth_ - 1];
+        if (here.object)
+            lua_rawset(L_, -3);
+        else
+            lua_rawseti(L_, -2, ++here.count);
+        return true;
+    }
+
+    lua_State* L_;
+    std::string_view text_;
+    const char* const* read_;
+    level levels_[json_nesting]{};
+    int depth_ = 0;
+    std::size_t error_offset_ = 0;
+    std::string error_text_;
+};
+
+}  // namespace
+
+void decode_json(lua_State* L, std::string_view text, const std::string& origin) {
+    // the parser is vague about it: a null byte ends its input, an encoding error names no
+    // character
+    if (const std::size_t bad = find_invalid_utf8(text); bad != std::string_view::npos)
+        throw std::runtime_error(place(origin, text, bad, "not UTF-8"));
+    if (lua_checkstack(L, 2 * json_nesting + 8) == 0)
+        throw std::runtime_error("the stack is too full to read JSON");
+    const int top = lua_gettop(L);
+    const char* read = text.data();
+    builder handler(L, text, &read);
+    const cursor first{text.data(), &read};
+    const cursor last{text.data() + text.size(), &read};
+    if (nlohmann::json::sax_parse(first, last, &handler)) return;
+    lua_settop(L, top);
+    throw std::runtime_error(place(origin, text, handler.error_offset(), handler.error_text()));
+}
+
+}  // namespace limax::host

@@ -1,0 +1,240 @@
+// json_encode.cpp: Lua tables to JSON text. Numbers are the shortest that read back equal, in no
+// locale; keys are sorted, so equal values give equal bytes.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "json.h"
+
+namespace limax::host {
+namespace {
+
+constexpr std::size_t longest_place = 120;  // bytes of a path in a message
+
+class writer {
+public:
+    writer(lua_State* L, int indent) : L_(L), indent_(indent) {}
+
+    std::string take(int index) {
+        value(index < 0 ? index + lua_gettop(L_) + 1 : index);
+        return std::move(text_);
+    }
+
+private:
+    [[noreturn]] void refuse(const std::string& what) const {
+        std::string place = path_.empty() ? "" : " at " + path_;
+        if (place.size() > longest_place) place = place.substr(0, longest_place) + "...";
+        throw std::runtime_error("cannot write JSON: " + what + place);
+    }
+
+    void value(int index) {
+        switch (lua_type(L_, index)) {
+            case LUA_TNIL: text_ += "null"; return;
+            case LUA_TBOOLEAN: text_ += lua_toboolean(L_, index) != 0 ? "true" : "false"; return;
+            case LUA_TNUMBER: number(lua_tonumber(L_, index)); return;
+            case LUA_TSTRING: string(view(index)); return;
+            case LUA_TTABLE: table(index); return;
+            case LUA_TUSERDATA: {
+                push_json_null(L_);
+                const bool null = lua_rawequal(L_, -1, index) != 0;
+                lua_pop(L_, 1);
+                if (null) {
+                    text_ += "null";
+                    return;
+                }
+                [[fallthrough]];
+            }
+            default: refuse(std::string("a ") + luaL_typename(L_, index));
+        }
+    }
+
+    std::string_view view(int index) const {
+        std::size_t length = 0;
+        const char* const bytes = lua_tolstring(L_, index, &length);
+        return {bytes, length};
+    }
+
+    void number(double x) {
+        if (!std::isfinite(x)) refuse(std::isnan(x) ? "NaN" : "infinity");
+        char digits[40];
+        const bool whole = std::trunc(x) == x;
+        const bool exact = whole && std::fabs(x) <= json_largest_integer;
+        std::to_chars_result end{};
+        if (x == 0 && std::signbit(x)) {
+            text_ += "-0.0";
+            return;
+        }
+        if (exact)
+            end = std::to_chars(digits, digits + sizeof digits, static_cast<long long>(x));
+        else if (whole)
+            // an exponent says that this is no exact count: readers refuse long whole numbers
+            end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::scientific);
+        else
+            end = std::to_chars(digits, digits + sizeof digits, x);
+        text_.append(digits, end.ptr);
+    }
+
+    void string(std::string_view bytes) {
+        if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos)
+            refuse("a string that is not UTF-8 (byte " + std::to_string(bad + 1) + ")");
+        text_ += '"';
+        for (const char letter : bytes) {
+            const auto code = static_cast<unsigned char>(letter);
+            switch (letter) {
+                case '"': text_ += "\\\""; break;
+                case '\\': text_ += "\\\\"; break;
+                case '\n': text_ += "\\n"; break;
+                case '\r': text_ += "\\r"; break;
+                case '\t': text_ += "\\t"; break;
+                default:
+                    if (code < 0x20) {
+                        text_ += "\\u00";
+                        text_ += "0123456789abcdef"[code >> 4];
+                        text_ += "0123456789abcdef"[code & 15];
+                    } else {
+                        text_ += letter;
+                    }
+            }
+        }
+        text_ += '"';
+    }
+
+    void table(int index) {
+        if (depth_ == json_nesting)
+            refuse("a table nested deeper than " + std::to_string(json_nesting) +
+                   " levels (does it hold itself?)");
+        luaL_checkstack(L_, 8, "JSON");
+        ++depth_;
+        if (is_json_array(L_, index) || lua_objlen(L_, index) > 0)
+            array(index);
+        else
+            object(index);
+        --depth_;
+    }
+
+    void array(int index) {
+        const int length = static_cast<int>(lua_objlen(L_, index));
+        bool flat = true;  // no containers inside: stays on one line
+        int entries = 0;
+        for (lua_pushnil(L_); lua_next(L_, index) != 0; lua_pop(L_, 1)) {
+            if (lua_type(L_, -2) != LUA_TNUMBER) {
+                const std::string key =
+                    lua_type(L_, -2) == LUA_TSTRING ? std::string(view(-2)) : luaL_typename(L_, -2);
+                refuse("an array with the key " + key);
+            }
+            const double key = lua_tonumber(L_, -2);
+            if (key < 1 || key > length || std::trunc(key) != key) refuse("an array with gaps");
+            flat = flat && !lua_istable(L_, -1);
+            ++entries;
+        }
+        if (entries != length) refuse("an array with gaps");
+        text_ += '[';
+        for (int i = 1; i <= length; ++i) {
+            if (i > 1) text_ += flat && indent_ > 0 ? ", " : ",";
+            if (!flat) line();
+            const std::size_t before = path_.size();
+            path_ += "[" + std::to_string(i) + "]";
+            lua_rawgeti(L_, index, i);
+            value(lua_gettop(L_));
+            lua_pop(L_, 1);
+            path_.resize(before);
+        }
+        close(']', length == 0 || flat);
+    }
+
+    void object(int index) {
+        std::vector<std::string_view> keys;
+        for (lua_pushnil(L_); lua_next(L_, index) != 0; lua_pop(L_, 1)) {
+            if (lua_type(L_, -2) != LUA_TSTRING)
+                refuse(std::string("a table with a key that is a ") + luaL_typename(L_, -2));
+            // the table keeps its keys alive
+            keys.push_back(view(-2));
+        }
+        std::sort(keys.begin(), keys.end());
+        text_ += '{';
+        bool first = true;
+        for (const std::string_view key : keys) {
+            if (!first) text_ += ',';
+            first = false;
+            line();
+            string(key);
+            const std::size_t before = path_.size();
+            if (!path_.empty()) path_ += '.';
+            path_ += key;
+            text_ += indent_ > 0 ? ": " : ":";
+            lua_pushlstring(L_, key.data(), key.size());
+            lua_rawget(L_, index);
+            value(lua_gettop(L_));
+            lua_pop(L_, 1);
+            path_.resize(before);
+        }
+        close('}', keys.empty());
+    }
+
+    void line() {
+        if (indent_ == 0) return;
+        text_ += '\n';
+        text_.append(static_cast<std::size_t>(depth_ * indent_), ' ');
+    }
+
+    void close(char bracket, bool same_line) {
+        if (!same_line) {
+            --depth_;
+            line();
+            ++depth_;
+        }
+        text_ += bracket;
+    }
+
+    lua_State* L_;
+    int indent_;
+    int depth_ = 0;
+    std::string text_;
+    std::string path_;
+};
+
+}  // namespace
+
+std::size_t find_invalid_utf8(std::string_view text) {
+    const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
+    for (std::size_t i = 0; i < text.size();) {
+        // lead byte, count of continuation bytes, and the legal range of the first of them (Unicode
+        // 15, table 3-7)
+        const unsigned char lead = bytes[i];
+        std::size_t more = 0;
+        unsigned char low = 0x80;
+        unsigned char high = 0xbf;
+        if (lead < 0x80) {
+            ++i;
+            continue;
+        }
+        if (lead >= 0xc2 && lead <= 0xdf) {
+            more = 1;
+        } else if (lead >= 0xe0 && lead <= 0xef) {
+            more = 2;
+            if (lead == 0xe0) low = 0xa0;   // shorter forms
+            if (lead == 0xed) high = 0x9f;  // surrogates
+        } else if (lead >= 0xf0 && lead <= 0xf4) {
+            more = 3;
+            if (lead == 0xf0) low = 0x90;   // shorter forms
+            if (lead == 0xf4) high = 0x8f;  // beyond U+10FFFF
+        } else {
+            return i;
+        }
+        for (std::size_t k = 1; k <= more; ++k) {
+            if (i + k >= text.size() || bytes[i + k] < low || bytes[i + k] > high) return i;
+            low = 0x80;
+            high = 0xbf;
+        }
+        i += more + 1;
+    }
+    return std::string_view::npos;
+}
+
+std::string encode_json(lua_State* L, int index, int indent) {
+    return writer(L, indent).take(index);
+}
+
+}  // namespace limax::host

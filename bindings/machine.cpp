@@ -1,0 +1,136 @@
+// machine.cpp: what scripts may know of the machine: terminal, clocks, environment. Nothing here
+// may reach a result.
+#include "machine.h"
+
+#include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <string>
+
+#include "guard.h"
+
+namespace limax::host {
+namespace {
+
+constexpr int usual_columns = 80;
+
+void set_text(lua_State* L, const char* field, const std::string& text) {
+    lua_pushlstring(L, text.data(), text.size());
+    lua_setfield(L, -2, field);
+}
+
+void set_truth(lua_State* L, const char* field, bool truth) {
+    lua_pushboolean(L, truth);
+    lua_setfield(L, -2, field);
+}
+
+bool is_set(const char* variable) {
+    const char* const value = std::getenv(variable);
+    return value != nullptr && *value != '\0';
+}
+
+int columns() {
+    for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) {
+        winsize size{};
+        if (ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
+    }
+    int count = 0;
+    if (const char* const given = std::getenv("COLUMNS"))
+        std::from_chars(given, given + std::strlen(given), count);
+    return count > 0 ? count : usual_columns;
+}
+
+// terminal() -> which streams are one, its width, and whether colours are wanted there
+// (https://no-color.org)
+int terminal(lua_State* L) {
+    const char* const kind = std::getenv("TERM");
+    const bool plain = is_set("NO_COLOR") || kind == nullptr || std::strcmp(kind, "dumb") == 0;
+    const bool out = isatty(STDOUT_FILENO) != 0;
+    const bool err = isatty(STDERR_FILENO) != 0;
+    lua_createtable(L, 0, 6);
+    set_truth(L, "stdin", isatty(STDIN_FILENO) != 0);
+    set_truth(L, "stdout", out);
+    set_truth(L, "stderr", err);
+    set_truth(L, "color", out && !plain);
+    set_truth(L, "color_stderr", err && !plain);
+    lua_pushinteger(L, columns());
+    lua_setfield(L, -2, "columns");
+    return 1;
+}
+
+// clock() -> seconds on a clock that never steps back
+int clock_seconds(lua_State* L) {
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    lua_pushnumber(L, static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec));
+    return 1;
+}
+
+// time() -> "2026-11-21T10:15:03Z"
+int time_text(lua_State* L) {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    lua_pushstring(L, text);
+    return 1;
+}
+
+// The value of the first line that starts with `key`, after its separator and without quotes; empty
+// if there is none.
+std::string file_entry(const char* file, const std::string& key, char separator) {
+    std::ifstream lines(file);
+    for (std::string line; std::getline(lines, line);) {
+        if (line.compare(0, key.size(), key) != 0) continue;
+        const std::size_t start = line.find_first_not_of(" \t\"", line.find(separator) + 1);
+        if (start == std::string::npos) return {};
+        return line.substr(start, line.find_last_not_of(" \t\"") - start + 1);
+    }
+    return {};
+}
+
+int usable_cores() {
+    cpu_set_t set;
+    return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+}
+
+// environment() -> { compiler, build, cpu, cores, hostname, system, luajit, cuda }; cuda is the
+// driver's version or nil
+int environment(lua_State* L) {
+    utsname kernel{};
+    uname(&kernel);
+    const std::string system = file_entry("/etc/os-release", "PRETTY_NAME", '=');
+    const std::string cpu = file_entry("/proc/cpuinfo", "model name", ':');
+    const std::string driver = file_entry("/proc/driver/nvidia/version", "NVRM version", ':');
+    lua_createtable(L, 0, 8);
+    set_text(L, "compiler", LIMAX_COMPILER);
+    set_text(L, "build", LIMAX_BUILD_TYPE);
+    set_text(L, "cpu", cpu.empty() ? kernel.machine : cpu);
+    set_text(L, "hostname", kernel.nodename);
+    set_text(L, "system",
+             (system.empty() ? "" : system + ", ") + kernel.sysname + " " + kernel.release);
+    set_text(L, "luajit", LUAJIT_VERSION);
+    if (!driver.empty()) set_text(L, "cuda", driver);
+    lua_pushinteger(L, usable_cores());
+    lua_setfield(L, -2, "cores");
+    return 1;
+}
+
+}  // namespace
+
+void open_machine(lua_State* L) {
+    add_function<terminal>(L, "terminal");
+    add_function<clock_seconds>(L, "clock");
+    add_function<time_text>(L, "time");
+    add_function<environment>(L, "environment");
+}
+
+}  // namespace limax::host

@@ -1,0 +1,225 @@
+// signals.cpp: Ctrl-C. The handler sets the engine's stop flag and a hook that raises in every
+// further instruction of the interpreter, until the host's own protected call takes the interrupt:
+// a script's pcall cannot swallow it. Compiled traces check no hook, so a watcher thread ends the
+// process when nobody answers. Only the main thread takes SIGINT.
+#include "signals.h"
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <ctime>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "guard.h"
+#include "limax.h"
+
+namespace limax::host {
+namespace {
+
+using namespace std::chrono_literals;
+
+// The watcher looks this often, and gives up after so many looks without an answer: 2 s. It counts
+// looks and not time, so that a stopped and continued process gets its 2 s too.
+constexpr auto look = 50ms;
+constexpr int looks_without_answer = 40;
+// Two signals this close are one press: `timeout -s INT` and some launchers signal a process and
+// then its whole group.
+constexpr std::int64_t same_press = 100'000'000;  // ns
+constexpr int status_interrupted = 130;           // the shell's 128 + SIGINT
+
+const char interrupt_key = 0;  // its address is the registry key of host.interrupt
+
+std::atomic<lua_State*> state{nullptr};
+std::atomic<bool> pressed{false};  // since the last rearm
+std::atomic<bool> pending{false};  // and not acknowledged
+std::atomic<std::int64_t> pressed_at{0};
+std::atomic<unsigned> answers{0};
+static_assert(std::atomic<lua_State*>::is_always_lock_free &&
+                  std::atomic<std::int64_t>::is_always_lock_free,
+              "a signal handler may only touch lock-free atomics");
+pthread_t main_thread;
+sem_t bell;
+
+void raise_from_hook(lua_State* L, lua_Debug*) {
+    if (!pending) return;
+    ++answers;
+    raise_interrupt(L);
+}
+
+std::int64_t monotonic_nanoseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+// Async-signal-safe throughout: lock-free atomics, sem_post, and lua_sethook, which LuaJIT allows
+// here.
+void on_interrupt(int) {
+    const int kept = errno;
+    if (pthread_equal(pthread_self(), main_thread) == 0) {
+        // a library's own thread, which did not block the signal
+        pthread_kill(main_thread, SIGINT);
+        errno = kept;
+        return;
+    }
+    lua_State* const L = state;
+    const std::int64_t now = monotonic_nanoseconds();
+    if (L == nullptr || (pressed && now - pressed_at > same_press)) _exit(status_interrupted);
+    if (!pressed) {
+        pressed_at = now;
+        pressed = true;
+        pending = true;
+        limax_interrupt();
+        lua_sethook(L, raise_from_hook, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
+        sem_post(&bell);
+    }
+    errno = kept;
+}
+
+[[noreturn]] void stop_hard() {
+    static const char text[] =
+        "\nlimax: a compiled loop did not stop within 2 s of Ctrl-C: stopping hard. What was "
+        "written is whole.\n";
+    // nothing can be done about a failed write here
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
+    _exit(status_interrupted);
+}
+
+void watch() {
+    for (;;) {
+        while (sem_wait(&bell) != 0) {
+        }
+        unsigned seen = answers;
+        for (int quiet = 0; pending;) {
+            std::this_thread::sleep_for(look);
+            if (answers != seen) {
+                seen = answers;
+                quiet = 0;
+            } else if (++quiet == looks_without_answer) {
+                stop_hard();
+            }
+        }
+    }
+}
+
+// Blocks SIGINT on this thread for the length of a scope.
+class without_interrupts {
+public:
+    without_interrupts() {
+        sigset_t set;
+        sigemptyset(&set);
+        sigaddset(&set, SIGINT);
+        pthread_sigmask(SIG_BLOCK, &set, &before_);
+    }
+    ~without_interrupts() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    without_interrupts(const without_interrupts&) = delete;
+    without_interrupts& operator=(const without_interrupts&) = delete;
+
+private:
+    sigset_t before_{};
+};
+
+int lua_interrupted(lua_State* L) {
+    lua_pushboolean(L, interrupted());
+    return 1;
+}
+
+int lua_raise_if_interrupted(lua_State* L) { return interrupted() ? raise_interrupt(L) : 0; }
+
+int lua_acknowledge(lua_State*) {
+    acknowledge_interrupt();
+    return 0;
+}
+
+int lua_rearm(lua_State*) {
+    acknowledge_interrupt();
+    pressed = false;
+    return 0;
+}
+
+int interrupt_text(lua_State* L) {
+    lua_pushliteral(L, "interrupted");
+    return 1;
+}
+
+}  // namespace
+
+void install_signals(lua_State* L) {
+    main_thread = pthread_self();
+    state = L;
+    if (sem_init(&bell, 0, 0) != 0) throw std::runtime_error("cannot create a semaphore");
+    {
+        // the watcher inherits the mask that is in force when it starts
+        const without_interrupts blocked;
+        std::thread(watch).detach();
+    }
+    struct sigaction action {};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    // no SA_RESTART: a read that waits for a person or a process must come back to Lua
+    action.sa_flags = 0;
+    if (sigaction(SIGINT, &action, nullptr) != 0)
+        throw std::runtime_error(std::string("cannot take SIGINT: ") + std::strerror(errno));
+}
+
+void release_signals() {
+    const without_interrupts blocked;
+    if (lua_State* const L = state.exchange(nullptr)) lua_sethook(L, nullptr, 0, 0);
+    pending = false;
+}
+
+bool interrupted() {
+    if (!pending) return false;
+    ++answers;
+    return true;
+}
+
+void acknowledge_interrupt() {
+    const without_interrupts blocked;
+    if (!pending) return;
+    ++answers;
+    if (lua_State* const L = state) lua_sethook(L, nullptr, 0, 0);
+    limax_interrupt_clear();
+    pending = false;
+}
+
+bool was_interrupted() { return pressed; }
+
+void push_interrupt(lua_State* L) {
+    lua_pushlightuserdata(L, const_cast<char*>(&interrupt_key));
+    lua_rawget(L, LUA_REGISTRYINDEX);
+}
+
+int raise_interrupt(lua_State* L) {
+    push_interrupt(L);
+    return lua_error(L);
+}
+
+void open_signals(lua_State* L) {
+    lua_pushlightuserdata(L, const_cast<char*>(&interrupt_key));
+    lua_newtable(L);
+    lua_newtable(L);
+    add_function<interrupt_text>(L, "__tostring");
+    lua_setmetatable(L, -2);
+    lua_rawset(L, LUA_REGISTRYINDEX);
+
+    push_interrupt(L);
+    lua_setfield(L, -2, "interrupt");
+    add_function<lua_interrupted>(L, "interrupted");
+    add_function<lua_raise_if_interrupted>(L, "raise_if_interrupted");
+    lua_newtable(L);
+    add_function<lua_acknowledge>(L, "acknowledge");
+    add_function<lua_rearm>(L, "rearm");
+    lua_setfield(L, -2, "signal");
+}
+
+}  // namespace limax::host

@@ -1,0 +1,169 @@
+--- doctor.lua: `limax doctor`: what this machine offers, what is missing and what that costs, and
+--- whether a body falls as it should.
+
+local engine = require "limax.engine"
+local failure = require "limax.failure"
+local host = require "limax.host"
+local terminal = require "limax.terminal"
+
+-- programs that limax or its developers use where they are found
+local TOOLS = {
+  { "ffmpeg", "animations as MP4" },
+  { "rsvg-convert", "figures as PDF" },
+  { "valgrind", "the tests that count instructions" },
+  { "clang-format", "the C++ linter", "clang-format-14" },
+  { "luacheck", "the Lua linter" },
+}
+
+-- colours of the 256
+local GREEN, RED, YELLOW = 34, 160, 136
+
+local command = {
+  summary = "show what this machine offers and what is missing",
+  usage = "limax doctor [--json]",
+  text = "Exits 1 if the self check fails; a missing tool is no failure.",
+  options = { { name = "json", text = "print one JSON object" } },
+}
+
+-- How the data folder was found, in the order in which the host looks.
+local function how_home_was_found()
+  local given = os.getenv "LIMAX_HOME"
+  if given and given ~= "" then return "from LIMAX_HOME" end
+  local above = host.executable:match "^(.*)/[^/]*/[^/]*$" or ""
+  if host.home == above .. "/share/limax" then return "beside the executable" end
+  if host.home == above then return "above the executable" end
+  return "the source tree that this was built from"
+end
+
+-- The first of these programs in PATH.
+local function program(...)
+  for _, name in ipairs { ... } do
+    for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do
+      local path = ("%s/%s"):format(folder, name)
+      if host.file.exists(path) == "file" then return path end
+    end
+  end
+  return nil
+end
+
+local function tools()
+  local list = {}
+  for i, tool in ipairs(TOOLS) do
+    local name, purpose, other = unpack(tool)
+    list[i] = { name = name, purpose = purpose, path = program(name, other) }
+  end
+  return list
+end
+
+-- A full 5x5x5 body of the paper's soft tissue, dropped for a second from rest: with gravity alone
+-- its centre of mass falls g t^2 / 2, whatever its springs do.
+local function self_check(device)
+  local gravity, seconds = 9.81, 1 -- m/s^2, s
+  local materials = engine.materials "paper"
+  local population = engine.population { lattice = { 5, 5, 5 }, count = 1 }
+  local voxels = {}
+  for i = 1, 125 do voxels[i] = materials:index "s" - 1 end
+  population:set_body(1, voxels)
+  population:check(materials)
+  local scene = engine.scene { gravity = { acceleration = { 0, 0, -gravity } } }
+  local simulation = engine.simulation(population, materials, scene,
+    { duration = seconds, settle = 0, position = { 0, 0, 10 } }, device)
+  local started = host.clock()
+  local progress = simulation:run()
+  local took = host.clock() - started
+  local outcome = simulation:outcome(1)
+  local fallen = outcome.center_start[3] - outcome.center_end[3]
+  local expected = gravity * seconds ^ 2 / 2
+  -- single precision over some thousand steps, sums compensated
+  local passed = outcome.status == "done" and math.abs(fallen - expected) < 1e-4 * expected
+  return {
+    passed = passed, fallen = fallen, expected = expected, status = outcome.status,
+    springs_per_second = progress.spring_steps / took,
+  }
+end
+
+local function gather()
+  local environment = host.environment()
+  local opened, device = failure.attempt(engine.device, "cpu")
+  -- such as a LIMAX_THREADS that is no number
+  if not opened then failure.raise(2, failure.bare(device)) end
+  local description = device:describe()
+  local best = description.isa_available:match "^[^,]+"
+  local compiled, flags = jit.status(), {}
+  for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
+  local cuda_found = failure.attempt(engine.device, "cuda")
+  return {
+    version = host.version, build = environment.build, compiler = environment.compiler,
+    executable = host.executable, home = host.home, home_found = how_home_was_found(),
+    system = environment.system, cpu = description.cpu, cores = environment.cores,
+    threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
+    isa = description.isa, isa_best = best,
+    cuda = cuda_found and description.cuda or nil,
+    cuda_missing = not cuda_found and description.cuda or nil,
+    luajit = jit.version, jit = compiled, jit_flags = table.concat(flags, " "),
+    tools = tools(), self_check = self_check(device),
+  }
+end
+
+-- Lines of { mark, label, value }; a mark is "ok", "warn", "bad" or "".
+local function lines_of(facts)
+  local lines = {}
+  local function line(mark, label, value, ...)
+    lines[#lines + 1] = { mark, label, value:format(...) }
+  end
+  local release = facts.build == "Release" or facts.build == "RelWithDebInfo"
+  line(release and "ok" or "warn", "limax", "%s, %s build by %s%s", facts.version, facts.build,
+    facts.compiler, release and "" or ": several times slower than a Release build")
+  line("", "executable", "%s", facts.executable)
+  line("", "data folder", "%s (%s)", facts.home, facts.home_found)
+  line("", "system", "%s", facts.system)
+  line("", "processor", "%s, %d cores", facts.cpu, facts.cores)
+  if facts.isa == "baseline" then
+    line("warn", "CPU passes", "%s: this processor has no AVX2 and FMA; simulations are more than "
+      .. "ten times slower than with them", facts.isa)
+  elseif facts.isa ~= facts.isa_best then
+    line("warn", "CPU passes", "%s, though this processor has %s", facts.isa, facts.isa_best)
+  else
+    line("ok", "CPU passes", "%s, the best of this processor", facts.isa)
+  end
+  line("", "threads", "%d%s", facts.threads,
+    facts.threads_set and facts.threads_set ~= "" and " (from LIMAX_THREADS)" or "")
+  line(facts.cuda and "ok" or "", "CUDA", "%s", facts.cuda or "none: " .. facts.cuda_missing)
+  line(facts.jit and "ok" or "warn", "Lua", "%s, compiler %s%s", facts.luajit,
+    facts.jit and "on" or "off: scripts are about ten times slower",
+    facts.jit and (" (%s)"):format(facts.jit_flags) or "")
+  for _, tool in ipairs(facts.tools) do
+    line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)
+  end
+  local check = facts.self_check
+  line(check.passed and "ok" or "bad", "self check",
+    "a body of 125 voxels fell %.5f m in 1 s (%.5f expected); %.2g springs/s on one thread",
+    check.fallen, check.expected, check.springs_per_second)
+  return lines
+end
+
+local function show(facts)
+  local style = terminal.style()
+  local marks = {
+    ok = terminal.paint("ok  ", GREEN, style), warn = terminal.paint("warn", YELLOW, style),
+    bad = terminal.paint("FAIL", RED, style), [""] = "    ",
+  }
+  for _, line in ipairs(lines_of(facts)) do
+    print(("%s  %-13s %s"):format(marks[line[1]], line[2], line[3]))
+  end
+end
+
+--- Runs the command.
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local facts = gather()
+  if arguments.json then
+    print(host.json.encode(facts, { indent = 2 }))
+  else
+    show(facts)
+  end
+  return facts.self_check.passed and 0 or 1
+end
+
+return command

@@ -1,0 +1,237 @@
+--- run.lua: `limax run FILE`: runs an experiment to its end, keeps every generation in a run
+--- folder, and goes on where an earlier run stopped.
+
+local engine = require "limax.engine"
+local evolve = require "limax.evolve"
+local experiments = require "limax.experiment"
+local failure = require "limax.failure"
+local history = require "limax.history"
+local host = require "limax.host"
+local progress = require "limax.progress"
+local resume = require "limax.resume"
+local run_folder = require "limax.run_folder"
+local script = require "limax.script"
+local tally = require "limax.tally"
+
+local command = {
+  summary = "run an experiment, or continue one",
+  usage = "limax run FILE [options]\n       limax run --resume DIR [options]",
+  positional = { least = 0, most = 1, name = "FILE" },
+  options = {
+    { name = "set", argument = "PATH=VALUE", many = true,
+      text = "change a field of the experiment: population=50, scene.actuation.frequency=3" },
+    { name = "out", argument = "DIR", text = "the new run folder; runs/NAME-N if left out" },
+    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" },
+      text = "auto, cpu or cuda" },
+    { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
+      text = "CPU threads; LIMAX_THREADS, else one per core" },
+    { name = "repetition", argument = "R", kind = "integer", minimum = 1,
+      text = "compute this repetition alone, with the same bytes" },
+    { name = "resume", argument = "DIR", text = "continue the run in this folder" },
+    { name = "changed", text = "with --resume: go on although script or configuration differ" },
+    { name = "quiet", short = "q", text = "no progress, no table at the end" },
+  },
+}
+
+--- Is this value an experiment?
+command.is_experiment = experiments.is
+
+-- Calls what can refuse for a reason that the user should read without a trace.
+local function or_refuse(status, call, ...)
+  local ok, value = failure.attempt(call, ...)
+  if ok then return value end
+  failure.raise(failure.status(value) or status, failure.bare(value))
+end
+
+-- The experiment that a script returns.
+local function load_experiment(path)
+  local value = script.run(path)
+  if experiments.is(value) then return value end
+  failure.raise(2, ("%s returns no experiment: it should end in `return limax.experiment"
+    .. " { ... }`; a script that runs by itself is started by: limax %s"):format(path, path))
+end
+
+-- Which repetitions to compute, first and last.
+local function span(config, alone)
+  if not alone then return 1, config.repetitions end
+  if alone > config.repetitions then
+    failure.raise(2, ("--repetition %d: the experiment has %d"):format(alone, config.repetitions))
+  end
+  return alone, alone
+end
+
+local function announce(session, experiment, device)
+  if session.quiet then return end
+  local config = experiment.config
+  local first, last = session.first, session.last
+  local which = "repetition " .. first
+  if first ~= last then which = ("repetitions %d to %d"):format(first, last) end
+  local where = device.kind
+  if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
+  io.stderr:write(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
+    which, config.generations, config.population, where, session.folder.path))
+end
+
+-- What a user should know before hours of computing.
+local function warn(session, experiment, run)
+  for _, note in ipairs(experiment.notes) do session.progress:say(note) end
+  local step = experiment.config.simulation.time_step
+  if type(step) == "number" and step > run.first_step then
+    session.progress:say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full"
+      .. " body of %s: stiff bodies may diverge"):format(step, run.first_step,
+      run.first_step_material))
+  end
+end
+
+-- Opens a run folder and brings it to its last whole generation.
+local function reopen(session, arguments)
+  local folder = run_folder.open(arguments.resume)
+  session.folder = folder
+  local path, note = resume.script(folder)
+  local changes = {}
+  for _, text in ipairs(folder.config.run.overrides) do changes[#changes + 1] = text end
+  for _, text in ipairs(arguments.set or {}) do changes[#changes + 1] = text end
+  local experiment = load_experiment(path):override(changes)
+  local alone = folder.config.run.repetition
+  if arguments.repetition and arguments.repetition ~= alone then
+    failure.raise(2, ("--repetition %d: %s computes %s"):format(arguments.repetition, folder.path,
+      alone and "repetition " .. alone or "all repetitions"))
+  end
+  local config, scripts =
+    run_folder.configuration(experiment, { repetition = alone, overrides = changes })
+  local verdict = resume.judge(folder, config, scripts, arguments.changed)
+  folder:continue(config, scripts, verdict)
+  session.notes = { note }
+  if verdict.changed then
+    session.notes[#session.notes + 1] = "going on with what has changed:\n" .. verdict.text
+  end
+  session.scores_stand = verdict.scores_stand
+  session.alone = alone
+  return experiment
+end
+
+-- Runs the repetitions that are left.
+local function compute(session, experiment, run, run_options)
+  local config, folder = experiment.config, session.folder
+  local done = folder.checkpoint
+  for repetition = session.first, session.last do
+    local old = {}
+    if done and repetition <= done.repetition then
+      old = folder:generations(repetition, history.genomes_kept)
+      for _, generation in ipairs(old) do
+        session.tally:add(repetition, history.decode(generation.text, "population"))
+      end
+    end
+    if #old < config.generations then
+      run_options.repetition = repetition
+      run = run and run.repetition == repetition and run or evolve.start(experiment, run_options)
+      run.folder = folder
+      if #old > 0 then run:restore(old, session.scores_stand) end
+      run:finish()
+      run = nil
+    end
+  end
+end
+
+local function show_end(session)
+  session.progress:finish()
+  session.folder:status "done"
+  if session.quiet then return end
+  local terminal = host.terminal()
+  require("limax.summary").show(session.folder.path, { width = terminal.columns,
+    color = terminal.stdout and terminal.color, write = function(text) io.stdout:write(text) end })
+  io.stdout:write("\n", session.tally:text(), "Run folder: ", session.folder.path, "\n")
+end
+
+local function execute(session, experiment, arguments)
+  if arguments.resume then
+    experiment = reopen(session, arguments)
+  else
+    experiment = experiment:override(arguments.set or {})
+    session.alone = arguments.repetition
+  end
+  session.first, session.last = span(experiment.config, session.alone)
+  local device = or_refuse(1, engine.device, arguments.device or "auto",
+    { threads = arguments.threads })
+
+  local total = experiment.config.generations * (session.last - session.first + 1)
+  local before = session.folder and #session.folder:lines "metrics" or 0
+  session.progress = progress.new { total = total, done = before, quiet = session.quiet,
+    repetitions = experiment.config.repetitions }
+  local run_options = { repetition = session.first, device = device,
+    say = function(text) session.progress:say(text) end,
+    on_progress = function(state) session.progress:robots(state) end,
+    on_generation = function(entry, seconds)
+      session.tally:add(entry.repetition, entry.population.records)
+      session.progress:generation(entry, seconds)
+    end }
+  -- everything that the engine may refuse is tried before a folder is made
+  local run = or_refuse(2, evolve.start, experiment, run_options)
+  if not session.folder then
+    local path = arguments.out or run_folder.next_free(experiment.config.name)
+    session.folder = run_folder.create(path, experiment,
+      { repetition = session.alone, overrides = arguments.set })
+  end
+  session.folder:status "running"
+  session.folder:write_environment(device)
+  announce(session, experiment, device)
+  for _, note in ipairs(session.notes or {}) do session.progress:say(note) end
+  warn(session, experiment, run)
+  compute(session, experiment, run, run_options)
+  show_end(session)
+  return 0
+end
+
+-- What remains to be said when a run did not come to its end. Nothing on disk is lost.
+local function aftermath(session, value, trace)
+  if session.progress then session.progress:finish() end
+  local folder = session.folder
+  local interrupted = value == host.interrupt
+  if folder and session.progress then
+    local message = not interrupted and tostring(value) or nil
+    failure.attempt(folder.status, folder, interrupted and "interrupted" or "failed", message)
+  end
+  if interrupted then
+    io.stderr:write("interrupted; the unfinished generation is dropped\n")
+    if folder then io.stderr:write("continue with: ", folder:resume_command(), "\n") end
+    return 130
+  end
+  if failure.status(value) then error(value, 0) end
+  io.stderr:write("limax: ", trace, "\n")
+  if folder then
+    io.stderr:write("when it is mended, continue with: ", folder:resume_command(), "\n")
+  end
+  return 1
+end
+
+--- Runs an experiment to its end, or continues the folder that `arguments.resume` names.
+---@param experiment limax.experiment|nil nil with `arguments.resume`
+---@param arguments table options of `limax run` by name
+---@return integer status 0; 130 after Ctrl-C; 1 or 2 after a failure
+function command.run_experiment(experiment, arguments)
+  local session = { quiet = arguments.quiet, tally = tally.new() }
+  local ok, value, trace = host.protect(execute, session, experiment, arguments)
+  local status = value
+  if not ok then ok, status = pcall(aftermath, session, value, trace) end
+  if session.folder then session.folder:close() end
+  if not ok then error(status, 0) end
+  return status
+end
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local file = arguments[1]
+  if arguments.resume then
+    local extra = arguments.out and "--out" or file
+    if extra then
+      failure.raise(2, "--resume knows its folder and its script: leave out " .. extra)
+    end
+    return command.run_experiment(nil, arguments)
+  end
+  if arguments.changed then failure.raise(2, "--changed belongs to --resume") end
+  if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end
+  return command.run_experiment(load_experiment(file), arguments)
+end
+
+return command

@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# test.sh: installs what is missing, builds, runs every test: the engine's (doctest) and the scripted suites.
+# Arguments go to `limax test`. LIMAX_BUILD names another build folder, LIMAX_CMAKE holds further CMake options.
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+need_packages "${build_packages[@]}" valgrind
+# shellcheck disable=SC2086  # options are words
+configure_and_build ${LIMAX_CMAKE:-}
+status=0
+"$build/limax_tests" || status=1
+"$build/limax" test "$@" || status=1
+exit $status

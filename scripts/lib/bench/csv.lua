@@ -1,0 +1,27 @@
+--- csv.lua: rows of numbers and words as RFC 4180 text.
+
+local csv = {}
+
+local function cell(value)
+  if value == nil then return "" end
+  if type(value) == "number" then return ("%.17g"):format(value) end
+  local text = tostring(value)
+  if text:find '[",\n]' then text = '"' .. text:gsub('"', '""') .. '"' end
+  return text
+end
+
+--- One line of names, then a line for each row.
+---@param columns string[]
+---@param rows table[] values by column name
+---@return string
+function csv.encode(columns, rows)
+  local lines = { table.concat(columns, ",") }
+  for _, row in ipairs(rows) do
+    local cells = {}
+    for i, column in ipairs(columns) do cells[i] = cell(row[column]) end
+    lines[#lines + 1] = table.concat(cells, ",")
+  end
+  return table.concat(lines, "\n") .. "\n"
+end
+
+return csv

@@ -1,0 +1,156 @@
+--- throughput.lua: springs per second of full 5x5x5 bodies: each integrator and precision with all effects, then what each
+--- absent effect saves, then threads. A spring counts once per step, whatever its masses cost; wall time includes everything
+--- that `advance` does: limits, origin, centre of mass at 50 Hz.
+
+local engine = require "limax.engine"
+local timing = require "limax.bench.timing"
+
+local throughput = {}
+
+-- five effects besides the springs, which every scene has
+local ALL = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
+local EFFECTS = { "gravity", "friction", "ground", "damping", "actuation" }
+-- s: well under the bound of these bodies with every integrator, and a divisor of the sample interval
+local TIME_STEP = 1e-4
+local ROUNDS = 5
+
+-- Full bodies with all four materials in layers and weights that differ, so that nothing is degenerate.
+local function full_bodies(materials, count)
+  local bodies = engine.population { lattice = { 5, 5, 5 }, count = count }
+  local voxels, stiffness, amplitude, phase = {}, {}, {}, {}
+  for voxel = 1, 125 do
+    voxels[voxel] = 1 + (voxel * 7) % 4
+    stiffness[voxel] = 0.3 + 0.7 * ((voxel * 37) % 101) / 100
+    amplitude[voxel] = 0.2 + 0.6 * ((voxel * 53) % 101) / 100
+    phase[voxel] = ((voxel * 71) % 101) / 100
+  end
+  for robot = 1, count do
+    bodies:set_body(robot, voxels, { stiffness = stiffness, amplitude = amplitude, phase = phase })
+  end
+  bodies:check(materials, { require_muscle = false })
+  return bodies
+end
+
+local function options(integrator, precision, duration)
+  return {
+    integrator = integrator, precision = precision, time_step = TIME_STEP, duration = duration, settle = 0,
+    record = { center_of_mass = 50 },
+  }
+end
+
+-- Where the centre of mass ends after a short run: before chaos, and with every effect at work.
+local function short_run(materials, scene, integrator, precision, device)
+  local bodies = full_bodies(materials, 1)
+  local simulation = engine.simulation(bodies, materials, engine.scene(scene), options(integrator, precision, 0.1),
+    device)
+  simulation:run()
+  local outcome = simulation:outcome(1)
+  simulation:free()
+  bodies:free()
+  return outcome
+end
+
+-- Refuses to time a wrong result: every precision must end within `tolerance` metres of `double`, and both integrators near
+-- each other.
+local function check(materials, device)
+  local reference = short_run(materials, ALL, "leapfrog", "double", device)
+  assert(reference.status == "done" and reference.springs == 1940 and reference.masses == 216)
+  for _, integrator in ipairs { "leapfrog", "symplectic_euler" } do
+    for _, precision in ipairs { "single", "compensated", "double" } do
+      local outcome = short_run(materials, ALL, integrator, precision, device)
+      -- m: symplectic Euler is of first order, fp32 resolves 6e-8 m at a metre
+      local tolerance = integrator == "leapfrog" and 2e-6 or 2e-4
+      for axis = 1, 3 do
+        local off = math.abs(outcome.center_end[axis] - reference.center_end[axis])
+        if outcome.status ~= "done" or not (off < tolerance) then
+          error(("%s %s ends %.3g m from leapfrog double after 0.1 s; %.3g m are allowed: nothing is timed"):format(
+            integrator, precision, off, tolerance), 0)
+        end
+      end
+    end
+  end
+end
+
+-- A case for timing.best_rates: bodies that run on and on, a slice of `seconds` at a time.
+local function endless(materials, scene, integrator, precision, device, count, seconds)
+  local bodies = full_bodies(materials, count)
+  local simulation = engine.simulation(bodies, materials, engine.scene(scene),
+    options(integrator, precision, 1e5), device)
+  bodies:free()
+  simulation:advance(0.02)
+  local before = simulation:advance(0.02).spring_steps
+  return {
+    run = function()
+      local progress = simulation:advance(seconds)
+      local done = progress.spring_steps - before
+      before = progress.spring_steps
+      return done
+    end,
+  }
+end
+
+local function without(name)
+  local scene = {}
+  for _, effect in ipairs(EFFECTS) do scene[effect] = effect ~= name or nil end
+  -- friction acts where something touches
+  if name == "ground" then scene.friction = nil end
+  return scene
+end
+
+---@class limax.bench_result
+---@field columns string[]
+---@field rows table[]
+
+---@param how { device: string, threads: integer|nil, seconds: number, say: fun(text: string) }
+---@return limax.bench_result
+function throughput.run(how)
+  local materials = engine.materials "paper"
+  local one = engine.device(how.device, { threads = 1 })
+  local about = one:describe()
+  how.say(("%s, %s passes; full 5x5x5 voxels: 216 masses, 1940 springs; time step %g s"):format(
+    about.cpu, about.isa, TIME_STEP))
+  check(materials, one)
+  how.say "checked: every precision and integrator ends where leapfrog double does"
+
+  local rows, cases = {}, {}
+  local function add(row, scene, device, count)
+    rows[#rows + 1] = row
+    cases[#cases + 1] = endless(materials, scene, row.integrator, row.precision, device, count, how.seconds)
+  end
+  for _, integrator in ipairs { "symplectic_euler", "leapfrog" } do
+    for _, precision in ipairs { "single", "compensated", "double" } do
+      add({ integrator = integrator, precision = precision, effects = "all", threads = 1 }, ALL, one, 1)
+    end
+  end
+  for _, effect in ipairs(EFFECTS) do
+    local name = effect == "ground" and "all but ground and friction" or "all but " .. effect
+    add({ integrator = "leapfrog", precision = "compensated", effects = name, threads = 1 }, without(effect), one, 1)
+  end
+  add({ integrator = "leapfrog", precision = "compensated", effects = "gravity", threads = 1 }, { gravity = true }, one, 1)
+  add({ integrator = "leapfrog", precision = "compensated", effects = "none but springs", threads = 1 }, {}, one, 1)
+  local threads = how.threads or engine.device(how.device).threads
+  local team = engine.device(how.device, { threads = threads })
+  -- enough robots that no thread waits for another
+  add({ integrator = "leapfrog", precision = "compensated", effects = "all", threads = threads }, ALL, team, 8 * threads)
+
+  local rates = timing.best_rates(cases, ROUNDS)
+  local default = rates[5]
+  how.say ""
+  how.say(("%-17s %-12s %-28s %7s %12s %9s"):format("integrator", "precision", "effects", "threads", "springs/s",
+    "relative"))
+  for i, row in ipairs(rows) do
+    row.springs_per_second = rates[i]
+    row.relative_to_default = rates[i] / default
+    how.say(("%-17s %-12s %-28s %7d %12.3g %9.2f"):format(row.integrator, row.precision, row.effects, row.threads,
+      rates[i], rates[i] / default))
+  end
+  how.say ""
+  how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, double %.2f; %d threads against one: %.2f"):format(
+    rates[5] / rates[1], rates[3] / rates[1], threads, rates[#rates] / default))
+  return {
+    columns = { "integrator", "precision", "effects", "threads", "springs_per_second", "relative_to_default" },
+    rows = rows,
+  }
+end
+
+return throughput

@@ -1,0 +1,23 @@
+--- timing.lua: fair times on a busy machine: the cases take turns, round after round, and each keeps its best round.
+
+local host = require "limax.host"
+
+local timing = {}
+
+--- Runs every case once per round and returns the best rate of each.
+---@param cases { run: fun(): number }[] run does its work and returns how much it was
+---@param rounds integer
+---@return number[] rates work per second, by case
+function timing.best_rates(cases, rounds)
+  local best = {}
+  for _ = 1, rounds do
+    for i, case in ipairs(cases) do
+      local start = host.clock()
+      local work = case.run()
+      best[i] = math.max(best[i] or 0, work / (host.clock() - start))
+    end
+  end
+  return best
+end
+
+return timing

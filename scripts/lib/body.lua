@@ -1,0 +1,212 @@
+--- body.lua: a body as letters, as a lattice of voxels, and as the facts that a script may ask for.
+--- Letters come in layers, the lowest first, parted by an empty line; the first line of a layer is
+--- y = 1, and letters run along x from x = 1.
+
+local body = {}
+
+-- ---- letters ------------------------------------------------------------------------------------
+
+local function trimmed(line) return (line:gsub("^%s+", ""):gsub("%s+$", "")) end
+
+--- Splits a text into layers of lines, without the spaces around lines.
+---@param text string
+---@return string[][] layers [z][y], lowest layer first
+function body.layers(text)
+  local layers, layer = {}, nil
+  for line in (text .. "\n"):gmatch "([^\n]*)\n" do
+    line = trimmed(line)
+    if line == "" then
+      layer = nil
+    else
+      if not layer then
+        layer = {}
+        layers[#layers + 1] = layer
+      end
+      layer[#layer + 1] = line
+    end
+  end
+  return layers
+end
+
+--- Layers as one text, the inverse of `body.layers`.
+---@param layers string[][]
+---@return string
+function body.text(layers)
+  local texts = {}
+  for z, layer in ipairs(layers) do texts[z] = table.concat(layer, "\n") end
+  return table.concat(texts, "\n\n")
+end
+
+--- The legal letters of a table of materials, as an error shows them.
+---@param materials limax.materials
+---@return string
+function body.legal_letters(materials)
+  local texts = {}
+  for i = 1, materials.count do
+    local material = materials:get(i)
+    texts[i] = ("%s (%s)"):format(material.letter, material.name)
+  end
+  return table.concat(texts, ", ")
+end
+
+--- Checks layers of letters: every line as long as the first, every layer as high as the first,
+--- every letter known.
+---@param layers string[][]
+---@param materials limax.materials
+---@return integer[]|nil size voxels along x, y, z
+---@return string|nil message what is wrong, and where
+function body.measure_layers(layers, materials)
+  if #layers == 0 then return nil, "there is no voxel: expected at least one layer of letters" end
+  local nx, ny = #layers[1][1], #layers[1]
+  for z, layer in ipairs(layers) do
+    if #layer ~= ny then
+      return nil, ("layer %d has %d lines where layer 1 has %d; fill up with lines of .")
+        :format(z, #layer, ny)
+    end
+    for y, line in ipairs(layer) do
+      if #line ~= nx then
+        return nil, ("layer %d, line %d has %d letters where the first line has %d; fill up with .")
+          :format(z, y, #line, nx)
+      end
+      for x = 1, nx do
+        local letter = line:sub(x, x)
+        if not materials:index(letter) then
+          return nil, ("layer %d, line %d: unknown letter %q; the letters are %s")
+            :format(z, y, letter, body.legal_letters(materials))
+        end
+      end
+    end
+  end
+  return { nx, ny, #layers }
+end
+
+--- The letters of layers as a lattice, filled up with empty voxels to `lattice`.
+---@param layers string[][]
+---@param lattice integer[] voxels along x, y, z
+---@return string[][][] letters [x][y][z]
+function body.lattice(layers, lattice)
+  local voxel = {}
+  for x = 1, lattice[1] do
+    voxel[x] = {}
+    for y = 1, lattice[2] do
+      voxel[x][y] = {}
+      for z = 1, lattice[3] do
+        local line = layers[z] and layers[z][y]
+        voxel[x][y][z] = line and x <= #line and line:sub(x, x) or "."
+      end
+    end
+  end
+  return voxel
+end
+
+-- ---- bodies of an engine's population -----------------------------------------------------------
+
+-- Letter of each stored material index.
+local function letters_of(materials)
+  local letters = {}
+  for i = 1, materials.count do letters[i - 1] = materials:get(i).letter end
+  return letters
+end
+
+--- The whole lattice of one robot as letters.
+---@param population limax.population
+---@param i integer
+---@param materials limax.materials
+---@return string
+function body.letters(population, i, materials)
+  local voxels, letters = population:voxels(i):table(), letters_of(materials)
+  local layers = {}
+  for z = 1, #voxels[1][1] do
+    layers[z] = {}
+    for y = 1, #voxels[1] do
+      local line = {}
+      for x = 1, #voxels do line[x] = letters[voxels[x][y][z]] end
+      layers[z][y] = table.concat(line)
+    end
+  end
+  return body.text(layers)
+end
+
+-- Mass of a body, kg: each used site weighs the mean of its voxels' mass_per_site.
+local function mass_of(voxels, materials)
+  local per_site = {}
+  for i = 1, materials.count do
+    local material = materials:get(i)
+    per_site[i - 1] = material.kind ~= "empty" and material.mass_per_site or nil
+  end
+  local total = 0
+  for x = 1, #voxels + 1 do
+    for y = 1, #voxels[1] + 1 do
+      for z = 1, #voxels[1][1] + 1 do
+        local sum, owners = 0, 0
+        for corner = 0, 7 do
+          local column = voxels[x - corner % 2]
+          local row = column and column[y - math.floor(corner / 2) % 2]
+          local mass = row and per_site[row[z - math.floor(corner / 4)]]
+          if mass then sum, owners = sum + mass, owners + 1 end
+        end
+        if owners > 0 then total = total + sum / owners end
+      end
+    end
+  end
+  return total
+end
+
+---@class limax.body.record
+---@field letters string the whole lattice
+---@field hash string 16 hexadecimal digits; equal bodies have equal ones
+---@field voxels integer that are not empty
+---@field masses integer
+---@field springs integer
+---@field size integer[] extent in voxels along x, y, z
+---@field counts table<string, integer> voxels of each material, empty ones included
+---@field mass number kg
+
+--- What a record keeps of one robot's body.
+---@param population limax.population
+---@param i integer
+---@param materials limax.materials
+---@return limax.body.record
+function body.record(population, i, materials)
+  local facts, counts = population:body(i), {}
+  for m = 1, materials.count do counts[materials:get(m).name] = facts.counts[m] end
+  return { letters = body.letters(population, i, materials), hash = facts.hash,
+    voxels = facts.voxels, masses = facts.masses, springs = facts.springs,
+    size = { facts.size[1], facts.size[2], facts.size[3] }, counts = counts,
+    mass = mass_of(population:voxels(i):table(), materials) }
+end
+
+-- ---- what a script sees -------------------------------------------------------------------------
+
+---@class limax.robot.body
+---@field size integer[] extent in voxels along x, y, z
+---@field mass number kg
+---@field count table<string, integer> voxels by name of material
+---@field voxels integer that are not empty
+---@field masses integer
+---@field springs integer
+---@field hash string
+---@field letters string
+---@field voxel string[][][] letters, [x][y][z]
+
+local View = {}
+
+-- The lattice is cut from the letters when first asked for: most robots are never looked into.
+function View:__index(key)
+  if key ~= "voxel" then return nil end
+  local layers = body.layers(self.letters)
+  local voxel = body.lattice(layers, { #layers[1][1], #layers[1], #layers })
+  rawset(self, "voxel", voxel)
+  return voxel
+end
+
+--- A body as fitness, selection and supervisors read it.
+---@param record limax.body.record
+---@return limax.robot.body
+function body.view(record)
+  return setmetatable({ size = record.size, mass = record.mass, count = record.counts,
+    voxels = record.voxels, masses = record.masses, springs = record.springs, hash = record.hash,
+    letters = record.letters }, View)
+end
+
+return body

@@ -1,0 +1,95 @@
+--- diversity.lua: how different the robots of a population are. The engine measures, linearly in
+--- the population; empty voxels count as a material of their own, and bodies are compared where
+--- they stand in the lattice, without alignment.
+
+local engine = require "limax.engine"
+
+local diversity = {}
+
+--- `hamming` is the mean share of voxels in which two distinct robots differ, N / (N - 1) times the
+--- mean over voxels of 1 - sum_m p_m^2; `genotype` the root mean square over genes of the standard
+--- deviation over the robots; `material_shares` include the empty one.
+---@class limax.diversity.values
+---@field hamming number 0 to 1
+---@field genotype number|nil nil without genomes
+---@field distinct integer number of different bodies
+---@field robots integer size of the set
+---@field material_shares table<string, number> mean share of all voxels, by name
+
+-- The engine's answer, with materials by name and no NaN.
+local function named(values, materials)
+  local shares = {}
+  for m = 1, materials.count do shares[materials:get(m).name] = values.material_shares[m] end
+  local genotype = values.genotype
+  if genotype ~= genotype then genotype = nil end
+  return { hamming = values.hamming, genotype = genotype, distinct = values.distinct,
+    robots = values.robots, material_shares = shares }
+end
+
+--- The better half of a ranking, rounded up.
+---@param ranked integer[] indices, best first
+---@return integer[]
+function diversity.top_half(ranked)
+  local top = {}
+  for k = 1, math.ceil(#ranked / 2) do top[k] = ranked[k] end
+  return top
+end
+
+--- The diversity of all scored robots and of their better half; empty without a scored robot.
+---@param population limax.population of the engine
+---@param ranked integer[] indices of the scored robots, best first
+---@param materials limax.materials
+---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
+function diversity.measure(population, ranked, materials)
+  if #ranked == 0 then return {} end
+  -- sums run in the order of the list, so it is the order of the population, whatever the ranking
+  local function sorted(list)
+    local copy = {}
+    for i, index in ipairs(list) do copy[i] = index end
+    table.sort(copy)
+    return copy
+  end
+  return { all = named(population:diversity(sorted(ranked)), materials),
+    top = named(population:diversity(sorted(diversity.top_half(ranked))), materials) }
+end
+
+-- A scored population of a script, asked for one of the measures.
+local function of(population, part, field)
+  if type(population) ~= "table" or not population.ranked or not population.engine then
+    engine.fail(("diversity.%s: expected a scored population of the last three generations, "
+      .. "such as history[#history].population"):format(field))
+  end
+  if part ~= nil and part ~= "all" and part ~= "top" then
+    engine.fail(('diversity.%s: expected "all" or "top", got %s'):format(field, tostring(part)))
+  end
+  local values = diversity.measure(population.engine, population.ranked, population.materials)
+  return values[part or "all"] and values[part or "all"][field]
+end
+
+--- Mean share of voxels in which two distinct robots differ, 0 to 1; 0 for one robot.
+---@param population table a scored population
+---@param part? "all"|"top" all scored robots (the default), or their better half
+---@return number|nil
+function diversity.hamming(population, part) return of(population, part, "hamming") end
+
+--- Root mean square over genes of the standard deviation over the robots.
+---@param population table
+---@param part? "all"|"top"
+---@return number|nil
+function diversity.genotype(population, part) return of(population, part, "genotype") end
+
+--- Number of different bodies.
+---@param population table
+---@param part? "all"|"top"
+---@return integer|nil
+function diversity.distinct(population, part) return of(population, part, "distinct") end
+
+--- Mean share of each material over all voxels, by name, empty included.
+---@param population table
+---@param part? "all"|"top"
+---@return table<string, number>|nil
+function diversity.material_shares(population, part)
+  return of(population, part, "material_shares")
+end
+
+return diversity

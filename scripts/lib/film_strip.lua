@@ -1,0 +1,331 @@
+--- film_strip.lua: a robot's walk as one self-contained SVG: six poses from the side, and below
+--- them the whole way with the path of the centre of mass. No browser and no display. World points
+--- are turned to { along the way, away from the eye, up } in metres before they meet the page.
+
+local defaults = require "limax.defaults"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local palette = require "limax.palette"
+local skin = require "limax.skin"
+local svg = require "limax.svg"
+
+local film_strip = {}
+
+local POSES = 6
+
+-- The page, px: 11 px are 8.25 pt.
+local page = { width = 1000, margin = 24, text = 11, gap = 8, head = 50, strip = 190, below = 40,
+  track = 116, foot = 44 }
+local ink = { text = "#2b2b2b", faint = "#8a8a8a", ground = "#efece6", line = "#6b655b",
+  trail = "#c0392b", frame = "#fbfaf8", ghost = "#7d8b99" }
+
+-- ---- poses --------------------------------------------------------------------------------------
+
+-- Direction of the way: of the whole displacement, or x where there is hardly any.
+local function heading_of(robot)
+  local moved = robot:displacement()
+  local length = math.sqrt(moved[1] ^ 2 + moved[2] ^ 2)
+  if length < 0.05 * robot:length() then return { 1, 0 } end
+  return { moved[1] / length, moved[2] / length }
+end
+
+-- A point of the world along the way, away from the eye, and up.
+local function turned(point, heading)
+  return { point[1] * heading[1] + point[2] * heading[2],
+    point[2] * heading[1] - point[1] * heading[2], point[3] }
+end
+
+local function mean_of(points)
+  local sum = { 0, 0, 0 }
+  for _, point in ipairs(points) do
+    for k = 1, 3 do sum[k] = sum[k] + point[k] end
+  end
+  return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
+end
+
+-- Six moments, evenly from t = 0 to the end: all masses, and their middle.
+local function poses_of(trace, duration, heading)
+  local poses, samples = {}, trace:size()
+  for k = 1, POSES do
+    local sample = math.min(samples,
+      math.floor((k - 1) / (POSES - 1) * duration * trace.rate + 0.5) + 1)
+    local points = {}
+    for m, point in ipairs(trace[sample]:table()) do points[m] = turned(point, heading) end
+    poses[k] = { sample = sample, time = (sample - 1) / trace.rate, points = points,
+      middle = mean_of(points) }
+  end
+  return poses
+end
+
+-- The middle of all masses at each sample: along, away, up. (Equal masses make it the centre of
+-- mass; a trace of it is used where there is one.)
+local function path_of(robot, trace, heading)
+  local path = {}
+  local recorded = robot.context.options.record.center_of_mass or 0
+  if recorded == trace.rate then
+    local centers = robot:trace "center_of_mass"
+    for s = 1, centers:size() do path[s] = turned(centers[s], heading) end
+    return path
+  end
+  for s = 1, trace:size() do path[s] = turned(mean_of(trace[s]:table()), heading) end
+  return path
+end
+
+-- ---- drawing ------------------------------------------------------------------------------------
+
+-- What all panels share: the scale (px/m), and how far the body reaches from its middle (m).
+local function frame_of(poses, ground)
+  local reach, low, high, near, far = 0, math.huge, -math.huge, 0, 0
+  for _, pose in ipairs(poses) do
+    local base = ground and 0 or pose.middle[3]
+    for _, p in ipairs(pose.points) do
+      local away = p[2] - pose.middle[2]
+      local up = p[3] + skin.recede_y * away - base
+      reach = math.max(reach, math.abs(p[1] - pose.middle[1] + skin.recede_x * away))
+      low, high = math.min(low, up), math.max(high, up)
+      near, far = math.min(near, away), math.max(far, away)
+    end
+  end
+  if ground then low = math.min(low, ground + skin.recede_y * near) end
+  local wide, tall = 1.15 * 2 * reach, 1.08 * (high - low)
+  local panel = (page.width - 2 * page.margin - (POSES - 1) * page.gap) / POSES
+  local scale = math.min(panel / wide, (page.strip - 12) / tall)
+  return { scale = scale, panel = panel, strip = math.ceil(tall * scale + 12), low = low,
+    near = near, far = far }
+end
+
+-- A panel's own coordinates: the pose's middle stands in the panel's middle, its feet at the
+-- bottom.
+local function panel_of(k, pose, film, frame)
+  local left = page.margin + (k - 1) * (frame.panel + page.gap)
+  local bottom = page.head + frame.strip - 6
+  local base = film.ground and 0 or pose.middle[3]
+  local panel = { left = left, right = left + frame.panel, center = left + frame.panel / 2 }
+  function panel.point(along, away, up)
+    return { panel.center + (along - pose.middle[1] + skin.recede_x * away) * frame.scale,
+      bottom - (up - base + skin.recede_y * away - frame.low) * frame.scale }
+  end
+  function panel.project(p)
+    local point = panel.point(p[1], p[2] - pose.middle[2], p[3])
+    return point[1], point[2]
+  end
+  return panel
+end
+
+-- The ground as a band, with a line across it every 0.1 m and a darker one every 0.5 m: they make
+-- the way visible. The body's shadow falls straight down.
+local function draw_ground(out, panel, pose, film, frame)
+  local near, far, middle = frame.near - 0.04, frame.far + 0.06, pose.middle[1]
+  local low, high = panel.point(middle, near, film.ground), panel.point(middle, far, film.ground)
+  out:add('<rect x="%.1f" y="%.1f" width="%.1f" height="%.1f" fill="%s"/>', panel.left, high[2],
+    frame.panel, low[2] - high[2], ink.ground)
+  local half = frame.panel / frame.scale / 2 + skin.recede_x * math.max(far, -near)
+  for k = math.ceil((middle - half) * 10), math.floor((middle + half) * 10) do
+    local strong = k % 5 == 0
+    out:line(panel.point(k / 10, near, film.ground), panel.point(k / 10, far, film.ground),
+      strong and "#b9b2a4" or "#dcd7cc", strong and 1 or 0.7)
+  end
+  out:line({ panel.left, low[2] }, { panel.right, low[2] }, ink.line, 1.2)
+  local shadow = {}
+  for k, p in ipairs(pose.points) do
+    shadow[k] = panel.point(p[1], p[2] - pose.middle[2], film.ground)
+  end
+  out:polygon(skin.outline(shadow), 'fill="#000000" fill-opacity="0.13"')
+end
+
+local function draw_panel(out, k, pose, film, frame)
+  local panel = panel_of(k, pose, film, frame)
+  local box = ('x="%.1f" y="%d" width="%.1f" height="%d"')
+    :format(panel.left, page.head, frame.panel, frame.strip)
+  out:add('<clipPath id="panel%d"><rect %s/></clipPath>', k, box)
+  out:add('<g clip-path="url(#panel%d)"><rect %s fill="%s"/>', k, box, ink.frame)
+  if film.ground then draw_ground(out, panel, pose, film, frame) end
+  out:add '<g stroke="#ffffff" stroke-opacity="0.55" stroke-width="0.6" stroke-linejoin="round">'
+  for _, face in ipairs(skin.visible(film.faces, pose.points, film.colors, panel.project)) do
+    out:polygon(face.points, ('fill="%s"'):format(face.fill))
+  end
+  out:add "</g>"
+  -- the path so far, as it lies in the plane through the body's middle
+  local trail, last = {}, film.path[pose.sample]
+  for s = 1, pose.sample do
+    local p = film.path[s]
+    trail[s] = panel.point(pose.middle[1] + p[1] - last[1], 0, p[3])
+  end
+  out:path(trail, "#ffffff", 2.6, 0.7)
+  out:path(trail, ink.trail, 1.3)
+  out:dot(trail[#trail], 3, ink.trail)
+  out:add "</g>"
+  local below = page.head + frame.strip
+  out:text(panel.center, below + 15, ("%.2f s"):format(pose.time),
+    'text-anchor="middle" font-weight="bold"')
+  out:text(panel.center, below + 29, ("%+.2f m"):format(pose.middle[1] - film.start),
+    ('text-anchor="middle" fill="%s"'):format(ink.faint))
+end
+
+-- A round length (1, 2 or 5 times a power of ten) of at most `most` metres.
+local function round_length(most)
+  local power = 10 ^ math.floor(math.log10(most))
+  for _, factor in ipairs { 5, 2 } do
+    if factor * power <= most then return factor * power end
+  end
+  return power
+end
+
+local function draw_scale_bar(out, x, y, scale, room)
+  local length = round_length(room / scale)
+  local stop = x + length * scale
+  out:line({ x, y }, { stop, y }, ink.text, 1.6)
+  out:line({ x, y - 4 }, { x, y + 4 }, ink.text, 1.2)
+  out:line({ stop, y - 4 }, { stop, y + 4 }, ink.text, 1.2)
+  out:text(stop + 7, y + 4, ("%g m"):format(length))
+end
+
+-- The ground line of the whole way, in metres from the start, one about every 90 px.
+local function draw_ruler(out, film, scale, middle, place)
+  local half = (page.width / 2 - page.margin) / scale
+  local step = round_length(90 / scale)
+  out:line(place(middle - half, film.ground), place(middle + half, film.ground), ink.line, 1.2)
+  local first, last = (middle - half - film.start) / step, (middle + half - film.start) / step
+  for k = math.ceil(first), math.floor(last) do
+    local at = place(film.start + k * step, film.ground)
+    out:line(at, { at[1], at[2] + 4 }, ink.line, 1)
+    -- + 0: no "-0 m"
+    out:text(at[1], at[2] + 16, ("%g m"):format(k * step + 0),
+      ('text-anchor="middle" fill="%s"'):format(ink.faint))
+  end
+end
+
+-- The whole way, true to scale: outlines of the six poses, and the path through them.
+local function draw_track(out, film, top)
+  local left, right, low, high = math.huge, -math.huge, film.ground or math.huge, -math.huge
+  for _, pose in ipairs(film.poses) do
+    for _, p in ipairs(pose.points) do
+      left, right = math.min(left, p[1]), math.max(right, p[1])
+      low, high = math.min(low, p[3]), math.max(high, p[3])
+    end
+  end
+  local room = page.width - 2 * page.margin
+  local scale = math.min(room / (1.06 * (right - left)), (page.track - 24) / (high - low))
+  local middle = (left + right) / 2
+  local function place(along, up)
+    return { page.width / 2 + (along - middle) * scale, top + page.track - 18 - (up - low) * scale }
+  end
+  if film.ground then
+    draw_ruler(out, film, scale, middle, place)
+  else
+    draw_scale_bar(out, page.margin + 8, top + 14, scale, 110)
+  end
+  for k, pose in ipairs(film.poses) do
+    local points = {}
+    for m, p in ipairs(pose.points) do points[m] = place(p[1], p[3]) end
+    local style = 'fill="%s" fill-opacity="%.2f" stroke="%s" stroke-width="0.8"'
+    out:polygon(skin.outline(points), style:format(ink.ghost, 0.06 + 0.035 * k, ink.ghost))
+  end
+  local trail = {}
+  for s, p in ipairs(film.path) do trail[s] = place(p[1], p[3]) end
+  out:path(trail, ink.trail, 1.3)
+  for _, pose in ipairs(film.poses) do out:dot(trail[pose.sample], 2.6, ink.trail) end
+end
+
+local function draw_legend(out, film, y)
+  local x = page.margin
+  for _, material in ipairs(film.materials) do
+    if film.used[material.letter] then
+      local name = material.name:gsub("_", " ")
+      out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10,
+        film.colors[material.letter].hex)
+      out:text(x + 17, y, name)
+      -- a letter is about 6.4 px wide
+      x = x + 17 + 6.4 * #name + 18
+    end
+  end
+  out:line({ x, y - 4 }, { x + 20, y - 4 }, ink.trail, 1.6)
+  out:text(x + 26, y, "centre of mass")
+end
+
+-- ---- the figure ---------------------------------------------------------------------------------
+
+-- A rate for `position` that leaves the time step as it was: one of those that are recorded anyway.
+local function position_rate(record)
+  local best
+  for _, kind in ipairs(defaults.traces) do
+    local rate = record[kind] or 0
+    -- 20 Hz show a gait; much more is memory for nothing
+    if rate > 0 and (not best or best < 20 and rate > best or rate >= 20 and rate < best) then
+      best = rate
+    end
+  end
+  return best or 20
+end
+
+-- Everything that is drawn, of a robot whose positions were recorded.
+local function film_of(robot)
+  local trace, context = robot:trace "position", robot.context
+  local heading = heading_of(robot)
+  local sites, mass_at = context.simulation:sites(context.index):table(), {}
+  for m, site in ipairs(sites) do mass_at[site] = m end
+  local materials, used = context.materials:table().materials, {}
+  for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
+  local ground = context.scene.ground
+  local film = { poses = poses_of(trace, robot:duration(), heading), materials = materials,
+    path = path_of(robot, trace, heading), colors = palette.of(materials), used = used,
+    faces = skin.faces(robot.body.voxel, mass_at), ground = ground and ground.height }
+  film.start = film.poses[1].middle[1]
+  return film
+end
+
+--- The SVG text of a simulated robot whose "position" was recorded.
+---@param robot limax.scored_robot
+---@param options? { title?: string }
+---@return string
+function film_strip.svg(robot, options)
+  local film = film_of(robot)
+  local frame = frame_of(film.poses, film.ground)
+  local track = page.head + frame.strip + page.below
+  local foot = track + page.track
+  local title = options and options.title or "robot"
+  local out = svg.page(page.width, foot + page.foot, title, page.text, ink.text)
+  out:text(page.margin, 30, title, 'font-size="16" font-weight="bold"')
+  local speed = robot:speed()
+  local said = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(robot:distance(),
+    robot:duration(), speed, speed / robot:length())
+  out:text(page.width - page.margin, 30, said, 'text-anchor="end" font-size="12"')
+  for k, pose in ipairs(film.poses) do draw_panel(out, k, pose, film, frame) end
+  draw_scale_bar(out, page.margin + 8, page.head + 14, frame.scale, frame.panel / 3)
+  draw_track(out, film, track)
+  draw_legend(out, film, foot + 22)
+  return out:finish()
+end
+
+---@class limax.film_strip.options
+---@field title? string
+---@field device? string|limax.device
+---@field scene? table the robot's own if absent, else flat ground
+---@field duration? number s
+---@field progress? fun(progress: table)
+
+--- Simulates a robot with its positions recorded and writes the figure. `nil, message` where the
+--- robot comes to no good end: there is nothing to draw.
+---@param path string
+---@param robot limax.robot
+---@param options? limax.film_strip.options
+---@return limax.scored_robot|nil
+---@return string|nil message
+function film_strip.write(path, robot, options)
+  options = options or {}
+  local own = robot.description.simulation and robot.description.simulation.record or {}
+  local record = { position = position_rate(own) }
+  for kind, rate in pairs(own) do
+    if kind ~= "position" then record[kind] = rate end
+  end
+  local walked = robot:simulate { record = record, device = options.device,
+    progress = options.progress, scene = options.scene, duration = options.duration }
+  if walked.status ~= "done" then
+    return nil, ("the robot is %s: there is no film strip of it"):format(walked.status)
+  end
+  local ok, message = host.file.write_atomic(path, film_strip.svg(walked, options))
+  if not ok then engine.fail(message) end
+  return walked
+end
+
+return film_strip

@@ -1,0 +1,40 @@
+--- full_body.lua: bodies whose every voxel is one material. Their closed-form bound on the time
+--- step is the measure of what a set of materials costs, and the limit that a fixed step is warned
+--- against.
+
+local engine = require "limax.engine"
+
+local full_body = {}
+
+--- The least bound on the time step over the full bodies of all materials, s, and the material that
+--- sets it.
+---@param lattice integer[]
+---@param materials table engine materials
+---@param scene table engine scene
+---@param options table for engine.simulation
+---@param device table
+---@return number bound s
+---@return string material
+function full_body.bound(lattice, materials, scene, options, device)
+  local voxels = {}
+  local least, name = math.huge, ""
+  local body = engine.population { lattice = lattice, count = 1 }
+  for material = 1, materials.count do
+    if materials:get(material).kind ~= "empty" then
+      -- a population keeps material indices from 0
+      for i = 1, lattice[1] * lattice[2] * lattice[3] do voxels[i] = material - 1 end
+      body:set_body(1, voxels)
+      body:check(materials, { require_muscle = false })
+      local simulation = engine.simulation(body, materials, scene, options, device)
+      -- a robot is prepared, and its bound known, when it is first looked at
+      simulation:state(1)
+      local bound = simulation:outcome(1).time_step_bound
+      simulation:free()
+      if bound < least then least, name = bound, materials:get(material).name end
+    end
+  end
+  body:free()
+  return least, name
+end
+
+return full_body

@@ -1,0 +1,71 @@
+--- history.lua: what supervisors read: one entry per scored generation. Everything stays readable
+--- but the genomes of older generations and all traces: an old entry keeps the text of its
+--- population file and builds the robots from it when they are asked for.
+
+local host = require "limax.host"
+
+local history = {}
+
+--- Generations whose genomes stay in memory: what the paper's supervisor looks back on.
+history.genomes_kept = 3
+
+-- entry -> population rebuilt from its text; forgotten when nobody uses it
+local rebuilt = setmetatable({}, { __mode = "kv" })
+
+--- One line per robot.
+---@param records table[]
+---@return string
+function history.encode(records)
+  local lines = {}
+  for i, record in ipairs(records) do lines[i] = host.json.encode(record) .. "\n" end
+  return table.concat(lines)
+end
+
+--- Robot records from the text of a population file.
+---@param text string
+---@param origin string file name, for messages
+---@return table[]
+function history.decode(text, origin)
+  local records = {}
+  for line in text:gmatch "[^\n]+" do
+    local record, message = host.json.decode(line, origin)
+    if not record then error(message, 0) end
+    records[#records + 1] = record
+  end
+  return records
+end
+
+--- An entry: the fields of the generation's metrics line, its ledger record and materials, and
+--- `.population`, either live or rebuilt from `text` by `build(records)` on demand.
+---@param given table metrics, ledger, materials, text, build; population while it is live
+---@return table
+function history.entry(given)
+  local entry = { ledger = given.ledger, materials = given.materials,
+    population = given.population }
+  for _, name in ipairs { "repetition", "generation", "parameters", "best", "best_standard", "mean",
+    "median", "worst", "quantiles", "diversity", "failed", "scored", "evaluations", "champion" } do
+    entry[name] = given.metrics[name]
+  end
+  return setmetatable(entry, { __index = function(self, key)
+    if key ~= "population" then return nil end
+    local population = rebuilt[self]
+    if not population then
+      local records = history.decode(given.text, "generation " .. entry.generation)
+      population = given.build(records)
+      rebuilt[self] = population
+    end
+    return population
+  end })
+end
+
+--- Lets go of the population of the generation that is now too old for its genomes to be kept.
+---@param list table[]
+function history.forget(list)
+  local old = list[#list - history.genomes_kept]
+  local population = old and rawget(old, "population")
+  if not population then return end
+  old.population = nil
+  population.engine:free()
+end
+
+return history

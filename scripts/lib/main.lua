@@ -1,0 +1,116 @@
+--- main.lua: the command line. `limax NAME ...` runs scripts/commands/NAME.lua, and
+--- `limax FILE.lua ...` a script.
+
+local failure = require "limax.failure"
+local host = require "limax.host"
+local options = require "limax.options"
+local suggest = require "limax.suggest"
+
+local main = {}
+
+local exit_failed, exit_usage, exit_interrupted = 1, 2, 130
+
+-- names of the commands: the files of scripts/commands, sorted
+local function command_names()
+  local names = {}
+  for _, file in ipairs(host.file.list(host.home .. "/scripts/commands") or {}) do
+    names[#names + 1] = file:match "^(%l[%l%d_]*)%.lua$"
+  end
+  return names
+end
+
+---@param name string
+---@return limax.command
+local function load_command(name)
+  local command = require("limax.commands." .. name)
+  command.name = name
+  return command
+end
+
+local function version()
+  print(("limax %s (%s)"):format(host.version, jit.version))
+end
+
+local function overview()
+  local rows = {}
+  for i, name in ipairs(command_names()) do
+    -- one broken command must not hide the others
+    local fine, command = host.protect(load_command, name)
+    rows[i] = { name, fine and command.summary or ("(broken: %s)"):format(tostring(command)) }
+  end
+  return table.concat {
+    "usage: limax NAME [arguments]   run a command\n",
+    "       limax FILE.lua [words]   run a script, as by `limax run` if it returns an experiment\n",
+    "       limax NAME --help        what a command takes\n",
+    "       limax --version\n\n",
+    "commands:\n",
+    options.columns(rows),
+  }
+end
+
+-- a script, and the experiment that it may return
+local function run_script(argv)
+  local value = require("limax.script").run(unpack(argv))
+  if type(value) ~= "table" then return nil end
+  local run = load_command "run"
+  if not run.is_experiment(value) then return nil end
+  return run.run_experiment(value, options.parse(run, argv))
+end
+
+local function run_command(name, argv)
+  local known = false
+  for _, each in ipairs(command_names()) do known = known or each == name end
+  if not known then
+    if host.file.exists(name) == "file" then
+      failure.raise(exit_usage, ('"%s" is no command; a script\'s name ends in .lua'):format(name))
+    end
+    local ending = suggest.ending(name, command_names())
+    failure.raise(exit_usage, ('unknown command "%s"%s'):format(name, ending))
+  end
+  local command = load_command(name)
+  local arguments = options.parse(command, { unpack(argv, 2) })
+  if arguments.help then
+    io.write(options.help(command))
+    return nil
+  end
+  return command.run(arguments)
+end
+
+local function dispatch(argv)
+  local first = argv[1]
+  if first == nil then
+    io.stderr:write(overview())
+    return exit_usage
+  end
+  if first == "--version" then return version() end
+  if first == "--help" or first == "-h" or (first == "help" and not argv[2]) then
+    io.write(overview())
+    return nil
+  end
+  if first == "help" then return run_command(argv[2], { argv[2], "--help" }) end
+  if first:sub(1, 1) == "-" then
+    local ending = suggest.ending(first, { "--help", "--version" })
+    failure.raise(exit_usage, ("unknown option %s%s"):format(first, ending))
+  end
+  if first:match "%.lua$" then return run_script(argv) end
+  return run_command(first, argv)
+end
+
+--- Runs a command line and says what went wrong.
+---@param argv string[] the words after the program's name
+---@return integer status of the process
+function main.main(argv)
+  local fine, value, trace = host.protect(dispatch, argv)
+  if fine then return value or 0 end
+  -- what was printed before comes first
+  io.stdout:flush()
+  if value == host.interrupt then
+    io.stderr:write("limax: interrupted\n")
+    return exit_interrupted
+  end
+  local status = failure.status(value)
+  io.stderr:write("limax: ", status and value or trace, "\n")
+  return status or exit_failed
+end
+
+return main

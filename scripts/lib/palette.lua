@@ -1,0 +1,49 @@
+--- palette.lua: one colour for each material, the same in terminals and in figures. Hues can be
+--- told apart without seeing red and green (after Okabe and Ito), and letters always stand beside
+--- them.
+
+local palette = {}
+
+---@class limax.color
+---@field hex string "#rrggbb"
+---@field terminal integer of the 256 that terminals know
+
+-- Muscles are warm when they expand and cool when they contract; passive tissue by its place in the
+-- table.
+local of_kind = {
+  empty = { { hex = "#ffffff", terminal = 240 } },
+  expanding = { { hex = "#e2672d", terminal = 208 }, { hex = "#c9408a", terminal = 205 } },
+  contracting = { { hex = "#2f7fb8", terminal = 39 }, { hex = "#6a5acd", terminal = 105 } },
+  passive = { { hex = "#8cc7a1", terminal = 114 }, { hex = "#d9d2bf", terminal = 187 },
+    { hex = "#e8c15a", terminal = 221 }, { hex = "#a9a9b8", terminal = 146 } },
+}
+
+--- The colour of each material of a table, by letter.
+---@param list { kind: string, letter: string, name: string }[] in the table's order
+---@return table<string, limax.color>
+function palette.of(list)
+  local colors, used = {}, {}
+  for _, material in ipairs(list) do
+    local row = of_kind[material.kind] or of_kind.passive
+    local k = (used[material.kind] or 0) % #row + 1
+    used[material.kind] = k
+    colors[material.letter] = row[k]
+  end
+  return colors
+end
+
+--- A colour darkened (share below 1) or lightened (above 1, towards white).
+---@param hex string
+---@param share number
+---@return string hex
+function palette.shade(hex, share)
+  local parts = {}
+  for k = 0, 2 do
+    local value = tonumber(hex:sub(2 + 2 * k, 3 + 2 * k), 16)
+    value = share <= 1 and value * share or value + (255 - value) * (share - 1)
+    parts[k + 1] = ("%02x"):format(math.floor(math.min(math.max(value, 0), 255) + 0.5))
+  end
+  return "#" .. table.concat(parts)
+end
+
+return palette

@@ -1,0 +1,127 @@
+--- progress.lua: what a run shows on standard error: one bar that is drawn again in place on a
+--- terminal, one line per generation elsewhere, nothing when quiet.
+
+local host = require "limax.host"
+
+local progress = {}
+
+---@class limax.progress
+local Progress = {}
+Progress.__index = Progress
+
+-- Least time between two drawings of the bar, s: ten a second look smooth and cost nothing.
+local between = 0.1
+
+---@class limax.progress.options
+---@field total integer generations of all repetitions
+---@field done? integer of them, by an earlier process
+---@field repetitions integer
+---@field quiet? boolean
+---@field write? fun(text: string) standard error if left out
+
+--- Progress over `total` generations.
+---@param options limax.progress.options
+---@return limax.progress
+function progress.new(options)
+  local terminal = host.terminal()
+  return setmetatable({ total = options.total, done = options.done or 0, fresh = 0,
+    repetitions = options.repetitions, quiet = options.quiet,
+    bar = terminal.stderr and not options.quiet, color = terminal.stderr and terminal.color,
+    columns = math.max(40, terminal.columns or 80),
+    write = options.write or function(text) io.stderr:write(text) end,
+    began = host.clock(), generation_began = host.clock(), drawn = -1 }, Progress)
+end
+
+--- Seconds as a person reads them: "8 s", "3 min 20 s", "2 h 5 min".
+---@param seconds number
+---@return string
+function progress.duration(seconds)
+  local s = math.floor(seconds + 0.5)
+  if s < 60 then return ("%d s"):format(s) end
+  if s < 3600 then return ("%d min %d s"):format(math.floor(s / 60), s % 60) end
+  return ("%d h %d min"):format(math.floor(s / 3600), math.floor(s % 3600 / 60))
+end
+
+function Progress:paint(code, text)
+  if not self.color then return text end
+  return ("\27[%sm%s\27[0m"):format(code, text)
+end
+
+-- Takes the bar off the terminal, so that a line can stand there.
+function Progress:clear()
+  if self.bar and self.shown then self.write "\r\27[K" end
+  self.shown = false
+end
+
+--- A line that stays: a warning, or what failed.
+---@param text string
+function Progress:say(text)
+  if self.quiet then return end
+  self:clear()
+  self.write(self:paint("33", "! ") .. text .. "\n")
+end
+
+-- "best 0.512  mean 0.31  diversity 0.42  failed 2"
+local function numbers(entry)
+  local failed = entry.failed
+  local all = entry.diversity.all or { hamming = 0 }
+  return ("best %.4g  mean %.4g  diversity %.3f  failed %d"):format(entry.best, entry.mean,
+    all.hamming, failed.invalid + failed.diverged + failed.fitness)
+end
+
+-- Time left, from the generations that this process did.
+function Progress:time_left(share)
+  local past = self.fresh + share
+  if past < 0.2 then return "" end
+  local left = (host.clock() - self.began) / past * (self.total - self.done - share)
+  return "  " .. progress.duration(left) .. " left"
+end
+
+local function rate_text(rate)
+  return rate and ("  %.2g springs/s"):format(rate) or ""
+end
+
+function Progress:draw(state)
+  local share = state and state.steps_total > 0 and state.steps / state.steps_total or 0
+  local width = math.max(8, math.min(24, self.columns - 90))
+  local full = math.floor(width * (self.done + share) / self.total + 0.5)
+  local bar = self:paint("32", ("#"):rep(full)) .. ("-"):rep(width - full)
+  local where = ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
+  local text = where .. (self.last and "  " .. numbers(self.last) or "")
+    .. rate_text(self.spring_rate)
+    .. self:time_left(share)
+  local room = self.columns - width - 4
+  self.write(("\r\27[K[%s] %s"):format(bar, text:sub(1, math.max(room, 10))))
+  self.shown = true
+  self.drawn = host.clock()
+end
+
+--- Called while robots are simulated, with the engine's progress.
+---@param state table
+function Progress:robots(state)
+  local now = host.clock()
+  local seconds = now - self.generation_began
+  if seconds > 0.05 then self.spring_rate = state.spring_steps / seconds end
+  if self.bar and now - self.drawn >= between then self:draw(state) end
+end
+
+--- Called after each generation with its history entry.
+---@param entry table
+---@param seconds table
+function Progress:generation(entry, seconds)
+  self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
+  if self.bar then
+    self:draw()
+  elseif not self.quiet then
+    local repetition = self.repetitions > 1 and ("repetition %d  "):format(entry.repetition) or ""
+    local spent = seconds.simulate + seconds.fitness + seconds.breed
+    self.write(("%sgeneration %d  %s  %.2f s%s%s\n"):format(repetition, entry.generation,
+      numbers(entry), spent, rate_text(self.spring_rate), self:time_left(0)))
+  end
+  self.generation_began = host.clock()
+end
+
+--- The bar is gone, whatever comes next stands on a line of its own.
+function Progress:finish() self:clear() end
+
+return progress

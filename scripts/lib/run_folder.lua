@@ -1,0 +1,379 @@
+--- run_folder.lua: one execution, one folder. Files are replaced whole and lines appended whole,
+--- the checkpoint last: whatever moment a run is killed at, everything up to the generation that
+--- the checkpoint names is on disk, and what lies beyond it is cut when the run goes on.
+
+local failure = require "limax.failure"
+local host = require "limax.host"
+local npy = require "limax.npy"
+local source = require "limax.source"
+
+---@class limax.run_folder
+---@field path string
+---@field config table
+---@field checkpoint table|nil repetition, generation and file sizes of the last whole generation
+local Folder = {}
+Folder.__index = Folder
+
+local run_folder = {}
+
+-- Files that grow by one line per generation.
+local lines_of = { "metrics", "ledger", "timing" }
+
+-- Their sizes before the first generation.
+local function no_bytes() return { metrics = 0, ledger = 0, timing = 0 } end
+
+local function file_of(name) return name .. ".jsonl" end
+
+local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
+
+-- The command that continues a run, ready to be pasted into a shell.
+function Folder:resume_command()
+  local path = self.path
+  if not path:match "^[%w_%./%-]+$" then path = "'" .. path:gsub("'", "'\\''") .. "'" end
+  return "limax run --resume " .. path
+end
+
+-- Ends the run when the disk refuses; what is whole stays so.
+function Folder:check(ok, message)
+  if ok then return end
+  local whole = "no generation is on disk yet"
+  if self.checkpoint then
+    whole = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
+      :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
+  end
+  failure.raise(1, ("cannot write %s: %s; %s"):format(self.path, message, whole))
+end
+
+function Folder:write(name, text)
+  self:check(host.file.write_atomic(self.path .. "/" .. name, text))
+end
+
+function Folder:make_folder(name)
+  local path = self.path .. "/" .. name
+  if host.file.exists(path) ~= "folder" then self:check(host.file.mkdir(path)) end
+end
+
+--- Writes STATUS: what became of the run so far.
+---@param state "running"|"done"|"interrupted"|"failed"
+---@param message? string
+function Folder:status(state, message)
+  local at = self.checkpoint or {}
+  self:write("STATUS", json { schema = "limax.status/1", state = state, message = message,
+    repetition = at.repetition, generation = at.generation })
+end
+
+-- ---- beginning ----------------------------------------------------------------------------------
+
+-- Names under which scripts are kept: their path below the experiment's folder, else the file's own
+-- name.
+local function copies(experiment)
+  local base = experiment.origin and source.folder_of(experiment.origin) .. "/"
+  local list, taken = {}, {}
+  for _, path in ipairs(experiment.scripts) do
+    local inside = base and path:find(base, 1, true) == 1
+    local name = inside and path:sub(#base + 1) or source.name_of(path)
+    while taken[name] do name = "_" .. name end
+    taken[name] = true
+    local text, message = source.read(path)
+    if not text then failure.raise(1, message) end
+    list[#list + 1] = { file = name, path = path, sha256 = host.sha256(text), text = text }
+  end
+  return list
+end
+run_folder.copies = copies
+
+--- The configuration that a run folder holds: the experiment's, and how it was started.
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+---@return table config
+---@return table[] scripts file, path, sha256, text
+function run_folder.configuration(experiment, options)
+  local config = source.copy(experiment.config)
+  local scripts, kept = copies(experiment), host.json.array {}
+  local script
+  for i, copy in ipairs(scripts) do
+    kept[i] = { file = copy.file, sha256 = copy.sha256 }
+    if copy.path == experiment.origin then script = copy.file end
+  end
+  config.run = { repetition = options.repetition, path = experiment.origin, script = script,
+    scripts = kept, overrides = host.json.array(options.overrides or {}) }
+  return config, scripts
+end
+
+-- Scripts as they were, each under its name.
+function Folder:write_scripts(scripts, below)
+  for _, copy in ipairs(scripts) do
+    local name = below .. "/" .. copy.file
+    local steps = {}
+    for step in source.folder_of(name):gmatch "[^/]+" do
+      steps[#steps + 1] = step
+      self:make_folder(table.concat(steps, "/"))
+    end
+    self:write(name, copy.text)
+  end
+end
+
+--- Notes who runs it: one entry per process that wrote this folder.
+---@param device table
+function Folder:write_environment(device)
+  local text = source.read(self.path .. "/environment.json")
+  local environment = text and host.json.decode(text)
+    or { schema = "limax.environment/1", sessions = {} }
+  environment.sessions[#environment.sessions + 1] = { started = host.time(), version = host.version,
+    machine = host.environment(), device = device:describe() }
+  self:write("environment.json", json(environment))
+end
+
+--- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
+---@param name string
+---@return string
+function run_folder.next_free(name)
+  local n = 1
+  while host.file.exists(("runs/%s-%d"):format(name, n)) do n = n + 1 end
+  return ("runs/%s-%d"):format(name, n)
+end
+
+local function lock(path)
+  local handle, message = host.file.lock(path)
+  if not handle then
+    failure.raise(1, ("%s is in use by another run, or cannot be locked: %s")
+      :format(path, tostring(message)))
+  end
+  return handle
+end
+
+--- Makes a new run folder. A folder that holds anything is refused.
+---@param path string
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+---@return limax.run_folder
+function run_folder.create(path, experiment, options)
+  local kind = host.file.exists(path)
+  if kind == "file" then failure.raise(2, path .. " is a file, not a folder for a run") end
+  if kind == "folder" and #(host.file.list(path) or {}) > 0 then
+    failure.raise(2, path
+      .. " is used already; name another folder, or continue it with --resume " .. path)
+  end
+  if not kind then
+    local ok, message = host.file.mkdir(path)
+    if not ok then failure.raise(2, ("cannot make the folder %s: %s"):format(path, message)) end
+  end
+  local self = setmetatable({ path = path, bytes = no_bytes() }, Folder)
+  self.lock = lock(path)
+  local config, scripts = run_folder.configuration(experiment, options)
+  self.config = config
+  self:write_scripts(scripts, "scripts")
+  for _, name in ipairs(lines_of) do self:write(file_of(name), "") end
+  self:status "running"
+  -- last: a folder with a configuration is a run
+  self:write("config.json", json(config))
+  return self
+end
+
+-- ---- writing ------------------------------------------------------------------------------------
+
+-- Appends one line; a refused one leaves the file as long as it was.
+function Folder:append(name, value)
+  local path = self.path .. "/" .. file_of(name)
+  local line = host.json.encode(value) .. "\n"
+  local ok, message = host.file.append(path, line)
+  if not ok then
+    host.file.truncate(path, self.bytes[name])
+    self:check(nil, message)
+  end
+  self.bytes[name] = self.bytes[name] + #line
+end
+
+--- Where files of one generation lie, below the run folder.
+---@param repetition integer
+---@param kind "population"|"champions"
+---@param generation integer
+---@param ending string
+---@return string
+function run_folder.place(repetition, kind, generation, ending)
+  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
+end
+
+--- Writes a whole generation; the checkpoint that names it comes last. Returns the seconds that it
+--- took.
+---@param given table metrics, ledger, seconds, text, genomes, genes, robots, champion
+---@return number
+function Folder:write_generation(given)
+  local began = host.clock()
+  local repetition, generation = given.metrics.repetition, given.metrics.generation
+  local function place(kind, ending)
+    return run_folder.place(repetition, kind, generation, ending)
+  end
+  if not self.made or self.made ~= repetition then
+    for _, folder in ipairs { "", "/population", "/champions" } do
+      self:make_folder(("r%02d"):format(repetition) .. folder)
+    end
+    self.made = repetition
+  end
+  self:write(place("population", ".jsonl"), given.text)
+  self:write(place("population", ".npy"), npy.encode(given.genomes, given.robots, given.genes))
+  self:write(place("champions", ".json"), json(given.champion))
+
+  local ledger = { schema = "limax.ledger/1", repetition = repetition, generation = generation }
+  for key, value in pairs(given.ledger) do ledger[key] = value end
+  self:append("ledger", ledger)
+  self:append("metrics", given.metrics)
+  local seconds = {}
+  for key, value in pairs(given.seconds) do seconds[key] = value end
+  seconds.write = host.clock() - began
+  self:append("timing", { schema = "limax.timing/1", repetition = repetition,
+    generation = generation, ended = host.time(), seconds = seconds })
+
+  local bytes = {}
+  for _, name in ipairs(lines_of) do bytes[name] = self.bytes[name] end
+  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
+    generation = generation, bytes = bytes }
+  self:write("checkpoint", json(checkpoint))
+  self.checkpoint = checkpoint
+  return host.clock() - began
+end
+
+-- ---- going on -----------------------------------------------------------------------------------
+
+local function read_json(path)
+  local text, message = source.read(path)
+  if not text then return nil, message end
+  return host.json.decode(text, path)
+end
+
+--- Opens a run folder and locks it. Nothing is changed yet.
+---@param path string
+---@return limax.run_folder
+function run_folder.open(path)
+  path = #path > 1 and path:gsub("/+$", "") or path
+  local config, message = read_json(path .. "/config.json")
+  if not config then
+    failure.raise(2, ("%s is no run folder: %s"):format(path, tostring(message)))
+  end
+  if config.schema ~= "limax.config/1" then
+    failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s")
+      :format(path, tostring(config.schema)))
+  end
+  local self = setmetatable({ path = path, config = config }, Folder)
+  self.lock = lock(path)
+  if host.file.exists(path .. "/checkpoint") then
+    self.checkpoint, message = read_json(path .. "/checkpoint")
+    if not self.checkpoint then failure.raise(1, tostring(message)) end
+  end
+  self.bytes = self.checkpoint and self.checkpoint.bytes or no_bytes()
+  return self
+end
+
+-- Removes files of generations after the last whole one.
+function Folder:remove_unfinished()
+  for _, name in ipairs(host.file.list(self.path) or {}) do
+    local repetition = tonumber(name:match "^r(%d+)$")
+    for _, kind in ipairs(repetition and { "population", "champions" } or {}) do
+      local folder = ("%s/%s/%s"):format(self.path, name, kind)
+      for _, file in ipairs(host.file.exists(folder) and host.file.list(folder) or {}) do
+        local generation = tonumber(file:match "^g(%d+)%.")
+        local at = self.checkpoint
+        -- names that are not ours to judge, but for the half-written temporary files of a killed
+        -- process
+        local beyond = generation and (not at or repetition > at.repetition
+          or repetition == at.repetition and generation > at.generation)
+        if beyond then self:check(host.file.remove(folder .. "/" .. file)) end
+      end
+    end
+  end
+end
+
+--- Cuts everything that lies beyond the last whole generation, and keeps what has changed since:
+--- the former configuration as config-N.json and the former scripts as scripts-N.
+---@param config table configuration of now
+---@param scripts table[] scripts of now
+---@param verdict limax.resume.verdict
+function Folder:continue(config, scripts, verdict)
+  self:cut()
+  if not verdict.changed then return end
+  local n = 1
+  while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
+  self:write(("config-%d.json"):format(n), json(self.config))
+  if host.file.exists(self.path .. "/scripts") then
+    self:check(host.file.rename(self.path .. "/scripts", ("%s/scripts-%d"):format(self.path, n)))
+  end
+  self:write_scripts(scripts, "scripts")
+  self:write("config.json", json(config))
+  self.config = config
+end
+
+-- Lines and files beyond the checkpoint.
+function Folder:cut()
+  for _, name in ipairs(lines_of) do
+    local path = self.path .. "/" .. file_of(name)
+    if host.file.exists(path) then
+      self:check(host.file.truncate(path, self.bytes[name]))
+    else
+      self:write(file_of(name), "")
+    end
+  end
+  self:remove_unfinished()
+end
+
+local function lines(path)
+  local text, message = source.read(path)
+  if not text then failure.raise(1, message) end
+  local list = {}
+  for line in text:gmatch "[^\n]+" do
+    local value, wrong = host.json.decode(line, path)
+    if not value then failure.raise(1, tostring(wrong)) end
+    list[#list + 1] = value
+  end
+  return list
+end
+
+--- All lines of metrics, ledger or timing.
+---@param name "metrics"|"ledger"|"timing"
+---@return table[]
+function Folder:lines(name) return lines(self.path .. "/" .. file_of(name)) end
+
+---@class limax.run_folder.generation
+---@field metrics table its line
+---@field ledger table its record
+---@field text string its population file
+---@field genomes string|nil float32 [robot][gene], for the newest ones
+
+--- Everything that one repetition left, generation by generation; genomes of the newest ones.
+---@param repetition integer
+---@param genomes_kept integer
+---@return limax.run_folder.generation[]
+function Folder:generations(repetition, genomes_kept)
+  local list, ledgers = {}, {}
+  for _, line in ipairs(self:lines "ledger") do
+    if line.repetition == repetition then ledgers[line.generation] = line end
+  end
+  for _, line in ipairs(self:lines "metrics") do
+    if line.repetition == repetition then
+      local place = run_folder.place(repetition, "population", line.generation, ".jsonl")
+      local path = self.path .. "/" .. place
+      local text, message = source.read(path)
+      if not text then failure.raise(1, message) end
+      local ledger = ledgers[line.generation]
+      ledger.schema, ledger.repetition, ledger.generation = nil, nil, nil
+      list[#list + 1] = { metrics = line, ledger = ledger, text = text }
+    end
+  end
+  for k = math.max(1, #list - genomes_kept + 1), #list do
+    local path = self.path .. "/"
+      .. run_folder.place(repetition, "population", list[k].metrics.generation, ".npy")
+    local bytes, message = source.read(path)
+    local data
+    if bytes then data, message = npy.decode(bytes) end
+    if not data then failure.raise(1, ("%s: %s"):format(path, tostring(message))) end
+    list[k].genomes = data
+  end
+  return list
+end
+
+--- Lets other processes write this folder.
+function Folder:close()
+  if self.lock then self.lock:free() end
+  self.lock = nil
+end
+
+return run_folder

@@ -1,0 +1,153 @@
+--- source.lua: where Lua functions come from. A run folder records each function of an experiment
+--- as file, lines and SHA-256 of those lines, and keeps the script files as they were.
+
+local host = require "limax.host"
+
+local source = {}
+
+local function folder_of(path) return path:match "^(.*)/[^/]*$" or "." end
+source.folder_of = folder_of
+
+---@param path string
+---@return string
+function source.name_of(path) return path:match "([^/]*)$" end
+
+--- The whole text of a file.
+---@param path string
+---@return string|nil text
+---@return string|nil message
+function source.read(path)
+  local file, message = io.open(path, "rb")
+  if not file then return nil, message end
+  local text = file:read "*a"
+  file:close()
+  if not text then return nil, path .. ": cannot be read" end
+  return text
+end
+
+-- Is this file part of limax itself rather than of an experiment?
+local function is_library(path)
+  local home = host.file.absolute(host.home)
+  for _, folder in ipairs { "/scripts/lib/", "/scripts/commands/", "/bindings/" } do
+    if path:find(home .. folder, 1, true) == 1 then return true end
+  end
+  return false
+end
+
+--- The file of the nearest calling function that is not part of limax, and its line. `return
+--- limax.experiment { ... }` is a tail call, which leaves no trace on the stack: then it is the
+--- script that was started, without a line.
+---@return string|nil file absolute
+---@return integer|nil line
+function source.caller()
+  for level = 2, math.huge do
+    local info = debug.getinfo(level, "Sl")
+    if not info then break end
+    if info.source:sub(1, 1) == "@" then
+      local path = host.file.absolute(info.source:sub(2))
+      if not is_library(path) then return path, info.currentline end
+    end
+  end
+  local started = rawget(_G, "arg")
+  local path = type(started) == "table" and started[0]
+  if path and host.file.exists(path) == "file" then return host.file.absolute(path) end
+end
+
+-- A path as a configuration shows it: relative to the experiment's folder where it lies inside, so
+-- that moving a project changes nothing.
+local function shown(path, base)
+  local home = host.file.absolute(host.home)
+  if base and path:find(base .. "/", 1, true) == 1 then return path:sub(#base + 2) end
+  if is_library(path) then return "limax" .. path:sub(#home + 1) end
+  return path
+end
+
+local function lines_of(text, first, last)
+  local picked, number = {}, 0
+  for line in (text .. "\n"):gmatch "(.-)\n" do
+    number = number + 1
+    if number >= first and number <= last then picked[#picked + 1] = line end
+  end
+  return table.concat(picked, "\n")
+end
+
+--- File, lines and SHA-256 of a function's text.
+---@param call function
+---@param base string|nil folder that file names are relative to
+---@return { file: string, first_line: integer, last_line: integer, sha256: string }
+function source.of_function(call, base)
+  local info = debug.getinfo(call, "S")
+  local record = { file = "(no file)", first_line = info.linedefined,
+    last_line = info.lastlinedefined }
+  local text = info.source
+  if info.source:sub(1, 1) == "@" then
+    local path = host.file.absolute(info.source:sub(2))
+    record.file = shown(path, base)
+    text = source.read(path) or ""
+  end
+  record.sha256 = host.sha256(lines_of(text, info.linedefined, info.lastlinedefined))
+  return record
+end
+
+--- A value with every function in it replaced by its record, so that it can be written as JSON.
+---@param value any
+---@param base string|nil
+---@return any
+function source.describe(value, base)
+  if type(value) == "function" then return { ["function"] = source.of_function(value, base) } end
+  if type(value) ~= "table" then return value end
+  local copy = {}
+  for key, entry in pairs(value) do copy[key] = source.describe(entry, base) end
+  -- JSON has no table that is list and fields at once: { "tournament", size = 3 } becomes { name =
+  -- "tournament", size = 3 }
+  if #copy > 0 and next(copy, #copy) ~= nil and type(copy[1]) == "string" then
+    copy.name = table.remove(copy, 1)
+  end
+  return copy
+end
+
+local function add_functions(value, add)
+  if type(value) == "function" then
+    local from = debug.getinfo(value, "S").source
+    if from:sub(1, 1) == "@" then add(host.file.absolute(from:sub(2))) end
+  elseif type(value) == "table" then
+    for _, entry in pairs(value) do add_functions(entry, add) end
+  end
+end
+
+--- The script files that an experiment is made of: its own, those of its functions, and the modules
+--- loaded from its folder. Sorted, absolute, files of limax itself left out.
+---@param origin string|nil the experiment's file
+---@param given table what was handed to limax.experiment
+---@return string[]
+function source.scripts(origin, given)
+  local seen, list = {}, {}
+  local function add(path)
+    if seen[path] or is_library(path) or host.file.exists(path) ~= "file" then return end
+    seen[path] = true
+    list[#list + 1] = path
+  end
+  if origin then
+    add(origin)
+    local pattern = folder_of(origin) .. "/?.lua"
+    for name in pairs(package.loaded) do
+      local path = type(name) == "string" and package.searchpath(name, pattern)
+      if path then add(host.file.absolute(path)) end
+    end
+  end
+  add_functions(given, add)
+  table.sort(list)
+  return list
+end
+
+--- A deep copy of plain tables; anything else is shared.
+---@param value any
+---@return any
+function source.copy(value)
+  if type(value) ~= "table" or getmetatable(value) ~= nil then return value end
+  local copy = {}
+  for key, entry in pairs(value) do copy[key] = source.copy(entry) end
+  return copy
+end
+
+return source

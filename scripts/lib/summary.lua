@@ -1,0 +1,252 @@
+--- summary.lua: the end of a run, read from its folder alone: how far the best of the first and of
+--- the last generation came, both bodies in letters, the course of best and mean, a film strip, and
+--- what to do next.
+
+local body_picture = require "limax.body_picture"
+local engine = require "limax.engine"
+local film_strip = require "limax.film_strip"
+local host = require "limax.host"
+local robot = require "limax.robot"
+local run_folder = require "limax.run_folder"
+local terminal = require "limax.terminal"
+local text_plot = require "limax.text_plot"
+
+local summary = {}
+
+local best_color, mean_color = 214, 67
+
+-- ---- reading ------------------------------------------------------------------------------------
+
+local function read_all(path)
+  local file, message = io.open(path, "rb")
+  if not file then engine.fail(message) end
+  local text = file:read "*a"
+  file:close()
+  return text
+end
+
+local function decoded(text, origin)
+  local value, message = host.json.decode(text, origin)
+  if value == nil then engine.fail(message) end
+  return value
+end
+
+-- Lines of metrics by repetition, in the order of the file: { [repetition] = list }, and the
+-- repetitions.
+local function read_metrics(folder)
+  local path = folder .. "/metrics.jsonl"
+  local by_repetition, repetitions = {}, {}
+  for line in read_all(path):gmatch "[^\n]+" do
+    local entry = decoded(line, path)
+    if not by_repetition[entry.repetition] then
+      by_repetition[entry.repetition] = {}
+      repetitions[#repetitions + 1] = entry.repetition
+    end
+    table.insert(by_repetition[entry.repetition], entry)
+  end
+  return by_repetition, repetitions
+end
+
+local function score_of(entry) return entry.best_standard or entry.best end
+
+---@class limax.summary.best one generation's champion
+---@field generation integer
+---@field description limax.robot.description
+---@field distance number|nil m
+---@field speed number|nil m/s
+---@field lengths number|nil body lengths per second
+---@field path string
+
+-- The champion of one generation and what its simulation measured.
+local function champion_of(folder, repetition, generation)
+  local path = folder .. "/" .. run_folder.place(repetition, "champions", generation, ".json")
+  local description = decoded(read_all(path), path)
+  local best = { generation = generation, description = description, path = path }
+  local outcome = description.outcome
+  if outcome and outcome.center_start and outcome.center_end then
+    local dx = outcome.center_end[1] - outcome.center_start[1]
+    local dy = outcome.center_end[2] - outcome.center_start[2]
+    best.distance = math.sqrt(dx * dx + dy * dy)
+    best.speed = best.distance / outcome.time
+    -- one body length is the longer horizontal side of the body at rest
+    local reach = { x = { math.huge, 0 }, y = { math.huge, 0 } }
+    for _, layer in ipairs(description.voxels) do
+      for y, line in ipairs(layer) do
+        for x = 1, #line do
+          if line:sub(x, x) ~= "." then
+            reach.x[1], reach.x[2] = math.min(reach.x[1], x), math.max(reach.x[2], x)
+            reach.y[1], reach.y[2] = math.min(reach.y[1], y), math.max(reach.y[2], y)
+          end
+        end
+      end
+    end
+    local longest = math.max(reach.x[2] - reach.x[1], reach.y[2] - reach.y[1]) + 1
+    best.lengths = best.speed / (longest * description.edge)
+  end
+  return best
+end
+
+-- ---- what to type next --------------------------------------------------------------------------
+
+-- A path as short as it can be said from here, quoted where a shell needs it.
+local function said_path(path)
+  local here = host.file.absolute "."
+  if path:sub(1, #here + 1) == here .. "/" then path = path:sub(#here + 2) end
+  if path:find "[^%w%._/%-]" then return "'" .. path:gsub("'", "'\\''") .. "'" end
+  return path
+end
+
+-- The program as the user can call it: by name where the name finds it.
+local function program()
+  local executable = host.executable
+  for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do
+    if host.file.absolute(folder .. "/limax") == executable then return "limax" end
+  end
+  local said = said_path(executable)
+  return said:find("/", 1, true) and said or "./" .. said
+end
+
+-- The name of a folder that does not exist yet: the run's own with a word at its end.
+local function beside(folder, word)
+  local name, n = folder:gsub("/+$", "") .. "-" .. word, 2
+  while host.file.exists(name) do
+    name, n = folder:gsub("/+$", "") .. "-" .. word .. "-" .. n, n + 1
+  end
+  return name
+end
+
+local function next_commands(folder, config)
+  local limax, commands = program(), {}
+  local script = config.run and config.run.path
+  if script and host.file.exists(script) == "file" then
+    local run = ("%s run %s"):format(limax, said_path(script))
+    local longer = 2 * config.generations
+    commands[1] = { ("%s --set seed=%d --out %s"):format(run, (tonumber(config.seed)
+      or 0) % 1000 + 1, said_path(beside(folder, "seed"))), "another seed: is it luck?" }
+    commands[2] = { ("%s --set generations=%d --out %s"):format(run, longer,
+      said_path(beside(folder, "longer"))), "twice as long" }
+  end
+  local examples = { { "jump.lua", "evolve jumping" }, { "by_hand.lua",
+    "drop a robot described by hand" }, { "walk.lua", "evolve walking" } }
+  for _, example in ipairs(examples) do
+    local path = host.home .. "/scripts/experiments/" .. example[1]
+    if #commands < 3 and host.file.exists(path) == "file" and path ~= script then
+      commands[#commands + 1] = { ("%s %s%s"):format(limax, example[1] == "by_hand.lua" and ""
+        or "run ", said_path(path)), example[2] }
+    end
+  end
+  return commands
+end
+
+-- ---- showing ------------------------------------------------------------------------------------
+
+local function number(value, pattern) return value and pattern:format(value) or "-" end
+
+local function best_table(first, last, style)
+  local rows = {}
+  for _, best in ipairs { first, last } do
+    local d = best.description
+    rows[#rows + 1] = { ("generation %d"):format(best.generation), number(best.distance, "%.3f"),
+      number(best.speed, "%.3f"), number(best.lengths, "%.2f"), number(d.score, "%.5g") }
+  end
+  return terminal.table({ "best of", "distance, m", "speed, m/s", "body lengths/s", "fitness" },
+    rows, style)
+end
+
+local function bodies(first, last, style)
+  local function picture(best, title)
+    return { title = ("%s, generation %d"):format(title, best.generation),
+      layers = best.description.voxels, materials = best.description.materials.materials }
+  end
+  return body_picture.side_by_side({ picture(first, "best"), picture(last, "champion") }, style)
+    .. "\n\n" .. body_picture.legend(last.description.materials.materials, style)
+end
+
+local function plot(lines, style)
+  local best, mean = {}, {}
+  for k, entry in ipairs(lines) do
+    best[k], mean[k] = { entry.generation, score_of(entry) }, { entry.generation, entry.mean }
+  end
+  local series = {
+    { name = "mean", points = mean, color = mean_color, dotted = not style.color },
+    { name = "best", points = best, color = best_color },
+  }
+  return text_plot.draw(series, { style = style, x = "generation", y = "fitness" })
+end
+
+-- One line per repetition, where there are several.
+local function repetition_table(by_repetition, repetitions, style)
+  local rows = {}
+  for _, repetition in ipairs(repetitions) do
+    local lines = by_repetition[repetition]
+    local first, last = lines[1], lines[#lines]
+    rows[#rows + 1] = { repetition, #lines, score_of(first), score_of(last), last.mean,
+      last.diversity.all and last.diversity.all.hamming or "-" }
+  end
+  return terminal.table({ "repetition", "generations", "first best", "last best", "last mean",
+    "diversity" }, rows, style)
+end
+
+-- The repetition whose last generation has the best score: its champion is shown.
+local function leading(by_repetition, repetitions)
+  local found
+  for _, repetition in ipairs(repetitions) do
+    local lines = by_repetition[repetition]
+    local score = score_of(lines[#lines])
+    if not found or score > score_of(by_repetition[found][#by_repetition[found]]) then
+      found = repetition
+    end
+  end
+  return found
+end
+
+---@class limax.summary.options
+---@field color? boolean
+---@field ascii? boolean
+---@field width? integer columns
+---@field write? fun(text: string) standard output if absent
+---@field film? boolean false leaves the film strip out
+---@field device? string|limax.device for the film strip
+
+--- Shows the end of a run, and writes champion.svg into its folder.
+---@param folder string
+---@param options? limax.summary.options
+function summary.show(folder, options)
+  options = options or {}
+  local write = options.write or function(text) io.stdout:write(text) end
+  local style = terminal.style(options)
+  local config = decoded(read_all(folder .. "/config.json"), folder .. "/config.json")
+  local by_repetition, repetitions = read_metrics(folder)
+  if #repetitions == 0 then
+    write(("%s: no generation has been scored yet\n"):format(folder))
+    return
+  end
+  local repetition = leading(by_repetition, repetitions)
+  local lines = by_repetition[repetition]
+  local first = champion_of(folder, repetition, lines[1].generation)
+  local last = champion_of(folder, repetition, lines[#lines].generation)
+
+  write(("\n%s: %d generations of %d robots, repetition %d, seed %s\n\n"):format(
+    terminal.bold(config.name, style), #lines, config.population, repetition,
+      tostring(config.seed)))
+  if #repetitions > 1 then write(repetition_table(by_repetition, repetitions, style) .. "\n\n") end
+  write(best_table(first, last, style) .. "\n\n")
+  write(bodies(first, last, style) .. "\n\n")
+  write(plot(lines, style) .. "\n")
+
+  if options.film ~= false then
+    local path = folder .. "/champion.svg"
+    local walked, message = film_strip.write(path, robot.of(last.description),
+      { device = options.device, title = ("%s: champion of generation %d"):format(config.name,
+        last.generation) })
+    write(("\nfilm strip  %s\n"):format(walked and said_path(path) or message))
+  end
+  write(("champion    %s\n"):format(said_path(last.path)))
+
+  write "\nnext:\n"
+  for _, command in ipairs(next_commands(folder, config)) do
+    write(("  %s\n      %s\n"):format(command[1], terminal.dim(command[2], style)))
+  end
+end
+
+return summary

@@ -1,0 +1,48 @@
+--- supervise.lua: the library of supervisors: what sets the next generation's parameters. Each is a
+--- pure function of (history, random) that returns a proposal, or nil to keep what is, and a reason
+--- in words.
+
+local choice = require "limax.choice"
+
+local supervise = {}
+
+---@class limax.proposal what a supervisor may ask for; the ledger says what became of it
+---@field mutation_rate? number per gene
+---@field mutation_scale? number
+---@field crossover_rate? number per gene
+---@field elite_fraction? number of the population
+---@field materials? table<string, { stiffness?: number, amplitude?: number, phase?: number }>
+
+---@alias limax.supervisor.law fun(history: table[], random: table): limax.proposal|nil, string|nil
+
+---@class limax.supervisor.entry
+---@field options table<string, schema.rule>
+---@field make fun(options: table): limax.supervisor.law
+
+-- Each is one file in supervise/.
+---@type table<string, limax.supervisor.entry>
+supervise.entries = {
+  fixed = require "limax.supervise.fixed",
+  one_fifth = require "limax.supervise.one_fifth",
+  random = require "limax.supervise.random",
+  rules = require "limax.supervise.rules",
+  schedule = require "limax.supervise.schedule",
+}
+
+--- The four parameters, in the order of DESIGN's table.
+supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+
+---@class limax.supervisor
+---@field name string a library name, or "function"
+---@field call limax.supervisor.law
+
+--- The supervisor that an experiment names: a name, { name, option = value }, or a function.
+---@param spec string|table|limax.supervisor.law
+---@return limax.supervisor
+function supervise.get(spec)
+  if type(spec) == "function" then return { name = "function", call = spec } end
+  local name, options = choice.read("supervisor", spec, supervise.entries)
+  return { name = name, call = supervise.entries[name].make(options) }
+end
+
+return supervise

@@ -1,0 +1,62 @@
+--- one_fifth.lua: Rechenberg's rule: if more than a fifth of the offspring beat their parents, the
+--- search is timid and mutation_scale grows; if fewer do, it shrinks. The two changes cancel at
+--- exactly a fifth.
+
+local schema = require "limax.schema"
+
+-- Offspring of generation `now` that are fitter than both parents, and how many there were. A
+-- failed offspring is no success; one whose parents are not in `before` does not count.
+local function successes(now, before)
+  local fitness_of = {}
+  for i = 1, #before.population do
+    local robot = before.population[i]
+    if robot.fitness then fitness_of[robot.id] = robot.fitness end
+  end
+  local won, tried = 0, 0
+  for i = 1, #now.population do
+    local robot = now.population[i]
+    local to_beat
+    if robot.origin == "bred" then
+      for _, parent in ipairs(robot.parents) do
+        local score = fitness_of[parent]
+        if score and (not to_beat or score > to_beat) then to_beat = score end
+      end
+    end
+    if to_beat then
+      tried = tried + 1
+      if robot.fitness and robot.fitness > to_beat then won = won + 1 end
+    end
+  end
+  return won, tried
+end
+
+return {
+  options = {
+    factor = schema.number { value = 1.5, unit = "growth of mutation_scale per generation",
+      above = 1, maximum = 2, reason = "its fourth root, 0.90, is the fall: it halves in seven" },
+    window = schema.number { value = 3, unit = "generations", minimum = 1, maximum = 1000,
+      integer = true, reason = "twenty offspring alone say little about a share of one fifth" },
+  },
+  make = function(options)
+    return function(history)
+      local won, tried = 0, 0
+      for k = math.max(2, #history - options.window + 1), #history do
+        local w, t = successes(history[k], history[k - 1])
+        won, tried = won + w, tried + t
+      end
+      if tried == 0 then return nil, "no offspring to judge by" end
+      local rate = won / tried
+      local said = ("%d of %d offspring beat their parents"):format(won, tried)
+      local scale = history[#history].parameters.mutation_scale
+      if rate > 0.2 then
+        said = said .. ", more than a fifth: larger mutations"
+        return { mutation_scale = scale * options.factor }, said
+      end
+      if rate < 0.2 then
+        said = said .. ", less than a fifth: smaller mutations"
+        return { mutation_scale = scale * options.factor ^ -0.25 }, said
+      end
+      return nil, said .. ", exactly a fifth"
+    end
+  end,
+}

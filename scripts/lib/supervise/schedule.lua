@@ -1,0 +1,69 @@
+--- schedule.lua: parameters set in advance as lines over generations. With
+--- { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } } it falls from 0.2 to 0.02 between
+--- generations 0 and 39 and stays there. Generation 0 itself has the experiment's own parameters.
+
+local schema = require "limax.schema"
+
+local parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+
+-- Points { generation, value }, generations rising.
+local function points_rule(given, path)
+  if given == nil then return nil end
+  local expected = "a list of points { generation, value }, such as { { 0, 0.2 }, { 39, 0.02 } }"
+  local number = schema.number { unit = "" }
+  local point = schema.list(number, { count = 2, expected = "a point { generation, value }" })
+  local points, message = schema.list(point, { expected = expected })(given, path)
+  if not points then return nil, message end
+  if #points == 0 then return nil, ("%s: expected %s, got no point"):format(path, expected) end
+  for k = 2, #points do
+    if points[k][1] <= points[k - 1][1] then
+      return nil, ("%s[%d]: generation %g does not come after %g")
+        :format(path, k, points[k][1], points[k - 1][1])
+    end
+  end
+  return points
+end
+
+-- The line through the points, level before the first and after the last; "geometric" is a line
+-- in the logarithm.
+local function value_at(points, generation, shape)
+  if generation <= points[1][1] then return points[1][2] end
+  for k = 2, #points do
+    local from, to = points[k - 1], points[k]
+    if generation < to[1] then
+      local share = (generation - from[1]) / (to[1] - from[1])
+      if shape == "step" then return from[2] end
+      if shape == "geometric" and from[2] > 0 and to[2] > 0 then
+        return from[2] * (to[2] / from[2]) ^ share
+      end
+      return from[2] + share * (to[2] - from[2])
+    end
+  end
+  return points[#points][2]
+end
+
+local options = {
+  shape = function(given, path)
+    return schema.choice { "linear", "geometric", "step" }(given == nil and "linear" or given, path)
+  end,
+}
+for _, name in ipairs(parameters) do options[name] = points_rule end
+
+return {
+  options = options,
+  make = function(chosen)
+    return function(history)
+      if #history == 0 then return nil, "nothing is scored yet" end
+      local coming = history[#history].generation + 1
+      local proposal
+      for _, name in ipairs(parameters) do
+        if chosen[name] then
+          proposal = proposal or {}
+          proposal[name] = value_at(chosen[name], coming, chosen.shape)
+        end
+      end
+      if not proposal then return nil, "the schedule is empty" end
+      return proposal, ("schedule for generation %d"):format(coming)
+    end
+  end,
+}

@@ -1,0 +1,87 @@
+--- tally.lua: what the end of a run says: the best robots, what failed and why.
+
+local tally = {}
+
+---@class limax.tally
+local Tally = {}
+Tally.__index = Tally
+
+-- Rows of the table of best robots.
+local most_rows = 5
+
+---@return limax.tally
+function tally.new()
+  return setmetatable({ best = {}, listed = {}, reasons = {}, counts = {}, robots = 0 }, Tally)
+end
+
+local function better(a, b)
+  if a.fitness ~= b.fitness then return a.fitness > b.fitness end
+  if a.repetition ~= b.repetition then return a.repetition < b.repetition end
+  return a.id < b.id
+end
+
+--- Adds one generation's records. An elite was counted when it was bred.
+---@param repetition integer
+---@param records table[]
+function Tally:add(repetition, records)
+  for _, record in ipairs(records) do
+    if record.origin ~= "elite" then self.robots = self.robots + 1 end
+    if record.status ~= "done" and record.reason then
+      local reason = ("%s (%s)"):format(record.status, record.reason)
+      if not self.counts[reason] then
+        self.counts[reason] = 0
+        self.reasons[#self.reasons + 1] = reason
+      end
+      self.counts[reason] = self.counts[reason] + 1
+    end
+    local name = repetition .. ":" .. record.id
+    local row = self.listed[name]
+    if record.fitness and row then
+      -- scored again under other materials: the newest score counts
+      row.fitness = record.fitness
+    elseif record.fitness then
+      row = { repetition = repetition, id = record.id, generation = record.generation,
+        fitness = record.fitness, body = record.body }
+      self.listed[name] = row
+      self.best[#self.best + 1] = row
+    end
+  end
+  table.sort(self.best, better)
+  for k = #self.best, most_rows + 1, -1 do
+    self.listed[self.best[k].repetition .. ":" .. self.best[k].id] = nil
+    self.best[k] = nil
+  end
+end
+
+local function materials_text(counts)
+  local names, parts = {}, {}
+  for name in pairs(counts) do names[#names + 1] = name end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    if counts[name] > 0 and name ~= "empty" then parts[#parts + 1] = counts[name] .. " " .. name end
+  end
+  return table.concat(parts, ", ")
+end
+
+--- The end of a run as text: the best robots, then what failed and why.
+---@return string
+function Tally:text()
+  local lines = { "The best robots:",
+    "  fitness     repetition  generation  robot   size    mass (kg)  voxels" }
+  for _, row in ipairs(self.best) do
+    lines[#lines + 1] = ("  %-10.5g  %10d  %10d  %5d   %dx%dx%d  %9.4g  %s"):format(row.fitness,
+      row.repetition, row.generation, row.id, row.body.size[1], row.body.size[2], row.body.size[3],
+      row.body.mass, materials_text(row.body.counts))
+  end
+  table.sort(self.reasons)
+  if #self.reasons == 0 then
+    lines[#lines + 1] = ("None of %d robots failed."):format(self.robots)
+  else
+    local parts = {}
+    for k, reason in ipairs(self.reasons) do parts[k] = self.counts[reason] .. " " .. reason end
+    lines[#lines + 1] = ("Of %d robots failed: %s."):format(self.robots, table.concat(parts, ", "))
+  end
+  return table.concat(lines, "\n") .. "\n"
+end
+
+return tally

@@ -1,0 +1,99 @@
+--- terminal.lua: text for terminals: colours where they are wanted, widths that know what is
+--- visible, and tables. Nothing here writes; every function returns text.
+
+local host = require "limax.host"
+
+local terminal = {}
+
+---@class limax.terminal.style
+---@field color boolean ANSI colours
+---@field ascii boolean nothing beyond ASCII
+---@field width integer columns
+
+--- What this process's standard output can show; fields given in `wish` stand.
+---@param wish? { color?: boolean, ascii?: boolean, width?: integer }
+---@return limax.terminal.style
+function terminal.style(wish)
+  wish = wish or {}
+  local facts = host.terminal()
+  local style = { color = wish.color, ascii = wish.ascii, width = wish.width }
+  if style.color == nil then style.color = facts.stdout and facts.color end
+  if style.ascii == nil then style.ascii = os.getenv "TERM" == "dumb" end
+  local known = facts.stdout and facts.columns and facts.columns > 0
+  style.width = style.width or known and facts.columns or 80
+  return style
+end
+
+--- Columns that a text takes: escape sequences take none, a UTF-8 letter takes one.
+---@param text string
+---@return integer
+function terminal.width(text)
+  local visible = text:gsub("\27%[[%d;]*m", "")
+  local _, continuation = visible:gsub("[\128-\191]", "")
+  return #visible - continuation
+end
+
+--- A text filled up to `width` columns.
+---@param text string
+---@param width integer
+---@param right? boolean at the right end
+---@return string
+function terminal.pad(text, width, right)
+  local fill = (" "):rep(width - terminal.width(text))
+  return right and fill .. text or text .. fill
+end
+
+--- A text in one of the 256 colours, or as it is where there are none.
+---@param text string
+---@param code integer
+---@param style limax.terminal.style
+---@return string
+function terminal.paint(text, code, style)
+  return style.color and ("\27[38;5;%dm%s\27[0m"):format(code, text) or text
+end
+
+---@param text string
+---@param style limax.terminal.style
+---@return string
+function terminal.bold(text, style) return style.color and "\27[1m" .. text .. "\27[0m" or text end
+
+---@param text string
+---@param style limax.terminal.style
+---@return string
+function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\27[0m" or text end
+
+-- ---- tables -------------------------------------------------------------------------------------
+
+--- A table with a head: numbers stand at the right, words at the left, two blanks between columns.
+---@param head string[]
+---@param rows (string|number)[][] numbers show as %.4g
+---@param style limax.terminal.style
+---@return string
+function terminal.table(head, rows, style)
+  local texts, widths, right = {}, {}, {}
+  for c, title in ipairs(head) do widths[c], right[c] = terminal.width(title), #rows > 0 end
+  for r, row in ipairs(rows) do
+    texts[r] = {}
+    for c = 1, #head do
+      local value = row[c]
+      if value == nil then value = "" end
+      texts[r][c] = type(value) == "number" and ("%.4g"):format(value) or tostring(value)
+      -- a column of words stands left; a dash or nothing says nothing about it
+      if type(value) ~= "number" and value ~= "" and value ~= "-" then
+        right[c] = tonumber(value) ~= nil and right[c]
+      end
+      widths[c] = math.max(widths[c], terminal.width(texts[r][c]))
+    end
+  end
+  local lines = {}
+  local function line(cells, dress)
+    local parts = {}
+    for c = 1, #head do parts[c] = terminal.pad(cells[c], widths[c], right[c]) end
+    lines[#lines + 1] = dress((table.concat(parts, "  "):gsub("%s+$", "")), style)
+  end
+  line(head, terminal.bold)
+  for _, cells in ipairs(texts) do line(cells, function(text) return text end) end
+  return table.concat(lines, "\n")
+end
+
+return terminal

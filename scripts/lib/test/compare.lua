@@ -1,0 +1,171 @@
+--- compare.lua: comparing numbers, tables and views element by element, and saying where they
+--- differ.
+
+local ffi = require "ffi"
+local engine = require "limax.engine"
+
+local compare = {}
+
+---@class limax.difference
+---@field path string where, such as "[3][2]" or ".energy"; empty for the values themselves
+---@field expected any
+---@field got any
+---@field text string|nil what differs, where two values do not say it
+---@field excess number how many times the allowed difference; infinite where none is allowed
+
+local bits = ffi.new "union { double number; uint64_t bits; }"
+
+-- The 64 bits of a number, as a string that tells any two of them apart.
+local function bits_of(number)
+  bits.number = number
+  return bit.tohex(bits.bits, 16)
+end
+
+--- A value in full.
+---@param value any
+---@return string
+function compare.shown(value)
+  if type(value) == "number" then return ("%.17g"):format(value) end
+  if type(value) == "string" then return (("%q"):format(value):gsub("\\\n", "\\n")) end
+  if type(value) == "table" and not engine.is_view(value) then return "a table" end
+  return tostring(value)
+end
+
+-- Keys of both tables, numbers first, each in its order.
+local function keys_of(a, b)
+  local seen, keys = {}, {}
+  for _, source in ipairs { a, b } do
+    for key in pairs(source) do
+      if not seen[key] then
+        seen[key] = true
+        keys[#keys + 1] = key
+      end
+    end
+  end
+  table.sort(keys, function(x, y)
+    if type(x) == type(y) and (type(x) == "number" or type(x) == "string") then return x < y end
+    if type(x) ~= type(y) then return type(x) < type(y) end
+    return tostring(x) < tostring(y)
+  end)
+  return keys
+end
+
+local function step(path, key)
+  if type(key) == "string" and key:match "^[%a_][%w_]*$" then return path .. "." .. key end
+  return ("%s[%s]"):format(path, compare.shown(key))
+end
+
+-- Views as the lists that they show.
+local function plain(value)
+  if engine.is_view(value) then return value:table() end
+  return value
+end
+
+-- Walks both values together; `same(expected, got)` judges what is no table and returns a
+-- difference's excess, or nil.
+local function walk(expected, got, path, same, differences)
+  expected, got = plain(expected), plain(got)
+  local function differ(text, excess)
+    differences[#differences + 1] = {
+      path = path, expected = expected, got = got, text = text, excess = excess or math.huge,
+    }
+  end
+  if type(expected) == "table" and type(got) == "table" and not rawequal(expected, got) then
+    for _, key in ipairs(keys_of(expected, got)) do
+      local left, right = expected[key], got[key]
+      if left == nil or right == nil then
+        local text = left == nil and "is there, but was not expected" or "is missing"
+        differences[#differences + 1] = {
+          path = step(path, key), expected = left, got = right, text = text, excess = math.huge,
+        }
+      else
+        walk(left, right, step(path, key), same, differences)
+      end
+    end
+  elseif type(expected) ~= type(got) then
+    differ(nil)
+  else
+    local excess = same(expected, got)
+    if excess then differ(nil, excess) end
+  end
+end
+
+local function differences_of(expected, got, same)
+  local differences = {}
+  walk(expected, got, "", same, differences)
+  return differences
+end
+
+--- Where two values are not equal; NaN equals NaN.
+---@param expected any
+---@param got any
+---@return limax.difference[]
+function compare.equal(expected, got)
+  return differences_of(expected, got, function(a, b)
+    if a == b or (a ~= a and b ~= b) then return nil end
+    return math.huge
+  end)
+end
+
+--- Where two values have not the same bits.
+---@param expected any
+---@param got any
+---@return limax.difference[]
+function compare.same_bits(expected, got)
+  return differences_of(expected, got, function(a, b)
+    local same = a == b
+    if type(a) == "number" then same = bits_of(a) == bits_of(b) end
+    if same then return nil end
+    return math.huge
+  end)
+end
+
+--- Where numbers differ by more than atol + rtol |expected|, and what is no number is not equal.
+--- NaN is near nothing.
+---@param expected any
+---@param got any
+---@param tolerance { rtol: number, atol: number }
+---@return limax.difference[]
+function compare.near(expected, got, tolerance)
+  return differences_of(expected, got, function(a, b)
+    if a == b then return nil end
+    if type(a) ~= "number" then return math.huge end
+    local allowed = tolerance.atol + tolerance.rtol * math.abs(a)
+    local difference = math.abs(a - b)
+    if difference <= allowed and difference < math.huge then return nil end
+    if difference ~= difference or allowed == 0 then return math.huge end
+    return difference / allowed
+  end)
+end
+
+--- The difference to show: the first of those that exceed their allowance most.
+---@param differences limax.difference[]
+---@return limax.difference
+function compare.worst(differences)
+  local worst = differences[1]
+  for _, difference in ipairs(differences) do
+    if difference.excess > worst.excess then worst = difference end
+  end
+  return worst
+end
+
+--- "expected 1, got 2; difference 1, relative 1" of one difference.
+---@param difference limax.difference
+---@return string
+function compare.text(difference)
+  local place = difference.path == "" and "" or difference.path .. ": "
+  local expected, got = difference.expected, difference.got
+  if difference.text then
+    local value = got == nil and expected or got
+    return ("%s%s (%s)"):format(place, difference.text, compare.shown(value))
+  end
+  local text = ("%sexpected %s, got %s"):format(place, compare.shown(expected), compare.shown(got))
+  if type(expected) ~= "number" or type(got) ~= "number" then return text end
+  text = ("%s; difference %.3g"):format(text, math.abs(got - expected))
+  if expected ~= 0 then
+    text = ("%s, relative %.3g"):format(text, math.abs((got - expected) / expected))
+  end
+  return text
+end
+
+return compare

@@ -1,0 +1,211 @@
+--- context.lua: `t`, which a test is given: its checks, its device, its golden values. A check that
+--- fails ends the test, and says the line of the suite that made it, what was expected and what
+--- came.
+
+local host = require "limax.host"
+local compare = require "limax.test.compare"
+local engine = require "limax.engine"
+local golden = require "limax.test.golden"
+local suggest = require "limax.suggest"
+
+local context = {}
+
+-- rounding of a few operations: what `near` allows where the test names no tolerance
+local NEAR = 1e-9
+
+---@class limax.test_context
+---@field name string of the test
+---@field suite string
+---@field file string path of the suite's file
+---@field device limax.device|nil where the test names devices or threads
+---@field threads integer|nil where the test names threads
+local methods = {}
+local class = { __index = methods }
+
+---@class limax.test_failure
+---@field text string
+---@field where string FILE:LINE of the check
+context.failure = {
+  __tostring = function(self) return ("%s: %s"):format(self.where, self.text) end,
+}
+
+---@class limax.test_skip
+---@field reason string
+context.skipped = { __tostring = function(self) return "skipped: " .. self.reason end }
+
+local function fail(text)
+  local _, line, source = engine.place()
+  error(setmetatable({ text = text, where = ("%s:%d"):format(source, line) }, context.failure), 0)
+end
+
+local function tolerance_of(what, options, known)
+  options = options == nil and {} or options
+  if type(options) ~= "table" then fail(what .. ": expected a table of options") end
+  local names = {}
+  for name in pairs(options) do names[#names + 1] = tostring(name) end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    local is_known = false
+    for _, each in ipairs(known) do is_known = is_known or each == name end
+    if not is_known then
+      fail(("%s: unknown option %q%s"):format(what, name, suggest.ending(name, known)))
+    end
+  end
+  for _, name in ipairs { "rtol", "atol" } do
+    local value = options[name]
+    if value ~= nil and (type(value) ~= "number" or not (value >= 0)) then
+      fail(("%s: %s: expected a number of at least 0, got %s"):format(what, name, tostring(value)))
+    end
+  end
+  return options
+end
+
+local function report(what, differences)
+  if #differences == 0 then return end
+  local text = ("%s: %s"):format(what, compare.text(compare.worst(differences)))
+  if #differences > 1 then text = ("%s (the worst of %d)"):format(text, #differences) end
+  fail(text)
+end
+
+--- Fails unless |got - expected| <= atol + rtol |expected|, for numbers and for every number of
+--- nested tables and views. Without a tolerance, rtol is 1e-9.
+---@param got any
+---@param expected any
+---@param options { rtol: number|nil, atol: number|nil }|nil
+function methods:near(got, expected, options)
+  options = tolerance_of("near", options, { "rtol", "atol" })
+  local rtol, atol = options.rtol, options.atol
+  if rtol == nil and atol == nil then rtol = NEAR end
+  local tolerance = { rtol = rtol or 0, atol = atol or 0 }
+  local what = ("near (rtol %g, atol %g)"):format(tolerance.rtol, tolerance.atol)
+  report(what, compare.near(expected, got, tolerance))
+end
+
+--- Fails unless every number has the same 64 bits, and all else is equal.
+---@param got any
+---@param expected any
+function methods:same_bits(got, expected)
+  report("same_bits", compare.same_bits(expected, got))
+end
+
+--- Fails unless both are equal, element by element; NaN equals NaN.
+---@param got any
+---@param expected any
+function methods:equal(got, expected) report("equal", compare.equal(expected, got)) end
+
+--- Fails unless `condition` is true (or anything but nil and false).
+---@param condition any
+---@param text string|nil what should have held
+function methods:ok(condition, text)
+  if not condition then
+    fail(text or ("expected something true, got %s"):format(tostring(condition)))
+  end
+  return condition
+end
+
+--- Fails unless `call` raises a message that contains `pattern`, as it stands or as a Lua pattern.
+---@param pattern string
+---@param call fun()
+---@return string message what was raised
+function methods:raises(pattern, call)
+  local fine, message = pcall(call)
+  if not fine then
+    local class_of = type(message) == "table" and getmetatable(message)
+    if message == host.interrupt or class_of == context.failure or class_of == context.skipped then
+      error(message, 0)
+    end
+  end
+  if fine then fail(("raises: expected an error with %q, and none was raised"):format(pattern)) end
+  message = tostring(message)
+  if not message:find(pattern, 1, true) and not message:find(pattern) then
+    fail(("raises: expected an error with %q, got %q"):format(pattern, message))
+  end
+  return message
+end
+
+--- Ends the test here, neither passed nor failed.
+---@param reason string
+function methods:skip(reason)
+  error(setmetatable({ reason = tostring(reason) }, context.skipped), 0)
+end
+
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json. A missing golden
+--- fails; `limax test --update-golden` records. `why` says where the tolerance comes from.
+---@param name string letters, digits, _ and -
+---@param values table numbers, strings, tables and views
+---@param options { rtol: number|nil, atol: number|nil, why: string|nil }|nil exact if left out
+function methods:golden(name, values, options)
+  options = tolerance_of("golden", options, { "rtol", "atol", "why" })
+  if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
+    fail(("golden: a name is made of letters, digits, _ and -, got %s"):format(tostring(name)))
+  end
+  if type(values) ~= "table" then
+    fail(("golden: expected a table of values, got %s"):format(tostring(values)))
+  end
+  local rtol, atol, why = options.rtol or 0, options.atol or 0, options.why
+  if (rtol > 0 or atol > 0) and (type(why) ~= "string" or why == "") then
+    fail "golden: a tolerance needs its reason: why = \"...\""
+  end
+  local owner = self.goldens[name]
+  if owner and owner ~= self.name then
+    fail(("golden: %q belongs to the test %q of this file"):format(name, owner))
+  end
+  self.goldens[name] = self.name
+  local failure, change = golden.check({
+    path = golden.path(self.file, name), suite = self.suite, test = self.name, name = name,
+    values = values, rtol = rtol, atol = atol, why = why or "the same bits",
+    device = self.device and tostring(self.device) or "the default",
+  }, self.update)
+  if failure then fail(failure) end
+  if change then self:note(("golden %s: %s"):format(name, change)) end
+end
+
+--- A line printed with the test's result.
+---@param text string
+function methods:note(text) self.notes[#self.notes + 1] = tostring(text) end
+
+--- A new, empty folder, removed after the test.
+---@return string path
+function methods:folder()
+  local base = os.getenv "TMPDIR"
+  if not base or base == "" then base = "/tmp" end
+  local name = os.tmpname()
+  os.remove(name)
+  local path = ("%s/limax-test-%s"):format(base, name:match "([^/]*)$")
+  local fine, message = host.file.mkdir(path)
+  if not fine then fail(("folder: %s: %s"):format(path, tostring(message))) end
+  self.folders[#self.folders + 1] = path
+  return path
+end
+
+local function remove(path)
+  if host.file.exists(path) == "folder" then
+    for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
+  end
+  host.file.remove(path)
+end
+
+--- Ends what a test has opened.
+function methods:close()
+  for _, path in ipairs(self.folders) do remove(path) end
+  if self.device then self.device:free "its test was over" end
+end
+
+---@class limax.test_setting
+---@field name string of the test
+---@field suite string
+---@field file string
+---@field device limax.device|nil
+---@field threads integer|nil
+---@field goldens table<string, string> the test that owns each golden of the file
+---@field update boolean record goldens
+
+--- Makes a `t`.
+---@param fields limax.test_setting
+---@return limax.test_context
+function context.new(fields)
+  fields.notes, fields.folders = {}, {}
+  return setmetatable(fields, class)
+end
+
+return context

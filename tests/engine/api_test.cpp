@@ -1,0 +1,234 @@
+// api_test.cpp: the C ABI: every misuse is a status and a text, handles may be freed in any order.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "limax.h"
+
+namespace {
+
+template <class T, void (*end)(T*)>
+struct handle {
+    T* it = nullptr;
+    ~handle() { end(it); }
+    operator T*() const { return it; }
+};
+using device = handle<limax_device, limax_device_free>;
+using materials = handle<limax_materials, limax_materials_free>;
+using population = handle<limax_population, limax_population_free>;
+using scene = handle<limax_scene, limax_scene_free>;
+using simulation = handle<limax_simulation, limax_simulation_free>;
+using encoding = handle<limax_encoding, limax_encoding_free>;
+
+// A status together with what the text must contain.
+void check_refused(limax_status status, limax_status expected, const char* part) {
+    CHECK(status == expected);
+    const std::string text = limax_error_text();
+    CAPTURE(text);
+    CHECK(text.find(part) != std::string::npos);
+}
+
+limax_encoding_options small_encoding() {
+    limax_encoding_options options{};
+    for (int32_t& n : options.lattice) n = 2;
+    options.features = 4;
+    options.sigma = 1;
+    options.hidden_count = 1;
+    options.hidden[0] = 8;
+    options.materials = 5;
+    options.initial_scale = 1;
+    options.seed = 7;
+    options.repetition = 1;
+    return options;
+}
+
+struct ready {
+    device cpu;
+    materials paper;
+    population robots;
+    scene land;
+
+    ready() {
+        REQUIRE(limax_device_create("cpu", 1, nullptr, &cpu.it) == LIMAX_OK);
+        REQUIRE(limax_materials_load(LIMAX_SOURCE_DIR "/materials/paper.json", &paper.it) == LIMAX_OK);
+        const int32_t lattice[3] = {2, 2, 2};
+        REQUIRE(limax_population_create(lattice, 2, nullptr, &robots.it) == LIMAX_OK);
+        std::memset(limax_population_voxels(robots), 3, 16);
+        for (int i = 0; i < 48; ++i) limax_population_weights(robots)[i] = 1;
+        REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
+        for (const char* effect : {"gravity", "ground"}) REQUIRE(limax_scene_add(land, effect) == LIMAX_OK);
+    }
+    limax_simulation_options options() const {
+        limax_simulation_options options;
+        limax_simulation_defaults(&options);
+        options.duration = 0.1;
+        return options;
+    }
+    limax_status simulate(const limax_simulation_options& options, simulation& out) {
+        return limax_simulation_create(robots, paper, land, &options, nullptr, cpu, &out.it);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("the version of the header is that of the library") { CHECK(limax_abi_version() == LIMAX_ABI); }
+
+TEST_CASE("devices that are not to be had are refused with the reason") {
+    device none;
+    check_refused(limax_device_create("cuda", 1, nullptr, &none.it), LIMAX_NO_DEVICE, "CUDA");
+    check_refused(limax_device_create("gpu", 1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT, "auto, cpu or cuda");
+    check_refused(limax_device_create("cpu", -1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT, "threads");
+    check_refused(limax_device_create("cpu", 1, "sparc", &none.it), LIMAX_INVALID_ARGUMENT, "sparc");
+    CHECK(none.it == nullptr);
+}
+
+TEST_CASE("scenes name what they lack and what does not exist") {
+    scene land;
+    REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
+    check_refused(limax_scene_add(land, "gravty"), LIMAX_INVALID_ARGUMENT, "there are springs, damping");
+    CHECK(limax_scene_add(land, "friction") == LIMAX_OK);
+    check_refused(limax_scene_add(land, "friction"), LIMAX_INVALID_ARGUMENT, "twice");
+    check_refused(limax_scene_check(land), LIMAX_INVALID_ARGUMENT, "needs 'ground'");
+    CHECK(limax_scene_add(land, "ground") == LIMAX_OK);
+    CHECK(limax_scene_check(land) == LIMAX_OK);
+    const double negative = -1, nan = std::nan("");
+    check_refused(limax_scene_set(land, "ground", "stiffness", &negative, 1), LIMAX_INVALID_ARGUMENT,
+                  "scene.ground.stiffness is -1; it must be 1 to 1e+09 N/m");
+    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 1), LIMAX_INVALID_ARGUMENT, "nan");
+    check_refused(limax_scene_set(land, "ground", "color", &nan, 1), LIMAX_INVALID_ARGUMENT, "it has stiffness");
+    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 3), LIMAX_INVALID_ARGUMENT, "components");
+}
+
+TEST_CASE("every effect describes itself and its fields") {
+    CHECK(limax_effect_count() == 6);
+    for (int32_t effect = 0; effect < limax_effect_count(); ++effect) {
+        limax_effect_info info;
+        REQUIRE(limax_effect_describe(effect, &info) == LIMAX_OK);
+        CHECK(std::strlen(info.summary) > 0);
+        for (int32_t field = 0; field < info.fields; ++field) {
+            limax_field_info about;
+            REQUIRE(limax_effect_field(effect, field, &about) == LIMAX_OK);
+            for (int32_t c = 0; c < about.components; ++c) {
+                CHECK(about.value[c] >= about.minimum);
+                CHECK(about.value[c] <= about.maximum);
+            }
+        }
+        limax_field_info none;
+        CHECK(limax_effect_field(effect, info.fields, &none) == LIMAX_INVALID_ARGUMENT);
+    }
+    limax_effect_info none;
+    CHECK(limax_effect_describe(-1, &none) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_effect_describe(limax_effect_count(), &none) == LIMAX_INVALID_ARGUMENT);
+}
+
+TEST_CASE("simulations refuse what they cannot run, naming the field and its range") {
+    ready stage;
+    simulation run;
+    check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT, "expressed or checked");
+    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+
+    const auto refused = [&](auto change, const char* part) {
+        limax_simulation_options options = stage.options();
+        change(options);
+        check_refused(stage.simulate(options, run), LIMAX_INVALID_ARGUMENT, part);
+    };
+    refused([](auto& o) { o.duration = -1; }, "duration is -1");
+    refused([](auto& o) { o.duration = std::nan(""); }, "duration is nan");
+    refused([](auto& o) { o.settle = -1; }, "settle");
+    refused([](auto& o) { o.time_step = -1e-4; }, "time_step");
+    refused([](auto& o) { o.time_step = std::nan(""); }, "time_step");
+    refused([](auto& o) { o.time_step = 3e-4; }, "nearest that does");
+    refused([](auto& o) { o.bound_fraction = 0; }, "bound_fraction");
+    refused([](auto& o) { o.integrator = 2; }, "integrator");
+    refused([](auto& o) { o.precision = -1; }, "precision");
+    refused([](auto& o) { o.sharing = 9; }, "sharing");
+    refused([](auto& o) { o.edge = 0; }, "edge");
+    refused([](auto& o) { o.record[0] = -1; }, "record.center_of_mass");
+    refused([](auto& o) { o.position[1] = INFINITY; }, "position y");
+    refused([](auto& o) { o.max_stretch = 0.5; }, "max_stretch");
+    refused([](auto& o) { o.duration = 1e6; o.time_step = 1e-9; o.settle = 1e6; }, "steps");
+    CHECK(run.it == nullptr);
+
+    REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
+    limax_progress progress;
+    REQUIRE(limax_simulation_advance(run, 10, 0, &progress) == LIMAX_OK);
+    CHECK(progress.finished == 1);
+    const double* data;
+    int64_t samples, width;
+    check_refused(limax_simulation_trace(run, 0, LIMAX_TRACE_ENERGY, &data, &samples, &width), LIMAX_INVALID_ARGUMENT,
+                  "not recorded");
+    check_refused(limax_simulation_trace(run, 2, 0, &data, &samples, &width), LIMAX_INVALID_ARGUMENT, "there are 2");
+    check_refused(limax_simulation_place(run, 0, nullptr, nullptr), LIMAX_INVALID_ARGUMENT, "before its first step");
+}
+
+TEST_CASE("null handles are refused, and freeing null does nothing") {
+    limax_progress progress;
+    CHECK(limax_simulation_advance(nullptr, 1, 0, &progress) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_population_initialize(nullptr, 0, 1) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_scene_add(nullptr, "ground") == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_materials_count(nullptr) == 0);
+    CHECK(limax_population_genomes(nullptr) == nullptr);
+    limax_device_free(nullptr);
+    limax_simulation_free(nullptr);
+    limax_population_free(nullptr);
+}
+
+TEST_CASE("a simulation outlives everything that it was made from") {
+    simulation run;
+    {
+        ready stage;
+        REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+        REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
+    }
+    limax_progress progress{};
+    while (!progress.finished) REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
+    CHECK(limax_simulation_outcomes(run)[1].status == LIMAX_ROBOT_DONE);
+}
+
+TEST_CASE("what handles hold is counted and given back") {
+    const uint64_t before = limax_bytes_held();
+    {
+        const limax_encoding_options options = small_encoding();
+        encoding code;
+        REQUIRE(limax_encoding_create(&options, &code.it) == LIMAX_OK);
+        population robots;
+        REQUIRE(limax_population_create(options.lattice, 100, code, &robots.it) == LIMAX_OK);
+        CHECK(limax_bytes_held() > before + 100 * sizeof(float) * limax_encoding_genes(code));
+    }
+    CHECK(limax_bytes_held() == before);
+}
+
+TEST_CASE("genome to walker through the ABI alone, twice the same bits") {
+    double distance[2];
+    for (double& d : distance) {
+        const limax_encoding_options options = small_encoding();
+        encoding code;
+        REQUIRE(limax_encoding_create(&options, &code.it) == LIMAX_OK);
+        population robots;
+        REQUIRE(limax_population_create(options.lattice, 8, code, &robots.it) == LIMAX_OK);
+        ready stage;
+        REQUIRE(limax_population_initialize(robots, 0, 8) == LIMAX_OK);
+        REQUIRE(limax_population_express(robots, stage.paper, 0, stage.cpu, 0, 8) == LIMAX_OK);
+        REQUIRE(limax_scene_add(stage.land, "actuation") == LIMAX_OK);
+        limax_simulation_options how = stage.options();
+        how.duration = 0.5;
+        simulation run;
+        REQUIRE(limax_simulation_create(robots, stage.paper, stage.land, &how, nullptr, stage.cpu, &run.it) == LIMAX_OK);
+        limax_progress progress{};
+        while (!progress.finished) REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
+        d = 0;
+        int done = 0;
+        for (int i = 0; i < 8; ++i) {
+            const limax_outcome& outcome = limax_simulation_outcomes(run)[i];
+            if (outcome.status != LIMAX_ROBOT_DONE) continue;
+            ++done;
+            d += outcome.center_end[0] - outcome.center_start[0];
+        }
+        CHECK(done > 0);
+    }
+    CHECK(distance[0] == distance[1]);
+    CHECK(distance[0] != 0);
+}

@@ -1,0 +1,121 @@
+// breeding_test.cpp: the laws of one gene: how often parents mix, how often and how far genes mutate, how first genes are
+// drawn, and that each gene is a function of its own counter alone.
+#include "genome/breeding.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace {
+
+using limax::breeding_rates;
+using limax::random_key;
+
+constexpr random_key key{42, 1, 3, 7, 11};
+constexpr uint32_t count = 200000;
+
+// Five standard errors of a share p of `n`.
+double share_error(double p, double n) { return 5 * std::sqrt(p * (1 - p) / n); }
+
+}  // namespace
+
+TEST_CASE("crossover takes the stated share of genes from the second parent, at scattered places") {
+    for (const double rate : {0.1, 0.4, 0.5, 0.9}) {
+        const breeding_rates rates{0, 0.1, rate};
+        uint32_t second = 0, changes = 0;
+        float before = 0;
+        for (uint32_t gene = 0; gene < count; ++gene) {
+            const float got = limax::child_gene(rates, key, gene, 1.0f, 2.0f);
+            REQUIRE((got == 1.0f || got == 2.0f));
+            second += got == 2.0f;
+            changes += gene > 0 && got != before;
+            before = got;
+        }
+        CHECK(std::fabs(double(second) / count - rate) < share_error(rate, count));
+        // gene by gene: neighbours come from different parents with 2 p (1 - p)
+        CHECK(std::fabs(double(changes) / count - 2 * rate * (1 - rate)) <
+              2 * share_error(rate, count));
+    }
+}
+
+TEST_CASE("mutation changes the stated share of genes by the stated normal deviate") {
+    for (const double rate : {0.05, 0.1, 0.5, 1.0}) {
+        const double scale = 0.25;
+        const breeding_rates rates{rate, scale, 0};
+        uint32_t mutated = 0;
+        double sum = 0, square = 0, fourth = 0;
+        for (uint32_t gene = 0; gene < count; ++gene) {
+            const float got = limax::child_gene(rates, key, gene, 3.0f, -3.0f);
+            if (got == 3.0f) continue;
+            ++mutated;
+            const double by = (double(got) - 3) / scale;
+            sum += by;
+            square += by * by;
+            fourth += by * by * by * by;
+        }
+        const double n = mutated;
+        CHECK(std::fabs(n / count - rate) <= share_error(rate, count) + 1e-5);
+        CHECK(std::fabs(sum / n) < 5 / std::sqrt(n));
+        CHECK(std::fabs(square / n - 1) < 5 * std::sqrt(2 / n));
+        CHECK(std::fabs(fourth / n - 3) < 5 * std::sqrt(96 / n));
+    }
+}
+
+TEST_CASE("rates of 0 and 1 are exact") {
+    for (uint32_t gene = 0; gene < 20000; ++gene) {
+        REQUIRE(limax::child_gene({0, 100, 0}, key, gene, 1.0f, 2.0f) == 1.0f);
+        REQUIRE(limax::child_gene({0, 100, 1}, key, gene, 1.0f, 2.0f) == 2.0f);
+        REQUIRE(limax::child_gene({1, 0, 1}, key, gene, 1.0f, 2.0f) == 2.0f);
+        REQUIRE(limax::child_gene({1, 0.1, 0}, key, gene, 1.0f, 2.0f) != 1.0f);
+    }
+}
+
+TEST_CASE("crossover and mutation are independent of each other") {
+    const breeding_rates rates{0.3, 0.1, 0.4};
+    uint32_t both = 0;
+    for (uint32_t gene = 0; gene < count; ++gene) {
+        const float got = limax::child_gene(rates, key, gene, 0.0f, 1000.0f);
+        both += got > 500 && got != 1000.0f;
+    }
+    CHECK(std::fabs(double(both) / count - 0.12) < share_error(0.12, count));
+}
+
+TEST_CASE("a mutation is added in double and rounded once") {
+    const breeding_rates rates{1, 0.3, 0};
+    for (uint32_t gene = 0; gene < 2000; ++gene) {
+        const float parent = 1.7f;
+        const double deviate = limax::random_normal(key, 2 * gene + 1);
+        const auto expected = static_cast<float>(std::fma(0.3, deviate, double(parent)));
+        REQUIRE(limax::child_gene(rates, key, gene, parent, 9.0f) == expected);
+    }
+}
+
+TEST_CASE("first genes are normal with the stated deviation") {
+    random_key initial = key;
+    initial.stream = 2;
+    double sum = 0, square = 0;
+    for (uint32_t gene = 0; gene < count; ++gene) {
+        const double z = double(limax::initial_gene(initial, gene, 0.5)) / 0.5;
+        sum += z;
+        square += z * z;
+    }
+    CHECK(std::fabs(sum / count) < 5 / std::sqrt(double(count)));
+    CHECK(std::fabs(square / count - 1) < 5 * std::sqrt(2.0 / count));
+    CHECK(limax::initial_gene(initial, 3, 0.0) == 0.0f);
+}
+
+TEST_CASE("no argument of the counter is without effect") {
+    const breeding_rates rates{1, 1, 0.5};
+    const float base = limax::child_gene(rates, key, 5, 0.0f, 0.0f);
+    const auto differs = [&](random_key other) {
+        return limax::child_gene(rates, other, 5, 0.0f, 0.0f) != base;
+    };
+    CHECK(differs({43, 1, 3, 7, 11}));
+    CHECK(differs({42, 2, 3, 7, 11}));
+    CHECK(differs({42, 1, 2, 7, 11}));
+    CHECK(differs({42, 1, 3, 8, 11}));
+    CHECK(differs({42, 1, 3, 7, 12}));
+    CHECK(limax::child_gene(rates, key, 6, 0.0f, 0.0f) != base);
+    CHECK(limax::child_gene(rates, key, 5, 0.0f, 0.0f) == base);
+}

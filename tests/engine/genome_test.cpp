@@ -1,0 +1,287 @@
+// genome_test.cpp: the positional encoding, and the network's reading of a genome on every instruction set.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "backend/cpu/passes.h"
+#include "base/array.h"
+#include "base/random.h"
+#include "failure.h"
+#include "genome/encoding.h"
+#include "genome/network.h"
+
+namespace {
+
+using limax::encoding;
+using limax::network_shape;
+
+limax_encoding_options defaults() {
+    limax_encoding_options options = {};
+    options.lattice[0] = options.lattice[1] = options.lattice[2] = 5;
+    options.features = 16;
+    options.sigma = 1;
+    options.hidden_count = 2;
+    options.hidden[0] = options.hidden[1] = 32;
+    options.materials = 5;
+    options.initial_scale = 1;
+    options.seed = 1;
+    options.repetition = 1;
+    return options;
+}
+
+std::vector<float> random_genome(const network_shape& shape, uint64_t seed, double scale) {
+    std::vector<float> genome(static_cast<std::size_t>(shape.genes()));
+    const limax::random_key key{seed, 1, 6, 0, 0};
+    for (uint32_t gene = 0; gene < genome.size(); ++gene)
+        genome[gene] = static_cast<float>(scale * limax::random_normal(key, gene));
+    return genome;
+}
+
+struct expressed {
+    std::vector<uint8_t> voxels;
+    std::vector<float> weights;
+};
+
+expressed express(limax::express_pass pass, const encoding& code,
+                  const std::vector<float>& genome) {
+    const auto count = static_cast<std::size_t>(code.grid().voxels());
+    // what lies there before must not matter
+    expressed out{std::vector<uint8_t>(count, 99), std::vector<float>(3 * count, 99)};
+    limax::array<float> scratch(static_cast<std::size_t>(limax::express_scratch(code.shape())));
+    std::fill(scratch.begin(), scratch.end(), std::nanf(""));
+    pass(code.shape(), code.features(), genome.data(), scratch.data(), out.voxels.data(),
+         out.weights.data(), static_cast<int32_t>(count));
+    return out;
+}
+
+// The network read gene by gene, one voxel after the other, with activations of type R. The genome's layout is written out
+// here a second time: weights [unit][input], then biases, layer by layer.
+template <class R, class Hidden>
+std::vector<R> outputs_of(const encoding& code, const std::vector<float>& genome, int64_t voxel,
+                          const Hidden& hidden) {
+    const network_shape& shape = code.shape();
+    std::vector<R> values;
+    values.reserve(static_cast<std::size_t>(shape.width[0]));
+    for (int32_t i = 0; i < shape.width[0]; ++i)
+        values.push_back(code.features()[i * code.grid().voxels() + voxel]);
+    std::size_t gene = 0;
+    for (int32_t layer = 0; layer < shape.layers; ++layer) {
+        const auto inputs = static_cast<std::size_t>(shape.width[layer]);
+        const auto units = static_cast<std::size_t>(shape.width[layer + 1]);
+        std::vector<R> next;
+        for (std::size_t unit = 0; unit < units; ++unit) {
+            R sum = genome[gene + units * inputs + unit];
+            for (std::size_t i = 0; i < inputs; ++i)
+                sum = std::fma(R(genome[gene + unit * inputs + i]), values[i], sum);
+            next.push_back(layer + 1 < shape.layers ? hidden(sum) : sum);
+        }
+        gene += (inputs + 1) * units;
+        values = next;
+    }
+    CHECK(gene == genome.size());
+    return values;
+}
+
+std::vector<std::string> isas() {
+    std::vector<std::string> names;
+    std::istringstream list(limax::cpu::available_isas());
+    for (std::string name; std::getline(list, name, ',');) names.push_back(name);
+    return names;
+}
+
+std::string refused(const limax_encoding_options& options) {
+    return limax::test::failure(LIMAX_INVALID_ARGUMENT, [&] { encoding code(options); });
+}
+
+}  // namespace
+
+TEST_CASE("B is normal with deviation sigma and depends on seed and repetition alone") {
+    limax_encoding_options options = defaults();
+    options.features = 1024;
+    options.sigma = 3;
+    const encoding code(options);
+    double mean = 0, square = 0;
+    for (int i = 0; i < 3072; ++i) {
+        mean += code.matrix()[i] / 3072;
+        square += code.matrix()[i] * code.matrix()[i] / 3072;
+    }
+    CHECK(std::fabs(mean) < 5 * 3 / std::sqrt(3072.0));
+    CHECK(std::fabs(square - 9) < 5 * 9 * std::sqrt(2.0 / 3072));
+
+    // the first rows do not depend on how many there are, nor on lattice and network
+    options.features = 4;
+    options.lattice[0] = 2;
+    options.hidden_count = 0;
+    const encoding fewer(options);
+    CHECK(std::equal(fewer.matrix(), fewer.matrix() + 12, code.matrix()));
+    options.repetition = 2;
+    CHECK(encoding(options).matrix()[0] != code.matrix()[0]);
+    options.repetition = 1;
+    options.seed = 2;
+    CHECK(encoding(options).matrix()[0] != code.matrix()[0]);
+}
+
+TEST_CASE("features are cosine and sine of 2 pi B v at the voxel centres, x fastest") {
+    limax_encoding_options options = defaults();
+    options.lattice[0] = 4;
+    options.lattice[1] = 3;
+    options.lattice[2] = 1;  // its only centre is 0
+    options.sigma = 2.5;
+    const encoding code(options);
+    const double xs[4] = {-1, -1.0 / 3, 1.0 / 3, 1}, ys[3] = {-1, 0, 1};
+    for (int row = 0; row < 16; ++row)
+        for (int y = 0; y < 3; ++y)
+            for (int x = 0; x < 4; ++x) {
+                const double* b = code.matrix() + 3 * row;
+                const double angle = 6.283185307179586477 * (b[0] * xs[x] + b[1] * ys[y]);
+                const int voxel = x + 4 * y;
+                // rounding to float, and a little for the angle
+                CHECK(std::fabs(code.features()[row * 12 + voxel] - std::cos(angle)) < 0x1p-24);
+                CHECK(std::fabs(code.features()[(16 + row) * 12 + voxel] - std::sin(angle)) <
+                      0x1p-24);
+            }
+}
+
+TEST_CASE("a lattice of one voxel sits at the origin") {
+    limax_encoding_options options = defaults();
+    options.lattice[0] = options.lattice[1] = options.lattice[2] = 1;
+    const encoding code(options);
+    for (int row = 0; row < 16; ++row) {
+        CHECK(code.features()[row] == 1.0f);
+        CHECK(code.features()[16 + row] == 0.0f);
+    }
+}
+
+TEST_CASE("the number of genes follows from the layers") {
+    limax_encoding_options options = defaults();
+    CHECK(encoding(options).genes() == 33 * 32 + 33 * 32 + 33 * 8);
+    options.hidden_count = 0;
+    CHECK(encoding(options).genes() == 33 * 8);
+    options.hidden_count = 1;
+    options.hidden[0] = 7;
+    options.features = 1;
+    options.materials = 2;
+    CHECK(encoding(options).genes() == 3 * 7 + 8 * 5);
+}
+
+TEST_CASE("options out of range are named with their range") {
+    limax_encoding_options options = defaults();
+    options.features = 0;
+    CHECK(refused(options) == "features is 0; it must be 1 to 1024");
+    options = defaults();
+    options.sigma = std::nan("");
+    CHECK(refused(options) == "sigma is nan; it must be 0 to 100");
+    options = defaults();
+    options.hidden_count = 9;
+    CHECK(refused(options) == "number of hidden layers is 9; it must be 0 to 8");
+    options = defaults();
+    options.hidden[1] = 0;
+    CHECK(refused(options) == "width of hidden layer 2 is 0; it must be 1 to 1024");
+    options = defaults();
+    options.materials = 17;
+    CHECK(refused(options) == "materials is 17; it must be 2 to 16");
+    options = defaults();
+    options.initial_scale = -1;
+    CHECK(refused(options) == "initial_scale is -1; it must be 0 to 100");
+    options = defaults();
+    options.repetition = 0;
+    CHECK(refused(options) == "repetition is 0; it must be 1 to 16777215");
+    options = defaults();
+    options.lattice[0] = 0;
+    CHECK(refused(options) == "lattice x is 0; it must be at least 1 voxel");
+    options.lattice[0] = 5;
+    options.lattice[2] = -1;
+    CHECK(refused(options) == "lattice z is -1; it must be at least 1 voxel");
+    options.lattice[0] = options.lattice[1] = options.lattice[2] = 100000;
+    CHECK(limax::test::failure(LIMAX_OUT_OF_MEMORY, [&] { encoding code(options); })
+              .find("an encoding of 16 features on a lattice of 100000x100000x100000 voxels needs "
+                    "1.28e+08 GB; this machine has ") == 0);
+}
+
+TEST_CASE(
+    "every instruction set expresses a genome as one voxel after the other does, to the bit") {
+    struct variant {
+        int lattice[3], features, hidden_count, hidden[3], materials;
+    };
+    const variant variants[] = {
+        {{5, 5, 5}, 16, 2, {32, 32}, 5},   // the defaults: one tile, not full
+        {{8, 4, 4}, 16, 2, {32, 32}, 5},   // exactly one tile
+        {{7, 9, 6}, 5, 3, {3, 17, 1}, 2},  // three tiles, widths of no particular kind
+        {{1, 1, 1}, 1, 0, {}, 16},
+        {{130, 1, 1}, 3, 1, {6}, 7}};
+    for (const variant& v : variants) {
+        limax_encoding_options options = defaults();
+        std::copy(v.lattice, v.lattice + 3, options.lattice);
+        std::copy(v.hidden, v.hidden + 3, options.hidden);
+        options.features = v.features;
+        options.hidden_count = v.hidden_count;
+        options.materials = v.materials;
+        const encoding code(options);
+        const auto voxels = code.grid().voxels();
+        const auto genome = random_genome(code.shape(), 7, 0.5);
+
+        expressed expected{std::vector<uint8_t>(std::size_t(voxels)),
+                           std::vector<float>(3 * std::size_t(voxels))};
+        double worst = 0;
+        for (int64_t voxel = 0; voxel < voxels; ++voxel) {
+            const auto outputs = outputs_of<float>(
+                code, genome, voxel, [](float sum) { return limax::hidden_unit(sum); });
+            const auto logits = outputs.begin() + v.materials;
+            expected.voxels[std::size_t(voxel)] =
+                uint8_t(std::max_element(outputs.begin(), logits) - outputs.begin());
+            for (int kind = 0; kind < 3; ++kind)
+                expected.weights[std::size_t(kind * voxels + voxel)] =
+                    limax::logistic(logits[kind]);
+            // and the arithmetic is that of a network in double
+            const auto exact =
+                outputs_of<double>(code, genome, voxel, [](double sum) { return std::tanh(sum); });
+            for (std::size_t k = 0; k < outputs.size(); ++k)
+                worst = std::max(worst, std::fabs(outputs[k] - exact[k]));
+        }
+        CHECK(worst < 1e-5);
+        for (const std::string& isa : isas()) {
+            CAPTURE(isa);
+            const expressed got =
+                express(limax::cpu::choose_passes(isa.c_str()).express, code, genome);
+            CHECK(got.voxels == expected.voxels);
+            CHECK(std::memcmp(got.weights.data(), expected.weights.data(),
+                              got.weights.size() * sizeof(float)) == 0);
+        }
+    }
+}
+
+TEST_CASE(
+    "equal logits choose the lower index; a genome of no numbers chooses empty and weighs 0") {
+    limax_encoding_options options = defaults();
+    options.hidden_count = 0;
+    const encoding code(options);
+    const auto pass = limax::cpu::choose_passes(nullptr).express;
+    std::vector<float> genome(static_cast<std::size_t>(code.genes()), 0.0f);
+    const auto all = [&](uint8_t material, float weight) {
+        const expressed got = express(pass, code, genome);
+        const auto is = [](auto value) { return [value](auto other) { return other == value; }; };
+        return std::all_of(got.voxels.begin(), got.voxels.end(), is(material)) &&
+               std::all_of(got.weights.begin(), got.weights.end(), is(weight));
+    };
+    float* const biases = genome.data() + 32 * 8;
+    CHECK(all(0, 0.5f));
+    biases[2] = biases[3] = biases[4] = 1;
+    CHECK(all(2, 0.5f));
+    biases[4] = 2;
+    CHECK(all(4, 0.5f));
+    biases[4] = std::nanf("");  // never wins, whatever stands around it
+    CHECK(all(2, 0.5f));
+    biases[0] = std::nanf("");  // and is never beaten: the empty material stays
+    CHECK(all(0, 0.5f));
+
+    std::fill(genome.begin(), genome.end(), std::nanf(""));
+    CHECK(all(0, 0.0f));
+    std::fill(genome.begin(), genome.end(), 3e38f);  // sums that overflow, infinities of both signs
+    const expressed got = express(pass, code, genome);
+    for (const float weight : got.weights) CHECK((weight >= 0 && weight <= 1));
+}

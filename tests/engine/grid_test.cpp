@@ -1,0 +1,135 @@
+// grid_test.cpp: the largest component of a body, its description and its hash.
+#include "body/grid.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "base/random.h"
+
+using limax::lattice;
+
+TEST_CASE("only the largest face-connected component stays") {
+    limax::component_search search;
+    const auto kept = [&](const lattice& grid, std::vector<uint8_t> voxels) {
+        limax::keep_largest_component(grid, voxels.data(), search);
+        return voxels;
+    };
+    using body = std::vector<uint8_t>;
+    CHECK(kept({5, 1, 1}, {1, 0, 2, 3, 0}) == body{0, 0, 2, 3, 0});
+    // equal sizes: the one with the lowest index, wherever its other voxels lie
+    CHECK(kept({5, 1, 1}, {1, 2, 0, 3, 4}) == body{1, 2, 0, 0, 0});
+    CHECK(kept({5, 1, 1}, {0, 2, 0, 3, 0}) == body{0, 2, 0, 0, 0});
+    CHECK(kept({3, 2, 1}, {0, 1, 1, 2, 0, 0}) == body{0, 1, 1, 0, 0, 0});
+    // edges and corners do not connect; materials do not separate
+    CHECK(kept({2, 2, 1}, {1, 0, 0, 2}) == body{1, 0, 0, 0});
+    CHECK(kept({2, 2, 2}, {1, 0, 0, 0, 0, 0, 2, 3}) == body{0, 0, 0, 0, 0, 0, 2, 3});
+    CHECK(kept({2, 2, 2}, {1, 2, 3, 4, 1, 2, 3, 4}) == body{1, 2, 3, 4, 1, 2, 3, 4});
+    // the end of a row does not touch the start of the next, nor a layer's end the next layer's start
+    CHECK(kept({2, 3, 1}, {0, 1, 2, 0, 3, 0}) == body{0, 0, 2, 0, 3, 0});
+    CHECK(kept({1, 2, 2}, {0, 1, 2, 0}) == body{0, 1, 0, 0});
+    // joined along z
+    CHECK(kept({1, 2, 3}, {1, 2, 1, 0, 1, 2}) == body{1, 2, 1, 0, 1, 2});
+    CHECK(kept({1, 1, 1}, {0}) == body{0});
+    CHECK(kept({1, 1, 1}, {3}) == body{3});
+}
+
+TEST_CASE("components agree with a search by repeated spreading of labels") {
+    const lattice grid{6, 5, 4};
+    limax::component_search search;
+    for (uint32_t seed = 0; seed < 200; ++seed) {
+        std::vector<uint8_t> voxels(120);
+        const limax::random_key key{seed, 1, 6, 0, 0};
+        for (uint32_t v = 0; v < 120; ++v)
+            voxels[v] = limax::random_uniform(key, v) < 0.35 ? 1 + v % 4 : 0;
+        // every voxel takes the lowest label among its neighbours until nothing changes
+        std::vector<int> label(120);
+        for (int v = 0; v < 120; ++v) label[std::size_t(v)] = v;
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int a = 0; a < 120; ++a)
+                for (int b = 0; b < 120; ++b) {
+                    const int far = std::abs(a % 6 - b % 6) + std::abs(a / 6 % 5 - b / 6 % 5) +
+                                    std::abs(a / 30 - b / 30);
+                    if (far != 1 || !voxels[std::size_t(a)] || !voxels[std::size_t(b)]) continue;
+                    if (label[std::size_t(b)] < label[std::size_t(a)]) {
+                        label[std::size_t(a)] = label[std::size_t(b)];
+                        changed = true;
+                    }
+                }
+        }
+        std::vector<int> size(120, 0);
+        for (std::size_t v = 0; v < 120; ++v) size[std::size_t(label[v])] += voxels[v] != 0;
+        const int best = int(std::max_element(size.begin(), size.end()) - size.begin());
+        std::vector<uint8_t> expected = voxels;
+        for (std::size_t v = 0; v < 120; ++v)
+            if (label[v] != best) expected[v] = 0;
+        limax::keep_largest_component(grid, voxels.data(), search);
+        REQUIRE(voxels == expected);
+    }
+}
+
+TEST_CASE("a component of any size is found without recursion") {
+    const lattice grid{300, 200, 50};
+    std::vector<uint8_t> voxels(3000000, 1);
+    voxels[1] = voxels[300] = voxels[60000] = 0;  // cuts the corner voxel 0 off
+    limax::component_search search;
+    limax::keep_largest_component(grid, voxels.data(), search);
+    CHECK(voxels[0] == 0);
+    CHECK(std::count(voxels.begin(), voxels.end(), 1) == 3000000 - 4);
+}
+
+TEST_CASE("a body is described: counts, extent, masses and springs") {
+    limax_body body = {};
+    std::vector<uint8_t> voxels(3 * 4 * 5, 0);
+    const lattice grid{3, 4, 5};
+    limax::describe_body(grid, voxels.data(), body);
+    CHECK(body.voxels == 0);
+    CHECK(body.size[0] == 0);
+    CHECK(body.masses == 0);
+    CHECK(body.springs == 0);
+    voxels[std::size_t(grid.voxel(1, 1, 2))] = 3;
+    voxels[std::size_t(grid.voxel(1, 2, 2))] = 15;
+    limax::describe_body(grid, voxels.data(), body);
+    CHECK(body.voxels == 2);
+    CHECK(body.counts[0] == 58);
+    CHECK(body.counts[3] == 1);
+    CHECK(body.counts[15] == 1);
+    CHECK(body.size[0] == 1);
+    CHECK(body.size[1] == 2);
+    CHECK(body.size[2] == 1);
+    CHECK(body.masses == 12);
+    CHECK(body.springs == 28 + 28 - 6);  // the shared face: four edges, two diagonals
+}
+
+TEST_CASE("hashes tell bodies and lattices apart") {
+    const std::vector<uint8_t> voxels(64, 1);
+    std::set<uint64_t> hashes;
+    for (const lattice grid :
+         {lattice{4, 4, 4}, lattice{8, 8, 1}, lattice{1, 8, 8}, lattice{8, 1, 8}, lattice{64, 1, 1},
+          lattice{63, 1, 1}, lattice{1, 1, 1}})
+        hashes.insert(limax::body_hash(grid, voxels.data()));
+    CHECK(hashes.size() == 7);
+    // any one voxel, any material, and every pair of neighbours exchanged
+    hashes.clear();
+    std::vector<uint8_t> body(125);
+    for (std::size_t v = 0; v < 125; ++v) body[v] = uint8_t(v % 5);
+    const lattice grid{5, 5, 5};
+    hashes.insert(limax::body_hash(grid, body.data()));
+    for (std::size_t v = 0; v < 125; ++v)
+        for (int change = 1; change < 5; ++change) {
+            std::vector<uint8_t> other = body;
+            other[v] = uint8_t((other[v] + change) % 5);
+            hashes.insert(limax::body_hash(grid, other.data()));
+        }
+    for (std::size_t v = 1; v < 125; ++v) {
+        std::vector<uint8_t> other = body;
+        std::swap(other[v], other[v - 1]);
+        hashes.insert(limax::body_hash(grid, other.data()));
+    }
+    CHECK(hashes.size() == 1 + 125 * 4 + 124);
+    CHECK(limax::body_hash(grid, body.data()) ==
+          limax::body_hash(grid, std::vector<uint8_t>(body).data()));
+}

@@ -1,0 +1,287 @@
+// population_test.cpp: genomes and bodies of many robots: first generations, expression, bodies by hand, breeding; every one
+// the same however the work is cut, and every refusal with its text.
+#include "genome/population.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <vector>
+
+#include "failure.h"
+#include "genome/breeding.h"
+#include "robots.h"
+
+using namespace limax::test;
+using limax::population;
+
+TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot its own") {
+    limax_encoding_options options = defaults();
+    options.initial_scale = 2;
+    population robots(options.lattice, 300, code_of(options));
+    robots.initialize(0, 300, in_order);
+    // layers of 16 -> 12 -> 9 -> 8
+    const int inputs[3] = {16, 12, 9}, units[3] = {12, 9, 8};
+    int gene = 0;
+    for (int layer = 0; layer < 3; ++layer) {
+        double sum = 0, square = 0;
+        const int weights = inputs[layer] * units[layer];
+        for (int robot = 0; robot < 300; ++robot)
+            for (int k = 0; k < weights; ++k) {
+                const double w = robots.genomes()[robot * robots.genes() + gene + k];
+                sum += w;
+                square += w * w;
+            }
+        const double n = 300.0 * weights, variance = 4.0 / inputs[layer];
+        CHECK(std::fabs(sum / n) < 5 * std::sqrt(variance / n));
+        CHECK(std::fabs(square / n - variance) < 5 * variance * std::sqrt(2 / n));
+        gene += weights;
+        for (int robot = 0; robot < 300; ++robot)
+            for (int k = 0; k < units[layer]; ++k)
+                REQUIRE(robots.genomes()[robot * robots.genes() + gene + k] == 0);
+        gene += units[layer];
+    }
+    CHECK(gene == robots.genes());
+    std::set<float> firsts;
+    for (int robot = 0; robot < 300; ++robot)
+        firsts.insert(robots.genomes()[robot * robots.genes()]);
+    CHECK(firsts.size() == 300);
+}
+
+TEST_CASE(
+    "a robot's first genome does not depend on how many there are, nor on how the work is cut") {
+    population whole = make(40), parts = make(40), few = make(7), other = make(40, 2);
+    whole.initialize(0, 40, in_order);
+    parts.initialize(31, 9, scattered);
+    parts.initialize(0, 1, scattered);
+    parts.initialize(1, 30, scattered);
+    few.initialize(0, 7, in_order);
+    other.initialize(0, 40, in_order);
+    CHECK(same_genomes(whole, parts));
+    CHECK(std::memcmp(few.genomes(), whole.genomes(),
+                      sizeof(float) * 7 * std::size_t(few.genes())) == 0);
+    CHECK_FALSE(same_genomes(whole, other));
+}
+
+TEST_CASE("expression gives the same bodies in ranges, on threads, and for one robot alone") {
+    population whole = make(40), parts = make(40), one = make(1);
+    whole.initialize(0, 40, in_order);
+    parts.initialize(0, 40, in_order);
+    express_all(whole);
+    const auto pass = limax::cpu::choose_passes("baseline").express;
+    parts.express(paper(), false, pass, scattered, 0, 17);
+    for (int32_t robot = 17; robot < 40; ++robot)
+        CHECK(parts.bodies()[robot].status == LIMAX_BODY_UNKNOWN);
+    parts.express(paper(), false, pass, scattered, 17, 23);
+    CHECK(same_bodies(whole, parts));
+
+    std::memcpy(one.genomes(), whole.genomes() + 23 * whole.genes(),
+                sizeof(float) * std::size_t(one.genes()));
+    express_all(one);
+    CHECK(std::memcmp(one.voxels(), whole.voxels() + 23 * 60, 60) == 0);
+    CHECK(one.bodies()[0].hash == whole.bodies()[23].hash);
+}
+
+TEST_CASE("expressed bodies are one component, described truly, with weights from 0 to 1") {
+    population robots = make(60);
+    robots.initialize(0, 60, in_order);
+    express_all(robots);
+    int holes = 0;
+    for (int robot = 0; robot < 60; ++robot) {
+        std::vector<uint8_t> voxels(robots.voxels() + robot * 60,
+                                    robots.voxels() + robot * 60 + 60);
+        const std::vector<uint8_t> before = voxels;
+        limax::component_search search;
+        limax::keep_largest_component(robots.grid(), voxels.data(), search);
+        CHECK(voxels == before);
+        limax_body body = {};
+        limax::describe_body(robots.grid(), voxels.data(), body);
+        body.status = body.voxels ? LIMAX_BODY_VALID : LIMAX_BODY_NO_VOXEL;
+        CHECK(std::memcmp(&body, robots.bodies() + robot, sizeof body) == 0);
+        for (int k = 0; k < 180; ++k) {
+            const float weight = robots.weights()[robot * 180 + k];
+            REQUIRE((weight > 0 && weight < 1));
+        }
+        holes += body.counts[0] > 0;
+    }
+    CHECK(holes > 10);  // or the check above says nothing
+}
+
+TEST_CASE(
+    "bodies without a voxel, and without a muscle where one is asked for, are invalid with a "
+    "reason") {
+    population robots = make(3);
+    // biases of the last layer, materials first
+    const int biases = robots.genes() - 8;
+    robots.genomes()[1 * robots.genes() + biases + 4] = 1;  // all bone
+    robots.genomes()[2 * robots.genes() + biases + 1] = 1;  // all muscle
+    for (const bool require_muscle : {false, true}) {
+        express_all(robots, require_muscle);
+        CHECK(robots.bodies()[0].status == LIMAX_BODY_NO_VOXEL);
+        CHECK(robots.bodies()[1].status ==
+              (require_muscle ? LIMAX_BODY_NO_MUSCLE : LIMAX_BODY_VALID));
+        CHECK(robots.bodies()[2].status == LIMAX_BODY_VALID);
+        CHECK(robots.bodies()[1].counts[4] == 60);
+        CHECK(robots.bodies()[0].hash != robots.bodies()[1].hash);
+    }
+    for (int gene = 0; gene < robots.genes(); ++gene)
+        robots.genomes()[2 * robots.genes() + gene] = std::nanf("");
+    express_all(robots);
+    CHECK(robots.bodies()[2].status == LIMAX_BODY_NO_VOXEL);
+}
+
+TEST_CASE("bodies by hand are checked and described, and nothing is removed") {
+    const int32_t size[3] = {4, 1, 1};
+    population robots(size, 2, nullptr);
+    CHECK(robots.genomes() == nullptr);
+    CHECK(robots.genes() == 0);
+    const uint8_t voxels[8] = {1, 0, 3, 0, 0, 0, 0, 0};
+    std::memcpy(robots.voxels(), voxels, 8);
+    std::fill(robots.weights(), robots.weights() + 24, 1.0f);
+    robots.check(paper(), true, 0, 2);
+    CHECK(std::memcmp(robots.voxels(), voxels, 8) == 0);
+    CHECK(robots.bodies()[0].status == LIMAX_BODY_VALID);
+    CHECK(robots.bodies()[0].voxels == 2);
+    CHECK(robots.bodies()[0].masses == 16);
+    CHECK(robots.bodies()[0].springs == 56);
+    CHECK(robots.bodies()[0].size[0] == 3);
+    CHECK(robots.bodies()[1].status == LIMAX_BODY_NO_VOXEL);
+
+    robots.voxels()[6] = 5;
+    CHECK(refused([&] { robots.check(paper(), true, 0, 2); }) ==
+          "robot 2, voxel (3, 1, 1): material 5; the table \"paper\" has 0 to 4");
+    robots.check(paper(), true, 0, 1);  // the other robot is not asked for
+    robots.voxels()[6] = 4;
+    robots.weights()[12 + 4 + 3] = 1.5f;
+    CHECK(refused([&] { robots.check(paper(), true, 1, 1); }) ==
+          "robot 2, voxel (4, 1, 1): amplitude weight 1.5; it must be 0 to 1");
+    robots.weights()[12 + 4 + 3] = std::nanf("");
+    CHECK(refused([&] { robots.check(paper(), true, 1, 1); }).find("amplitude weight nan") !=
+          std::string::npos);
+    CHECK(robots.bodies()[1].status == LIMAX_BODY_NO_VOXEL);  // as before the refusals
+}
+
+TEST_CASE("children in ranges, on threads and in pieces are the children bred at once") {
+    population parents = make(20), whole = make(50), parts = make(50);
+    parents.initialize(0, 20, in_order);
+    const auto pairs = some_pairs(50, 20);
+    const limax_breeding breeding = some_breeding();
+    whole.breed(parents, pairs.data(), breeding, in_order, 0, 50);
+    for (int32_t child = 49; child >= 30; --child)
+        parts.breed(parents, pairs.data(), breeding, in_order, child, 1);
+    parts.breed(parents, pairs.data(), breeding, scattered, 2, 28);
+    parts.breed(parents, pairs.data(), breeding, scattered, 0, 2);
+    CHECK(same_genomes(whole, parts));
+
+    // and the law of breeding.h, gene by gene; elites are copies of their first parent
+    const auto genes = std::size_t(whole.genes());
+    for (std::size_t child = 0; child < 50; ++child) {
+        const float* first = parents.genomes() + std::size_t(pairs[2 * child]) * genes;
+        const float* second = parents.genomes() + std::size_t(pairs[2 * child + 1]) * genes;
+        const limax::random_key key{1, 1, LIMAX_STREAM_BREEDING, 1, uint32_t(child)};
+        for (std::size_t gene = 0; gene < genes; ++gene) {
+            const float expected = child < 3
+                                       ? first[gene]
+                                       : limax::child_gene({0.1, 0.1, 0.4}, key, uint32_t(gene),
+                                                           first[gene], second[gene]);
+            REQUIRE(whole.genomes()[child * genes + gene] == expected);
+        }
+    }
+}
+
+TEST_CASE("new genomes make bodies unknown, of the robots concerned") {
+    population parents = make(20), children = make(20);
+    parents.initialize(0, 20, in_order);
+    children.initialize(0, 20, in_order);
+    express_all(parents);
+    express_all(children);
+    children.breed(parents, some_pairs(20, 20).data(), some_breeding(), in_order, 5, 10);
+    parents.initialize(3, 1, in_order);
+    for (int32_t robot = 0; robot < 20; ++robot) {
+        CHECK((children.bodies()[robot].status == LIMAX_BODY_UNKNOWN) ==
+              (robot >= 5 && robot < 15));
+        CHECK((parents.bodies()[robot].status == LIMAX_BODY_UNKNOWN) == (robot == 3));
+    }
+}
+
+TEST_CASE("what breeding refuses") {
+    population parents = make(20), children = make(20);
+    const auto pairs = some_pairs(20, 20);
+    const auto with = [&](auto change) {
+        limax_breeding breeding = some_breeding();
+        change(breeding);
+        return refused([&] { children.breed(parents, pairs.data(), breeding, in_order, 0, 20); });
+    };
+    CHECK(with([](limax_breeding& b) { b.mutation_rate = 1.1; }) ==
+          "mutation_rate is 1.1; it must be 0 to 1");
+    CHECK(with([](limax_breeding& b) { b.mutation_scale = -0.1; }) ==
+          "mutation_scale is -0.1; it must be 0 to 100");
+    CHECK(with([](limax_breeding& b) { b.crossover_rate = std::nan(""); }) ==
+          "crossover_rate is nan; it must be 0 to 1");
+    CHECK(with([](limax_breeding& b) { b.elites = 21; }) == "elites is 21; it must be 0 to 20");
+    CHECK(with([](limax_breeding& b) { b.repetition = 1u << 24; }) ==
+          "repetition is 16777216; it must be 1 to 16777215");
+    auto wrong = pairs;
+    wrong[13] = 20;
+    const auto breed_wrong = [&] {
+        children.breed(parents, wrong.data(), some_breeding(), in_order, 0, 20);
+    };
+    CHECK(refused(breed_wrong) == "child 7: parent 21 does not exist; there are 20");
+    wrong[13] = -1;
+    CHECK(refused(breed_wrong) == "child 7: parent 0 does not exist; there are 20");
+    CHECK(refused([&] {
+              parents.breed(parents, pairs.data(), some_breeding(), in_order, 0, 20);
+          }) == "children and parents are the same population; breeding needs two");
+    limax_encoding_options smaller = defaults();
+    smaller.hidden_count = 1;
+    population strangers(smaller.lattice, 20, code_of(smaller));
+    CHECK(refused([&] {
+              children.breed(strangers, pairs.data(), some_breeding(), in_order, 0, 20);
+          }) == "the parents have 308 genes, the children 401");
+    CHECK(refused([&] {
+              children.breed(parents, pairs.data(), some_breeding(), in_order, 1, 20);
+          }) == "robots 2 to 21 do not all exist; there are 20");
+}
+
+TEST_CASE("populations that cannot be are refused, with the memory they would need") {
+    const int32_t huge[3] = {1000, 1000, 1000}, long_row[3] = {2147483647, 1, 1},
+                  none[3] = {5, 0, 5};
+    // 13 bytes a voxel: material and three weights
+    CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] { population(huge, 100000, nullptr); })
+              .find("a population of 100000 robots on a lattice of 1000x1000x1000 voxels needs "
+                    "1.3e+06 GB; this machine "
+                    "has ") == 0);
+    CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] {
+              population(long_row, 100000, nullptr);
+          }).find("a population") == 0);
+    CHECK(refused([&] { population(none, 1, nullptr); }) ==
+          "lattice y is 0; it must be at least 1 voxel");
+    CHECK(refused([&] { population(defaults().lattice, 0, nullptr); }) ==
+          "a population of 0 robots: it must have at least 1");
+    CHECK(refused([&] { population(defaults().lattice, -3, code_of(defaults())); }) ==
+          "a population of -3 robots: it must have at least 1");
+    const int32_t other[3] = {5, 4, 4};
+    CHECK(refused([&] { population(other, 3, code_of(defaults())); }) ==
+          "the population's lattice is 5x4x4 voxels, its encoding's 5x4x3");
+}
+
+TEST_CASE("what expression refuses") {
+    population robots = make(3), by_hand(defaults().lattice, 3, nullptr);
+    limax_encoding_options options = defaults();
+    options.materials = 4;
+    population fewer(options.lattice, 3, code_of(options));
+    CHECK(refused([&] { express_all(fewer); }) ==
+          "the encoding chooses among 4 materials, but the table \"paper\" has 5");
+    CHECK(refused([&] { express_all(by_hand); }) ==
+          "this population was made without an encoding: it has no genomes");
+    CHECK(refused([&] { by_hand.initialize(0, 3, in_order); }) ==
+          "this population was made without an encoding: it has no genomes");
+    CHECK(refused([&] { robots.initialize(0, 4, in_order); }) ==
+          "robots 1 to 4 do not all exist; there are 3");
+    CHECK(refused([&] { robots.initialize(-1, 2, in_order); }) ==
+          "robots 0 to 1 do not all exist; there are 3");
+    CHECK(refused([&] { robots.check(paper(), false, 2, 2147483647); }) ==
+          "robots 3 to 2147483649 do not all exist; there are 3");
+}

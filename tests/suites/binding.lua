@@ -1,0 +1,268 @@
+--- binding.lua: the engine's objects as Lua sees them: misuse at the line of whoever misused, freed
+--- objects, and memory under a collector that cannot see it.
+
+local engine = require "limax.engine"
+local fixture = require "binding.fixture"
+local host = require "limax.host"
+local test = require "limax.test"
+
+local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
+local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixture.raises_there
+
+-- ---- misuse -------------------------------------------------------------------------------------
+
+local misuse = test.suite "misuse"
+
+misuse:test("raises at the line that did it, with what was expected", function(t)
+  local p = robots(2)
+  local function there(pattern, call) raises_there(t, pattern, call) end
+  there("expected a list of 3 numbers, got nil", function() engine.population { count = 1 } end)
+  there("expected a list of 3 numbers, got 2",
+    function() engine.population { lattice = { 1, 2 }, count = 1 } end)
+  there("population: lattice[2]: expected an integer",
+    function() engine.population { lattice = { 1, "x", 1 }, count = 1 } end)
+  there("lattice", function() engine.population { lattice = { 0, 5, 5 }, count = 1 } end)
+  there("lattice", function() engine.population { lattice = { -1, 5, 5 }, count = 1 } end)
+  there("at least 1", function() engine.population { lattice = { 1, 1, 1 }, count = 0 } end)
+  there('unknown field "conut"; did you mean "count"?',
+    function() engine.population { lattice = { 1, 1, 1 }, conut = 1 } end)
+  there("expected a table, got 3", function() engine.population(3) end)
+  there("population:genome: expected an index from 1 to 2, got 3", function() p:genome(3) end)
+  there("population:voxels: expected an index from 1 to 2, got 0", function() p:voxels(0) end)
+  there("population:body: expected an index from 1 to 2, got nil", function() p:body() end)
+  there("expected a material table, got nil", function() p:express() end)
+  there("expected a material table, got a device", function() p:express(engine.device "cpu") end)
+  there('unknown field "require_muscles"; did you mean "require_muscle"?',
+    function() p:express(MATERIALS, { require_muscles = true }) end)
+  there("expected true or false, got 1", function() p:check(MATERIALS, { require_muscle = 1 }) end)
+  there("expected an integer from 1 to 2, got 3", function() p:check(MATERIALS, {}, 3) end)
+  there("count: expected an integer from 0 to 1, got 2",
+    function() p:check(MATERIALS, {}, 2, 2) end)
+  there("expected a pair for each of 2 children, got 1",
+    function() p:breed(p, { { 1, 1 } }, {}) end)
+  there("expected an index from 1 to 2, got 9",
+    function() p:breed(p, { { 1, 9 }, { 1, 1 } }, {}) end)
+  there("mutation_rate: expected a finite number, got nil",
+    function() p:breed(p, { { 1, 1 }, { 1, 1 } }, {}) end)
+  there("expected an encoding, got a number", function() engine.population { encoding = 3 } end)
+  there("expected 19008 bytes (2 robots of 2376 genes)", function() p:set_genomes "abc" end)
+end)
+
+misuse:test("of scenes, options and materials too", function(t)
+  local p = robots(1)
+  local scene = engine.scene(ALL)
+  local function there(pattern, call) raises_there(t, pattern, call) end
+  there('unknown field "gravty"; did you mean "gravity"?',
+    function() engine.scene { gravty = true } end)
+  there('unknown field "stifness"; did you mean "stiffness"?',
+    function() engine.scene { ground = { stifness = 1 } } end)
+  there("expected true, false or a table of its fields, got 3",
+    function() engine.scene { ground = 3 } end)
+  there("scene: gravity.acceleration: expected a list of 3 numbers, got -9.81",
+    function() engine.scene { gravity = { acceleration = -9.81 } } end)
+  there("friction' needs 'ground'", function() engine.scene { friction = true } end)
+  there("springs act in every scene", function() engine.scene { springs = false } end)
+  there("stiffness", function() engine.scene { ground = { stiffness = -1 } } end)
+  there("expected a scene, got a table", function() engine.simulation(p, MATERIALS, {}, {}) end)
+  there('unknown field "integrater"; did you mean "integrator"?',
+    function() engine.simulation(p, MATERIALS, scene, { integrater = "leapfrog" }) end)
+  there('expected "symplectic_euler" or "leapfrog", got "rk4"',
+    function() engine.simulation(p, MATERIALS, scene, { integrator = "rk4" }) end)
+  there("time_step: expected a number of seconds above 0",
+    function() engine.simulation(p, MATERIALS, scene, { time_step = 0 }) end)
+  there("time_step: expected a number of seconds above 0",
+    function() engine.simulation(p, MATERIALS, scene, { time_step = -1e-4 }) end)
+  there("time_step: expected a number of seconds above 0",
+    function() engine.simulation(p, MATERIALS, scene, { time_step = 0 / 0 }) end)
+  there("duration: expected a finite number, got nan",
+    function() engine.simulation(p, MATERIALS, scene, { duration = 0 / 0 }) end)
+  there('unknown field "positions"; did you mean "position"?',
+    function() engine.simulation(p, MATERIALS, scene, { record = { positions = 1 } }) end)
+  there("record.position (Hz): expected an integer",
+    function() engine.simulation(p, MATERIALS, scene, { record = { position = 1.5 } }) end)
+  there("expected a list of 1, true or false, got 2",
+    function() engine.simulation(p, MATERIALS, scene, {}, nil, { true, true }) end)
+  there("expected a device, got a string",
+    function() engine.simulation(p, MATERIALS, scene, {}, "cpu") end)
+  there('there is no table "papre"', function() engine.materials "papre" end)
+  there('did you mean "paper"?', function() engine.materials "papre" end)
+  there("nowhere.json", function() engine.materials "/nowhere.json" end)
+  there("materials: the field", function() engine.materials { schema = "limax.materials/1" } end)
+  there("expected an index from 1 to 5, got 6", function() MATERIALS:get(6) end)
+  there('unknown field "stifness"; did you mean "stiffness"?',
+    function() MATERIALS:field "stifness" end)
+  there("stiffness", function() MATERIALS:copy():set(2, "stiffness", -1) end)
+  there("seed: expected an integer from 0 to 2^53", function() engine.random(-1, 1, "user") end)
+  there("seed: expected an integer from 0 to 2^53",
+    function() engine.random("18446744073709551616", 1, "user") end)
+  there('expected "selection", "supervision" or "user", got "breeding"',
+    function() engine.random(1, 1, "breeding") end)
+  there("an integer from 1 to 2^32 - 1, got 0",
+    function() engine.random(1, 1, "user"):integer(0) end)
+  there("device", function() engine.device "gpu" end)
+  there('unknown field "thread"; did you mean "threads"?',
+    function() engine.device("cpu", { thread = 1 }) end)
+  there("threads: expected an integer from 0 to 1024, got 1025",
+    function() engine.device("cpu", { threads = 1025 }) end)
+end)
+
+misuse:test("of a body refuses it whole", function(t)
+  local p = robots(1)
+  local before, weights = p:voxels(1):table(), p:weights(1):table()
+  local voxels = {}
+  for i = 1, 24 do voxels[i] = 1 end
+  local function there(pattern, call) raises_there(t, pattern, call) end
+  there("voxels: expected a list of 24, got 23",
+    function() p:set_body(1, { unpack(voxels, 1, 23) }) end)
+  there("voxels[1]: expected a material index from 0 to 15",
+    function() p:set_body(1, { 16, unpack(voxels, 1, 23) }) end)
+  there("letters need the material table",
+    function() p:set_body(1, { "e", unpack(voxels, 1, 23) }) end)
+  there('a material of materials "paper" (5), got "x"',
+    function() p:set_body(1, { "x", unpack(voxels, 1, 23) }, nil, MATERIALS) end)
+  there("weights.phase[1]: expected a weight from 0 to 1, got 2",
+    function() p:set_body(1, voxels, { phase = 2 }) end)
+  there("weights.phase[1]: expected a weight from 0 to 1, got nan",
+    function() p:set_body(1, voxels, { phase = 0 / 0 }) end)
+  there('unknown field "fase"; did you mean "phase"?',
+    function() p:set_body(1, voxels, { fase = 1 }) end)
+  t:equal(p:voxels(1), before)
+  t:equal(p:weights(1), weights)
+end)
+
+misuse:test("is not blamed on a library that only passed it on", function(t)
+  local limax = require "limax"
+  raises_there(t, 'limax has no "fitnes"; did you mean "fitness"?',
+    function() return limax.fitnes end)
+end)
+
+-- ---- freed objects and lifetimes ----------------------------------------------------------------
+
+local lives = test.suite "lifetimes"
+
+lives:test("a freed object says so and where it was freed", function(t)
+  local encoding = engine.encoding { lattice = LATTICE }
+  local population = engine.population { count = 1, encoding = encoding }
+  local scene, materials, device = engine.scene(ALL), MATERIALS:copy(), engine.device "cpu"
+  for _, object in ipairs { encoding, population, scene, materials, device } do
+    object:free()
+    object:free()
+    t:ok(tostring(object):find "^freed ", tostring(object))
+  end
+  local here = debug.getinfo(1, "S").short_src
+  raises_there(t, "this population was freed (" .. here, function() population:initialize() end)
+  raises_there(t, "this population was freed (" .. here, function() population:genome(1) end)
+  raises_there(t, "this material table was freed", function() materials:get(1) end)
+  raises_there(t, "this scene was freed", function() scene:table() end)
+  raises_there(t, "this device was freed", function() device:describe() end)
+  raises_there(t, "this encoding was freed",
+    function() engine.population { count = 1, encoding = encoding } end)
+end)
+
+-- Every order of ending five objects that hold on to one another.
+lives:test("any order of free leaves the rest whole", function(t)
+  local expected = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass"):table()
+  local function permutations(list, first, visit)
+    if first > #list then return visit(list) end
+    for i = first, #list do
+      list[first], list[i] = list[i], list[first]
+      permutations(list, first + 1, visit)
+      list[first], list[i] = list[i], list[first]
+    end
+  end
+  permutations({ 1, 2, 3, 4, 5 }, 1, function(order)
+    local encoding = engine.encoding { lattice = LATTICE }
+    local population = engine.population { count = 1, encoding = encoding }
+    local materials, scene, device = MATERIALS:copy(), engine.scene(ALL),
+      engine.device("cpu", { threads = 1 })
+    local voxels = {}
+    for i = 1, 24 do voxels[i] = "e" end
+    population:set_body(1, voxels, nil, materials)
+    population:check(materials)
+    local simulation = engine.simulation(population, materials, scene,
+      { duration = 0.2, record = { center_of_mass = 50 } }, device)
+    local objects = { encoding, population, materials, scene, device }
+    for _, k in ipairs(order) do
+      simulation:advance(10, 40)
+      objects[k]:free()
+    end
+    simulation:run()
+    t:same_bits(simulation:trace(1, "center_of_mass"), expected)
+    simulation:free()
+  end)
+end)
+
+lives:test("the collector may end objects in any order", function(t)
+  local expected = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass"):table()
+  for _ = 1, 20 do
+    local trace = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass")
+    collectgarbage "collect"
+    t:same_bits(trace, expected)
+  end
+end)
+
+lives:test("a process may end with everything alive", function(t)
+  local path = t:folder() .. "/leaves.lua"
+  local written, message = host.file.write_atomic(path, [[
+    local engine = require "limax.engine"
+    local encoding = engine.encoding { lattice = { 2, 2, 2 } }
+    local materials = engine.materials "paper"
+    local kept = {}
+    for i = 1, 20 do
+      local population = engine.population { count = 3, encoding = encoding }
+      population:initialize()
+      population:express(materials)
+      local simulation = engine.simulation(population, materials, engine.scene { gravity = true },
+        { duration = 0.1, record = { position = 20 } },
+          engine.device("cpu", { threads = 1 + i % 2 }))
+      simulation:advance(0.001)
+      kept[i] = { population:genome(1), simulation:trace(1, "position"), simulation,
+        i % 2 == 0 and population }
+    end
+    print "left"
+  ]])
+  t:ok(written, message)
+  local pipe = io.popen(("'%s' '%s' 2>&1; echo status $?"):format(host.executable, path))
+  local output = pipe:read "*a"
+  pipe:close()
+  t:equal(output, "left\nstatus 0\n")
+end)
+
+-- ---- memory -------------------------------------------------------------------------------------
+
+local pressure = test.suite "memory"
+
+pressure:test("stays bounded when thousands of objects are dropped", function(t)
+  collectgarbage "collect"
+  local before, most = engine.bytes_held(), 0
+  local one = engine.population { lattice = { 10, 10, 10 }, count = 100 }
+  local each = engine.bytes_held() - before
+  t:ok(each > 1e6, "a population of 100 holds its voxels and weights")
+  for i = 1, 3000 do
+    one = engine.population { lattice = { 10, 10, 10 }, count = 100 }
+    most = math.max(most, engine.bytes_held())
+    if i % 3 == 0 then engine.scene(ALL) end
+  end
+  t:ok(one.count == 100)
+  t:note(("3000 dropped populations of %.1f MB: at most %.0f MB held"):format(each / 1e6,
+    most / 1e6))
+  t:ok(most - before < 200e6, ("%.0f MB were held"):format(most / 1e6))
+  one:free()
+  collectgarbage "collect"
+  t:ok(engine.bytes_held() <= before + 1e6)
+end)
+
+pressure:test("goes back when objects are freed", function(t)
+  collectgarbage "collect"
+  local before = engine.bytes_held()
+  for _ = 1, 50 do
+    local population = robots(20)
+    local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL),
+      { duration = 0.01 })
+    simulation:run()
+    simulation:free()
+    population:free()
+  end
+  collectgarbage "collect"
+  t:ok(engine.bytes_held() <= before, ("%d bytes more"):format(engine.bytes_held() - before))
+end)

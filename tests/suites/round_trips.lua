@@ -1,0 +1,195 @@
+--- round_trips.lua: what goes into the engine comes out as it was, and a simulation answers for
+--- what was put in.
+
+local ffi = require "ffi"
+local engine = require "limax.engine"
+local fixture = require "binding.fixture"
+local host = require "limax.host"
+local test = require "limax.test"
+
+local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
+local robots, raises_there = fixture.robots, fixture.raises_there
+
+-- ---- round trips --------------------------------------------------------------------------------
+
+local trips = test.suite "round trips"
+
+trips:test("materials", function(t)
+  local plain = MATERIALS:table()
+  local again = engine.materials(plain)
+  t:same_bits(again:table(), plain)
+  t:equal({ again.name, again.count, again:index "c", again:index "bone" },
+    { MATERIALS.name, MATERIALS.count, MATERIALS:index "c", MATERIALS:index "bone" })
+  t:equal(again:index "no such material", nil)
+  for i = 1, again.count do t:same_bits(again:get(i), MATERIALS:get(i)) end
+  local copy = again:copy()
+  copy:set(2, "stiffness", 12345)
+  t:equal({ copy:get(2).stiffness, again:get(2).stiffness }, { 12345, MATERIALS:get(2).stiffness })
+  t:same_bits(engine.materials(copy:table()):get(2), copy:get(2))
+end)
+
+trips:test("genomes", function(t)
+  local from, to = robots(3), robots(3, 2)
+  local bytes = from:genomes_bytes()
+  t:equal(#bytes, 3 * from.genes * 4)
+  to:set_genomes(bytes)
+  t:equal(to:genomes_bytes() == bytes, true)
+  t:same_bits(to:genome(3), from:genome(3))
+  t:equal(ffi.cast("const float *", bytes)[from.genes], from:genome(2)[1])
+end)
+
+trips:test("bodies", function(t)
+  local from = robots(4)
+  local to = engine.population { lattice = LATTICE, count = 4 }
+  for i = 1, 4 do
+    to:set_body(i, from:voxels(i), from:weights(i))
+    t:same_bits(to:voxels(i), from:voxels(i))
+    t:same_bits(to:weights(i), from:weights(i))
+    to:set_body(i, from:voxels(i):table(), {
+      stiffness = from:weights(i)[1]:table(), amplitude = from:weights(i)[2], phase = 0.5,
+    })
+    t:same_bits(to:weights(i)[1], from:weights(i)[1])
+    t:equal(to:weights(i)[3][3][2][4], 0.5)
+    t:equal(to:body(i).status, "unknown")
+  end
+  to:check(MATERIALS)
+  for i = 1, 4 do t:equal(to:body(i), from:body(i)) end
+end)
+
+trips:test("letters, names and indices write the same body", function(t)
+  local population = engine.population { lattice = { 2, 1, 2 }, count = 3 }
+  population:set_body(1, { "e", "c", ".", "b" }, nil, MATERIALS)
+  population:set_body(2, { "expanding muscle", "contracting muscle", "empty", "bone" }, nil,
+    MATERIALS)
+  local e, c, b = MATERIALS:index "e" - 1, MATERIALS:index "c" - 1, MATERIALS:index "b" - 1
+  population:set_body(3, { { { e, 0 } }, { { c, b } } })
+  for i = 1, 3 do t:equal(population:voxels(i), { { { e, 0 } }, { { c, b } } }) end
+  population:check(MATERIALS, { require_muscle = true })
+  local body = population:body(1)
+  t:equal({ body.status, body.voxels, body.size, #body.hash, #body.counts },
+    { "valid", 3, { 2, 1, 2 }, 16, MATERIALS.count })
+  t:equal(population:diversity({ 1, 2, 3 }).distinct, 1)
+end)
+
+trips:test("scenes", function(t)
+  local plain = engine.scene { gravity = { acceleration = { 1, 2, -3 } }, ground = true,
+    friction = { kinetic = 0.25 } }:table()
+  t:equal(plain.gravity, { acceleration = { 1, 2, -3 } })
+  t:equal(plain.friction, { static = 1, kinetic = 0.25 })
+  t:equal(engine.scene(plain):table(), plain)
+  t:equal(engine.scene({}):table(), {})
+  t:equal(engine.scene({ gravity = false, springs = true }):table(), {})
+  local seen = {}
+  for _, effect in ipairs(engine.effects()) do
+    seen[effect.name] = true
+    for _, field in ipairs(effect.fields) do
+      t:equal(#field.value, field.components)
+      t:ok(field.unit ~= "" and field.minimum <= field.maximum)
+    end
+  end
+  t:ok(seen.gravity and seen.ground and seen.friction and seen.damping and seen.actuation)
+end)
+
+trips:test("seeds as numbers, digits and 64-bit integers", function(t)
+  local function first(seed) return engine.random(seed, 1, "user"):uniform() end
+  t:same_bits(first "12345", first(12345))
+  t:same_bits(first "00012345", first(12345))
+  t:same_bits(first(12345ULL), first(12345))
+  t:same_bits(first "18446744073709551615", first(0xffffffffffffffffULL))
+  t:ok(first "9007199254740993" ~= first "9007199254740992")
+end)
+
+trips:test("random numbers are functions of their place", function(t)
+  local function draws(...)
+    local random, list = engine.random(...), {}
+    for i = 1, 50 do list[i] = i % 2 == 0 and random:uniform() or random:normal() end
+    return list, random
+  end
+  local list, random = draws(1, 2, "selection", 3, 4)
+  t:same_bits(draws(1, 2, "selection", 3, 4), list)
+  t:equal(random.draw, 50)
+  t:ok(draws(1, 2, "selection", 3, 5)[1] ~= list[1] and draws(1, 2, "user", 3, 4)[1] ~= list[1])
+  local counts, die = { 0, 0, 0, 0, 0, 0 }, engine.random(1, 1, "user")
+  for _ = 1, 600 do
+    local face = die:integer(6)
+    counts[face] = counts[face] + 1
+  end
+  -- 100 expected, standard deviation 9.1
+  for face = 1, 6 do t:near(counts[face], 100, { atol = 45 }) end
+end)
+
+-- ---- simulation objects -------------------------------------------------------------------------
+
+local objects = test.suite "simulation objects"
+
+objects:test("slices, outcomes and masks", { threads = { 1, 2 } }, function(t)
+  local population = robots(4)
+  local options = { duration = 0.2, settle = 0.1, record = { center_of_mass = 20 } }
+  local whole = engine.simulation(population, MATERIALS, engine.scene(ALL), options, t.device)
+  local calls = 0
+  local progress = whole:run(function(now)
+    calls = calls + 1
+    t:ok(now.done <= now.robots and now.steps <= now.steps_total)
+  end)
+  t:ok(calls >= 1 and progress.finished and not progress.interrupted)
+  t:equal({ progress.done, progress.robots, progress.steps }, { 4, 4, progress.steps_total })
+  local part = engine.simulation(population, MATERIALS, engine.scene(ALL), options, t.device,
+    { true, false, true, false })
+  repeat until part:advance(1, 7).finished
+  for i = 1, 4 do
+    if i % 2 == 1 then
+      t:same_bits(part:outcome(i), whole:outcome(i))
+      t:same_bits(part:trace(i, "center_of_mass"), whole:trace(i, "center_of_mass"))
+    else
+      t:equal(part:outcome(i).status, "skipped")
+      t:equal(part:trace(i, "center_of_mass"):size(), 0)
+    end
+  end
+  local outcome = whole:outcome(1)
+  t:equal({ outcome.status, outcome.reason, outcome.strain }, { "done", nil, nil })
+  t:near(outcome.time, 0.2)
+  t:ok(outcome.path_length >= 0 and outcome.time_step <= outcome.time_step_bound)
+end)
+
+objects:test("invalid bodies say why", function(t)
+  local population = engine.population { lattice = { 1, 1, 1 }, count = 2 }
+  population:set_body(2, { "b" }, nil, MATERIALS)
+  population:check(MATERIALS, { require_muscle = true })
+  local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL), { duration = 0.1 })
+  simulation:run()
+  t:equal({ simulation:outcome(1).status, simulation:outcome(1).reason }, { "invalid", "no voxel" })
+  t:equal({ simulation:outcome(2).status, simulation:outcome(2).reason },
+    { "invalid", "no muscle" })
+end)
+
+objects:test("masses can be placed before the first step", function(t)
+  local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }
+  population:set_body(1, { "s" }, nil, MATERIALS)
+  population:check(MATERIALS)
+  local simulation = engine.simulation(population, MATERIALS, engine.scene {},
+    { duration = 0.1, settle = 0 })
+  local positions = simulation:state(1):table()
+  for _, position in ipairs(positions) do position[1] = position[1] + 2 end
+  simulation:place(1, positions, nil)
+  t:near(simulation:state(1), positions, { atol = 1e-6 })
+  local flat = {}
+  for i = 1, 24 do flat[i] = i % 3 == 0 and 1 or 0 end
+  simulation:place(1, nil, flat)
+  local _, velocities = simulation:state(1)
+  t:near(velocities[8], { 0, 0, 1 }, { atol = 1e-6 })
+  simulation:run()
+  t:near(simulation:outcome(1).center_end[3] - simulation:outcome(1).center_start[3], 0.1,
+    { rtol = 1e-4 })
+  raises_there(t, "expected 8 rows of 3 numbers, got 2",
+    function() simulation:place(1, { 1, 2 }) end)
+end)
+
+objects:test("a time limit ends a simulation that would not end", function(t)
+  local population = robots(1)
+  local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL), { duration = 1e5 })
+  local started = host.clock()
+  engine.limit_time(0.2)
+  local message = t:raises("the time limit of 0.2 s has passed", function() simulation:run() end)
+  engine.limit_time(nil)
+  t:ok(message and host.clock() - started < 2.2)
+end)

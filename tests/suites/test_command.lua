@@ -1,0 +1,353 @@
+--- test_command.lua: `limax test` itself, run on suites that pass, fail, skip and do not load; the
+--- suggestions of error messages; and `limax doctor`.
+
+local compare = require "limax.test.compare"
+local host = require "limax.host"
+local suggest = require "limax.suggest"
+local test = require "limax.test"
+
+local HEAD = 'local suite = require("limax.test").suite "trial"\n'
+
+-- Runs a command of this executable: its output, errors included, and its exit status.
+local function limax(...)
+  local words = {}
+  for i, word in ipairs { host.executable, ... } do words[i] = "'" .. word .. "'" end
+  local pipe = io.popen(table.concat(words, " ") .. " 2>&1; echo status $?")
+  local text = pipe:read "*a"
+  pipe:close()
+  local output, status = text:match "^(.*)status (%d+)\n$"
+  return output, tonumber(status)
+end
+
+-- A suite file of these lines, in a folder of its own; line 1 of it is line 2 of the file.
+local function trial(t, lines, name)
+  local path = ("%s/%s.lua"):format(t:folder(), name or "trial")
+  local fine, message = host.file.write_atomic(path, HEAD .. lines)
+  t:ok(fine, message)
+  return path
+end
+
+local function contains(t, text, part)
+  t:ok(text:find(part, 1, true), ("expected %q in:\n%s"):format(part, text))
+end
+
+-- ---- what it prints ----------------------------------------------------------------------------
+
+local printing = test.suite "limax test"
+
+printing:test("counts on a line of its own and exits 0 or 1", function(t)
+  local path = trial(t, [[
+suite:test("passes", function(t) t:equal(1 + 1, 2) end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 0)
+  contains(t, output, "\n1 passed, 0 failed, 1 skipped\n")
+  contains(t, output, "skip trial: waits (not today)")
+  path = trial(t, 'suite:test("fails", function(t) t:ok(false, "no luck") end)\n')
+  output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "\n0 passed, 1 failed, 0 skipped\n")
+  contains(t, output, ("FAIL trial: fails\n        %s:2: no luck\n"):format(path))
+end)
+
+printing:test("shows line, expected, got and difference", function(t)
+  local path = trial(t, [[
+suite:test("numbers", function(t) t:near(1.5, 1, { rtol = 1e-3 }) end)
+suite:test("tables", function(t) t:near({ 1, { x = 2 } }, { 1, { x = 4 } }) end)
+suite:test("bits", function(t) t:same_bits({ 0 }, { -0 }) end)
+suite:test("missing", function(t) t:equal({ a = 1 }, { a = 1, b = 2 }) end)
+suite:test("error", function() local x = nil; x.y = 1 end)
+suite:test("raises", function(t) t:raises("wanted", function() error "came" end) end)
+suite:test("quiet", function(t) t:raises("wanted", function() end) end)
+]])
+  local output = limax("test", path)
+  contains(t, output, ":2: near (rtol 0.001, atol 0): expected 1, got 1.5; difference 0.5, relative 0.5")
+  contains(t, output, ":3: near (rtol 1e-09, atol 0): [2].x: expected 4, got 2")
+  contains(t, output, ":4: same_bits: [1]: expected -0, got 0")
+  contains(t, output, ":5: equal: .b: is missing (2)")
+  contains(t, output, ":6: attempt to index local 'x' (a nil value)")
+  contains(t, output, ':7: raises: expected an error with "wanted", got "')
+  contains(t, output, ":8: raises: expected an error")
+  contains(t, output, "\n0 passed, 7 failed, 0 skipped\n")
+end)
+
+printing:test("names a suite that does not load", function(t)
+  local folder = t:folder()
+  local texts = {
+    broken = "local x = = 1\n",
+    duplicate = HEAD .. 'suite:test("a", function() end)\nsuite:test("a", function() end)\n',
+    empty = "return 1\n",
+    global = HEAD .. "x = 1\n",
+    good = HEAD .. 'suite:test("passes", function() end)\n',
+    option = HEAD .. 'suite:test("a", { limits = 1 }, function() end)\n',
+  }
+  for name, text in pairs(texts) do
+    host.file.write_atomic(("%s/%s.lua"):format(folder, name), text)
+  end
+  local output, status = limax("test", folder)
+  t:equal(status, 1)
+  contains(t, output, folder .. "/broken.lua\n  FAIL does not load\n")
+  contains(t, output, "broken.lua:1: unexpected symbol")
+  contains(t, output, 'duplicate.lua:3: suite "trial" has a test "a" already')
+  contains(t, output, "empty.lua begins no suite")
+  contains(t, output, "global.lua:2:")
+  contains(t, output, 'option.lua:2: suite:test: unknown option "limits"; did you mean "limit"?')
+  contains(t, output, "\n1 passed, 5 failed, 0 skipped\n")
+end)
+
+printing:test("TAP", function(t)
+  local path = trial(t, [[
+suite:test("passes # not a directive", function(t) t:note "a note" end)
+suite:test("fails", function(t) t:ok(false, "no luck") end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  local output, status = limax("test", path, "--tap")
+  t:equal(status, 1)
+  t:equal(output, table.concat({
+    "TAP version 13", "1..3", "# " .. path,
+    "ok 1 - trial: passes \\# not a directive", "# a note",
+    "not ok 2 - trial: fails", "  ---", "  message: |", ("    %s:3: no luck"):format(path), "  ...",
+    "ok 3 - trial: waits # SKIP not today", "",
+  }, "\n"))
+end)
+
+printing:test("chooses by name and tag, and lists", function(t)
+  local path = trial(t, [[
+suite:test("one", { tags = "slow" }, function() end)
+suite:test("two", { tags = { "slow", "gait" } }, function() end)
+suite:test("three", function() end)
+]])
+  local function passed(...)
+    local output, status = limax("test", path, "-q", ...)
+    t:equal(status, 0)
+    return tonumber(output:match "(%d+) passed, 0 failed, 0 skipped\n$")
+  end
+  t:equal(passed "--filter=trial: t", 2)
+  t:equal(passed "--filter=^trial: t.o$", 1)
+  t:equal(passed "--tags=gait", 1)
+  t:equal(passed "--tags=slow,gait", 2)
+  t:equal(passed "--tags=-slow", 1)
+  t:equal(passed "--tags=slow,-gait", 1)
+  t:equal(limax("test", path, "--list", "--tags=slow"),
+    path .. "\n  trial: one (slow)\n  trial: two (slow, gait)\n")
+  local output, status = limax("test", path, "--filter", "nothing like this")
+  t:equal(status, 1)
+  contains(t, output, "no test was chosen")
+end)
+
+printing:test("refuses what it cannot understand", function(t)
+  local function refused(part, ...)
+    local output, status = limax("test", ...)
+    t:equal(status, 2)
+    contains(t, output, part)
+  end
+  refused("there is no file or folder /nowhere", "/nowhere")
+  refused("holds no .lua file", t:folder())
+  refused("unknown option --taps", "--taps")
+  refused("is no Lua pattern", "--filter=(")
+end)
+
+-- ---- instances, limits, isolation --------------------------------------------------------------
+
+local running = test.suite "limax test, running"
+
+running:test("a test runs once for each device and number of threads", function(t)
+  local path = trial(t, [[
+suite:test("matrix", { devices = { "cpu" }, threads = { 1, 2 } }, function(t)
+  t:equal({ t.device.kind, t.device.threads }, { "cpu", t.threads })
+end)
+suite:test("plain", function(t) t:equal({ t.device, t.threads }, {}) end)
+suite:test("everywhere", { devices = "all" }, function(t) t:note(t.device.kind) end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 0)
+  contains(t, output, "ok   trial: matrix [cpu, 1 thread]\n  ok   trial: matrix [cpu, 2 threads]\n")
+  contains(t, output, "ok   trial: everywhere [cpu]\n       # cpu\n")
+  t:ok(output:find("ok   trial: everywhere [cuda]", 1, true)
+    or output:find "skip trial: everywhere %[cuda%] %(.+%)", output)
+end)
+
+running:test("a limit ends a simulation and fails a slow test", function(t)
+  local path = trial(t, [[
+local engine = require "limax.engine"
+suite:test("simulates", { limit = 0.2 }, function()
+  local materials = engine.materials "paper"
+  local body = engine.population { lattice = { 3, 3, 3 }, count = 1 }
+  local voxels = {}
+  for i = 1, 27 do voxels[i] = 1 end
+  body:set_body(1, voxels)
+  body:check(materials)
+  engine.simulation(body, materials, engine.scene {}, { duration = 1e5 }):run()
+end)
+suite:test("computes", { limit = 0.01 }, function()
+  local stop = os.clock() + 0.05
+  repeat until os.clock() > stop
+end)
+suite:test("is not limited by the one before", function() end)
+]])
+  local output = limax("test", path)
+  contains(t, output, "the time limit of 0.2 s has passed")
+  contains(t, output, "s; its limit is 0.01 s")
+  contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+end)
+
+running:test("files do not see one another's modules", function(t)
+  local folder = t:folder()
+  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
+  write("mine/counter.lua", "")
+  host.file.mkdir(folder .. "/mine")
+  write("mine/counter.lua", "return { count = 0 }\n")
+  for _, name in ipairs { "a", "b" } do
+    write(name .. ".lua", HEAD .. [[
+local counter = require "mine.counter"
+counter.count = counter.count + 1
+suite:test("counts", function(t) t:equal(counter.count, 1) end)
+]])
+  end
+  local output, status = limax("test", folder)
+  t:equal(status, 0, output)
+  contains(t, output, "2 passed, 0 failed, 0 skipped")
+end)
+
+running:test("a folder lives as long as its test", function(t)
+  local path = trial(t, [[
+local host = require "limax.host"
+local before
+suite:test("writes", function(t)
+  before = t:folder()
+  host.file.mkdir(before .. "/deep")
+  t:ok(host.file.write_atomic(before .. "/deep/file", "text"))
+  t:ok(t:folder() ~= before)
+end)
+suite:test("is gone", function(t) t:equal(host.file.exists(before), nil) end)
+]])
+  local output, status = limax("test", path)
+  t:equal({ status, output:match "2 passed" }, { 0, "2 passed" })
+end)
+
+-- ---- goldens -----------------------------------------------------------------------------------
+
+local goldens = test.suite "goldens"
+
+goldens:test("are recorded on demand, compared, and refused when they differ", function(t)
+  local path = trial(t, [[
+local value = tonumber(os.getenv "TRIAL_VALUE") or 1
+suite:test("golden", function(t)
+  t:golden("one", { a = { 1, 2.5 }, b = value }, { rtol = 1e-3, why = "a trial" })
+end)
+]])
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  local output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "--update-golden")
+  t:equal(host.file.exists(file), nil)
+  output, status = limax("test", path, "--update-golden")
+  t:equal(status, 0)
+  contains(t, output, "golden one: new")
+  local handle = io.open(file)
+  local text = handle:read "*a"
+  handle:close()
+  local record = host.json.decode(text, file)
+  t:equal(record.values, { a = { 1, 2.5 }, b = 1 })
+  t:equal({ record.schema, record.suite, record.test, record.why, record.rtol },
+    { "limax.golden/1", "trial", "golden", "a trial", 1e-3 })
+  t:ok(record.recorded.compiler and record.recorded.device and record.recorded.limax)
+  output, status = limax("test", path)
+  t:equal({ status, output:match "golden one" }, { 0 })
+  -- the environment of this process is the child's too
+  local child = ("TRIAL_VALUE=1.01 '%s' test '%s' 2>&1"):format(host.executable, path)
+  local pipe = io.popen(child)
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden one: .b: expected 1, got 1.01")
+  contains(t, output, "a trial")
+  pipe = io.popen(child .. " --update-golden")
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden one: 1 differ; the worst: .b: expected 1, got 1.01")
+end)
+
+goldens:test("need a name, finite values and a reason for a tolerance", function(t)
+  local path = trial(t, [[
+suite:test("name", function(t) t:golden("../up", {}) end)
+suite:test("finite", function(t) t:golden("a", { x = { 1, 0 / 0 } }) end)
+suite:test("reason", function(t) t:golden("b", { 1 }, { rtol = 1 }) end)
+suite:test("shared", function(t) t:golden("a", { 1 }) end)
+]])
+  local output = limax("test", path, "--update-golden")
+  contains(t, output, ":2: golden: a name is made of letters, digits, _ and -")
+  contains(t, output, ":3: a.x[2] is nan: a golden holds finite numbers")
+  contains(t, output, ":4: golden: a tolerance needs its reason")
+  contains(t, output, ':5: golden: "a" belongs to the test "finite"')
+end)
+
+-- ---- comparing ---------------------------------------------------------------------------------
+
+local comparing = test.suite "comparing"
+
+comparing:test("near", function(t)
+  local function count(expected, got, rtol, atol)
+    return #compare.near(expected, got, { rtol = rtol, atol = atol })
+  end
+  t:equal(count(100, 100.1, 1e-3, 0), 0)
+  t:equal(count(100, 100.2, 1e-3, 0), 1)
+  t:equal(count(0, 1e-7, 1, 0), 1)
+  t:equal(count(0, 1e-7, 0, 1e-6), 0)
+  t:equal(count(0 / 0, 0 / 0, 1, 1), 1)
+  t:equal(count(math.huge, math.huge, 0, 0), 0)
+  t:equal(count(math.huge, 1, 1, 1), 1)
+  t:equal(count({ 1, { 2, 3 } }, { 1, { 2, 4 } }, 0, 0), 1)
+  t:equal(count({ 1, 2 }, { 1 }, 1, 1), 1)
+  t:equal(count({ a = "x" }, { a = "y" }, 1, 1), 1)
+  t:equal(count(1, "1", 1, 1), 1)
+end)
+
+comparing:test("bits and equality", function(t)
+  t:equal(#compare.same_bits({ 0.1, "a", true }, { 0.1, "a", true }), 0)
+  t:equal(#compare.same_bits(0, -0), 1)
+  t:equal(#compare.same_bits(1, 1 + 2 ^ -52), 1)
+  t:equal(#compare.equal(0, -0), 0)
+  t:equal(#compare.equal(0 / 0, 0 / 0), 0)
+  t:equal(#compare.equal({}, { 1 }), 1)
+  t:equal(compare.text(compare.equal({ x = { 1, 2 } }, { x = { 1, 3 } })[1]),
+    ".x[2]: expected 2, got 3; difference 1, relative 0.5")
+end)
+
+comparing:test("suggestions", function(t)
+  local names = { "gravity", "ground", "friction", "damping", "actuation" }
+  t:equal(suggest("gravty", names), "gravity")
+  t:equal(suggest("Grvaity", names), "gravity")
+  t:equal(suggest("grav", names), "gravity")
+  t:equal(suggest("wind", names), nil)
+  t:equal(suggest("", names), nil)
+  t:equal(suggest(3, names), nil)
+  t:equal(suggest("x", {}), nil)
+  t:equal(suggest("ab", { "b", "a" }), "a")
+  t:equal(suggest.distance("abcd", "acbd"), 1)
+  t:equal(suggest.distance("", "abc"), 3)
+  t:equal(suggest.ending("gravty", names), '; did you mean "gravity"?')
+  t:equal(suggest.ending("zzz", names),
+    "; known are: actuation, damping, friction, gravity, ground")
+end)
+
+-- ---- doctor ------------------------------------------------------------------------------------
+
+local doctor = test.suite "limax doctor"
+
+doctor:test("describes this machine and checks that bodies fall", function(t)
+  local text, status = limax("doctor", "--json")
+  t:equal(status, 0)
+  local facts = host.json.decode(text, "doctor")
+  t:equal({ facts.version, facts.home, facts.executable },
+    { host.version, host.home, host.executable })
+  t:equal(facts.self_check.passed, true)
+  t:near(facts.self_check.fallen, 4.905, { rtol = 1e-4 })
+  t:ok(facts.cuda or facts.cuda_missing)
+  for _, name in ipairs { "compiler", "build", "isa", "luajit", "system", "cpu" } do
+    t:ok(facts[name] ~= nil and facts[name] ~= "", name)
+  end
+  text, status = limax "doctor"
+  t:equal(status, 0)
+  contains(t, text, "self check")
+end)

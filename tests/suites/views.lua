@@ -1,0 +1,184 @@
+--- views.lua: the engine's arrays as Lua sees them: shapes, bounds, lifetimes, copies.
+
+local engine = require "limax.engine"
+local fixture = require "binding.fixture"
+local test = require "limax.test"
+
+local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
+local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixture.raises_there
+
+local views = test.suite "views"
+
+views:test("count from 1 and say their shape", function(t)
+  local population = robots(2)
+  local voxels, weights, genome = population:voxels(1), population:weights(2), population:genome(1)
+  t:equal(voxels.shape, LATTICE)
+  t:equal(weights.shape, { 3, 3, 2, 4 })
+  t:equal(weights[3].shape, LATTICE)
+  t:equal(weights[3][1][2].shape, { 4 })
+  t:equal(genome.shape, { population.genes })
+  t:equal(voxels:size(), 3)
+  t:equal(voxels:size(3), 4)
+  t:equal(voxels[2]:size(), 2)
+  t:ok(engine.is_view(voxels) and engine.is_view(voxels[1][1]) and not engine.is_view({}))
+  t:equal(tostring(voxels), "view of voxels [3][2][4]")
+end)
+
+views:test("show the engine's memory, x first", function(t)
+  local population = robots(2)
+  local voxels, weights = population:voxels(2), population:weights(2)
+  local raw, raw_weights = voxels:pointer(), weights:pointer()
+  for x = 0, 2 do
+    for y = 0, 1 do
+      for z = 0, 3 do
+        local place = x + 3 * (y + 2 * z)
+        t:equal(voxels[x + 1][y + 1][z + 1], raw[place])
+        for w = 0, 2 do
+          t:equal(weights[w + 1][x + 1][y + 1][z + 1], tonumber(raw_weights[24 * w + place]))
+        end
+      end
+    end
+  end
+  local _, strides = weights:pointer()
+  t:equal(strides, { 24, 1, 3, 6 })
+end)
+
+views:test("refuse an index that is out of range, with the shape", function(t)
+  local population = robots(1)
+  local voxels, genome = population:voxels(1), population:genome(1)
+  raises_there(t, "index 4 is out of range: this view of voxels is [3][2][4]",
+    function() return voxels[4] end)
+  raises_there(t, "index 0 is out of range: this view of voxels is [2][4]",
+    function() return voxels[1][0] end)
+  raises_there(t, "expected an integer from 1 to 4", function() return voxels[1][1][5] end)
+  raises_there(t, "index 1.5 is out of range", function() return voxels[1][1][1.5] end)
+  raises_there(t, "index -1 is out of range", function() return genome[-1] end)
+  raises_there(t, "index nan is out of range", function() return genome[0 / 0] end)
+  raises_there(t, "index nil is out of range", function() return genome[nil] end)
+  raises_there(t, 'has no field "lenght"', function() return genome.lenght end)
+  raises_there(t, "read-only", function() genome[1] = 2 end)
+  raises_there(t, "read-only", function() voxels[1][1][1] = 2 end)
+  raises_there(t, "an index from 1 to 3, got 4", function() voxels:size(4) end)
+end)
+
+views:test("copies and tables keep what views lose", function(t)
+  local population = robots(1)
+  local voxels, weights, genome = population:voxels(1), population:weights(1), population:genome(1)
+  local copy, plain, part = weights:copy(), weights:table(), weights[2][3]:copy()
+  local voxel_copy, genome_copy = voxels:copy(), genome:copy()
+  t:same_bits(copy, weights)
+  t:same_bits(part, weights[2][3])
+  t:same_bits(plain, weights)
+  t:equal(copy.shape, { 3, 3, 2, 4 })
+  t:equal(part.shape, { 2, 4 })
+  local before = voxels:table()
+  population:free()
+  collectgarbage "collect"
+  t:same_bits(copy, plain)
+  t:same_bits(voxel_copy, before)
+  t:equal(genome_copy:size(), 3 * 0 + #genome_copy:table())
+  t:equal(part[2][4], plain[2][3][2][4])
+end)
+
+views:test("end when what they show is replaced, and say by what and where", function(t)
+  local population = robots(2)
+  local function ended(make, why, act)
+    local view = make()
+    local row = #view.shape > 1 and view[1] or nil
+    act()
+    local line = debug.getinfo(act, "S").linedefined
+    local pattern = ("ended when %s (%s:%d)"):format(why, debug.getinfo(1, "S").short_src, line)
+    t:raises(pattern, function() return row and row[1][1] or view[1] end)
+    t:raises(pattern, function() return view:copy() end)
+    t:raises(pattern, function() return view:table() end)
+    t:raises(pattern, function() return view:pointer() end)
+    t:equal(#view.shape > 0, true)
+  end
+  local function genome() return population:genome(1) end
+  local function voxels() return population:voxels(1) end
+  local parents, pairs_of_parents = robots(2, 7), { { 1, 2 }, { 2, 1 } }
+  local breeding = {
+    mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+    seed = 1, repetition = 1, generation = 1,
+  }
+  ended(genome, "its population was initialized", function() population:initialize() end)
+  ended(genome, "its population was bred",
+    function() population:breed(parents, pairs_of_parents, breeding) end)
+  ended(genome, "its genomes were set",
+    function() population:set_genomes(parents:genomes_bytes()) end)
+  ended(voxels, "its population was expressed", function() population:express(MATERIALS) end)
+  ended(voxels, "a body of its population was set",
+    function() population:set_body(1, population:voxels(2)) end)
+  local simulation = simulated { center_of_mass = 50 }
+  ended(function() return simulation:trace(1, "center_of_mass") end,
+    "its population was simulated again",
+      function() simulation:free "its population was simulated again" end)
+  ended(genome, "its population was freed", function() population:free() end)
+end)
+
+views:test("outlive what does not touch them", function(t)
+  local population = robots(2)
+  local genome, first = population:genome(1), population:genome(1)[1]
+  population:express(MATERIALS)
+  t:equal(genome[1], first)
+  local voxels, before = population:voxels(1), population:voxels(1):table()
+  population:check(MATERIALS)
+  local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL),
+    { duration = 0.05 })
+  simulation:run()
+  simulation:free()
+  t:equal(voxels, before)
+end)
+
+views:test("keep their owner alive", function(t)
+  local expected = robots(1):genome(1):table()
+  local genome, row = robots(1):genome(1), robots(1):weights(1)[2]
+  local state = simulated({}):state(1)
+  for _ = 1, 3 do collectgarbage "collect" end
+  t:same_bits(genome, expected)
+  t:ok(row[1][1][1] >= 0 and row[3][2][4] <= 1)
+  t:ok(state[1][3] > -1)
+end)
+
+views:test("of traces carry rate, unit and samples", function(t)
+  local simulation = simulated { center_of_mass = 50, position = 20, contact = 20, energy = 20,
+    strain = 20 }
+  local masses = simulation:outcome(1).masses
+  local center = simulation:trace(1, "center_of_mass")
+  t:equal({ center.rate, center.unit, center.samples, center:size(1), center:size(2) },
+    { 50, "m", 11, 11, 3 })
+  t:equal(simulation:trace(1, "position").shape, { 5, masses, 3 })
+  t:equal(simulation:trace(1, "contact").shape, { 5, 1 })
+  t:equal(simulation:trace(1, "energy").shape, { 5, 4 })
+  t:equal(simulation:trace(1, "strain").shape, { 5, 2 })
+  t:equal(center:copy().rate, 50)
+  t:equal(center[1].rate, nil)
+  t:equal(simulation:sites(1):size(), masses)
+  local positions, velocities = simulation:state(1)
+  t:equal({ positions.shape, velocities.shape, velocities.unit },
+    { { masses, 3 }, { masses, 3 }, "m/s" })
+  t:same_bits(positions, simulation:trace(1, "position")[5])
+  t:raises("add record = { velocity = 50 }", function() simulation:trace(1, "velocity") end)
+  t:raises('expected "center_of_mass", "position"', function() simulation:trace(1, "centre") end)
+end)
+
+views:test("are read in compiled loops without allocating", function(t)
+  local trace = simulated({ position = 100 }):trace(1, "position")
+  local samples, masses = trace:size(1), trace:size(2)
+  local function highest()
+    local z = -math.huge
+    for s = 1, samples do
+      for m = 1, masses do z = math.max(z, trace[s][m][3], trace[s][m][1], trace[s][m][2]) end
+    end
+    return z
+  end
+  for _ = 1, 20 do highest() end
+  collectgarbage "collect"
+  collectgarbage "stop"
+  local before = collectgarbage "count"
+  for _ = 1, 20 do highest() end
+  local grown = collectgarbage "count" - before
+  collectgarbage "restart"
+  -- a row made for every read would come to megabytes; a late trace of the compiler takes a few KiB
+  t:ok(grown < 200, ("20 passes over %d numbers left %.0f KiB"):format(samples * masses * 3, grown))
+end)
