@@ -108,10 +108,10 @@ limax::simulation_setup make_setup(const limax::population& population,
     std::copy(population.voxels(), population.voxels() + voxels, setup.voxels.begin());
     std::copy(population.weights(), population.weights() + 3 * voxels, setup.weights.begin());
     for (int32_t i = 0; i < setup.count; ++i) {
-        const int32_t status = population.bodies()[i].status;
+        const limax_body& body = population.bodies()[i];
         setup.mask.push_back(mask ? mask[i] != 0 : 1);
-        setup.bodies.push_back(status);
-        if (setup.mask[i] && status == LIMAX_BODY_UNKNOWN)
+        setup.bodies.push_back(body);
+        if (setup.mask[i] && body.status == LIMAX_BODY_UNKNOWN)
             fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no known body: it must be expressed "
                                                 "or checked before it is simulated",
                                                 i + 1));
@@ -119,8 +119,8 @@ limax::simulation_setup make_setup(const limax::population& population,
     for (const uint8_t voxel : setup.voxels)
         if (voxel >= materials.count())
             fail(LIMAX_INVALID_ARGUMENT,
-                 format("a body uses material %d; the table '%s' has %d", voxel + 1,
-                        materials.name().c_str(), materials.count()));
+                 format("a body uses material index %d; the table '%s' has 0 to %d", voxel,
+                        materials.name().c_str(), materials.count() - 1));
     // a fixed step is refused here rather than by the first robot that is prepared
     limax::make_schedule(options, 1.0);
     return setup;

@@ -118,7 +118,7 @@ typedef struct limax_encoding_options {
     int32_t materials;    /* classes of the softmax, 2 to LIMAX_MAX_MATERIALS */
     double initial_scale; /* factor on the initial weights, 0 to 100 */
     uint64_t seed;
-    uint32_t repetition; /* 1, 2, ... */
+    uint32_t repetition; /* 1 to 2^24 - 1 */
     uint32_t reserved;
 } limax_encoding_options;
 
@@ -143,7 +143,7 @@ typedef enum limax_stream {
 
 typedef struct limax_random_key {
     uint64_t seed;
-    uint32_t repetition;
+    uint32_t repetition; /* its lower 24 bits count */
     uint32_t stream; /* limax_stream */
     uint32_t generation;
     uint32_t individual;
@@ -386,7 +386,7 @@ limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t 
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities);
 /* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are prepared when they are first
- * stepped, placed or asked for their state: from then on their outcome knows masses, springs and time steps. */
+ * stepped, placed or asked for their state: from then on their outcome knows mass, bound and time step. */
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
 

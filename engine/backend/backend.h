@@ -20,11 +20,11 @@ struct simulation_setup {
     limax::scene scene;
     std::vector<limax_material> materials;
     lattice grid;
-    int32_t count = 0;            // robots
-    array<uint8_t> voxels;        // [robot][voxel]
-    array<float> weights;         // [robot][3][voxel]
-    std::vector<int32_t> bodies;  // limax_body_status, [robot]
-    std::vector<uint8_t> mask;    // robots to simulate, [robot]
+    int32_t count = 0;               // robots
+    array<uint8_t> voxels;           // [robot][voxel]
+    array<float> weights;            // [robot][3][voxel]
+    std::vector<limax_body> bodies;  // [robot]
+    std::vector<uint8_t> mask;       // robots to simulate, [robot]
 };
 
 // Refuses options outside their ranges, naming the field.

@@ -23,8 +23,7 @@ LIMAX_LAW R polynomial(R x, R lowest, Rest... rest) {
     return fma(x, polynomial(x, rest...), lowest);
 }
 
-// ---- sine and cosine
-// ----------------------------------------------------------------------------------------------
+// ---- sine and cosine ----
 
 // Sine and cosine of t turns, |t| <= 1/8. With z = t^2:
 // sine = t (2 pi + z S(z)), 2 pi in two parts; S fits (sin(2 pi t)/t - 2 pi)/z on z in [0, 1/64].
@@ -84,8 +83,7 @@ LIMAX_LAW void sine_cosine_turns(double turns, double& sine, double& cosine) {
     sine = bits_as<double>(bits_as<uint64_t>(sine) ^ sign);
 }
 
-// ---- exponential and its children
-// ---------------------------------------------------------------------------------
+// ---- exponential and its children ----
 
 // Writes x = n ln 2 + r, |r| <= ln(2)/2, and returns e^r - 1. |x| below 2^21 (float), 2^50
 // (double). e^r - 1 = r + r^2 Q(r); Q fits (e^r - 1 - r)/r^2, in float for the relative error of
@@ -150,8 +148,7 @@ LIMAX_LAW float logistic(float x) {
     return (x < 0.0f ? e : 1.0f) / (1.0f + e);
 }
 
-// ---- logarithm
-// ----------------------------------------------------------------------------------------------------
+// ---- logarithm ----
 
 // Natural logarithm. x = 2^k m, m in [sqrt(1/2), sqrt(2)); log m = 2 atanh(s) = 2 s + s^3 L(s^2), s
 // = (m - 1)/(m + 1); L fits (2 atanh(s) - 2 s)/s^3 on |s| <= (sqrt(2) - 1)/(sqrt(2) + 1). -infinity

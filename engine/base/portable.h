@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #else
+using uint8_t = unsigned char;
 using int32_t = int;
 using uint32_t = unsigned int;
 using int64_t = long long;

@@ -4,8 +4,7 @@
 #pragma once
 
 #ifndef LIMAX_ISA
-#error \
-    "define LIMAX_ISA, the namespace of this instruction set's passes, before including express_pass.h"
+#error "define LIMAX_ISA, the namespace of these passes, before including express_pass.h"
 #endif
 
 #include "genome/network.h"

@@ -95,8 +95,7 @@ function body_picture.legend(materials, style)
   local colors, parts = palette.of(materials), {}
   for _, material in ipairs(materials) do
     if material.kind ~= "empty" then
-      parts[#parts + 1] = cell_text(material.letter, colors, 1, style) .. " "
-        .. material.name:gsub("_", " ")
+      parts[#parts + 1] = cell_text(material.letter, colors, 1, style) .. " " .. material.name
     end
   end
   return table.concat(parts, "   ")

@@ -68,7 +68,7 @@ defaults.fields = {
     crossover_rate = { value = 0.4, unit = "per gene", minimum = 0, maximum = 1,
       reason = "the paper's table" },
     elite_fraction = { value = 0.3, unit = "of the population", above = 0, below = 1,
-      reason = "the paper's table; 0 would lose the best robot, 1 would breed none" },
+      reason = "the paper's table; one robot at least is kept, and one at least is bred" },
   },
   supervision = {
     hyperparameters = { value = true, unit = "", reason = "what a supervisor is for" },

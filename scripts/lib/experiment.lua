@@ -167,13 +167,6 @@ local function resolve(given, origin)
     return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
       .. " it is the one field without a default"
   end
-  local least_elite = 1 / config.population
-  if config.breeding.elite_fraction < least_elite * (1 - 1e-9) then
-    return nil, ("breeding.elite_fraction: %.6g of %d robots keeps none; expected at least"
-      .. " 1/population = %.6g"):format(config.breeding.elite_fraction, config.population,
-      least_elite)
-  end
-
   local materials, scene, parts
   materials, message =
     resolved("materials", engine.materials, material_source(given.materials, origin))

@@ -231,12 +231,11 @@ local function draw_legend(out, film, y)
   local x = page.margin
   for _, material in ipairs(film.materials) do
     if film.used[material.letter] then
-      local name = material.name:gsub("_", " ")
       out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10,
         film.colors[material.letter].hex)
-      out:text(x + 17, y, name)
+      out:text(x + 17, y, material.name)
       -- a letter is about 6.4 px wide
-      x = x + 17 + 6.4 * #name + 18
+      x = x + 17 + 6.4 * #material.name + 18
     end
   end
   out:line({ x, y - 4 }, { x + 20, y - 4 }, ink.trail, 1.6)

@@ -1,6 +1,6 @@
---- mating.lua: which robots of a scored generation go on as they are, and which become parents. What a
---- script's selection or own loop names is checked here, so that nothing out of range reaches the
---- engine.
+--- mating.lua: which robots of a scored generation go on as they are, and which become parents.
+--- What a script's selection or own loop names is checked here, so that nothing out of range
+--- reaches the engine.
 
 local failure = require "limax.failure"
 
@@ -62,7 +62,8 @@ function mating.pairs(robots, elites, named, select)
     local what = ("the selection's choice for robot %d of generation %d")
       :format(child, robots.generation + 1)
     local pair = named and named[k]
-    if pair then what = ("breed: a parent in parents[%d]"):format(k) else pair = { select(child) } end
+    if pair then what = ("breed: a parent in parents[%d]"):format(k) end
+    pair = pair or { select(child) }
     list[child] = { check_index(pair[1], robots, what), check_index(pair[2], robots, what) }
   end
   return list

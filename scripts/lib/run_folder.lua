@@ -48,10 +48,7 @@ function Folder:write(name, text)
   self:check(host.file.write_atomic(self.path .. "/" .. name, text))
 end
 
-function Folder:make_folder(name)
-  local path = self.path .. "/" .. name
-  if host.file.exists(path) ~= "folder" then self:check(host.file.mkdir(path)) end
-end
+function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
 
 --- Writes STATUS: what became of the run so far.
 ---@param state "running"|"done"|"interrupted"|"failed"
@@ -104,11 +101,7 @@ end
 function Folder:write_scripts(scripts, below)
   for _, copy in ipairs(scripts) do
     local name = below .. "/" .. copy.file
-    local steps = {}
-    for step in source.folder_of(name):gmatch "[^/]+" do
-      steps[#steps + 1] = step
-      self:make_folder(table.concat(steps, "/"))
-    end
+    self:make_folder(source.folder_of(name))
     self:write(name, copy.text)
   end
 end
@@ -172,15 +165,10 @@ end
 
 -- ---- writing ------------------------------------------------------------------------------------
 
--- Appends one line; a refused one leaves the file as long as it was.
+-- Appends one line.
 function Folder:append(name, value)
-  local path = self.path .. "/" .. file_of(name)
   local line = host.json.encode(value) .. "\n"
-  local ok, message = host.file.append(path, line)
-  if not ok then
-    host.file.truncate(path, self.bytes[name])
-    self:check(nil, message)
-  end
+  self:check(host.file.append(self.path .. "/" .. file_of(name), line))
   self.bytes[name] = self.bytes[name] + #line
 end
 
@@ -204,11 +192,8 @@ function Folder:write_generation(given)
   local function place(kind, ending)
     return run_folder.place(repetition, kind, generation, ending)
   end
-  if not self.made or self.made ~= repetition then
-    for _, folder in ipairs { "", "/population", "/champions" } do
-      self:make_folder(("r%02d"):format(repetition) .. folder)
-    end
-    self.made = repetition
+  for _, kind in ipairs { "population", "champions" } do
+    self:make_folder(("r%02d/%s"):format(repetition, kind))
   end
   self:write(place("population", ".jsonl"), given.text)
   self:write(place("population", ".npy"), npy.encode(given.genomes, given.robots, given.genes))
@@ -264,21 +249,27 @@ function run_folder.open(path)
   return self
 end
 
+-- Removes from a folder what `beyond(generation)` condemns, and what a killed process was writing.
+function Folder:clean(path, beyond)
+  for _, name in ipairs(host.file.exists(path) == "folder" and host.file.list(path) or {}) do
+    local generation = tonumber(name:match "^g(%d+)%.")
+    if name:match "^%..*%.part$" or generation and beyond(generation) then
+      self:check(host.file.remove(path .. "/" .. name))
+    end
+  end
+end
+
 -- Removes files of generations after the last whole one.
 function Folder:remove_unfinished()
+  local at = self.checkpoint or { repetition = 0, generation = 0 }
+  self:clean(self.path, function() return false end)
   for _, name in ipairs(host.file.list(self.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
     for _, kind in ipairs(repetition and { "population", "champions" } or {}) do
-      local folder = ("%s/%s/%s"):format(self.path, name, kind)
-      for _, file in ipairs(host.file.exists(folder) and host.file.list(folder) or {}) do
-        local generation = tonumber(file:match "^g(%d+)%.")
-        local at = self.checkpoint
-        -- names that are not ours to judge, but for the half-written temporary files of a killed
-        -- process
-        local beyond = generation and (not at or repetition > at.repetition
-          or repetition == at.repetition and generation > at.generation)
-        if beyond then self:check(host.file.remove(folder .. "/" .. file)) end
-      end
+      self:clean(("%s/%s/%s"):format(self.path, name, kind), function(generation)
+        return repetition > at.repetition
+          or repetition == at.repetition and generation > at.generation
+      end)
     end
   end
 end

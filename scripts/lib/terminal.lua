@@ -20,7 +20,7 @@ function terminal.style(wish)
   if style.color == nil then style.color = facts.stdout and facts.color end
   if style.ascii == nil then style.ascii = os.getenv "TERM" == "dumb" end
   local known = facts.stdout and facts.columns and facts.columns > 0
-  style.width = style.width or known and facts.columns or 80
+  if not style.width or style.width < 1 then style.width = known and facts.columns or 80 end
   return style
 end
 

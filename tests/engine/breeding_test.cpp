@@ -1,5 +1,5 @@
-// breeding_test.cpp: the laws of one gene: how often parents mix, how often and how far genes mutate, how first genes are
-// drawn, and that each gene is a function of its own counter alone.
+// breeding_test.cpp: the laws of one gene: how often parents mix, how often and how far genes
+// mutate, how first genes are drawn, and that each gene is a function of its own counter alone.
 #include "genome/breeding.h"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,5 @@
-// genome_test.cpp: the positional encoding, and the network's reading of a genome on every instruction set.
+// genome_test.cpp: the positional encoding, and the network's reading of a genome on every
+// instruction set.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -59,8 +60,9 @@ expressed express(limax::express_pass pass, const encoding& code,
     return out;
 }
 
-// The network read gene by gene, one voxel after the other, with activations of type R. The genome's layout is written out
-// here a second time: weights [unit][input], then biases, layer by layer.
+// The network read gene by gene, one voxel after the other, with activations of type R. The
+// genome's layout is written out here a second time: weights [unit][input], then biases, layer by
+// layer.
 template <class R, class Hidden>
 std::vector<R> outputs_of(const encoding& code, const std::vector<float>& genome, int64_t voxel,
                           const Hidden& hidden) {

@@ -27,7 +27,8 @@ TEST_CASE("only the largest face-connected component stays") {
     CHECK(kept({2, 2, 1}, {1, 0, 0, 2}) == body{1, 0, 0, 0});
     CHECK(kept({2, 2, 2}, {1, 0, 0, 0, 0, 0, 2, 3}) == body{0, 0, 0, 0, 0, 0, 2, 3});
     CHECK(kept({2, 2, 2}, {1, 2, 3, 4, 1, 2, 3, 4}) == body{1, 2, 3, 4, 1, 2, 3, 4});
-    // the end of a row does not touch the start of the next, nor a layer's end the next layer's start
+    // the end of a row does not touch the start of the next, nor a layer's end the next layer's
+    // start
     CHECK(kept({2, 3, 1}, {0, 1, 2, 0, 3, 0}) == body{0, 0, 2, 0, 3, 0});
     CHECK(kept({1, 2, 2}, {0, 1, 2, 0}) == body{0, 1, 0, 0});
     // joined along z

@@ -1,4 +1,5 @@
-// material_test.cpp: the paper's table to the digit, every way a table can be wrong, and changes at run time.
+// material_test.cpp: the paper's table to the digit, every way a table can be wrong, and changes at
+// run time.
 #include "body/material.h"
 
 #include <doctest/doctest.h>
@@ -44,7 +45,8 @@ std::string spoilt(const std::string& from, const std::string& to) {
     return text.replace(at, from.size(), to);
 }
 
-// The correct table with `from` replaced by `to` must fail with exactly this text after "my.json: ".
+// The correct table with `from` replaced by `to` must fail with exactly this text after "my.json:
+// ".
 void check_refused(const std::string& from, const std::string& to, const std::string& text) {
     const std::string table = spoilt(from, to);
     CHECK(failure(LIMAX_INVALID_FILE, [&] { material_table::parse(table, "my.json"); }) ==

@@ -1,5 +1,6 @@
-// math_test.cpp: the elementary functions of base/math.h against long double, in units of the last place; special values; and
-// the bits themselves, which no compiler and no instruction set may change.
+// math_test.cpp: the elementary functions of base/math.h against long double, in units of the last
+// place; special values; and the bits themselves, which no compiler and no instruction set may
+// change.
 #include "base/math.h"
 
 #include <doctest/doctest.h>
@@ -29,7 +30,8 @@ double ulps(R got, long double truth) {
     return static_cast<double>(std::fabs(static_cast<long double>(got) - truth) / unit);
 }
 
-// The largest distance of `law` from `truth` over floats whose bits run from `first` to `last` in steps of `stride`.
+// The largest distance of `law` from `truth` over floats whose bits run from `first` to `last` in
+// steps of `stride`.
 template <class Law, class Truth>
 double worst_over_floats(float first, float last, uint32_t stride, const Law& law,
                          const Truth& truth) {

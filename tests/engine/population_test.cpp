@@ -1,5 +1,5 @@
-// population_test.cpp: genomes and bodies of many robots: first generations, expression, bodies by hand, breeding; every one
-// the same however the work is cut, and every refusal with its text.
+// population_test.cpp: genomes and bodies of many robots: first generations, expression, bodies by
+// hand, breeding; every one the same however the work is cut, and every refusal with its text.
 #include "genome/population.h"
 
 #include <doctest/doctest.h>

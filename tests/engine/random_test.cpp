@@ -1,4 +1,5 @@
-// random_test.cpp: Philox against its published vectors, the layout of key and counter, and the distributions drawn from it.
+// random_test.cpp: Philox against its published vectors, the layout of key and counter, and the
+// distributions drawn from it.
 #include "base/random.h"
 
 #include <doctest/doctest.h>

@@ -55,7 +55,7 @@ struct stage {
         setup.weights = array<float>(3 * count * grid.voxels());
         for (uint8_t& voxel : setup.voxels) voxel = material;
         for (float& weight : setup.weights) weight = 1.0f;
-        setup.bodies.assign(count, LIMAX_BODY_VALID);
+        setup.bodies.assign(count, limax_body{});
         setup.mask.assign(count, 1);
     }
 
@@ -93,7 +93,15 @@ struct stage {
         return result;
     }
     std::unique_ptr<simulation> open(int threads = 1, const char* isa = "") const {
-        return cpu::make_cpu_device(threads, isa)->simulate(copy());
+        simulation_setup ready = copy();
+        const int32_t size[3] = {ready.grid.nx, ready.grid.ny, ready.grid.nz};
+        for (int i = 0; i < ready.count; ++i) {
+            const uint8_t* voxels = ready.voxels.data() + i * ready.grid.voxels();
+            ready.bodies[i].status = LIMAX_BODY_VALID;
+            ready.bodies[i].masses = count_masses(size, voxels);
+            ready.bodies[i].springs = count_springs(size, voxels);
+        }
+        return cpu::make_cpu_device(threads, isa)->simulate(std::move(ready));
     }
     std::unique_ptr<simulation> run(int threads = 1, const char* isa = "") const {
         auto result = open(threads, isa);
@@ -130,7 +138,6 @@ struct snapshot {
     std::vector<double> positions, velocities;
 };
 inline snapshot state_of(simulation& simulation, int robot = 0) {
-    simulation.state(robot, nullptr, nullptr);  // prepares it, so that its masses are counted
     const std::size_t size = 3 * simulation.outcomes()[robot].masses;
     snapshot result{std::vector<double>(size), std::vector<double>(size)};
     simulation.state(robot, result.positions.data(), result.velocities.data());

@@ -62,7 +62,8 @@ suite:test("raises", function(t) t:raises("wanted", function() error "came" end)
 suite:test("quiet", function(t) t:raises("wanted", function() end) end)
 ]])
   local output = limax("test", path)
-  contains(t, output, ":2: near (rtol 0.001, atol 0): expected 1, got 1.5; difference 0.5, relative 0.5")
+  contains(t, output,
+    ":2: near (rtol 0.001, atol 0): expected 1, got 1.5; difference 0.5, relative 0.5")
   contains(t, output, ":3: near (rtol 1e-09, atol 0): [2].x: expected 4, got 2")
   contains(t, output, ":4: same_bits: [1]: expected -0, got 0")
   contains(t, output, ":5: equal: .b: is missing (2)")
@@ -195,7 +196,6 @@ end)
 running:test("files do not see one another's modules", function(t)
   local folder = t:folder()
   local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
-  write("mine/counter.lua", "")
   host.file.mkdir(folder .. "/mine")
   write("mine/counter.lua", "return { count = 0 }\n")
   for _, name in ipairs { "a", "b" } do

@@ -53,12 +53,14 @@ cpu_simulation::cpu_simulation(simulation_setup setup, const pass_table& passes,
         outcome.status = LIMAX_ROBOT_SKIPPED;
         if (!setup_.mask[i]) continue;
         ++chosen_;
-        if (setup_.bodies[i] == LIMAX_BODY_VALID) {
+        if (setup_.bodies[i].status == LIMAX_BODY_VALID) {
             outcome.status = LIMAX_ROBOT_RUNNING;
+            outcome.masses = setup_.bodies[i].masses;
+            outcome.springs = setup_.bodies[i].springs;
             unfinished_.push_back(i);
         } else {
             outcome.status = LIMAX_ROBOT_INVALID;
-            outcome.reason = setup_.bodies[i];
+            outcome.reason = setup_.bodies[i].status;
         }
     }
     for (int thread = 0; thread < team_->size(); ++thread)
@@ -98,7 +100,7 @@ limax_progress cpu_simulation::progress() const {
     result.interrupted = interrupted();
     double known = 0, running = 0;
     for (int32_t i = 0; i < setup_.count; ++i) {
-        if (!setup_.mask[i] || setup_.bodies[i] != LIMAX_BODY_VALID) continue;
+        if (!setup_.mask[i] || setup_.bodies[i].status != LIMAX_BODY_VALID) continue;
         ++running;
         if (!robots_[i]) continue;
         ++known;

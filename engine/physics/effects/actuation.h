@@ -38,7 +38,9 @@ struct actuation {
         const double high = fraction * 4294967296.0;
         const uint64_t whole = static_cast<uint64_t>(high);
         const double low = (high - static_cast<double>(whole)) * 4294967296.0;
-        return {values[0], values[1] / values[0], (whole << 32) + static_cast<uint64_t>(low + 0.5)};
+        const uint64_t rest = static_cast<uint64_t>(low);
+        const bool up = low - static_cast<double>(rest) >= 0.5;
+        return {values[0], values[1] / values[0], (whole << 32) + rest + (up ? 1 : 0)};
     }
 
     // What every spring of a robot shares at one step: g sin(2 pi f t) and g cos(2 pi f t).

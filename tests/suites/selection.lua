@@ -1,0 +1,219 @@
+--- selection.lua: the selection schemes against the closed forms of their chances, on populations
+--- made by hand. Draws come from fixed counters, so nothing here is left to chance twice.
+
+local limax = require "limax"
+local suite = require("limax.test").suite "selection"
+
+-- A scored population: robots with these scores (false: failed), ranked as scoring does.
+local function scored(scores, cases)
+  local population = { ranked = {} }
+  for i, score in ipairs(scores) do
+    population[i] = { fitness = score or nil, cases = cases and cases[i] }
+    if score then table.insert(population.ranked, i) end
+  end
+  table.sort(population.ranked, function(a, b)
+    if scores[a] ~= scores[b] then return scores[a] > scores[b] end
+    return a < b
+  end)
+  return population
+end
+
+local function stream(generation)
+  return limax.engine.random(7, 1, "selection", generation or 0, 0)
+end
+
+-- How often each robot is picked, first and second parents together.
+local function counts_of(spec, population, offspring)
+  local scheme, random = limax.selection.get(spec), stream()
+  local counts = {}
+  for i = 1, #population do counts[i] = 0 end
+  for _ = 1, offspring do
+    local i, j = scheme(population, random)
+    counts[i] = counts[i] + 1
+    counts[j] = counts[j] + 1
+  end
+  return counts
+end
+
+-- Pearson's chi square of counts against chances.
+local function chi_square(counts, chances)
+  local total, sum = 0, 0
+  for _, count in ipairs(counts) do total = total + count end
+  for i, chance in ipairs(chances) do
+    if chance > 0 then sum = sum + (counts[i] - total * chance) ^ 2 / (total * chance) end
+  end
+  return sum
+end
+
+-- 99.9 % points of chi square with 9 and 15 degrees of freedom
+local MOST_9, MOST_15 = 27.88, 37.70
+
+local TEN = { 3, 9, 1, 7, 5, 10, 2, 8, 4, 6 } -- robot i has rank 11 - TEN[i]
+local OFFSPRING = 20000
+
+suite:test("tournament picks by the closed form", function(t)
+  for _, size in ipairs { 1, 2, 3, 7 } do
+    local chances = {}
+    for i, score in ipairs(TEN) do
+      local r = 11 - score
+      chances[i] = ((11 - r) ^ size - (10 - r) ^ size) / 10 ^ size
+    end
+    local counts = counts_of({ "tournament", size = size }, scored(TEN), OFFSPRING)
+    t:ok(chi_square(counts, chances) < MOST_9, "size " .. size)
+  end
+end)
+
+suite:test("rank picks by the closed form", function(t)
+  for _, pressure in ipairs { 1, 1.5, 2 } do
+    local chances = {}
+    for i, score in ipairs(TEN) do
+      chances[i] = (pressure - 2 * (pressure - 1) * (10 - score) / 9) / 10
+    end
+    local counts = counts_of({ "rank", pressure = pressure }, scored(TEN), OFFSPRING)
+    t:ok(chi_square(counts, chances) < MOST_9, "pressure " .. pressure)
+    if pressure == 2 then t:equal(counts[3], 0) end
+  end
+end)
+
+suite:test("rank depends on the order of the scores alone", function(t)
+  local cubes = {}
+  for i, score in ipairs(TEN) do cubes[i] = score ^ 3 - 500 end
+  t:equal(counts_of("rank", scored(cubes), 500), counts_of("rank", scored(TEN), 500))
+end)
+
+suite:test("roulette picks in proportion to fitness", function(t)
+  local chances = {}
+  for i, score in ipairs(TEN) do chances[i] = score / 55 end
+  t:ok(chi_square(counts_of("roulette", scored(TEN), OFFSPRING), chances) < MOST_9)
+end)
+
+suite:test("roulette shifts negative fitness by the worst", function(t)
+  local scores, chances = {}, {}
+  for i, score in ipairs(TEN) do
+    scores[i] = score - 4 -- -3 to 6
+    chances[i] = (score - 1) / 45
+  end
+  local counts = counts_of("roulette", scored(scores), OFFSPRING)
+  t:ok(chi_square(counts, chances) < MOST_9)
+  t:equal(counts[3], 0)
+end)
+
+suite:test("roulette draws evenly where all shares are 0", function(t)
+  local even = {}
+  for i = 1, 10 do even[i] = 0.1 end
+  for _, score in ipairs { 0, -2 } do
+    local scores = {}
+    for i = 1, 10 do scores[i] = score end
+    t:ok(chi_square(counts_of("roulette", scored(scores), OFFSPRING), even) < MOST_9)
+  end
+end)
+
+suite:test("truncation draws evenly from the best share", function(t)
+  local counts = counts_of({ "truncation", share = 0.3 }, scored(TEN), OFFSPRING)
+  for i, score in ipairs(TEN) do
+    if score < 8 then t:equal(counts[i], 0) end
+    if score >= 8 then t:near(counts[i], 2 * OFFSPRING / 3, { rtol = 0.03 }) end
+  end
+  -- one robot at least, however small the share
+  t:equal(counts_of({ "truncation", share = 0.001 }, scored(TEN), 50)[6], 100)
+end)
+
+suite:test("the two parents are picked independently", function(t)
+  local population, random = scored { 1, 2, 3, 4 }, stream()
+  local scheme = limax.selection.get { "truncation", share = 1 }
+  local counts, chances = {}, {}
+  for k = 1, 16 do counts[k], chances[k] = 0, 1 / 16 end
+  for _ = 1, OFFSPRING do
+    local i, j = scheme(population, random)
+    local cell = 4 * (i - 1) + j
+    counts[cell] = counts[cell] + 1
+  end
+  t:ok(chi_square(counts, chances) < MOST_15)
+end)
+
+suite:test("lexicase keeps specialists, epsilon lets the generalist in", function(t)
+  local cases = { { 1, 0 }, { 0, 1 }, { 0.75, 0.75 }, { 0.5, 0.5 } }
+  local population = scored({ 1, 1, 1.5, 1 }, cases)
+  local plain = counts_of("lexicase", population, 2000)
+  t:equal({ plain[3], plain[4] }, { 0, 0 })
+  t:near(plain[1], 2000, { rtol = 0.05 })
+  t:equal(counts_of({ "lexicase", epsilon = 0.25 }, population, 100)[3], 200)
+
+  -- median absolute deviation of { 1, 0, 0.75 } is 0.25
+  local three = scored({ 1, 1, 1.5 }, { cases[1], cases[2], cases[3] })
+  t:equal(counts_of({ "lexicase", epsilon = "mad" }, three, 100)[3], 200)
+end)
+
+suite:test("lexicase draws among robots that no case tells apart", function(t)
+  local counts = counts_of("lexicase", scored({ 1, 1, 0 }, { { 2 }, { 2 }, { 1 } }), 2000)
+  t:equal(counts[3], 0)
+  t:near(counts[1], 2000, { rtol = 0.05 })
+end)
+
+suite:test("lexicase says what it needs", function(t)
+  local lexicase, random = limax.selection.get "lexicase", stream()
+  t:raises("robot 2 has no cases", function() lexicase(scored({ 1, 2 }, { { 1 } }), random) end)
+  t:raises("robot 1 has 1 cases and robot 2 has 2",
+    function() lexicase(scored({ 1, 2 }, { { 1 }, { 1, 2 } }), random) end)
+  t:raises("case 1 of robot 1 is",
+    function() lexicase(scored({ 2, 1 }, { { 0 / 0 }, { 1 } }), random) end)
+end)
+
+local ALL = { "truncation", "tournament", "rank", "roulette", "lexicase" }
+
+suite:test("a failed robot is never chosen, a better one is chosen more often", function(t)
+  local scores, cases = {}, {}
+  for i = 1, 40 do
+    scores[i] = i % 3 ~= 0 and (i * 17) % 41 - 10
+    cases[i] = { scores[i] or 0, -(scores[i] or 0) / 2, (i * 5) % 7 }
+  end
+  local population = scored(scores, cases)
+  local mean = 0
+  for _, index in ipairs(population.ranked) do mean = mean + scores[index] end
+  mean = mean / #population.ranked
+  for _, name in ipairs(ALL) do
+    local counts, chosen = counts_of(name, population, 3000), 0
+    for i, count in ipairs(counts) do
+      if not scores[i] then t:equal(count, 0) end
+      chosen = chosen + count * (scores[i] or 0) / 6000
+    end
+    -- lexicase goes by the cases, which here pull against each other
+    if name ~= "lexicase" then t:ok(chosen > mean + 2, name .. " has no pressure") end
+  end
+end)
+
+suite:test("one scored robot is both parents, none is an error", function(t)
+  for _, name in ipairs(ALL) do
+    local scheme, random = limax.selection.get(name), stream()
+    local i, j = scheme(scored({ false, 5, false }, { {}, { 1 }, {} }), random)
+    t:equal({ i, j }, { 2, 2 })
+    t:raises("no robot of this generation has a fitness",
+      function() scheme(scored { false, false }, random) end)
+  end
+end)
+
+suite:test("the same counters give the same parents, others give others", function(t)
+  local population, scheme = scored(TEN), limax.selection.get "tournament"
+  local function pairs_of(generation)
+    local random, list = stream(generation), {}
+    for k = 1, 20 do list[k] = { scheme(population, random) } end
+    return list
+  end
+  t:equal(pairs_of(3), pairs_of(3))
+  local differ = false
+  for k, pair in ipairs(pairs_of(3)) do differ = differ or pair[1] ~= pairs_of(4)[k][1] end
+  t:ok(differ)
+end)
+
+suite:test("a function is taken as it is, a wrong name or option says what was meant", function(t)
+  local own = function() return 1, 2 end
+  t:ok(limax.selection.get(own) == own)
+  t:raises('unknown name "tournamant"; did you mean "tournament"?',
+    function() limax.selection.get "tournamant" end)
+  t:raises('did you mean "size"?', function() limax.selection.get { "tournament", sise = 3 } end)
+  t:raises("a whole number from 1", function() limax.selection.get { "tournament", size = 0 } end)
+  t:raises("lexicase, rank, roulette, tournament, truncation",
+    function() limax.selection.get(5) end)
+  t:raises("a table that does not begin with a name",
+    function() limax.selection.get { size = 3 } end)
+end)

@@ -1,0 +1,201 @@
+--- supervise.lua: what the supervisors propose for histories made by hand. Each is asked twice: the
+--- same history gives the same proposal.
+
+local limax = require "limax"
+local ledger = require "limax.ledger"
+local suite = require("limax.test").suite "supervise"
+
+local PARAMETERS = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+local FIRST = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+  elite_fraction = 0.3 }
+
+local function copy(given)
+  local made = {}
+  for key, value in pairs(given) do made[key] = value end
+  return made
+end
+
+-- One generation: best score, and what else differs from a quiet one of ten robots.
+local function entry(generation, best, given)
+  local made = { generation = generation, best = best, mean = best / 2, parameters = copy(FIRST),
+    population = {}, failed = { invalid = 0, diverged = 0, fitness = 0 },
+    diversity = { all = { hamming = 0.8 } } }
+  for i = 1, 10 do
+    made.population[i] = { id = 10 * generation + i, origin = "bred", parents = {}, fitness = 0 }
+  end
+  for key, value in pairs(given or {}) do made[key] = value end
+  return made
+end
+
+-- Best scores of a history, generation by generation.
+local function history_of(scores, last)
+  local history = {}
+  for k, score in ipairs(scores) do
+    history[k] = entry(k - 1, score, k == #scores and last or nil)
+  end
+  return history
+end
+
+local function stream(individual)
+  return limax.engine.random(7, 1, "supervision", 3, individual or 0)
+end
+
+-- What a supervisor says, asked twice.
+local function ask(t, spec, history)
+  local supervisor = limax.supervise.get(spec)
+  local proposal, reason = supervisor.call(history, stream())
+  local again, same = supervisor.call(history, stream())
+  t:equal(proposal, again)
+  t:equal(reason, same)
+  t:equal(type(reason), "string")
+  return proposal, reason
+end
+
+suite:test("nobody proposes anything before a generation is scored", function(t)
+  for _, name in ipairs { "fixed", "schedule", "random", "one_fifth", "rules" } do
+    t:equal(ask(t, name, {}), nil)
+  end
+end)
+
+suite:test("fixed proposes nothing", function(t)
+  t:equal(ask(t, "fixed", history_of { 1, 1, 1, 1, 1, 1, 1, 1 }), nil)
+end)
+
+suite:test("schedule follows its lines", function(t)
+  local function scale_after(generation, shape, points)
+    local history = { entry(generation, 1) }
+    return ask(t, { "schedule", mutation_scale = points, shape = shape }, history).mutation_scale
+  end
+  local points = { { 2, 0.4 }, { 6, 0.1 } }
+  t:equal(scale_after(0, nil, points), 0.4)
+  t:near(scale_after(3, nil, points), 0.25)
+  t:near(scale_after(3, "geometric", points), 0.2)
+  t:equal(scale_after(3, "step", points), 0.4)
+  t:equal(scale_after(5, "step", points), 0.1)
+  t:equal(scale_after(5, nil, points), 0.1)
+  t:equal(scale_after(90, nil, points), 0.1)
+  t:raises("does not come after", function()
+    limax.supervise.get { "schedule", mutation_scale = { { 5, 1 }, { 5, 2 } } }
+  end)
+  t:raises('did you mean "mutation_rate"?', function()
+    limax.supervise.get { "schedule", mutation_rates = { { 5, 1 } } }
+  end)
+end)
+
+suite:test("random walks inside the ranges, by allowed steps, and covers them", function(t)
+  local limits = {}
+  for _, limit in ipairs(ledger.limits(10)) do limits[limit.field] = limit end
+  local supervisor, random = limax.supervise.get "random", stream()
+  local now, low, high = entry(0, 1), {}, {}
+  for _, name in ipairs(PARAMETERS) do low[name], high[name] = math.huge, -math.huge end
+  for _ = 1, 3000 do
+    local before = now.parameters
+    now.parameters = supervisor.call({ now }, random)
+    for _, name in ipairs(PARAMETERS) do
+      local limit, value = limits[name], now.parameters[name]
+      t:ok(value >= limit.minimum and value <= limit.maximum, name)
+      if limit.factor then
+        local ratio = value / before[name]
+        t:ok(ratio < limit.factor * (1 + 1e-12) and ratio > (1 - 1e-12) / limit.factor, name)
+      else
+        t:ok(math.abs(value - before[name]) < limit.step * (1 + 1e-9), name)
+      end
+      low[name], high[name] = math.min(low[name], value), math.max(high[name], value)
+    end
+  end
+  for _, name in ipairs(PARAMETERS) do
+    local limit = limits[name]
+    t:ok(low[name] < limit.minimum + 0.05 * (limit.maximum - limit.minimum), name)
+    t:ok(high[name] > limit.maximum - 0.2 * (limit.maximum - limit.minimum), name)
+  end
+end)
+
+-- Two generations: parents that score 1 to 10, and offspring of parents 3 and 5 with these scores.
+local function family(scores)
+  local before, now = entry(0, 10), entry(1, 10)
+  for i = 1, 10 do
+    before.population[i].fitness, before.population[i].origin = i, "initial"
+    local parents = { before.population[3].id, before.population[5].id }
+    now.population[i] = { id = 100 + i, origin = scores[i] == nil and "elite" or "bred",
+      parents = parents, fitness = scores[i] or nil }
+  end
+  return { before, now }
+end
+
+suite:test("one_fifth counts offspring that beat both parents", function(t)
+  local scale = FIRST.mutation_scale
+  local proposal, reason = ask(t, { "one_fifth", factor = 1.5 },
+    family { 6, 6, 6, 4, 4, 4, 4, 4, 4, 5 })
+  t:near(proposal.mutation_scale, 1.5 * scale)
+  t:ok(reason:find("3 of 10 offspring", 1, true))
+  proposal = ask(t, { "one_fifth", factor = 1.5 }, family { 6, 4, 4, 4, 4, 4, 4, 4, 4, 4 })
+  t:near(proposal.mutation_scale, scale * 1.5 ^ -0.25)
+  -- exactly a fifth, and failed offspring count as tried
+  t:equal(ask(t, "one_fifth", family { 6, 6, 4, 4, 4, false, false, 4, 4, 4 }), nil)
+  -- elites are no offspring
+  proposal, reason = ask(t, "one_fifth", family { 6, 4, 4 })
+  t:ok(proposal.mutation_scale > scale and reason:find("1 of 3", 1, true))
+  t:equal(ask(t, "one_fifth", { entry(0, 1) }), nil)
+end)
+
+suite:test("one_fifth looks back over its window", function(t)
+  local history = family { 6, 6, 6, 6, 6, 6, 6, 6, 6, 6 }
+  local later = entry(2, 10)
+  for i = 1, 10 do
+    later.population[i] = { id = 200 + i, origin = "bred", parents = { 101 }, fitness = 1 }
+  end
+  history[3] = later
+  local _, wide = ask(t, { "one_fifth", window = 2 }, history)
+  t:ok(wide:find("10 of 20", 1, true))
+  local _, narrow = ask(t, { "one_fifth", window = 1 }, history)
+  t:ok(narrow:find("0 of 10", 1, true))
+end)
+
+suite:test("rules leaves a run that improves alone", function(t)
+  t:equal(ask(t, "rules", history_of { 1, 2, 3 }), nil)
+end)
+
+suite:test("rules widens the search in a stall", function(t)
+  local stalled = history_of { 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 }
+  local proposal, reason = ask(t, "rules", stalled)
+  t:ok(proposal.mutation_scale > 0.1 and proposal.mutation_rate > 0.1)
+  t:ok(reason:find("less than 2 % in 5 generations", 1, true), reason)
+  -- patience is an option, and a negative best is no special case
+  t:equal(ask(t, { "rules", patience = 9 }, stalled), nil)
+  local negative = history_of { -5, -3, -3, -3, -3, -3, -3 }
+  t:ok(ask(t, "rules", negative).mutation_scale > 0.1)
+  -- what counts is the score under the first materials, where there is one
+  for k, generation in ipairs(stalled) do generation.best_standard = k end
+  t:equal(ask(t, "rules", stalled), nil)
+end)
+
+suite:test("rules answers falling diversity", function(t)
+  local alike = history_of({ 1, 2, 3 }, { diversity = { all = { hamming = 0.08 } } })
+  local proposal, reason = ask(t, "rules", alike)
+  t:ok(proposal.mutation_scale > 0.1 and proposal.elite_fraction < 0.3)
+  t:ok(reason:find("diversity fell to 10 %", 1, true), reason)
+  t:equal(ask(t, { "rules", alike = 0.05 }, alike), nil)
+end)
+
+suite:test("rules answers many failures first", function(t)
+  local failing = history_of({ 3, 3, 3, 3, 3, 3, 3 },
+    { failed = { invalid = 4, diverged = 2, fitness = 0 },
+      diversity = { all = { hamming = 0.1 } } })
+  local proposal, reason = ask(t, "rules", failing)
+  t:ok(proposal.mutation_scale < 0.1)
+  t:ok(reason:find("6 of 10 robots failed", 1, true), reason)
+end)
+
+suite:test("rules goes back when the run improves again", function(t)
+  local wide = copy(FIRST)
+  wide.mutation_scale = 0.2
+  local proposal = ask(t, "rules", history_of({ 1, 2, 3 }, { parameters = wide }))
+  t:equal(copy(proposal), { mutation_scale = proposal.mutation_scale })
+  t:near(proposal.mutation_scale, 0.18)
+end)
+
+suite:test("a function is taken as it is, a wrong name says what was meant", function(t)
+  local own = function() return nil, "mine" end
+  t:ok(limax.supervise.get(own).call == own)
+  t:raises('did you mean "one_fifth"?', function() limax.supervise.get "one_fith" end)
+end)
