@@ -13,6 +13,8 @@
 namespace limax::host {
 namespace {
 
+constexpr std::string_view number_letters = "+-0123456789.eE";
+
 // An iterator over the text that tells how far the parser has read: its events carry no position.
 struct cursor {
     using iterator_category = std::input_iterator_tag;
@@ -94,15 +96,16 @@ public:
             return number(static_cast<double>(value));
         return refuse_integer();
     }
-    // Reads the digits again: the parser's own reading asks the process's locale for the decimal
-    // point.
-    bool number_float(double, const std::string& digits) {
+    // Reads the digits again: the parser asks the process's locale for the decimal point, and has put
+    // that in the place of the point.
+    bool number_float(double, std::string digits) {
+        for (char& letter : digits)
+            if (number_letters.find(letter) == std::string_view::npos) letter = '.';
         if (digits.find_first_of(".eE") == std::string::npos) return refuse_integer();
         double value = 0;
-        const auto [end, problem] =
-            std::from_chars(digits.data(), digits.data() + digits.size(), value);
-        // too small for a double: from_chars leaves the value alone and calls it out of range
-        if (problem == std::errc::result_out_of_range) value = *digits.data() == '-' ? -0.0 : 0.0;
+        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        // too small for a double: from_chars calls it out of range and leaves the value alone
+        if (read.ec == std::errc::result_out_of_range) value = digits.front() == '-' ? -0.0 : 0.0;
         return number(value);
     }
     bool string(const std::string& value) {
@@ -152,12 +155,12 @@ private:
         return false;
     }
     bool refuse_integer() {
-        static constexpr std::string_view number_letters = "+-0123456789";
+        static constexpr std::string_view integer_letters = "-0123456789";
         // the parser reads one letter past a number, except at the end of the text
         std::size_t end = offset();
-        while (end > 0 && number_letters.find(text_[end - 1]) == std::string_view::npos) --end;
+        while (end > 0 && integer_letters.find(text_[end - 1]) == std::string_view::npos) --end;
         std::size_t start = end;
-        while (start > 0 && number_letters.find(text_[start - 1]) != std::string_view::npos)
+        while (start > 0 && integer_letters.find(text_[start - 1]) != std::string_view::npos)
             --start;
         return refuse(
             start, "the whole number " + std::string(text_.substr(start, end - start)) +

@@ -11,9 +11,10 @@
 namespace limax::host {
 namespace {
 
-// A deep recursion is shown by its ends.
-constexpr int frames_first = 16;
-constexpr int frames_last = 8;
+// A deep recursion is shown by its ends: so many frames first, so many levels (C and launching frames
+// among them) last.
+constexpr int frames_first = 12;
+constexpr int levels_last = 16;
 
 const char home_key = 0;  // its address is the registry key of the home folder
 
@@ -38,6 +39,19 @@ std::string describe(const lua_Debug& frame) {
     return line + "the function of line " + std::to_string(frame.linedefined);
 }
 
+// Number of levels of the stack, by bisection: asking for one level costs time in proportion to it.
+int depth(lua_State* L) {
+    lua_Debug frame{};
+    int beyond = 1;
+    while (lua_getstack(L, beyond, &frame) != 0) beyond *= 2;
+    int within = beyond / 2;
+    while (beyond - within > 1) {
+        const int middle = within + (beyond - within) / 2;
+        (lua_getstack(L, middle, &frame) != 0 ? within : beyond) = middle;
+    }
+    return beyond;
+}
+
 // Lines of the Lua frames from `level` outwards, each after a line break.
 std::string frames(lua_State* L, int level) {
     lua_pushlightuserdata(L, const_cast<char*>(&home_key));
@@ -47,23 +61,20 @@ std::string frames(lua_State* L, int level) {
     lua_pop(L, 1);
 
     std::string text;
-    std::string tail[frames_last];
     int shown = 0;
-    lua_Debug frame{};
-    for (; lua_getstack(L, level, &frame) != 0; ++level) {
+    const int all = depth(L);
+    for (lua_Debug frame{}; lua_getstack(L, level, &frame) != 0; ++level) {
+        if (shown == frames_first && all - level > levels_last) {
+            text += "\n  ... " + std::to_string(all - level - levels_last) + " more";
+            level = all - levels_last;
+            lua_getstack(L, level, &frame);
+        }
         lua_getinfo(L, "Sln", &frame);
         // C frames have no line
         if (*frame.what == 'C' || frame.currentline < 1 || launches(home, frame.source)) continue;
-        if (shown < frames_first)
-            text += describe(frame);
-        else
-            tail[(shown - frames_first) % frames_last] = describe(frame);
+        text += describe(frame);
         ++shown;
     }
-    const int after = shown - frames_first;
-    if (after > frames_last) text += "\n  ... " + std::to_string(after - frames_last) + " more";
-    for (int i = after > frames_last ? after - frames_last : 0; i < after; ++i)
-        text += tail[i % frames_last];
     return text;
 }
 

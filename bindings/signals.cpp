@@ -27,10 +27,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The watcher looks this often, and gives up after so many looks without an answer: 2 s. It counts
-// looks and not time, so that a stopped and continued process gets its 2 s too.
+// The watcher looks this often, and gives up after so many looks without an answer (2 s), or after
+// so many in all (3 s: answers that lead nowhere, from a compiled loop around a C function). It
+// counts looks and not time, so that a stopped and continued process gets its 2 s too.
 constexpr auto look = 50ms;
 constexpr int looks_without_answer = 40;
+constexpr int looks_in_all = 60;
 // Two signals this close are one press: `timeout -s INT` and some launchers signal a process and
 // then its whole group.
 constexpr std::int64_t same_press = 100'000'000;  // ns
@@ -87,8 +89,9 @@ void on_interrupt(int) {
 
 [[noreturn]] void stop_hard() {
     static const char text[] =
-        "\nlimax: a compiled loop did not stop within 2 s of Ctrl-C: stopping hard. What was "
-        "written is whole.\n";
+        "\nlimax: what runs (a compiled loop?) did not stop within 2 s of Ctrl-C: stopping hard. "
+        "What "
+        "was written is whole.\n";
     // nothing can be done about a failed write here
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
     _exit(status_interrupted);
@@ -99,14 +102,12 @@ void watch() {
         while (sem_wait(&bell) != 0) {
         }
         unsigned seen = answers;
-        for (int quiet = 0; pending;) {
+        int quiet = 0;
+        for (int looks = 1; pending; ++looks) {
             std::this_thread::sleep_for(look);
-            if (answers != seen) {
-                seen = answers;
-                quiet = 0;
-            } else if (++quiet == looks_without_answer) {
-                stop_hard();
-            }
+            quiet = answers == seen ? quiet + 1 : 0;
+            seen = answers;
+            if (pending && (quiet == looks_without_answer || looks == looks_in_all)) stop_hard();
         }
     }
 }

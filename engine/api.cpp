@@ -1,4 +1,5 @@
-// api.cpp: the bodies of limax.h, each inside one guard: exceptions end here as a status and a text.
+// api.cpp: the bodies of limax.h, each inside one guard: exceptions end here as a status and a
+// text.
 #include <cmath>
 #include <cstring>
 #include <memory>

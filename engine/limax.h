@@ -1,14 +1,16 @@
-/* limax.h: the whole public face of the engine: opaque handles, plain structs by pointer, status codes.
+/* limax.h: the whole public face of the engine: opaque handles, plain structs by pointer, status
+ * codes.
  *
- * A C11 header that includes only <stdint.h>. Between the two marks below it holds no preprocessor line, so LuaJIT's FFI
- * reads that text as it is. Units are SI. Arrays are row-major and their shapes are written [robot][mass][3].
- * Indices start at 0 here; Lua shows them starting at 1.
+ * A C11 header that includes only <stdint.h>. Between the two marks below it holds no preprocessor
+ * line, so LuaJIT's FFI reads that text as it is. Units are SI. Arrays are row-major and their
+ * shapes are written [robot][mass][3]. Indices start at 0 here; Lua shows them starting at 1.
  *
- * Every function that can fail returns a limax_status and leaves its text in limax_error_text(), one text per thread.
- * No exception crosses this face, no function here calls back, none takes or returns a struct by value, and none
- * works longer than about 50 ms: long work is cut into ranges of robots or slices of time that the caller loops over.
- * `out` pointers must not be null; a handle that is created is owned by the caller and ended by its `_free`,
- * which takes null. Children keep what they need of their parents alive, so any order of `_free` is safe. */
+ * Every function that can fail returns a limax_status and leaves its text in limax_error_text(),
+ * one text per thread. No exception crosses this face, no function here calls back, none takes or
+ * returns a struct by value, and none works longer than about 50 ms: long work is cut into ranges
+ * of robots or slices of time that the caller loops over. `out` pointers must not be null; a
+ * handle that is created is owned by the caller and ended by its `_free`, which takes null.
+ * Children keep what they need of their parents alive, so any order of `_free` is safe. */
 #ifndef LIMAX_H
 #define LIMAX_H
 
@@ -20,7 +22,7 @@ extern "C" {
 #pragma GCC visibility push(default)
 /* ---- cdef begins ---- */
 
-/* ---- status, version, interruption ---------------------------------------------------------------------------- */
+/* ---- status, version, interruption ----------------------------------------------------------- */
 
 typedef enum limax_status {
     LIMAX_OK = 0,
@@ -41,29 +43,32 @@ enum {
 
 uint32_t limax_abi_version(void);
 const char* limax_version(void);
-/* Text of the last failure on this thread; empty before the first. Valid until the next failing call. */
+/* Text of the last failure on this thread; empty before the first. Valid until the next failing
+ * call. */
 const char* limax_error_text(void);
 /* Bytes that live handles hold outside any garbage collector's sight. */
 uint64_t limax_bytes_held(void);
 
-/* Asks every running and future call to stop at its next whole step. Safe inside a signal handler. */
+/* Asks every running and future call to stop at its next whole step. Safe in a signal handler. */
 void limax_interrupt(void);
 void limax_interrupt_clear(void);
 int32_t limax_interrupted(void);
 
-/* ---- device ---------------------------------------------------------------------------------------------------- */
+/* ---- device ---------------------------------------------------------------------------------- */
 
 typedef struct limax_device limax_device;
 
-/* `name` is "auto", "cpu" or "cuda". `threads` is 1 to 1024, or 0 for one per core this process may use.
- * `isa` picks the CPU passes: null for the best, or "x86-64-v4", "x86-64-v3", "baseline" (same bits, other speeds). */
+/* `name` is "auto", "cpu" or "cuda". `threads` is 1 to 1024, or 0 for one per core this process may
+ * use. `isa` picks the CPU passes: null for the best, or "x86-64-v4", "x86-64-v3", "baseline" (same
+ * bits, other speeds). */
 limax_status limax_device_create(const char* name, int32_t threads, const char* isa,
                                  limax_device** out);
 void limax_device_free(limax_device* device);
-/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda. Lives as long as the handle. */
+/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda. Lives as long as the
+ * handle. */
 const char* limax_device_describe(const limax_device* device);
 
-/* ---- materials ------------------------------------------------------------------------------------------------- */
+/* ---- materials ------------------------------------------------------------------------------- */
 
 typedef struct limax_materials limax_materials;
 
@@ -87,7 +92,8 @@ typedef struct limax_material {
     double stiffness_floor; /* smallest stiffness weight, 1 */
 } limax_material;
 
-/* Reads a table (JSON, schema limax.materials/1). `origin` names the text in errors. Material 0 is always empty. */
+/* Reads a table (JSON, schema limax.materials/1). `origin` names the text in errors. Material 0 is
+ * always empty. */
 limax_status limax_materials_load(const char* path, limax_materials** out);
 limax_status limax_materials_parse(const char* text, uint64_t length, const char* origin,
                                    limax_materials** out);
@@ -97,7 +103,8 @@ int32_t limax_materials_count(const limax_materials* materials);
 const char* limax_materials_name(const limax_materials* materials);
 limax_status limax_materials_get(const limax_materials* materials, int32_t index,
                                  limax_material* out);
-/* Sets stiffness, mass_per_site, damping_ratio, amplitude, phase or stiffness_floor of one material, range checked. */
+/* Sets stiffness, mass_per_site, damping_ratio, amplitude, phase or stiffness_floor of one
+ * material, range checked. */
 limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
                                  double value);
 /* Unit, legal range and source of a field: strings live as long as the handle. */
@@ -105,7 +112,7 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
                                    const char** unit, double* minimum, double* maximum,
                                    const char** source);
 
-/* ---- genome: encoding and network ------------------------------------------------------------------------------ */
+/* ---- genome: encoding and network ------------------------------------------------------------ */
 
 typedef struct limax_encoding limax_encoding;
 
@@ -122,15 +129,16 @@ typedef struct limax_encoding_options {
     uint32_t reserved;
 } limax_encoding_options;
 
-/* Draws B for this seed and repetition and computes the features of every voxel centre once, on the host. */
+/* Draws B for this seed and repetition and computes the features of every voxel centre once, on the
+ * host. */
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out);
 void limax_encoding_free(limax_encoding* encoding);
 int32_t limax_encoding_genes(const limax_encoding* encoding);
 const double* limax_encoding_matrix(const limax_encoding* encoding); /* B, [feature][3] */
-const float* limax_encoding_features(
-    const limax_encoding* encoding); /* cos rows then sin rows, [2 m][voxel] */
+/* cos rows, then sin rows, [2 m][voxel] */
+const float* limax_encoding_features(const limax_encoding* encoding);
 
-/* ---- random numbers: functions of their arguments alone (Philox4x32-10) ---------------------------------------- */
+/* ---- random numbers: functions of their arguments alone (Philox4x32-10) ---------------------- */
 
 typedef enum limax_stream {
     LIMAX_STREAM_ENCODING = 1,
@@ -144,17 +152,17 @@ typedef enum limax_stream {
 typedef struct limax_random_key {
     uint64_t seed;
     uint32_t repetition; /* its lower 24 bits count */
-    uint32_t stream; /* limax_stream */
+    uint32_t stream;     /* limax_stream */
     uint32_t generation;
     uint32_t individual;
 } limax_random_key;
 
 double limax_random_uniform(const limax_random_key* key, uint32_t draw); /* in [0, 1), 53 bits */
 double limax_random_normal(const limax_random_key* key, uint32_t draw);  /* N(0, 1) */
-uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw,
-                              uint32_t n); /* 0 to n - 1, unbiased to 2^-32 */
+/* 0 to n - 1, no value favoured by more than n / 2^64. */
+uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw, uint32_t n);
 
-/* ---- population: genomes and bodies ---------------------------------------------------------------------------- */
+/* ---- population: genomes and bodies ---------------------------------------------------------- */
 
 typedef struct limax_population limax_population;
 
@@ -177,12 +185,14 @@ typedef struct limax_body {
 } limax_body;
 
 /* `encoding` may be null: then the population has no genomes and its bodies are written by hand.
- * Refuses a lattice whose robots would not fit this machine's memory, and says what it would need. */
+ * Refuses a lattice whose robots would not fit this machine's memory, and says what it would need.
+ *  */
 limax_status limax_population_create(const int32_t lattice[3], int32_t count,
                                      const limax_encoding* encoding, limax_population** out);
 void limax_population_free(limax_population* population);
 int32_t limax_population_count(const limax_population* population);
-/* Views into the population, alive until it is freed. A writer of genomes calls express, one of bodies calls check. */
+/* Views into the population, alive until it is freed. A writer of genomes calls express, one of
+ * bodies calls check. */
 float* limax_population_genomes(
     limax_population* population); /* [robot][gene], null without an encoding */
 uint8_t* limax_population_voxels(
@@ -191,14 +201,16 @@ float* limax_population_weights(
     limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
 const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
 
-/* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times initial_scale, biases 0. */
+/* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times
+ * initial_scale, biases 0. */
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count);
-/* Genomes to bodies: network, argmax, sigmoids, largest face-connected component, counts, validity. */
+/* Genomes to bodies: network, argmax, sigmoids, largest face-connected component, validity. */
 limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
                                       limax_device* device, int32_t first, int32_t count);
-/* Counts and validity of bodies written by hand; nothing is removed. Refuses material indices and weights out of range. */
+/* Counts and validity of bodies written by hand; nothing is removed. Refuses material indices and
+ * weights out of range. */
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
                                     int32_t require_muscle, int32_t first, int32_t count);
 
@@ -213,7 +225,8 @@ typedef struct limax_breeding {
     int32_t reserved;
 } limax_breeding;
 
-/* Writes the genomes of children first .. first + count - 1. `pairs` is [child][2], indices into `parents`. */
+/* Writes the genomes of children first .. first + count - 1. `pairs` is [child][2], indices into
+ * `parents`. */
 limax_status limax_population_breed(limax_population* children, const limax_population* parents,
                                     const int32_t* pairs, const limax_breeding* breeding,
                                     limax_device* device, int32_t first, int32_t count);
@@ -227,11 +240,12 @@ typedef struct limax_diversity {
     double material_shares[16]; /* mean share of each material over all voxels of the set */
 } limax_diversity;
 
-/* `robots` lists `count` indices. Linear in the set. Genotype is NaN without genomes; hamming is 0 for one robot. */
+/* `robots` lists `count` indices. Linear in the set. Genotype is NaN without genomes; hamming is 0
+ * for one robot. */
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out);
 
-/* ---- scene: the list of its effects ---------------------------------------------------------------------------- */
+/* ---- scene: the list of its effects ---------------------------------------------------------- */
 
 typedef struct limax_scene limax_scene;
 
@@ -260,14 +274,14 @@ limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info*
 
 limax_status limax_scene_create(limax_scene** out);
 void limax_scene_free(limax_scene* scene);
-/* Adds an effect with its defaults; adding it twice is an error. The order of adding never matters. */
+/* Adds an effect with its defaults; adding it twice is an error. The order never matters. */
 limax_status limax_scene_add(limax_scene* scene, const char* effect);
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count);
 /* Says whether every effect has what it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 
-/* ---- simulation ------------------------------------------------------------------------------------------------ */
+/* ---- simulation ------------------------------------------------------------------------------ */
 
 typedef struct limax_simulation limax_simulation;
 
@@ -310,7 +324,8 @@ typedef struct limax_simulation_options {
     double max_stretch;    /* times L0; a longer spring is divergence */
 } limax_simulation_options;
 
-/* The library's defaults: leapfrog, compensated, mean, auto at 0.9, h = 0.1 m, 1000 m/s, 10 L0, 5 s. */
+/* The library's defaults: leapfrog, compensated, mean, auto at 0.9, h = 0.1 m, 1000 m/s, 10 L0, 5
+ * s. */
 void limax_simulation_defaults(limax_simulation_options* out);
 
 typedef enum limax_robot_status {
@@ -363,30 +378,34 @@ typedef struct limax_progress {
     double spring_steps; /* springs times steps done so far */
 } limax_progress;
 
-/* Copies the bodies of `population` (checked or expressed) and prepares to simulate the robots whose mask is not 0
- * (a null mask means all). Fixed time steps that do not divide the sample interval are refused, with the nearest that does. */
+/* Copies the bodies of `population` (checked or expressed) and prepares to simulate the robots
+ * whose mask is not 0 (a null mask means all). Fixed time steps that do not divide the sample
+ * interval are refused, with the nearest that does. */
 limax_status limax_simulation_create(const limax_population* population,
                                      const limax_materials* materials, const limax_scene* scene,
                                      const limax_simulation_options* options, const uint8_t* mask,
                                      limax_device* device, limax_simulation** out);
 void limax_simulation_free(limax_simulation* simulation);
-/* Whole steps for about `seconds` of wall time, or at most `steps` steps of each robot if `steps` is above 0.
- * Slicing changes no bit. */
+/* Whole steps for about `seconds` of wall time, or at most `steps` steps of each robot if `steps`
+ * is above 0. Slicing changes no bit. */
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
-/* One robot's trace: samples so far, values per sample, and the data, [sample][width]; alive until `_free`.
- * Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if the kind is not recorded. */
+/* One robot's trace: samples so far, values per sample, and the data, [sample][width]; alive until
+ * `_free`. Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if
+ * the kind is not recorded. */
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width);
 /* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass]. */
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites);
-/* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its first step; either may be null. */
+/* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its
+ * first step; either may be null. */
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities);
-/* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are prepared when they are first
- * stepped, placed or asked for their state: from then on their outcome knows mass, bound and time step. */
+/* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are
+ * prepared when they are first stepped, placed or asked for their state: from then on their outcome
+ * knows mass, bound and time step. */
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
 

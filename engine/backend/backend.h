@@ -1,4 +1,5 @@
-// backend.h: what a device must do: express, breed, simulate. It decides which law meets which element, and holds no law.
+// backend.h: what a device must do: express, breed, simulate. It decides which law meets which
+// element, and holds no law.
 #pragma once
 
 #include <memory>
@@ -54,7 +55,8 @@ public:
     virtual std::unique_ptr<simulation> simulate(simulation_setup setup) = 0;
 };
 
-// `isa` null or empty: the best passes that this processor runs. Refuses a device that is not to be had.
+// `isa` null or empty: the best passes that this processor runs. Refuses a device that is not to
+// be had.
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa);
 
 // The stop flag behind limax_interrupt(). Setting it is safe in a signal handler.

@@ -1,5 +1,5 @@
-// array.h: the only owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and counted, so that a
-// garbage collector outside can be told how much lives here.
+// array.h: the only owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and
+// counted, so that a garbage collector outside can be told how much lives here.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,5 @@
-// error.h: the one exception of the engine. It carries a status and a text for a person, and ends at the C ABI.
+// error.h: the one exception of the engine. It carries a status and a text for a person, and ends
+// at the C ABI.
 #pragma once
 
 #include <cstdarg>

@@ -14,8 +14,8 @@ using int64_t = long long;
 using uint64_t = unsigned long long;
 #endif
 
-// Laws are always inlined: the CPU passes are compiled once per instruction set, and a shared out-of-line copy could carry
-// instructions that an older processor lacks.
+// Laws are always inlined: the CPU passes are compiled once per instruction set, and a shared
+// out-of-line copy could carry instructions that an older processor lacks.
 #if defined(__CUDACC__) || defined(__CUDACC_RTC__)
 #define LIMAX_LAW __host__ __device__ __forceinline__
 #else
@@ -24,7 +24,8 @@ using uint64_t = unsigned long long;
 
 namespace limax {
 
-// One rounding, on every device: contraction is switched off everywhere, so a fused multiply-add is always written out.
+// One rounding, on every device: contraction is switched off everywhere, so a fused multiply-add
+// is always written out.
 LIMAX_LAW float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
 LIMAX_LAW double fma(double a, double b, double c) { return __builtin_fma(a, b, c); }
 
@@ -34,8 +35,8 @@ LIMAX_LAW double square_root(double x) { return __builtin_sqrt(x); }
 LIMAX_LAW float absolute(float x) { return __builtin_fabsf(x); }
 LIMAX_LAW double absolute(double x) { return __builtin_fabs(x); }
 
-// Selects, written so that both sides are values: they become blends, never branches. NaN in the first operand
-// falls through to the second.
+// Selects, written so that both sides are values: they become blends, never branches. NaN in the
+// first operand falls through to the second.
 template <class R>
 LIMAX_LAW R larger(R a, R b) {
     return a > b ? a : b;
@@ -45,7 +46,8 @@ LIMAX_LAW R smaller(R a, R b) {
     return a < b ? a : b;
 }
 
-// The one function that differs by device: 1 / |e|. CUDA has its own in the kernels' header (issue-rate bound there).
+// The one function that differs by device: 1 / |e|. CUDA has its own in the kernels' header
+// (issue-rate bound there).
 LIMAX_LAW float inverse_length(float squared) { return 1.0f / square_root(squared); }
 LIMAX_LAW double inverse_length(double squared) { return 1.0 / square_root(squared); }
 

@@ -1,13 +1,14 @@
-// lattice.h: the rule that turns a lattice of voxels into sites and springs: which sites a voxel touches, which pairs of
-// sites a spring may join, and who owns it. A law: no memory of its own. Lengths in units of the voxel edge.
+// lattice.h: the rule that turns a lattice of voxels into sites and springs: which sites a voxel
+// touches, which pairs of sites a spring may join, and who owns it. A law: no memory of its own.
+// Lengths in units of the voxel edge.
 #pragma once
 
 #include "base/portable.h"
 
 namespace limax {
 
-// A spring joins site s to s + step. Thirteen half-directions give every pair of corners of a voxel once: 3 edges, 6 face
-// diagonals, 4 space diagonals.
+// A spring joins site s to s + step. Thirteen half-directions give every pair of corners of a
+// voxel once: 3 edges, 6 face diagonals, 4 space diagonals.
 struct direction {
     int x, y, z;
     LIMAX_LAW constexpr int squared() const {
@@ -37,8 +38,8 @@ struct lattice {
     LIMAX_LAW constexpr int64_t step(const direction& d) const { return site(d.x, d.y, d.z); }
 };
 
-// Voxels that touch both ends of the spring from site (x, y, z) along d, in ascending voxel index. `visit(voxel)`.
-// Along an axis where the ends differ there is one layer of such voxels, else two.
+// Voxels that touch both ends of the spring from site (x, y, z) along d, in ascending voxel index.
+// `visit(voxel)`. Along an axis where the ends differ there is one layer of such voxels, else two.
 template <class Visit>
 LIMAX_LAW void for_each_owner(const lattice& grid, int x, int y, int z, const direction& d,
                               const Visit& visit) {

@@ -1,5 +1,6 @@
-// springs.h: the parameters of a body's masses and springs, from its voxels, weights and materials. Computed in double,
-// owners in ascending voxel index, and rounded once to fp32, so that every precision simulates the same body. SI units.
+// springs.h: the parameters of a body's masses and springs, from its voxels, weights and
+// materials. Computed in double, owners in ascending voxel index, and rounded once to fp32, so
+// that every precision simulates the same body. SI units.
 #pragma once
 
 #include "base/array.h"
@@ -8,7 +9,8 @@
 
 namespace limax {
 
-// Columns of sites in memory are padded to whole vectors of this many elements, with springs of no stiffness.
+// Columns of sites in memory are padded to whole vectors of this many elements, with springs of no
+// stiffness.
 inline constexpr int site_block = 16;
 
 constexpr int64_t padded(int64_t sites) {
@@ -27,8 +29,8 @@ struct body_description {
     bool with_actuation;
 };
 
-// Masses and springs by lattice rule. Site columns have `count` = padded(sites) elements; springs are [direction][count],
-// and one without owners has no stiffness.
+// Masses and springs by lattice rule. Site columns have `count` = padded(sites) elements; springs
+// are [direction][count], and one without owners has no stiffness.
 struct spring_body {
     lattice grid;
     int64_t count = 0;

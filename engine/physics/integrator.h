@@ -1,9 +1,11 @@
 // integrator.h: how forces become motion: the laws of one component of one mass. SI units.
 //
-// Leapfrog: positions x at t_n, velocities u at t_(n-1/2). Forces that depend on velocity read the prediction
+// Leapfrog: positions x at t_n, velocities u at t_(n-1/2). Forces that depend on velocity read the
+// prediction
 //     p_n = u_(n-1/2) + a_(n-1) dt / 2 = u + (u - u_before) / 2,
-// so that damping is of second order too; a_(n-1) includes friction, else a stuck mass would be predicted to slip. At n = 0, p = u and the
-// kick lasts dt/2, so u_(1/2) - u_0 = a_0 dt / 2 and the next prediction adds it whole. Symplectic Euler is the same loop with p = u and whole kicks.
+// so that damping is of second order too; a_(n-1) includes friction, else a stuck mass would be
+// predicted to slip. At n = 0, p = u and the kick lasts dt/2, so u_(1/2) - u_0 = a_0 dt / 2 and
+// the next prediction adds it whole. Symplectic Euler is the same loop with p = u and whole kicks.
 // Order two while no contact switches, one through contact.
 #pragma once
 
@@ -36,7 +38,8 @@ LIMAX_LAW R drift(R position, R velocity, R dt, R& lost) {
     return accumulate<compensated>(position, dt * velocity, lost);
 }
 
-// The velocity that the next forces read: new + share (new - old), share 1/2, and 1 after the half kick of n = 0.
+// The velocity that the next forces read: new + share (new - old), share 1/2, and 1 after the half
+// kick of n = 0.
 template <class R>
 LIMAX_LAW R predict(R before, R after, R share) {
     return fma(share, after - before, after);

@@ -1,5 +1,5 @@
-// measure.h: what is read off a body: sums over masses and springs in ascending order, in double, so that no vector width and
-// no thread changes a bit. SI units.
+// measure.h: what is read off a body: sums over masses and springs in ascending order, in double,
+// so that no vector width and no thread changes a bit. SI units.
 #pragma once
 
 #include "body/springs.h"
@@ -64,7 +64,8 @@ strains measure_strain(const spring_body& body, const R* const position[3]) {
     return result;
 }
 
-// `moment` and `rate` are the actuation's and its derivative, zero without it. `velocity` is at the same time as `position`.
+// `moment` and `rate` are the actuation's and its derivative, zero without it. `velocity` is at
+// the same time as `position`.
 template <class R>
 energies measure_energy(const spring_body& body, const scene& scene, const R* const position[3],
                         const R* const velocity[3], const double origin[3],

@@ -1,4 +1,5 @@
-// scene.h: a scene is the list of its effects, each with the values of its parameters. The order of adding never matters.
+// scene.h: a scene is the list of its effects, each with the values of its parameters. The order
+// of adding never matters.
 #pragma once
 
 #include <string>

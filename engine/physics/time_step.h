@@ -1,16 +1,22 @@
-// time_step.h: how long a step may be (a closed-form bound per body and integrator) and how steps fall on samples. SI units.
+// time_step.h: how long a step may be (a closed-form bound per body and integrator) and how steps
+// fall on samples. SI units.
 //
-// The bound. Linearise about any pose in which every spring is at least half its rest length: a spring's stiffness block then has
-// norm at most k, so by Gershgorin's theorem on M^-1 K and M^-1 C each mass i gives w^2 <= A_i and gamma <= B_i with
+// The bound. Linearise about any pose in which every spring is at least half its rest length: a
+// spring's stiffness block then has norm at most k, so by Gershgorin's theorem on M^-1 K and M^-1
+// C each mass i gives w^2 <= A_i and gamma <= B_i with
 //     A_i = (2 sum_j k_ij + k_g) / m_i,   B_i = (2 sum_j c_ij + c_g) / m_i.
 // One mode, x'' = -w^2 x - gamma x', under each integrator, with W = (w dt)^2 and G = gamma dt:
-//   symplectic Euler: z^2 + (W + G - 2) z + (1 - G) = 0. Jury: p(1) = W > 0, |1 - G| < 1, and p(-1) = 4 - W - 2 G > 0, the sharpest.
+//   symplectic Euler: z^2 + (W + G - 2) z + (1 - G) = 0. Jury: p(1) = W > 0, |1 - G| < 1, and
+//   p(-1) = 4 - W - 2 G > 0, the sharpest.
 //       dt < (-B + sqrt(B^2 + 4 A)) / A.
-//   leapfrog: z^3 + (W + 3 G / 2 - 2) z^2 + (1 - 2 G) z + G / 2 = 0. Jury: p(1) = W > 0; -p(-1) = 4 - W - 4 G > 0; |G / 2| < 1; and
-//       1 - G^2 / 4 > |G W / 2 + 3 G^2 / 4 + G - 1|, which p(-1) implies: with W < 4 - 4 G the right side's upper branch asks
-//       (G - 1)(G - 2) > 0, true for G < 1, and its lower branch 0 < G W / 2 + G^2 / 2 + G. So z = -1 leaves the unit circle first:
-//       dt < 2 (-B + sqrt(B^2 + A)) / A, symplectic Euler's formula with B doubled.
-// It is a result about the frozen linear system in every such pose, not about switching contacts: the run-time guard stays.
+//   leapfrog: z^3 + (W + 3 G / 2 - 2) z^2 + (1 - 2 G) z + G / 2 = 0. Jury: p(1) = W > 0; -p(-1) =
+//   4 - W - 4 G > 0; |G / 2| < 1; and
+//       1 - G^2 / 4 > |G W / 2 + 3 G^2 / 4 + G - 1|, which p(-1) implies: with W < 4 - 4 G the
+//       right side's upper branch asks (G - 1)(G - 2) > 0, true for G < 1, and its lower branch 0
+//       < G W / 2 + G^2 / 2 + G. So z = -1 leaves the unit circle first: dt < 2 (-B + sqrt(B^2 +
+//       A)) / A, symplectic Euler's formula with B doubled.
+// It is a result about the frozen linear system in every such pose, not about switching contacts:
+// the run-time guard stays.
 #pragma once
 
 #include <cmath>
@@ -32,8 +38,9 @@ inline double stable_step(limax_integrator integrator, double a, double b) {
 // The bound of a body: the least over its masses. s.
 double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator);
 
-// How a run of one body falls on steps: dt = base / ceil(base / dt), base one over the least common multiple of the
-// record rates (at least 20 Hz), so that every sample and both ends lie on whole steps.
+// How a run of one body falls on steps: dt = base / ceil(base / dt), base one over the least
+// common multiple of the record rates (at least 20 Hz), so that every sample and both ends lie on
+// whole steps.
 struct schedule {
     double time_step = 0;                     // s
     int64_t settle_steps = 0;                 // before t = 0

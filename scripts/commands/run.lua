@@ -72,17 +72,6 @@ local function announce(session, experiment, device)
     which, config.generations, config.population, where, session.folder.path))
 end
 
--- What a user should know before hours of computing.
-local function warn(session, experiment, run)
-  for _, note in ipairs(experiment.notes) do session.progress:say(note) end
-  local step = experiment.config.simulation.time_step
-  if type(step) == "number" and step > run.first_step then
-    session.progress:say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full"
-      .. " body of %s: stiff bodies may diverge"):format(step, run.first_step,
-      run.first_step_material))
-  end
-end
-
 -- Opens a run folder and brings it to its last whole generation.
 local function reopen(session, arguments)
   local folder = run_folder.open(arguments.resume)
@@ -176,7 +165,6 @@ local function execute(session, experiment, arguments)
   session.folder:write_environment(device)
   announce(session, experiment, device)
   for _, note in ipairs(session.notes or {}) do session.progress:say(note) end
-  warn(session, experiment, run)
   compute(session, experiment, run, run_options)
   show_end(session)
   return 0

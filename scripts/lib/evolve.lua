@@ -71,7 +71,21 @@ function evolve.start(experiment, options)
     initial_scale = config.genome.initial_scale, seed = config.seed, repetition = repetition }
   self.first_step, self.first_step_material =
     full_body.bound(config.lattice, self.first_materials, self.scene, self.options, device)
+  self:warn()
   return self
+end
+
+-- What a user should know before hours of computing: said once per experiment.
+function Run:warn()
+  local experiment = self.experiment
+  if experiment.warned then return end
+  experiment.warned = true
+  for _, note in ipairs(experiment.notes) do self:say(note) end
+  local step = self.config.simulation.time_step
+  if type(step) == "number" and step > self.first_step then
+    self:say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full body of %s:"
+      .. " stiff bodies may diverge"):format(step, self.first_step, self.first_step_material))
+  end
 end
 
 --- The numbers of each material that a supervisor may change: name -> field -> value.
@@ -129,12 +143,14 @@ end
 
 -- A new generation: expressed, its records made.
 function Run:express(engine_population, given)
+  local began = host.clock()
   engine_population:express(given.materials, { require_muscle = self.config.genome.require_muscle,
     device = self.device })
+  local records = population.records(engine_population, given.materials, given.record)
+  given.timing.express = host.clock() - began
   return population.new { run = self, engine = engine_population, materials = given.materials,
     generation = given.generation, repetition = self.repetition, parameters = given.parameters,
-    ledger = given.ledger, kept = given.kept, timing_before = given.timing,
-    records = population.records(engine_population, given.materials, given.record) }
+    ledger = given.ledger, kept = given.kept, timing_before = given.timing, records = records }
 end
 
 function Run:new_engine_population()
@@ -202,8 +218,8 @@ function Run:close(robots)
   line.best_standard = robots:standard_score()
 
   local before, timing = robots.timing_before, robots.timing
-  local seconds = { breed = before.breed, supervise = before.supervise, simulate = timing.simulate,
-    fitness = timing.fitness }
+  local seconds = { breed = before.breed, supervise = before.supervise, express = before.express,
+    simulate = timing.simulate, fitness = timing.fitness }
   local text = history.encode(robots.records)
   self.scored_by = robots.scored_by
   self.scores_stand = true

@@ -38,7 +38,10 @@ end
 
 local function trace(value)
   if value == host.interrupt then return { value = value } end
-  return { value = value, trace = debug.traceback(tostring(value), 2) }
+  -- whoever asked for the attempt is no part of the user's error
+  local text = debug.traceback(tostring(value), 2)
+    :gsub("\n\t%[C%]: in function 'xpcall'\n\t[^\n]*scripts/lib/failure%.lua.*$", "")
+  return { value = value, trace = text }
 end
 
 local function finish(ok, ...)

@@ -29,7 +29,7 @@ function progress.new(options)
     bar = terminal.stderr and not options.quiet, color = terminal.stderr and terminal.color,
     columns = math.max(40, terminal.columns or 80),
     write = options.write or function(text) io.stderr:write(text) end,
-    began = host.clock(), generation_began = host.clock(), drawn = -1 }, Progress)
+    began = host.clock(), drawn = -1 }, Progress)
 end
 
 --- Seconds as a person reads them: "8 s", "3 min 20 s", "2 h 5 min".
@@ -83,13 +83,13 @@ end
 
 function Progress:draw(state)
   local share = state and state.steps_total > 0 and state.steps / state.steps_total or 0
-  local width = math.max(8, math.min(24, self.columns - 90))
+  local width = math.max(8, math.min(24, self.columns - 100))
   local full = math.floor(width * (self.done + share) / self.total + 0.5)
   local bar = self:paint("32", ("#"):rep(full)) .. ("-"):rep(width - full)
   local where = ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
-  local text = where .. (self.last and "  " .. numbers(self.last) or "")
+  -- what a narrow terminal cuts off comes last
+  local text = where .. self:time_left(share) .. (self.last and "  " .. numbers(self.last) or "")
     .. rate_text(self.spring_rate)
-    .. self:time_left(share)
   local room = self.columns - width - 4
   self.write(("\r\27[K[%s] %s"):format(bar, text:sub(1, math.max(room, 10))))
   self.shown = true
@@ -100,8 +100,7 @@ end
 ---@param state table
 function Progress:robots(state)
   local now = host.clock()
-  local seconds = now - self.generation_began
-  if seconds > 0.05 then self.spring_rate = state.spring_steps / seconds end
+  self.spring_steps = state.spring_steps
   if self.bar and now - self.drawn >= between then self:draw(state) end
 end
 
@@ -110,6 +109,9 @@ end
 ---@param seconds table
 function Progress:generation(entry, seconds)
   self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
+  if self.spring_steps and seconds.simulate > 0 then
+    self.spring_rate = self.spring_steps / seconds.simulate
+  end
   if self.bar then
     self:draw()
   elseif not self.quiet then
@@ -118,7 +120,6 @@ function Progress:generation(entry, seconds)
     self.write(("%sgeneration %d  %s  %.2f s%s%s\n"):format(repetition, entry.generation,
       numbers(entry), spent, rate_text(self.spring_rate), self:time_left(0)))
   end
-  self.generation_began = host.clock()
 end
 
 --- The bar is gone, whatever comes next stands on a line of its own.

@@ -41,7 +41,7 @@ function Folder:check(ok, message)
     whole = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
   end
-  failure.raise(1, ("cannot write %s: %s; %s"):format(self.path, message, whole))
+  failure.raise(1, message .. "; " .. whole)
 end
 
 function Folder:write(name, text)
@@ -149,7 +149,7 @@ function run_folder.create(path, experiment, options)
   end
   if not kind then
     local ok, message = host.file.mkdir(path)
-    if not ok then failure.raise(2, ("cannot make the folder %s: %s"):format(path, message)) end
+    if not ok then failure.raise(2, message) end
   end
   local self = setmetatable({ path = path, bytes = no_bytes() }, Folder)
   self.lock = lock(path)

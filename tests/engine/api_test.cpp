@@ -53,13 +53,15 @@ struct ready {
 
     ready() {
         REQUIRE(limax_device_create("cpu", 1, nullptr, &cpu.it) == LIMAX_OK);
-        REQUIRE(limax_materials_load(LIMAX_SOURCE_DIR "/materials/paper.json", &paper.it) == LIMAX_OK);
+        REQUIRE(limax_materials_load(LIMAX_SOURCE_DIR "/materials/paper.json", &paper.it) ==
+                LIMAX_OK);
         const int32_t lattice[3] = {2, 2, 2};
         REQUIRE(limax_population_create(lattice, 2, nullptr, &robots.it) == LIMAX_OK);
         std::memset(limax_population_voxels(robots), 3, 16);
         for (int i = 0; i < 48; ++i) limax_population_weights(robots)[i] = 1;
         REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
-        for (const char* effect : {"gravity", "ground"}) REQUIRE(limax_scene_add(land, effect) == LIMAX_OK);
+        for (const char* effect : {"gravity", "ground"})
+            REQUIRE(limax_scene_add(land, effect) == LIMAX_OK);
     }
     limax_simulation_options options() const {
         limax_simulation_options options;
@@ -74,32 +76,42 @@ struct ready {
 
 }  // namespace
 
-TEST_CASE("the version of the header is that of the library") { CHECK(limax_abi_version() == LIMAX_ABI); }
+TEST_CASE("the version of the header is that of the library") {
+    CHECK(limax_abi_version() == LIMAX_ABI);
+}
 
 TEST_CASE("devices that are not to be had are refused with the reason") {
     device none;
     check_refused(limax_device_create("cuda", 1, nullptr, &none.it), LIMAX_NO_DEVICE, "CUDA");
-    check_refused(limax_device_create("gpu", 1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT, "auto, cpu or cuda");
-    check_refused(limax_device_create("cpu", -1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT, "threads");
-    check_refused(limax_device_create("cpu", 1, "sparc", &none.it), LIMAX_INVALID_ARGUMENT, "sparc");
+    check_refused(limax_device_create("gpu", 1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT,
+                  "auto, cpu or cuda");
+    check_refused(limax_device_create("cpu", -1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT,
+                  "threads");
+    check_refused(limax_device_create("cpu", 1, "sparc", &none.it), LIMAX_INVALID_ARGUMENT,
+                  "sparc");
     CHECK(none.it == nullptr);
 }
 
 TEST_CASE("scenes name what they lack and what does not exist") {
     scene land;
     REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
-    check_refused(limax_scene_add(land, "gravty"), LIMAX_INVALID_ARGUMENT, "there are springs, damping");
+    check_refused(limax_scene_add(land, "gravty"), LIMAX_INVALID_ARGUMENT,
+                  "there are springs, damping");
     CHECK(limax_scene_add(land, "friction") == LIMAX_OK);
     check_refused(limax_scene_add(land, "friction"), LIMAX_INVALID_ARGUMENT, "twice");
     check_refused(limax_scene_check(land), LIMAX_INVALID_ARGUMENT, "needs 'ground'");
     CHECK(limax_scene_add(land, "ground") == LIMAX_OK);
     CHECK(limax_scene_check(land) == LIMAX_OK);
     const double negative = -1, nan = std::nan("");
-    check_refused(limax_scene_set(land, "ground", "stiffness", &negative, 1), LIMAX_INVALID_ARGUMENT,
+    check_refused(limax_scene_set(land, "ground", "stiffness", &negative, 1),
+                  LIMAX_INVALID_ARGUMENT,
                   "scene.ground.stiffness is -1; it must be 1 to 1e+09 N/m");
-    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 1), LIMAX_INVALID_ARGUMENT, "nan");
-    check_refused(limax_scene_set(land, "ground", "color", &nan, 1), LIMAX_INVALID_ARGUMENT, "it has stiffness");
-    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 3), LIMAX_INVALID_ARGUMENT, "components");
+    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 1), LIMAX_INVALID_ARGUMENT,
+                  "nan");
+    check_refused(limax_scene_set(land, "ground", "color", &nan, 1), LIMAX_INVALID_ARGUMENT,
+                  "it has stiffness");
+    check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 3), LIMAX_INVALID_ARGUMENT,
+                  "components");
 }
 
 TEST_CASE("every effect describes itself and its fields") {
@@ -127,7 +139,8 @@ TEST_CASE("every effect describes itself and its fields") {
 TEST_CASE("simulations refuse what they cannot run, naming the field and its range") {
     ready stage;
     simulation run;
-    check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT, "expressed or checked");
+    check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT,
+                  "expressed or checked");
     REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
 
     const auto refused = [&](auto change, const char* part) {
@@ -149,7 +162,13 @@ TEST_CASE("simulations refuse what they cannot run, naming the field and its ran
     refused([](auto& o) { o.record[0] = -1; }, "record.center_of_mass");
     refused([](auto& o) { o.position[1] = INFINITY; }, "position y");
     refused([](auto& o) { o.max_stretch = 0.5; }, "max_stretch");
-    refused([](auto& o) { o.duration = 1e6; o.time_step = 1e-9; o.settle = 1e6; }, "steps");
+    refused(
+        [](auto& o) {
+            o.duration = 1e6;
+            o.time_step = 1e-9;
+            o.settle = 1e6;
+        },
+        "steps");
     CHECK(run.it == nullptr);
 
     REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
@@ -158,10 +177,12 @@ TEST_CASE("simulations refuse what they cannot run, naming the field and its ran
     CHECK(progress.finished == 1);
     const double* data;
     int64_t samples, width;
-    check_refused(limax_simulation_trace(run, 0, LIMAX_TRACE_ENERGY, &data, &samples, &width), LIMAX_INVALID_ARGUMENT,
-                  "not recorded");
-    check_refused(limax_simulation_trace(run, 2, 0, &data, &samples, &width), LIMAX_INVALID_ARGUMENT, "there are 2");
-    check_refused(limax_simulation_place(run, 0, nullptr, nullptr), LIMAX_INVALID_ARGUMENT, "before its first step");
+    check_refused(limax_simulation_trace(run, 0, LIMAX_TRACE_ENERGY, &data, &samples, &width),
+                  LIMAX_INVALID_ARGUMENT, "not recorded");
+    check_refused(limax_simulation_trace(run, 2, 0, &data, &samples, &width),
+                  LIMAX_INVALID_ARGUMENT, "there are 2");
+    check_refused(limax_simulation_place(run, 0, nullptr, nullptr), LIMAX_INVALID_ARGUMENT,
+                  "before its first step");
 }
 
 TEST_CASE("null handles are refused, and freeing null does nothing") {
@@ -184,7 +205,8 @@ TEST_CASE("a simulation outlives everything that it was made from") {
         REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
     }
     limax_progress progress{};
-    while (!progress.finished) REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
+    while (!progress.finished)
+        REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
     CHECK(limax_simulation_outcomes(run)[1].status == LIMAX_ROBOT_DONE);
 }
 
@@ -216,9 +238,11 @@ TEST_CASE("genome to walker through the ABI alone, twice the same bits") {
         limax_simulation_options how = stage.options();
         how.duration = 0.5;
         simulation run;
-        REQUIRE(limax_simulation_create(robots, stage.paper, stage.land, &how, nullptr, stage.cpu, &run.it) == LIMAX_OK);
+        REQUIRE(limax_simulation_create(robots, stage.paper, stage.land, &how, nullptr, stage.cpu,
+                                        &run.it) == LIMAX_OK);
         limax_progress progress{};
-        while (!progress.finished) REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
+        while (!progress.finished)
+            REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
         d = 0;
         int done = 0;
         for (int i = 0; i < 8; ++i) {

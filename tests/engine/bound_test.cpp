@@ -1,4 +1,5 @@
-// bound_test.cpp: the automatic time step: sufficient, not wasteful, and what lies beyond the true limit is flagged.
+// bound_test.cpp: the automatic time step: sufficient, not wasteful, and what lies beyond the true
+// limit is flagged.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -11,8 +12,8 @@ using namespace limax::test;
 
 namespace {
 
-// M^-1 K and M^-1 C of a body linearised about rest, [3 mass][3 mass]. With ground, the lowest masses are held by it from
-// both sides.
+// M^-1 K and M^-1 C of a body linearised about rest, [3 mass][3 mass]. With ground, the lowest
+// masses are held by it from both sides.
 struct linear_body {
     Eigen::MatrixXd stiffness, damping;
 
@@ -73,7 +74,8 @@ struct linear_body {
         return step.eigenvalues().cwiseAbs().maxCoeff();
     }
 
-    // The largest stable step, by bisection between one that is and one that is not. Rigid motion has |z| = 1.
+    // The largest stable step, by bisection between one that is and one that is not. Rigid motion
+    // has |z| = 1.
     double limit(limax_integrator integrator, double stable) const {
         double low = stable, high = 8 * stable;
         for (int i = 0; i < 14; ++i) {
@@ -199,7 +201,8 @@ TEST_CASE(
         for (const limax_integrator integrator : integrators) {
             stage body(lattice{n, n, n});
             body.effects({"damping"});
-            // one material and one mass: C = (c / k) K, so the stiffest mode decides and one eigenvalue gives the limit
+            // one material and one mass: C = (c / k) K, so the stiffest mode decides and one
+            // eigenvalue gives the limit
             static const double stiffest[2] = {stiffest_mode(3), stiffest_mode(5)};
             const double w2 = stiffest[n == 5],
                          gamma = w2 * body.body().damping[0] / body.body().stiffness[0];
@@ -209,7 +212,8 @@ TEST_CASE(
                     limit ==
                     doctest::Approx(integrator == LIMAX_LEAPFROG ? 9.6e-4 : 1.23e-3).epsilon(0.01));
             for (const double share : {0.98, 1.02}) {
-                // a sample rate whose interval is one step: whole hertz are fine enough, within 0.1 %
+                // a sample rate whose interval is one step: whole hertz are fine enough, within
+                // 0.1 %
                 const int rate = static_cast<int>(std::lround(1.0 / (share * limit)));
                 body.setup.options.integrator = integrator;
                 body.setup.options.time_step = 1.0 / rate;

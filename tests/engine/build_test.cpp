@@ -1,5 +1,6 @@
-// build_test.cpp: what only the compiler can tell: every loop of the passes is vectorised, every law header stands alone, the
-// header of the ABI is C, and contraction is off. Each case runs the compiler that built this program.
+// build_test.cpp: what only the compiler can tell: every loop of the passes is vectorised, every
+// law header stands alone, the header of the ABI is C, and contraction is off. Each case runs the
+// compiler that built this program.
 #include <doctest/doctest.h>
 
 #include <cstdio>
@@ -27,18 +28,24 @@ command_result run(const std::string& command) {
     FILE* pipe = popen((command + " 2>&1").c_str(), "r");
     if (!pipe) return result;
     char buffer[4096];
-    for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) result.output.append(buffer, n);
+    for (std::size_t n; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+        result.output.append(buffer, n);
     result.status = pclose(pipe);
     return result;
 }
 
 const std::string root = LIMAX_SOURCE_DIR;
 const std::string compiler = LIMAX_CXX_COMPILER;
-const std::string flags = " -std=c++20 -Wall -Wextra -Werror -ffp-contract=off -I" + root + "/engine ";
+const std::string flags =
+    " -std=c++20 -Wall -Wextra -Werror -ffp-contract=off -I" + root + "/engine ";
 
-bool is_gcc() { return run(compiler + " --version").output.find("Free Software Foundation") != std::string::npos; }
+bool is_gcc() {
+    return run(compiler + " --version").output.find("Free Software Foundation") !=
+           std::string::npos;
+}
 
-// Line numbers (from 1) of a file's lines that follow a LIMAX_LOOP mark: the loops that must vectorise.
+// Line numbers (from 1) of a file's lines that follow a LIMAX_LOOP mark: the loops that must
+// vectorise.
 std::set<int> marked_loops(const std::string& path) {
     std::ifstream file(path);
     std::set<int> lines;
@@ -54,14 +61,16 @@ std::set<int> marked_loops(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" * doctest::skip(!is_gcc())) {
+TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
+          doctest::skip(!is_gcc())) {
     const std::string passes = root + "/engine/backend/cpu/passes.inl";
     const std::set<int> loops = marked_loops(passes);
     REQUIRE(loops.size() >= 9);
     for (const std::string level : {"v3", "v4"}) {
         const command_result report =
             run(compiler + flags + "-O3 -fno-math-errno -fno-trapping-math -march=x86-64-" + level +
-                " -fopt-info-vec-optimized -c -o /dev/null " + root + "/engine/backend/cpu/passes_" + level + ".cpp");
+                " -fopt-info-vec-optimized -c -o /dev/null " + root +
+                "/engine/backend/cpu/passes_" + level + ".cpp");
         REQUIRE(report.status == 0);
         std::set<int> vectorised;
         std::istringstream lines(report.output);
@@ -83,10 +92,11 @@ TEST_CASE("every header of the engine compiles alone") {
     for (const auto& entry : fs::recursive_directory_iterator(root + "/engine")) {
         if (entry.path().extension() != ".h") continue;
         // the express pass is text for a file that names its instruction set
-        const std::string isa = entry.path().filename() == "express_pass.h" ? "-DLIMAX_ISA=alone " : "";
+        const std::string isa =
+            entry.path().filename() == "express_pass.h" ? "-DLIMAX_ISA=alone " : "";
         const command_result result =
-            run(compiler + flags + isa + "-Wno-unused-function -fsyntax-only -x c++ -include " + entry.path().string() +
-                " /dev/null");
+            run(compiler + flags + isa + "-Wno-unused-function -fsyntax-only -x c++ -include " +
+                entry.path().string() + " /dev/null");
         CAPTURE(entry.path().string());
         CAPTURE(result.output);
         CHECK(result.status == 0);
@@ -96,7 +106,9 @@ TEST_CASE("every header of the engine compiles alone") {
 }
 
 TEST_CASE("limax.h is C, and its cdef part holds no preprocessor line") {
-    CHECK(run("cc -std=c11 -Wall -Wextra -Werror -pedantic -fsyntax-only -x c " + root + "/engine/limax.h").status == 0);
+    CHECK(run("cc -std=c11 -Wall -Wextra -Werror -pedantic -fsyntax-only -x c " + root +
+              "/engine/limax.h")
+              .status == 0);
     std::ifstream file(root + "/engine/limax.h");
     bool inside = false;
     int declarations = 0;
@@ -116,13 +128,15 @@ TEST_CASE("laws reach only laws, and no std header but through portable.h") {
             if (line.rfind("#include", 0) != 0) continue;
             CAPTURE(entry.path().string());
             CAPTURE(line);
-            CHECK((line.find("\"physics/effects/") != std::string::npos || line.find("\"base/") != std::string::npos));
+            CHECK((line.find("\"physics/effects/") != std::string::npos ||
+                   line.find("\"base/") != std::string::npos));
         }
     }
 }
 
 TEST_CASE("contraction is off: a product and a sum round twice") {
-    volatile float a = 1.0f + 0x1p-12f, b = a, c = -1.0f - 0x1p-11f;  // a b = -c + 2^-24, half a unit in the last place
+    volatile float a = 1.0f + 0x1p-12f, b = a,
+                   c = -1.0f - 0x1p-11f;  // a b = -c + 2^-24, half a unit in the last place
     const float product = a * b;
     CHECK(a * b + c == product + c);
     CHECK(limax::fma(float(a), float(b), float(c)) != product + c);

@@ -1,5 +1,5 @@
-// isolation_test.cpp: a robot's bits depend on nothing but itself: not on threads, slices, neighbours or instruction set; and one
-// that diverges ends alone, with its reason.
+// isolation_test.cpp: a robot's bits depend on nothing but itself: not on threads, slices,
+// neighbours or instruction set; and one that diverges ends alone, with its reason.
 #include <doctest/doctest.h>
 
 #include <cstring>

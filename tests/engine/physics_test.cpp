@@ -1,4 +1,5 @@
-// physics_test.cpp: closed forms and conservation laws. Tolerances follow from the order of the integrator and the precision.
+// physics_test.cpp: closed forms and conservation laws. Tolerances follow from the order of the
+// integrator and the precision.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -13,7 +14,8 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr double g = 9.81;  // m/s^2
 
-// A robot of two masses and one spring along x: `stretch` is r - L0 at the start, both masses at rest.
+// A robot of two masses and one spring along x: `stretch` is r - L0 at the start, both masses at
+// rest.
 struct oscillator {
     stage scene{lattice{1, 1, 1}};
     limax_outcome outcome{};
@@ -269,8 +271,9 @@ TEST_CASE(
 }
 
 TEST_CASE("forces are -dE/dx: springs with muscles at a phase, ground and gravity") {
-    // The energy is read from the trace at t = 0, the force from the velocity after one step of symplectic Euler from
-    // rest. A central difference of step d errs by d^2 E''' / 6 and rounds by 1e-16 E / d: 1e-6 m serves both.
+    // The energy is read from the trace at t = 0, the force from the velocity after one step of
+    // symplectic Euler from rest. A central difference of step d errs by d^2 E''' / 6 and rounds
+    // by 1e-16 E / d: 1e-6 m serves both.
     const double d = 1e-6, dt = 1e-6;
     stage body(lattice{2, 1, 2});
     body.randomize(5);

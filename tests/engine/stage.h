@@ -1,4 +1,5 @@
-// stage.h: small scenes for the physics tests: one body per robot, run on the CPU device through the backend's own interface.
+// stage.h: small scenes for the physics tests: one body per robot, run on the CPU device through
+// the backend's own interface.
 #pragma once
 
 #include <cmath>

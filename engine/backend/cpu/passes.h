@@ -1,5 +1,6 @@
-// passes.h: what a step on the CPU is made of: loops over all sites or springs of one robot, each instantiated for what it
-// uses and compiled once per instruction set, and the memory that they work on. SI units.
+// passes.h: what a step on the CPU is made of: loops over all sites or springs of one robot, each
+// instantiated for what it uses and compiled once per instruction set, and the memory that they
+// work on. SI units.
 #pragma once
 
 #include "body/springs.h"
@@ -8,7 +9,8 @@
 
 namespace limax::cpu {
 
-// One robot as the passes see it. Columns of sites have `count` elements, a multiple of site_block, on aligned memory.
+// One robot as the passes see it. Columns of sites have `count` elements, a multiple of
+// site_block, on aligned memory.
 template <class R>
 struct robot_arrays {
     int64_t count;                  // sites, padded
@@ -55,7 +57,8 @@ struct limit_breaks {
 template <class R>
 using limit_pass = limit_breaks (*)(const robot_arrays<R>&, R max_speed, R max_stretch);
 
-// Pair passes are chosen by the effects that act on springs, counted in the order of effects::all, springs left out.
+// Pair passes are chosen by the effects that act on springs, counted in the order of effects::all,
+// springs left out.
 inline constexpr unsigned pair_variants = 4;
 
 // Which pair pass serves a scene.
@@ -81,7 +84,8 @@ struct pass_table {
     express_pass express;
 };
 
-// The tables of this build, and the one that `isa` names (null or empty: the best that this processor runs).
+// The tables of this build, and the one that `isa` names (null or empty: the best that this
+// processor runs).
 const pass_table& choose_passes(const char* isa);
 // Names of the instruction sets that this processor runs, best first, comma-separated.
 const char* available_isas();

@@ -1,5 +1,6 @@
-// passes.inl: the loops of the CPU, included once per instruction set by a file that names it in LIMAX_ISA. Every loop
-// has unit stride and no branch, so that the compiler vectorises it; tests/engine reads its report. The arithmetic is the laws'.
+// passes.inl: the loops of the CPU, included once per instruction set by a file that names it in
+// LIMAX_ISA. Every loop has unit stride and no branch, so that the compiler vectorises it;
+// tests/engine reads its report. The arithmetic is the laws'.
 #include "backend/cpu/passes.h"
 #include "genome/express_pass.h"
 #include "physics/integrator.h"

@@ -1,7 +1,8 @@
 // robot.cpp: the order of one step, and what happens between steps.
 //
-// A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order of effects::all; kick; impulses; drift.
-// "Begun" is the state between kick and drift, where both velocities around t_n are at hand: samples are taken there.
+// A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order
+// of effects::all; kick; impulses; drift. "Begun" is the state between kick and drift, where both
+// velocities around t_n are at hand: samples are taken there.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
@@ -18,8 +19,8 @@ namespace {
 constexpr int64_t check_interval = 64;
 // Sites moved between looks at the clock and the stop flag: well under a millisecond.
 constexpr int64_t sites_per_look = 16384;
-// The robot's own origin follows when its centre of mass is farther away than this on an axis, by whole multiples of a
-// step that fp32 subtracts exactly, m.
+// The robot's own origin follows when its centre of mass is farther away than this on an axis, by
+// whole multiples of a step that fp32 subtracts exactly, m.
 constexpr double origin_reach = 4.0, origin_step = 2.0;
 
 double whole_origin_steps(double distance) {
@@ -254,7 +255,8 @@ void robot_run<R, compensated>::finish_step() {
 
 template <class R, bool compensated>
 void robot_run<R, compensated>::velocity_now(R* out[3]) const {
-    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n; a diverged robot has no better one
+    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n; a diverged robot
+    // has no better one
     const bool between = leapfrog_ && step_ > 0 && begun_;
     for (int axis = 0; axis < 3; ++axis)
         for (int32_t i = 0; i < body_.masses; ++i) {

@@ -29,8 +29,8 @@ private:
 class robot {
 public:
     virtual ~robot() = default;
-    // Steps until the robot has ended, `until` has passed, an interrupt came, or `most` steps (if above 0) are done.
-    // True when it has ended.
+    // Steps until the robot has ended, `until` has passed, an interrupt came, or `most` steps (if
+    // above 0) are done. True when it has ended.
     virtual bool advance(scratch& memory, deadline until, int64_t most) = 0;
     // Puts the masses elsewhere before the first step; [mass][3] in the world, either may be null.
     virtual void place(const double* positions, const double* velocities) = 0;

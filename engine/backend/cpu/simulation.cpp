@@ -1,4 +1,5 @@
-// simulation.cpp: many robots at once, one thread each. A robot's bits depend on nothing but itself.
+// simulation.cpp: many robots at once, one thread each. A robot's bits depend on nothing but
+// itself.
 #include <algorithm>
 #include <atomic>
 #include <cmath>

@@ -1,4 +1,5 @@
-// threads.cpp: a round of work is announced under the mutex, every thread takes part once, the caller waits for the last.
+// threads.cpp: a round of work is announced under the mutex, every thread takes part once, the
+// caller waits for the last.
 #include "backend/cpu/threads.h"
 
 #include <pthread.h>

@@ -1,5 +1,5 @@
-// threads.h: a team of threads that works through a list, each item on one thread. Which thread takes which item never
-// reaches a result: items share nothing.
+// threads.h: a team of threads that works through a list, each item on one thread. Which thread
+// takes which item never reaches a result: items share nothing.
 #pragma once
 
 #include <condition_variable>
@@ -13,7 +13,8 @@ namespace limax::cpu {
 
 class thread_team {
 public:
-    // The caller is one of the `size` threads. The others block every signal, so that Ctrl-C meets the main thread.
+    // The caller is one of the `size` threads. The others block every signal, so that Ctrl-C meets
+    // the main thread.
     explicit thread_team(int size);
     ~thread_team();
     thread_team(const thread_team&) = delete;
@@ -21,7 +22,8 @@ public:
 
     int size() const { return static_cast<int>(threads_.size()) + 1; }
 
-    // Runs work(0) .. work(size - 1), one call per thread, and returns when all have. The first exception is thrown again here.
+    // Runs work(0) .. work(size - 1), one call per thread, and returns when all have. The first
+    // exception is thrown again here.
     void run_on_all(const std::function<void(int)>& work);
     // Runs work(i) for each item 0 .. count - 1.
     void for_each(int count, const std::function<void(int)>& work);

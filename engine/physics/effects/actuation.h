@@ -1,5 +1,6 @@
-// actuation.h: muscles change the rest lengths of their springs: L(t) = L0 + g(t) (A sin(2 pi f t) + B cos(2 pi f t)). SI units.
-// A and B are the mean over all owners of s a cos(phi) L0 and s a sin(phi) L0, since sin(wt + phi) = sin wt cos phi + cos wt sin phi.
+// actuation.h: muscles change the rest lengths of their springs: L(t) = L0 + g(t) (A sin(2 pi f t)
+// + B cos(2 pi f t)). SI units. A and B are the mean over all owners of s a cos(phi) L0 and s a
+// sin(phi) L0, since sin(wt + phi) = sin wt cos phi + cos wt sin phi.
 #pragma once
 
 #include "base/math.h"
@@ -33,7 +34,8 @@ struct actuation {
 
     LIMAX_LAW static clock make_clock(const double* values, double time_step) {
         const double turns = values[0] * time_step;
-        // the fraction of a turn alone: phase arithmetic is modulo 2^64; 2^32 twice, since 2^64 is out of range of a cast
+        // the fraction of a turn alone: phase arithmetic is modulo 2^64; 2^32 twice, since 2^64 is
+        // out of range of a cast
         const double fraction = turns - static_cast<double>(static_cast<int64_t>(turns));
         const double high = fraction * 4294967296.0;
         const uint64_t whole = static_cast<uint64_t>(high);
@@ -49,7 +51,8 @@ struct actuation {
         R sine, cosine;
     };
 
-    // `step` counts from t = 0. No recurrence and no floating-point time: step 10^12 is as exact as step 1.
+    // `step` counts from t = 0. No recurrence and no floating-point time: step 10^12 is as exact
+    // as step 1.
     template <class R>
     LIMAX_LAW static moment<R> at(const clock& c, int64_t step, double time_step) {
         R sine, cosine;

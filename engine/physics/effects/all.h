@@ -1,4 +1,5 @@
-// all.h: every effect there is, in the order in which their laws act. A new effect is a header and a line here.
+// all.h: every effect there is, in the order in which their laws act. A new effect is a header and
+// a line here.
 #pragma once
 
 #include "physics/effects/actuation.h"

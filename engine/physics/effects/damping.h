@@ -1,4 +1,5 @@
-// damping.h: a dashpot along every spring, c = 2 zeta sqrt(k m_r) with m_r the reduced mass of its ends. SI units.
+// damping.h: a dashpot along every spring, c = 2 zeta sqrt(k m_r) with m_r the reduced mass of its
+// ends. SI units.
 #pragma once
 
 #include "physics/effects/effect.h"

@@ -1,19 +1,19 @@
-// effect.h: the contract of an effect. An effect is a struct in a header of its own: what it is called, what it needs, its
-// parameters with units and legal ranges, and laws under the names of the hooks that it declares. May include base/ only.
+// effect.h: the contract of an effect. An effect is a struct in a header of its own: what it is
+// called, what it needs, its parameters with units and legal ranges, and laws under the names of
+// the hooks that it declares. May include base/ only.
 //
-//   hook      law                                              meaning
-//   rest      R rest(moment, spring)                            change of a spring's rest length, m
-//   pair      R pair(spring)                                    force along a spring, N, positive pulls the ends together
-//   node      void node(params, node, force&)                   force on a mass, N; a contact also sets force.normal
-//   impulse   vector<R> impulse(params, node, velocity, normal, h)   velocity after an impulse that never reverses
-//             what it opposes, m/s
-//   energy    R energy(params, node)  or  R energy(spring)      energy stored in it, J
-//   bound     stiffness_damping bound(...)                      largest stiffness (N/m) and damping (N s/m) that it adds to
-//             a mass or along a spring, for the automatic time step
+//   rest     R rest(moment, spring): change of a spring's rest length, m
+//   pair     R pair(spring): force along a spring, N; positive pulls the ends together
+//   node     void node(params, node, force&): force on a mass, N; a contact also sets force.normal
+//   impulse  vector<R> impulse(params, node, velocity, normal, h): the velocity after an impulse
+//            that never reverses what it opposes, m/s
+//   energy   R energy(params, node) or R energy(spring): energy stored in it, J
+//   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
+//            to a mass or along a spring, for the automatic time step
 //
-// A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook without its law and a
-// law without its declaration, so that a misspelt one cannot vanish. An effect that a scene does not name is never
-// instantiated into its passes.
+// A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
+// without its law and a law without its declaration, so that a misspelt one cannot vanish. An
+// effect that a scene does not name is never instantiated into its passes.
 #pragma once
 
 #include "base/portable.h"

@@ -1,4 +1,5 @@
-// friction.h: Coulomb friction as an impulse on each mass that touches, which can stop a slip and never reverse it. SI units.
+// friction.h: Coulomb friction as an impulse on each mass that touches, which can stop a slip and
+// never reverse it. SI units.
 #pragma once
 
 #include "physics/effects/effect.h"
@@ -25,8 +26,9 @@ struct friction {
         return {R(values[0]), R(values[1])};
     }
 
-    // `velocity` is the mass's after all forces of this step of length h; `normal` its normal force. Stopping the slip
-    // takes m |v_t|: at most mu_s N h of it is there at once, else mu_k N h, capped at what stops the mass.
+    // `velocity` is the mass's after all forces of this step of length h; `normal` its normal
+    // force. Stopping the slip takes m |v_t|: at most mu_s N h of it is there at once, else mu_k N
+    // h, capped at what stops the mass.
     template <class R>
     LIMAX_LAW static vector<R> impulse(const params<R>& p, const node_state<R>& s,
                                        const vector<R>& velocity, R normal, R h) {

@@ -1,5 +1,5 @@
-// ground.h: a horizontal plane that pushes what is below it and never pulls: N = max(0, k_g d - c_g v_n) while d > 0.
-// c_g = 2 zeta_g sqrt(k_g m) of the mass that touches. SI units.
+// ground.h: a horizontal plane that pushes what is below it and never pulls: N = max(0, k_g d -
+// c_g v_n) while d > 0. c_g = 2 zeta_g sqrt(k_g m) of the mass that touches. SI units.
 #pragma once
 
 #include "physics/effects/effect.h"

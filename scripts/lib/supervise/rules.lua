@@ -1,6 +1,7 @@
 --- rules.lua: the supervisor used when none is named: it needs no network and says in words what it
---- saw. In order: too many failures, a population that has become alike, a stall, and else a slow
---- way back to the experiment's own parameters.
+--- saw. In order: too many failures, a population that has become alike, a stall while it is still
+--- diverse (then the search is too coarse, not too narrow), and else a slow way back to the
+--- experiment's own parameters.
 
 local schema = require "limax.schema"
 
@@ -49,8 +50,12 @@ return {
       integer = true, reason = "a good gait takes a few generations to be refined" },
     progress = schema.number { value = 0.02, unit = "of the best", minimum = 0, maximum = 10,
       reason = "less than this in all that time is a stall" },
+    diverse = schema.number { value = 0.5, unit = "of the first generation's diversity", minimum = 0,
+      maximum = 1, reason = "above it a stall is answered by refining, below it by exploring" },
     alike = schema.number { value = 0.25, unit = "of the first generation's diversity", minimum = 0,
       maximum = 1, reason = "below it crossover has little left to combine" },
+    finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
+      maximum = 1, reason = "smaller steps hardly change a body within a run" },
   },
   make = function(options)
     return function(history)
@@ -74,9 +79,15 @@ return {
 
       local stalled = stalled_for(history, options.progress)
       if stalled >= options.patience then
-        local said = "the best rose by less than %.3g %% in %d generations: a wider search"
-        return { mutation_rate = 1.15 * p.mutation_rate, mutation_scale = 1.15 * p.mutation_scale,
-          crossover_rate = p.crossover_rate + 0.05 }, said:format(100 * options.progress, stalled)
+        local said = ("the best rose by less than %.3g %% in %d generations, "):format(
+          100 * options.progress, stalled)
+        -- a diverse population that stalls does not lack ideas: its offspring lose what it has found
+        if left and left > options.diverse then
+          return { mutation_rate = 0.8 * p.mutation_rate, mutation_scale = 0.9 * p.mutation_scale },
+            said .. "yet robots still differ: smaller mutations"
+        end
+        return { mutation_rate = 1.2 * p.mutation_rate, mutation_scale = 1.1 * p.mutation_scale },
+          said .. "and robots are alike: larger mutations"
       end
 
       local proposal = towards_first(p, history[1].parameters)

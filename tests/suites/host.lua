@@ -1,0 +1,217 @@
+--- host.lua: command line, errors, locked globals, packages, files, SHA-256, locale.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local suite = require("limax.test").suite "host"
+
+suite:test("an unknown command or option is one message with a suggestion, status 2", function(t)
+  local folder = t:folder()
+  for _, case in ipairs {
+    { { "rnu" }, 'unknown command "rnu"; did you mean "run"?' },
+    { { "--versoin" }, 'unknown option --versoin; did you mean "--version"?' },
+    { { "repl", "--hepl" }, 'unknown option --hepl; did you mean "--help"?' },
+    { { "repl", "file" }, 'unexpected "file"' },
+    { { "run", "--threads" }, "--threads needs N" },
+    { { "run", "--threads", "two" }, '--threads is "two"; it must be a whole number' },
+    { { "run", "--threads=0", "x.lua" }, "--threads is 0; it must be 1 to 1024" },
+    { { "run", "--quiet=1", "x.lua" }, "--quiet takes no value" },
+    { { "run", "--device", "gpu", "x.lua" }, '--device is "gpu"; it must be one of auto, cpu, c' },
+    { { "nosuch.lua" }, "there is no file nosuch.lua" },
+  } do
+    local status, output = process.run(folder, case[1])
+    t:equal(status, 2)
+    t:ok(output:find(case[2], 1, true), output)
+    t:equal(select(2, output:gsub("\n", "")), 1)
+  end
+end)
+
+suite:test("--version, --help and a command's --help end with status 0", function(t)
+  local folder = t:folder()
+  local status, output = process.run(folder, { "--version" })
+  t:equal(status, 0)
+  t:ok(output:find("limax " .. host.version, 1, true), output)
+  status, output = process.run(folder, { "--help" })
+  t:equal(status, 0)
+  t:ok(output:find "\n  run +%l+" and output:find "\n  repl +%l+", output)
+  for _, words in ipairs { { "run", "--help" }, { "run", "x.lua", "-h" }, { "help", "run" } } do
+    status, output = process.run(folder, words)
+    t:equal(status, 0)
+    t:ok(output:find "^usage: limax run" and output:find "%-%-threads N", output)
+  end
+end)
+
+suite:test("a syntax error names file, line and cause, status 1", function(t)
+  local status, output = process.script(t:folder(), "local x = 1\n\nx = = 2\n")
+  t:equal(status, 1)
+  t:equal(output, "limax: script.lua:3: unexpected symbol near '='\n")
+end)
+
+suite:test("an error is followed by a traceback of the script's own lines, status 1", function(t)
+  local status, output = process.script(t:folder(), [[
+local function inner(t) return t.x.y end
+local function outer() local y = inner {} return y end
+outer()
+]])
+  t:equal(status, 1)
+  t:equal(output, "limax: script.lua:1: attempt to index field 'x' (a nil value)\n"
+    .. "  script.lua:1: in function 'inner'\n  script.lua:2: in function 'outer'\n"
+    .. "  script.lua:3: in main chunk\n")
+  status, output = process.script(t:folder(), "local function f() return 1 + f() end\nf()\n")
+  t:equal(status, 1)
+  t:ok(output:find("stack overflow", 1, true) and output:find "%.%.%. %d+ more", output)
+  t:ok(#output < 4000, "a deep recursion must not fill the screen")
+  status, output = process.script(t:folder(), "error(setmetatable({}, "
+    .. "{ __tostring = function() return 'own words' end }))")
+  t:equal(status, 1)
+  t:ok(output:find("limax: own words", 1, true), output)
+end)
+
+suite:test("os.exit and host.exit end with their status and lose no output", function(t)
+  local folder = t:folder()
+  for text, expected in pairs {
+    ["io.write 'kept' os.exit(7)"] = 7,
+    ["io.write 'kept' os.exit(false)"] = 1,
+    ["io.write 'kept' pcall(function() os.exit(true) end)"] = 0,
+    ["coroutine.wrap(function() io.write 'kept' require('limax.host').exit(3) end)()"] = 3,
+    ["io.write 'kept'"] = 0,
+  } do
+    local status, output = process.script(folder, text)
+    t:equal({ status, output }, { expected, "kept" })
+  end
+end)
+
+suite:test("a full standard output is a failure, a closed pipe a quiet end", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/p.lua", "for i = 1, 1e5 do print(i) end")
+  local command = ("cd %s && %s p.lua"):format(folder, process.quote(host.executable))
+  local pipe = io.popen(("{ %s >/dev/full; echo $?; } 2>&1"):format(command))
+  local output = pipe:read "*a"
+  pipe:close()
+  t:equal(output, "limax: cannot write to the standard output: No space left on device\n1\n")
+  pipe = io.popen(("{ %s | head -n 1; } 2>&1"):format(command))
+  output = pipe:read "*a"
+  pipe:close()
+  t:equal(output, "1\n")
+end)
+
+suite:test("globals are locked, math.random and the locale are out of reach", function(t)
+  local read, write = loadstring "return misspelt", loadstring "misspelt = 1"
+  t:raises("undefined name 'misspelt': write local misspelt", read)
+  t:raises("undefined name 'misspelt': write local misspelt", write)
+  t:raises("math.random would make runs irrepeatable: use the `random`", math.random)
+  t:raises("would make runs irrepeatable", function() math.randomseed(1) end)
+  t:raises("the locale stays", function() os.setlocale "de_DE.UTF-8" end)
+  t:equal(os.setlocale(), "C")
+end)
+
+suite:test("require finds limax's modules and the script's own folder, nothing else", function(t)
+  local folder = t:folder()
+  host.file.mkdir(folder .. "/parts")
+  process.write(folder .. "/parts/leg.lua", "return 'leg'")
+  process.write(folder .. "/script.lua", [[
+print(require "parts.leg", package.cpath, type(require "limax"), arg[0]:match "[^/]*$", arg[1])
+print(pcall(require, "socket") == false, pcall(require, "limax.nosuch") == false)
+]])
+  local status, output = process.run("/", { folder .. "/script.lua", "word" })
+  t:equal({ status, output }, { 0, "leg\t\ttable\tscript.lua\tword\ntrue\ttrue\n" })
+end)
+
+suite:test("files are written whole, appended by lines, and locked", function(t)
+  local folder, file = t:folder(), host.file
+  local path = folder .. "/a/b/text"
+  t:equal({ file.exists(path), (file.write_atomic(path, "x")) }, { nil, nil })
+  t:ok(file.mkdir(folder .. "/a/b"))
+  t:ok(file.mkdir(folder .. "/a/b"))
+  for _, text in ipairs { "one", "", ("long\n"):rep(1e5) } do
+    t:ok(file.write_atomic(path, text))
+    t:ok(process.read(path) == text)
+  end
+  -- no part of a file stays behind
+  t:equal(file.list(folder .. "/a/b"), { "text" })
+  t:equal({ file.exists(path), file.exists(folder .. "/a") }, { "file", "folder" })
+
+  local lines = folder .. "/lines"
+  t:ok(file.append(lines, "one\n") and file.append(lines, "two\nthree\n"))
+  t:equal(process.read(lines), "one\ntwo\nthree\n")
+  t:raises("whole lines", function() file.append(lines, "half") end)
+  t:ok(file.truncate(lines, 4))
+  t:equal(process.read(lines), "one\n")
+  local fine, message = file.append("/dev/full", "x\n")
+  t:equal({ fine, message }, { nil, "cannot append to /dev/full: No space left on device" })
+  fine, message = file.write_atomic(folder .. "/no/x", "x")
+  local expected = ("cannot create %s/no/x: No such file or directory"):format(folder)
+  t:equal({ fine, message }, { nil, expected })
+
+  t:ok(file.rename(lines, folder .. "/moved") and file.remove(folder .. "/moved"))
+  t:equal({ (file.remove(folder .. "/moved")), (file.remove(folder .. "/a")) }, { nil, nil })
+  t:equal(file.absolute "/a/../b/./c/", "/b/c")
+
+  local lock = t:ok(file.lock(folder))
+  fine, message = file.lock(folder)
+  t:equal({ fine, message }, { nil, folder .. " is in use by another process" })
+  lock:free()
+  t:ok(file.lock(folder)):free()
+end)
+
+suite:test("a full disk takes no part of a line", function(t)
+  -- a limit on the size of files stands in for a full disk: both cut a write short
+  local folder = t:folder()
+  process.write(folder .. "/f.lua", [[
+local file = require("limax.host").file
+print(file.append("log", ("a"):rep(999) .. "\n"))
+print(file.append("log", ("b"):rep(1999) .. "\n"))
+print(file.write_atomic("whole", ("c"):rep(5000)))
+]])
+  local pipe = io.popen(("cd %s && (trap '' XFSZ; ulimit -f 2; exec %s f.lua 2>&1 | cat)"):format(
+    folder, process.quote(host.executable)))
+  local output = pipe:read "*a"
+  pipe:close()
+  t:ok(output:find("true\nnil\tcannot append to log: ", 1, true), output)
+  t:ok(output:find("nil\tcannot write whole: ", 1, true), output)
+  t:equal(process.read(folder .. "/log"), ("a"):rep(999) .. "\n")
+  t:equal(host.file.list(folder), { "f.lua", "log" })
+end)
+
+suite:test("SHA-256 has the known answers", function(t)
+  -- FIPS 180-4 examples, and every length around the padding's edges against a chain of them all
+  t:equal(host.sha256 "", "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855")
+  t:equal(host.sha256 "abc", "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad")
+  t:equal(host.sha256 "abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq",
+    "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1")
+  t:equal(host.sha256(("a"):rep(1e6)),
+    "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0")
+  local all = {}
+  for length = 0, 130 do all[#all + 1] = host.sha256(("x"):rep(length)) end
+  t:equal(host.sha256(table.concat(all)),
+    "87aca1c44bc7ba8897768170211f0a02063de70801131ff86c7edb9ce32c6a50")
+end)
+
+suite:test("a locale with a decimal comma changes no number", function(t)
+  local folder = t:folder()
+  local name = "de_DE.UTF-8"
+  local make = "localedef -i de_DE -f UTF-8 %s/%s >/dev/null 2>&1"
+  if os.execute(make:format(folder, name)) ~= 0 then
+    t:skip "localedef cannot make a German locale here (Debian: apt-get install locales)"
+  end
+  -- a library may set it, though limax never does
+  local status, output = process.script(folder, [[
+local ffi = require "ffi"
+ffi.cdef "char* setlocale(int, const char*); double strtod(const char*, char**);"
+local LC_ALL = 6
+local function numbers()
+  local json = require("limax.host").json
+  local materials = require("limax.engine").materials "paper"
+  print(1.5, ("%.17g %g"):format(0.1, 2.5), tonumber "1.5", tonumber "1,5",
+    json.encode { 1.5, 1e-7, 1e300 }, (json.decode "[1,5]")[2])
+  print(json.encode((json.decode "[1.5,2.25e-3,-0.5]")), materials:get(2).mass_per_site)
+end
+numbers()
+assert(ffi.C.setlocale(LC_ALL, "") ~= nil and ffi.C.strtod("1,5", nil) == 1.5, "no such locale")
+numbers()
+]], ("LOCPATH=%s LC_ALL=%s"):format(folder, name))
+  t:equal(status, 0)
+  local half = #output / 2
+  t:equal(output:sub(1, half), output:sub(half + 1))
+  t:ok(output:find("[1.5,0.00225,-0.5]\t0.1", 1, true), output)
+end)

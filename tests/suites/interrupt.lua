@@ -1,0 +1,169 @@
+--- interrupt.lua: Ctrl-C reaches whatever runs, within 4 s, and an interrupted run goes on to the
+--- same bytes.
+
+local process = require "support.process"
+local server = require "support.server"
+
+local suite = require("limax.test").suite "interrupt"
+
+local LONGEST = 4 -- s from the signal to the end
+
+local READY = 'io.stderr:write "ready\\n" '
+
+-- Starts a script, sends SIGINT when it says "ready", and returns how it ended.
+local function interrupt(t, text, arguments)
+  local folder = t:folder()
+  process.write(folder .. "/script.lua", text)
+  local child = process.start(folder, arguments or { "script.lua" })
+  child:wait_for "ready"
+  child:signal "INT"
+  local status, output, seconds = child:finish()
+  t:equal(status, 130)
+  t:ok(seconds < LONGEST, ("it took %.1f s"):format(seconds))
+  return output, folder
+end
+
+suite:test("it ends interpreted loops, pcall loops, coroutines and waits", function(t)
+  for _, loop in ipairs {
+    "jit.off() while true do end",
+    "jit.off() while true do pcall(function() end) end",
+    "while true do pcall(error, 'x') end",
+    "while true do xpcall(function() tostring {} end, function(m) return m .. '' end) end",
+    "local f = coroutine.wrap(function() while true do pcall(tostring) coroutine.yield() end end) "
+      .. "jit.off() while true do f() end",
+    "while true do local p = io.popen 'sleep 0.01' p:read '*a' p:close() end",
+    "io.popen('sleep 20'):read '*a'",
+  } do
+    local output = interrupt(t, READY .. loop)
+    t:equal(output, "ready\nlimax: interrupted\n")
+  end
+end)
+
+suite:test("it ends compiled loops, the hard way where nothing else can", function(t)
+  local output = interrupt(t, READY .. "while true do end")
+  t:ok(output:find("stopping hard", 1, true), output)
+  for _, loop in ipairs {
+    "local n = 0 local function f() n = n + 1 end while true do pcall(f) end",
+    "local raise = require('limax.host').raise_if_interrupted while true do pcall(raise) end",
+  } do
+    interrupt(t, READY .. loop)
+  end
+end)
+
+suite:test("it ends a waiting request", function(t)
+  local silent = server.open()
+  interrupt(t, ("%s require('limax.host').http { url = %q }"):format(READY, silent.url))
+  silent:close()
+end)
+
+suite:test("it ends a long simulation at its next step", function(t)
+  interrupt(t, [[
+local limax = require "limax"
+local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+]] .. READY .. [[
+robot:simulate { scene = limax.scenes.land(), duration = 1e5 }
+]])
+end)
+
+suite:test("clean-up runs after it, engine included; a second Ctrl-C ends at once", function(t)
+  local text = [[
+local host, engine = require "limax.host", require "limax.engine"
+local ok, value = host.protect(function() %s while true do pcall(tostring, {}) end end)
+assert(not ok and value == host.interrupt and not host.interrupted())
+assert(tostring(value) == "interrupted")
+-- interpreted and compiled Lua, and the engine, work as before
+local sum = 0
+for i = 1, 1e6 do sum = sum + i %% 7 end
+engine.population { lattice = { 2, 2, 2 }, count = 1 }
+print "cleaned" io.stdout:flush()
+%s
+host.exit(130)
+]]
+  local output = interrupt(t, text:format(READY, ""))
+  t:equal(output, "ready\ncleaned\n")
+
+  local folder = t:folder()
+  process.write(folder .. "/script.lua", text:format(READY, "while true do end"))
+  local child = process.start(folder, { "script.lua" })
+  child:wait_for "ready"
+  child:signal "INT"
+  child:wait_for "cleaned"
+  -- two signals within a tenth of a second are one press
+  os.execute "sleep 0.2"
+  child:signal "INT"
+  local status, _, seconds = child:finish()
+  t:equal(status, 130)
+  t:ok(seconds < 1, ("it took %.1f s"):format(seconds))
+end)
+
+suite:test("one press that arrives as two signals is one", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/script.lua", [[
+local host = require "limax.host"
+host.protect(function() io.stderr:write "ready\n" while true do pcall(error) end end)
+os.execute "sleep 0.3"
+print "cleaned"
+host.exit(130)
+]])
+  local child = process.start(folder, { "script.lua" })
+  child:wait_for "ready"
+  os.execute(("kill -INT %s; kill -INT %s"):format(child.pid, child.pid))
+  local status, output = child:finish()
+  t:equal({ status, output }, { 130, "ready\ncleaned\n" })
+end)
+
+-- An experiment whose fitness hangs in generation 2 when the environment says how.
+local EXPERIMENT = [[
+local limax = require "limax"
+local how = os.getenv "LIMAX_TEST_HANG"
+local function ready() io.stderr:write "ready\n" end
+local hang = {}
+function hang.loop() ready() while true do end end
+function hang.pcall() ready() while true do pcall(tostring, {}) end end
+function hang.request() ready() require("limax.host").http { url = os.getenv "LIMAX_TEST_URL" } end
+function hang.simulation(robot)
+  ready()
+  robot:simulate { duration = 1e5 }
+end
+return limax.experiment {
+  lattice = { 3, 3, 3 }, population = 6, generations = 4, seed = 7,
+  simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" },
+  fitness = function(robot)
+    if how and robot.generation == 2 then hang[how](robot) end
+    return robot:distance()
+  end,
+}
+]]
+
+local RESULTS = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0003.jsonl",
+  "r01/population/g0003.npy", "r01/champions/g0003.json" }
+
+suite:test("an interrupted run resumes to the bytes of an uninterrupted one", function(t)
+  local silent, whole = server.open(), t:folder()
+  process.write(whole .. "/e.lua", EXPERIMENT)
+  local status, output = process.run(whole, { "run", "e.lua", "-q", "--out", "run" })
+  t:ok(status == 0, output)
+
+  for _, how in ipairs { "loop", "pcall", "request", "simulation" } do
+    local folder = t:folder()
+    process.write(folder .. "/e.lua", EXPERIMENT)
+    local child = process.start(folder, { "run", "e.lua", "--out", "run" },
+      ("LIMAX_TEST_HANG=%s LIMAX_TEST_URL=%s"):format(how, silent.url))
+    child:wait_for "ready"
+    child:signal "INT"
+    local seconds
+    status, output, seconds = child:finish()
+    t:ok(status == 130, output)
+    t:ok(seconds < LONGEST, ("%s: it took %.1f s"):format(how, seconds))
+    if how ~= "loop" then t:ok(output:find("run --resume", 1, true), output) end
+
+    status, output = process.run(folder, { "run", "--resume", "run", "-q" })
+    t:ok(status == 0, output)
+    for _, name in ipairs(RESULTS) do
+      local expected = process.read(whole .. "/run/" .. name)
+      t:ok(#expected > 0, name .. " is missing")
+      t:ok(process.read(folder .. "/run/" .. name) == expected, how .. ": " .. name .. " differs")
+    end
+  end
+  silent:close()
+end)

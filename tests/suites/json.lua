@@ -1,0 +1,101 @@
+--- json.lua: JSON in and out: round trips, exact numbers, and errors that name their place.
+
+local ffi = require "ffi"
+local json = require("limax.host").json
+
+local suite = require("limax.test").suite "json"
+
+suite:test("values survive the way out and back", function(t)
+  for _, text in ipairs {
+    "null", "true", "0", "-0.0", '""', "[]", "{}", "[[],{}]", '{"":""}', '"\\u0000é\\"\\\\\\n"',
+    '{"a":[1,2,{"b":null}],"c":[],"d":{}}', "9007199254740992", "-9007199254740992", "5e-324",
+    "1.7976931348623157e+308", "0.1", "1e-07", "1e+20",
+  } do
+    t:equal(json.encode((json.decode(text))), text)
+  end
+  t:ok(json.decode "null" == json.null)
+  t:equal(tostring(json.null), "null")
+  t:equal(json.encode { b = 1, a = 2, [""] = 3, B = 4 }, '{"":3,"B":4,"a":2,"b":1}')
+  t:equal(json.encode { json.array {}, {}, json.array { 1 } }, "[[],{},[1]]")
+  t:equal({ json.is_array {}, json.is_array { 1 }, json.is_array(json.decode "[]") },
+    { false, true, true })
+  t:equal(json.encode({ a = { 1, 2 }, b = { { 1 }, {} }, c = {} }, { indent = 2 }), [[
+{
+  "a": [1, 2],
+  "b": [
+    [1],
+    {}
+  ],
+  "c": {}
+}]])
+end)
+
+suite:test("every double reads back with its own bits", function(t)
+  -- xorshift64* over the bit patterns of doubles
+  local bits = ffi.new("union { double number; uint64_t whole; }")
+  local state = 88172645463325252ULL
+  local list, expected = {}, {}
+  for _ = 1, 20000 do
+    state = bit.bxor(state, bit.rshift(state, 12))
+    state = bit.bxor(state, bit.lshift(state, 25))
+    state = bit.bxor(state, bit.rshift(state, 27))
+    bits.whole = state * 2685821657736338717ULL
+    local number = bits.number
+    if number == number and math.abs(number) < math.huge then
+      list[#list + 1] = number
+      expected[#expected + 1] = number / 2 ^ 600 * 2 ^ 600
+    end
+  end
+  t:ok(#list > 19000)
+  t:same_bits(json.decode(json.encode(list)), list)
+  t:same_bits(json.decode(json.encode(expected)), expected)
+end)
+
+suite:test("text that is no JSON, or not ours, is refused with origin, line and column", function(t)
+  for text, expected in pairs {
+    [""] = "line 1, column 1: ",
+    ["[1,\n 2,]"] = "line 2, column 4: ",
+    ['{"a": tru}'] = "line 1, column 10: ",
+    ["[1] 2"] = "line 1, column 5: ",
+    ["[1e400]"] = "number overflow",
+    ["NaN"] = "line 1, column 1: ",
+    ['{"a": 1,\n "b": 2, "a": 3}'] = 'line 2, column 10: the key "a" comes twice',
+    ['{"\\"": 1, "\\"": 3}'] = 'line 1, column 11: the key """ comes twice',
+    ["[9007199254740993]"] = "line 1, column 2: the whole number 9007199254740993 lies beyond 2^53",
+    ["[-9007199254740993]"] = "the whole number -9007199254740993 lies beyond 2^53",
+    ['["é",\n 123456789012345678901234]'] = "line 2, column 2: the whole number 12345678901234567",
+    ['"é\255"'] = "line 1, column 3: not UTF-8",
+    ['"\237\160\128"'] = "line 1, column 2: not UTF-8",
+    ['"\\ud800"'] = "surrogate",
+    ["[1\0]"] = "line 1, column 3: ",
+    [("["):rep(201)] = "line 1, column 201: nested deeper than 200 levels",
+  } do
+    local value, message = json.decode(text, "some.json")
+    t:equal(value, nil)
+    t:ok(message:find("some.json: line ", 1, true) == 1, message)
+    t:ok(message:find(expected, 1, true), message)
+  end
+  t:ok(json.decode(("["):rep(200) .. ("]"):rep(200)))
+  t:raises("string expected", function() json.decode(nil) end)
+end)
+
+suite:test("what JSON cannot hold raises and names its place", function(t)
+  local itself = {}
+  itself.again = itself
+  for expected, value in pairs {
+    ["NaN at a.b[2]"] = { a = { b = { 1, 0 / 0 } } },
+    ["infinity at [1]"] = { 1 / 0 },
+    ["an array with the key x"] = { 1, x = 2 },
+    ["an array with gaps"] = { 1, nil, 3, nil, nil, nil, 7 },
+    ["a key that is a number"] = { [2] = 1 },
+    ["a key that is a boolean"] = { [true] = 1 },
+    ["a function at f"] = { f = print },
+    ["a cdata at c"] = { c = 1LL },
+    ["a thread at [1]"] = { coroutine.create(print) },
+    ["a string that is not UTF-8 (byte 2) at s"] = { s = "a\255" },
+    ["nested deeper than 200 levels (does it hold itself?)"] = itself,
+  } do
+    t:raises(expected, function() json.encode(value) end)
+  end
+  t:raises("a table with a metatable", function() json.array(setmetatable({}, {})) end)
+end)

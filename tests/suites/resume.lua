@@ -1,0 +1,257 @@
+--- resume.lua: a run gives the same bytes whatever happens to it: other numbers of threads, one
+--- repetition alone, SIGINT and SIGKILL at random moments, a resume with and without changes.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local process = require "limax.test.process"
+local source = require "limax.source"
+
+local suite = require("limax.test").suite "resume"
+
+-- Supervised by a function of history that reaches bodies and genomes of earlier generations: what a
+-- resume would lose shows in the numbers.
+local EXPERIMENT = [[
+local limax = require "limax"
+
+local function supervisor(history, random)
+  local now = history[#history]
+  local old = history[math.max(1, #history - 2)]
+  local shift = 0.02 * (old.population[1].body.mass / now.population[1].body.mass - 1)
+    + 0.01 * old.population[2].genome[3] + 0.001 * history[1].population[3].body.voxels
+    + 0.02 * (random:uniform() - 0.5)
+  local scale = #history % 4 == 0 and 1.02 or 0.99
+  return { mutation_scale = 0.1 + shift, materials = { bone = { stiffness = scale * 1e4 } } },
+    ("shift %.17g"):format(shift)
+end
+
+return limax.experiment {
+  name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = GENERATIONS,
+  repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
+  fitness = function(robot)
+    if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
+    return robot:distance(), { robot.body.mass, robot:speed() }
+  end,
+  selection = "rank", supervisor = supervisor, supervision = { materials = true },
+}
+]]
+
+local function write_experiment(folder, generations, repetitions)
+  local text = EXPERIMENT:gsub("GENERATIONS", generations):gsub("REPETITIONS", repetitions)
+  assert(host.file.write_atomic(folder .. "/tiny.lua", text))
+end
+
+local function run(folder, arguments, options)
+  options = options or {}
+  options.folder = folder
+  return process.limax(arguments, options)
+end
+
+-- Runs and expects a good end.
+local function completes(t, folder, arguments)
+  local done = run(folder, arguments)
+  t:ok(done.status == 0, ("status %d: %s"):format(done.status, done.stderr))
+  return done
+end
+
+-- Every file below a folder, sorted, but for those that hold clocks or the way there.
+local function files(folder, below, list)
+  list = list or {}
+  local skipped = { ["environment.json"] = true, ["timing.jsonl"] = true, STATUS = true,
+    checkpoint = true, ["config.json"] = true, scripts = true, ["champion.svg"] = true }
+  for _, name in ipairs(host.file.list(folder .. (below or "")) or {}) do
+    local path = (below or "") .. "/" .. name
+    if host.file.exists(folder .. path) == "folder" and not skipped[name] then
+      files(folder, path, list)
+    elseif not skipped[name] then
+      list[#list + 1] = path
+    end
+  end
+  return list
+end
+
+local function same_run(t, got, expected)
+  t:equal(files(got), files(expected))
+  for _, path in ipairs(files(expected)) do
+    t:ok(source.read(got .. path) == source.read(expected .. path),
+      path .. " differs from the uninterrupted run's")
+  end
+end
+
+-- What a killed process leaves must be whole lines and whole files.
+local function whole(t, folder)
+  for _, path in ipairs(files(folder)) do
+    local text = source.read(folder .. path)
+    if path:find "%.part$" then
+      t:ok(path:find "/%.", "a temporary file that is not hidden: " .. path)
+    elseif path:find "%.jsonl$" then
+      t:ok(text == "" or text:sub(-1) == "\n", path .. " ends in the middle of a line")
+      for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), path .. ": " .. line) end
+    elseif path:find "%.json$" then
+      t:ok(host.json.decode(text), path .. " is cut off")
+    end
+  end
+end
+
+suite:test("threads change no byte", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 4, 1)
+  for threads = 1, 3 do
+    local name = "threads" .. threads
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", name, "--threads", tostring(threads) })
+    same_run(t, folder .. "/" .. name, folder .. "/threads1")
+  end
+end)
+
+suite:test("one repetition alone equals the same one among three", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 3, 3)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "three" })
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "two", "--repetition", "2" })
+  for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
+    local wanted = {}
+    for line in source.read(folder .. "/three/" .. name):gmatch "[^\n]+" do
+      if host.json.decode(line).repetition == 2 then wanted[#wanted + 1] = line .. "\n" end
+    end
+    t:equal(#wanted, 3)
+    t:ok(source.read(folder .. "/two/" .. name) == table.concat(wanted), name .. " differs")
+  end
+  local last = "/r02/population/g0002"
+  for _, ending in ipairs { ".jsonl", ".npy" } do
+    t:ok(source.read(folder .. "/two" .. last .. ending)
+      == source.read(folder .. "/three" .. last .. ending))
+  end
+  t:ok(not host.file.exists(folder .. "/two/r01"))
+end)
+
+-- Ends a run by a signal at random moments, and goes on each time, until `kills` signals have hit.
+local function survives(t, signal, kills)
+  local folder = t:folder()
+  write_experiment(folder, 30, 2)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+  local random = engine.random(7, 1, "user", signal == "INT" and 1 or 2, 0)
+  local hit, attempt = 0, 0
+  while hit < kills do
+    attempt = attempt + 1
+    local name = "broken" .. attempt
+    local arguments = { "run", "tiny.lua", "-q", "--out", name }
+    local done
+    repeat
+      done = run(folder, arguments, { signal = signal, after = 0.03 + 0.25 * random:uniform() })
+      if done.status ~= 0 then
+        t:equal(done.status, signal == "INT" and 130 or 137)
+        hit = hit + 1
+        if host.file.exists(folder .. "/" .. name) then whole(t, folder .. "/" .. name) end
+      end
+      if host.file.exists(folder .. "/" .. name .. "/config.json") then
+        if done.status == 130 then
+          t:ok(done.stderr:find("continue with: limax run --resume " .. name, 1, true), done.stderr)
+        end
+        arguments = { "run", "--resume", name, "-q" }
+      elseif host.file.exists(folder .. "/" .. name) then
+        -- killed before it was a run: such a folder is nobody's
+        attempt = attempt + 1
+        name = "broken" .. attempt
+        arguments = { "run", "tiny.lua", "-q", "--out", name }
+      end
+    until done.status == 0 or hit >= kills
+    if done.status ~= 0 then completes(t, folder, arguments) end
+    same_run(t, folder .. "/" .. name, folder .. "/whole")
+  end
+  t:note(("%d signals in %d runs"):format(hit, attempt))
+end
+
+suite:test("SIGINT at random moments changes no byte", { limit = 120 }, function(t)
+  survives(t, "INT", 20)
+end)
+
+suite:test("SIGKILL at random moments changes no byte", { limit = 120 }, function(t)
+  survives(t, "KILL", 20)
+end)
+
+suite:test("a changed script or configuration is refused with the difference", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 4, 1)
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
+    local path = folder .. "/tiny.lua"
+    local text = source.read(path)
+    text = text:gsub('selection = "rank"', 'selection = "roulette"')
+    assert(host.file.write_atomic(path, text))
+    local refused = run(folder, { "run", "--resume", "r", "-q" })
+    t:equal(refused.status, 2)
+    t:ok(refused.stderr:find 'selection: was "rank", is "roulette"', refused.stderr)
+    t:ok(refused.stderr:find '%+%d+:   selection = "roulette"', refused.stderr)
+    t:ok(refused.stderr:find "%-%-changed", refused.stderr)
+    local before = source.read(folder .. "/r/metrics.jsonl")
+
+    local went_on =
+      completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
+    t:ok(went_on.stderr:find "going on with what has changed", went_on.stderr)
+    local after = source.read(folder .. "/r/metrics.jsonl")
+    t:equal(after:sub(1, #before), before)
+    t:ok(#after > #before)
+    t:ok(host.file.exists(folder .. "/r/config-1.json"))
+    t:ok(source.read(folder .. "/r/scripts-1/tiny.lua"):find '"rank"')
+    t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"roulette"')
+    -- and from here on the new one is the one to be met
+    completes(t, folder, { "run", "--resume", "r", "-q" })
+  end)
+
+suite:test("some fields can never change", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2" } do
+    local refused = run(folder, { "run", "--resume", "r", "--changed", "--set", change })
+    t:equal(refused.status, 2)
+    t:ok(refused.stderr:find "cannot go on with another", refused.stderr)
+  end
+end)
+
+suite:test("a run goes on from the copy of a script that is gone", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 12, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+  local arguments = { "run", "tiny.lua", "-q", "--out", "r" }
+  local done = run(folder, arguments, { signal = "INT", after = 0.15 })
+  if done.status ~= 130 then t:skip "the run ended before the signal" end
+  host.file.remove(folder .. "/tiny.lua")
+  local went_on = completes(t, folder, { "run", "--resume", "r" })
+  t:ok(went_on.stderr:find "is gone; going on with the copy", went_on.stderr)
+  same_run(t, folder .. "/r", folder .. "/whole")
+end)
+
+suite:test("a finished run has nothing left to do", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  local before = source.read(folder .. "/r/metrics.jsonl")
+  completes(t, folder, { "run", "--resume", "r", "-q" })
+  t:equal(source.read(folder .. "/r/metrics.jsonl"), before)
+  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "done")
+end)
+
+suite:test("two processes never write one folder", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  local handle = t:ok(host.file.lock(folder .. "/r"))
+  local refused = run(folder, { "run", "--resume", "r" })
+  handle:free()
+  t:equal(refused.status, 1)
+  t:ok(refused.stderr:find "in use by another run", refused.stderr)
+end)
+
+suite:test("champions replay alone to the same score", { limit = 30 }, function(t)
+  local limax = require "limax"
+  local folder = t:folder()
+  write_experiment(folder, 5, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  for generation = 0, 4 do
+    local path = ("%s/r/r01/champions/g%04d.json"):format(folder, generation)
+    local file = host.json.decode(source.read(path))
+    t:same_bits(limax.robot(path):simulate():distance(), file.score)
+  end
+end)
+
+return suite

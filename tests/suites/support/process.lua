@@ -1,0 +1,113 @@
+--- process.lua: runs the limax executable for a test, to its end or until a signal, within a limit.
+
+local host = require "limax.host"
+
+local process = {}
+
+-- a process that is still there after so many seconds is killed: no test may hang
+local LIMIT = 30
+-- how long a process may take to say that it is ready, s
+local START = 10
+
+--- A word as the shell reads it back unchanged.
+---@param word string
+---@return string
+function process.quote(word) return "'" .. word:gsub("'", "'\\''") .. "'" end
+
+---@param path string
+---@return string text empty where there is no file
+function process.read(path)
+  local file = io.open(path, "rb")
+  if not file then return "" end
+  local text = file:read "*a"
+  file:close()
+  return text
+end
+
+---@param path string
+---@param text string
+---@return string path
+function process.write(path, text)
+  local file = assert(io.open(path, "wb"))
+  file:write(text)
+  file:close()
+  return path
+end
+
+---@class limax.test_process
+---@field pid string
+---@field output string path: what it writes, both streams
+
+local methods = {}
+local class = { __index = methods }
+
+--- Starts `limax` with these arguments in `folder`, where its output goes into a file.
+---@param folder string
+---@param arguments string[]
+---@param environment string|nil words like NAME=value before the command
+---@return limax.test_process
+function process.start(folder, arguments, environment)
+  local words = { process.quote(host.executable) }
+  for _, word in ipairs(arguments) do words[#words + 1] = process.quote(word) end
+  local output, job = folder .. "/output.txt", folder .. "/job.sh"
+  process.write(job, ("cd %s\nenv %s %s </dev/null >%s 2>&1 &\n"
+    .. "echo $!\nwait $!\necho $?\n"):format(process.quote(folder), environment or "",
+    table.concat(words, " "), process.quote(output)))
+  local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s"):format(LIMIT, process.quote(job))))
+  return setmetatable({ pipe = pipe, pid = pipe:read "*l", output = output }, class)
+end
+
+--- Waits until the output contains `text`.
+---@param text string
+function methods:wait_for(text)
+  local start = host.clock()
+  while not process.read(self.output):find(text, 1, true) do
+    if host.clock() - start > START then
+      self:signal "KILL"
+      error(("%q did not come; the output is: %s"):format(text, process.read(self.output)), 2)
+    end
+    os.execute "sleep 0.02"
+  end
+end
+
+--- Sends a signal to this process alone.
+---@param name string
+function methods:signal(name)
+  self.sent = host.clock()
+  os.execute(("kill -%s %s 2>/dev/null"):format(name, self.pid))
+end
+
+--- Waits for its end.
+---@return integer|nil status nil if it had to be killed by the limit
+---@return string output
+---@return number seconds since the last signal, or since this call
+function methods:finish()
+  local start = self.sent or host.clock()
+  local status = tonumber(self.pipe:read "*l")
+  self.pipe:close()
+  return status, process.read(self.output), host.clock() - start
+end
+
+--- Runs `limax` to its end.
+---@param folder string
+---@param arguments string[]
+---@param environment string|nil
+---@return integer|nil status
+---@return string output
+function process.run(folder, arguments, environment)
+  local status, output = process.start(folder, arguments, environment):finish()
+  return status, output
+end
+
+--- Runs a Lua text as a script of `limax`.
+---@param folder string
+---@param text string
+---@param environment string|nil
+---@return integer|nil status
+---@return string output
+function process.script(folder, text, environment)
+  process.write(folder .. "/script.lua", text)
+  return process.run(folder, { "script.lua" }, environment)
+end
+
+return process
