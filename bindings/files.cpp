@@ -3,7 +3,6 @@
 // the path and the system's reason.
 #include "files.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -12,10 +11,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "guard.h"
@@ -33,7 +32,8 @@ struct system_problem {
 };
 
 [[noreturn]] void fail(const char* what, const std::string& path) {
-    throw system_problem{std::string("cannot ") + what + " " + path + ": " + std::strerror(errno)};
+    const std::string reason = std::generic_category().message(errno);
+    throw system_problem{std::string("cannot ") + what + " " + path + ": " + reason};
 }
 
 class descriptor {
@@ -181,18 +181,13 @@ void make_folder(const std::string& path) {
 }
 
 std::vector<std::string> list_folder(const std::string& path) {
-    DIR* const folder = opendir(path.c_str());
-    if (folder == nullptr) fail("list", path);
     std::vector<std::string> names;
-    errno = 0;
-    while (const dirent* const entry = readdir(folder)) {
-        const std::string name = entry->d_name;
-        if (name != "." && name != "..") names.push_back(name);
+    try {
+        for (const auto& entry : std::filesystem::directory_iterator(path))
+            names.push_back(entry.path().filename().string());
+    } catch (const std::filesystem::filesystem_error& problem) {
+        throw system_problem{"cannot list " + path + ": " + problem.code().message()};
     }
-    const int problem = errno;
-    closedir(folder);
-    errno = problem;
-    if (problem != 0) fail("list", path);
     std::sort(names.begin(), names.end());
     return names;
 }

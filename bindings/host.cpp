@@ -6,9 +6,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <string>
+#include <system_error>
 
 #include "files.h"
 #include "globals.h"
@@ -41,8 +41,8 @@ struct command_line {
     errno = 0;
     const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
     if (lost && errno != EPIPE) {
-        std::fprintf(stderr, "limax: cannot write to the standard output: %s\n",
-                     std::strerror(errno));
+        const std::string reason = std::generic_category().message(errno);
+        std::fprintf(stderr, "limax: cannot write to the standard output: %s\n", reason.c_str());
         if (status == 0) status = status_failed;
     }
     // freeing all objects may wait, for a child process for example: not after Ctrl-C
@@ -51,6 +51,7 @@ struct command_line {
         _exit(status);
     }
     lua_close(L);
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): the threads that are left wait, and touch nothing
     std::exit(status);
 }
 

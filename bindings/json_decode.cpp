@@ -96,8 +96,8 @@ public:
             return number(static_cast<double>(value));
         return refuse_integer();
     }
-    // Reads the digits again: the parser asks the process's locale for the decimal point, and has put
-    // that in the place of the point.
+    // Reads the digits again: the parser asks the process's locale for the decimal point, and has
+    // put that in the place of the point.
     bool number_float(double, std::string digits) {
         for (char& letter : digits)
             if (number_letters.find(letter) == std::string_view::npos) letter = '.';

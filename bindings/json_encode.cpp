@@ -176,7 +176,7 @@ private:
     void line() {
         if (indent_ == 0) return;
         text_ += '\n';
-        text_.append(static_cast<std::size_t>(depth_ * indent_), ' ');
+        text_.append(static_cast<std::size_t>(depth_) * static_cast<std::size_t>(indent_), ' ');
     }
 
     void close(char bracket, bool same_line) {

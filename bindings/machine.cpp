@@ -32,7 +32,7 @@ void set_truth(lua_State* L, const char* field, bool truth) {
 }
 
 bool is_set(const char* variable) {
-    const char* const value = std::getenv(variable);
+    const char* const value = secure_getenv(variable);
     return value != nullptr && *value != '\0';
 }
 
@@ -42,7 +42,7 @@ int columns() {
         if (ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
     }
     int count = 0;
-    if (const char* const given = std::getenv("COLUMNS"))
+    if (const char* const given = secure_getenv("COLUMNS"))
         std::from_chars(given, given + std::strlen(given), count);
     return count > 0 ? count : usual_columns;
 }
@@ -50,7 +50,7 @@ int columns() {
 // terminal() -> which streams are one, its width, and whether colours are wanted there
 // (https://no-color.org)
 int terminal(lua_State* L) {
-    const char* const kind = std::getenv("TERM");
+    const char* const kind = secure_getenv("TERM");
     const bool plain = is_set("NO_COLOR") || kind == nullptr || std::strcmp(kind, "dumb") == 0;
     const bool out = isatty(STDOUT_FILENO) != 0;
     const bool err = isatty(STDERR_FILENO) != 0;

@@ -71,7 +71,7 @@ std::string find_executable() {
 
 std::string find_home(const std::string& executable) {
     std::error_code problem;
-    if (const char* const given = std::getenv("LIMAX_HOME"); given != nullptr && *given != '\0') {
+    if (const char* const given = secure_getenv("LIMAX_HOME"); given != nullptr && *given != '\0') {
         if (!holds_scripts(given))
             throw std::runtime_error("LIMAX_HOME is " + std::string(given) +
                                      ", which holds no scripts/lib/main.lua");

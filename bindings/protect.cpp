@@ -11,8 +11,8 @@
 namespace limax::host {
 namespace {
 
-// A deep recursion is shown by its ends: so many frames first, so many levels (C and launching frames
-// among them) last.
+// A deep recursion is shown by its ends: so many frames first, so many levels (C and launching
+// frames among them) last.
 constexpr int frames_first = 12;
 constexpr int levels_last = 16;
 

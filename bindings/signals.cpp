@@ -13,10 +13,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <cstring>
 #include <ctime>
 #include <stdexcept>
-#include <string>
+#include <system_error>
 #include <thread>
 
 #include "guard.h"
@@ -169,7 +168,7 @@ void install_signals(lua_State* L) {
     // no SA_RESTART: a read that waits for a person or a process must come back to Lua
     action.sa_flags = 0;
     if (sigaction(SIGINT, &action, nullptr) != 0)
-        throw std::runtime_error(std::string("cannot take SIGINT: ") + std::strerror(errno));
+        throw std::system_error(errno, std::generic_category(), "cannot take SIGINT");
 }
 
 void release_signals() {

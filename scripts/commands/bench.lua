@@ -1,5 +1,6 @@
---- bench.lua: `limax bench NAME`: measurements that anyone can repeat. Each is a module under scripts/lib/bench that first
---- checks what it is about to time, then measures, and returns rows; this file runs it and writes them.
+--- bench.lua: `limax bench NAME`: measurements that anyone can repeat. Each is a module under
+--- scripts/lib/bench that first checks what it is about to time, then measures, and returns rows;
+--- this file runs it and writes them.
 
 local csv = require "limax.bench.csv"
 local failure = require "limax.failure"
@@ -28,7 +29,8 @@ local function run(arguments)
   local known = false
   for _, each in ipairs(bench_names()) do known = known or each == name end
   if not known then
-    failure.raise(exit_usage, ('unknown bench "%s"%s'):format(name, suggest.ending(name, bench_names())))
+    local ending = suggest.ending(name, bench_names())
+    failure.raise(exit_usage, ('unknown bench "%s"%s'):format(name, ending))
   end
   local bench = require("limax.bench." .. name)
   local result = bench.run {
@@ -53,7 +55,8 @@ return {
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
     { name = "csv", argument = "FILE", text = "also write the rows as CSV" },
-    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "auto", text = "auto, cpu or cuda" },
+    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "auto",
+      text = "auto, cpu or cuda" },
     { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
       text = "threads of the CPU device; one per core if left out" },
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,

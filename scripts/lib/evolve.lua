@@ -55,7 +55,7 @@ function evolve.start(experiment, options)
   end
 
   local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
-    device = device, folder = folder, on_progress = options.on_progress,
+    device = device, folder = folder, out = options.out, on_progress = options.on_progress,
     on_generation = options.on_generation, history = {}, said = {} }, Run)
   self.say_aloud = options.say or function(text) io.stderr:write(text, "\n") end
   self.options = settings.engine_options(config.simulation, config.record)
@@ -178,6 +178,7 @@ end
 ---@return fun(): limax.population.scored|nil
 function Run:generations()
   return function()
+    if self.ended then return nil end
     if not self.population then
       self.population = self:first_generation()
     else
@@ -185,6 +186,11 @@ function Run:generations()
       self.population = self.offspring
     end
     self.offspring = nil
+    self.ended = self.population == nil
+    if self.ended and self.out then
+      self.folder:status "done"
+      self.folder:close()
+    end
     return self.population
   end
 end

@@ -48,13 +48,25 @@ local function overview()
   }
 end
 
+-- What a command does with its words.
+local function call(command, arguments, action)
+  if not arguments.help then return action() end
+  io.write(options.help(command))
+  return nil
+end
+
 -- a script, and the experiment that it may return
 local function run_script(argv)
   local value = require("limax.script").run(unpack(argv))
   if type(value) ~= "table" then return nil end
   local run = load_command "run"
   if not run.is_experiment(value) then return nil end
-  return run.run_experiment(value, options.parse(run, argv))
+  local arguments = options.parse(run, argv)
+  return call(run, arguments, function()
+    -- a continued run has its own script: `limax run` says so
+    if arguments.resume or arguments.changed then return run.run(arguments) end
+    return run.run_experiment(value, arguments)
+  end)
 end
 
 local function run_command(name, argv)
@@ -69,11 +81,7 @@ local function run_command(name, argv)
   end
   local command = load_command(name)
   local arguments = options.parse(command, { unpack(argv, 2) })
-  if arguments.help then
-    io.write(options.help(command))
-    return nil
-  end
-  return command.run(arguments)
+  return call(command, arguments, function() return command.run(arguments) end)
 end
 
 local function dispatch(argv)

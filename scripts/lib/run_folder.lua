@@ -128,10 +128,7 @@ end
 
 local function lock(path)
   local handle, message = host.file.lock(path)
-  if not handle then
-    failure.raise(1, ("%s is in use by another run, or cannot be locked: %s")
-      :format(path, tostring(message)))
-  end
+  if not handle then failure.raise(1, message) end
   return handle
 end
 

@@ -88,12 +88,17 @@ end
 
 -- ---- what to type next --------------------------------------------------------------------------
 
+-- A word as a shell takes it.
+local function quoted(word)
+  if word:find "^[%w%._/=%-]+$" then return word end
+  return "'" .. word:gsub("'", "'\\''") .. "'"
+end
+
 -- A path as short as it can be said from here, quoted where a shell needs it.
 local function said_path(path)
   local here = host.file.absolute "."
   if path:sub(1, #here + 1) == here .. "/" then path = path:sub(#here + 2) end
-  if path:find "[^%w%._/%-]" then return "'" .. path:gsub("'", "'\\''") .. "'" end
-  return path
+  return quoted(path)
 end
 
 -- The program as the user can call it: by name where the name finds it.
@@ -108,31 +113,41 @@ end
 
 -- The name of a folder that does not exist yet: the run's own with a word at its end.
 local function beside(folder, word)
-  local name, n = folder:gsub("/+$", "") .. "-" .. word, 2
-  while host.file.exists(name) do
-    name, n = folder:gsub("/+$", "") .. "-" .. word .. "-" .. n, n + 1
-  end
+  local base = folder:gsub("/+$", "") .. "-" .. word
+  local name, n = base, 2
+  while host.file.exists(name) do name, n = base .. "-" .. n, n + 1 end
   return name
 end
 
+-- Three commands that work as they stand.
 local function next_commands(folder, config)
   local limax, commands = program(), {}
   local script = config.run and config.run.path
+  local function add(command, why) commands[#commands + 1] = { command, why } end
   if script and host.file.exists(script) == "file" then
-    local run = ("%s run %s"):format(limax, said_path(script))
-    local longer = 2 * config.generations
-    commands[1] = { ("%s --set seed=%d --out %s"):format(run, (tonumber(config.seed)
-      or 0) % 1000 + 1, said_path(beside(folder, "seed"))), "another seed: is it luck?" }
-    commands[2] = { ("%s --set generations=%d --out %s"):format(run, longer,
-      said_path(beside(folder, "longer"))), "twice as long" }
+    -- the same changes, but for the one that a command makes itself
+    local function again(field, value, word)
+      local words = { limax, "run", said_path(script) }
+      for _, change in ipairs(config.run.overrides or {}) do
+        if change:match "^[^=]*" ~= field then words[#words + 1] = "--set " .. quoted(change) end
+      end
+      words[#words + 1] = ("--set %s=%d --out %s"):format(field, value,
+        said_path(beside(folder, word)))
+      return table.concat(words, " ")
+    end
+    local seed = (tonumber(config.seed) or 0) % 1000 + 1
+    add(again("seed", seed, "seed" .. seed), "another seed: is it luck?")
+    add(again("generations", 2 * config.generations, "longer"), "twice as long")
   end
-  local examples = { { "jump.lua", "evolve jumping" }, { "by_hand.lua",
-    "drop a robot described by hand" }, { "walk.lua", "evolve walking" } }
+  local examples = {
+    { "run ", "jump.lua", "evolve jumping" },
+    { "run ", "walk.lua", "evolve walking" },
+    { "", "by_hand.lua", "drop a robot that is described by hand" },
+  }
   for _, example in ipairs(examples) do
-    local path = host.home .. "/scripts/experiments/" .. example[1]
+    local path = host.home .. "/scripts/experiments/" .. example[2]
     if #commands < 3 and host.file.exists(path) == "file" and path ~= script then
-      commands[#commands + 1] = { ("%s %s%s"):format(limax, example[1] == "by_hand.lua" and ""
-        or "run ", said_path(path)), example[2] }
+      add(("%s %s%s"):format(limax, example[1], said_path(path)), example[3])
     end
   end
   return commands

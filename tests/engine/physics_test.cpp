@@ -91,7 +91,8 @@ TEST_CASE(
         const double dt = 5e-4 / (1 << refinement);
         oscillator pair(stiffness, 0, 0.01, dt);
         std::vector<double> samples;
-        for (int i = 0; i < int(2.0 / dt); ++i) samples.push_back(pair.stretch_after_step());
+        samples.resize(static_cast<std::size_t>(2.0 / dt));
+        for (double& sample : samples) sample = pair.stretch_after_step();
         const auto times = down_crossings(samples, dt);
         const double measured = (times.back() - times.front()) / double(times.size() - 1);
         // the leapfrog's own period, exactly

@@ -24,7 +24,7 @@ for _, seed in ipairs(SEEDS) do
       -- the same seed: its first 30 robots are the evolution's first generation
       local searched = limax.start(experiment(seed, evaluations, 1)):finish()
       local found = searched[1].best
-      t:note(("best %.3f m -> %.3f m, ratio %.2f; random search with the same %d evaluations: %.3f m")
+      t:note(("best %.3f m -> %.3f m, ratio %.2f; random search with %d evaluations too: %.3f m")
         :format(first, last, last / first, evaluations, found))
       t:equal(#history, GENERATIONS)
       t:ok(found >= first, "random search holds the first generation")

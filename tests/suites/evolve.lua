@@ -1,10 +1,14 @@
 --- evolve.lua: the evolution loop on small robots: what each generation holds, the own loop, the
 --- rules for fitness, selection and supervisor, elites, the ledger, and what history keeps.
 
+local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
+local host = require "limax.host"
 local ledger = require "limax.ledger"
 local metrics = require "limax.metrics"
+local run_folder = require "limax.run_folder"
+local source = require "limax.source"
 
 local suite = require("limax.test").suite "evolve"
 
@@ -94,6 +98,8 @@ suite:test("what an own loop leaves out is done by the experiment", function(t)
   local expected = finished {}
   local run = limax.start(small {}, { say = silent })
   for _ in run:generations() do end
+  -- a run that has ended stays so
+  t:equal(#run:finish(), 3)
   for k = 1, 3 do t:same_bits(run.history[k].best, expected[k].best) end
 end)
 
@@ -254,7 +260,7 @@ suite:test("a supervisor that fails costs its change, never the run", function(t
   end
 end)
 
-suite:test("changed materials: elites are simulated again, best_standard stays comparable", function(t)
+suite:test("changed materials: elites run again, best_standard stays comparable", function(t)
   local history = finished { generations = 4, supervision = { materials = true },
     supervisor = function(history)
       if #history ~= 2 then return nil end
@@ -272,6 +278,32 @@ suite:test("changed materials: elites are simulated again, best_standard stays c
   local again = champion:simulate { materials = history[1].materials }
   t:same_bits(again:distance(), history[3].best_standard)
   t:same_bits(champion:simulate():distance(), history[3].best)
+end)
+
+suite:test("a run folder of an own loop holds what history holds", function(t)
+  local folder = t:folder() .. "/r"
+  local history = finished({}, { out = folder })
+  local opened = run_folder.open(folder)
+  local lines = opened:lines "metrics"
+  t:equal(#lines, 3)
+  for k, line in ipairs(lines) do
+    t:equal(line.schema, "limax.metrics/1")
+    for _, name in ipairs { "repetition", "generation", "best", "best_standard", "mean", "median",
+      "worst", "diversity", "failed", "parameters" } do
+      t:equal(line[name], history[k][name])
+    end
+  end
+  local generations = opened:generations(1, 3)
+  opened:close()
+  t:equal(generations[3].ledger, history[3].ledger)
+  local genome = history[3].population[2].genome
+  local bytes = ffi.cast("const float *", generations[3].genomes) + genome:size()
+  for gene = 1, genome:size() do t:same_bits(tonumber(bytes[gene - 1]), genome[gene]) end
+  -- each file names its schema
+  for _, name in ipairs { "config.json", "environment.json", "checkpoint", "STATUS",
+    "r01/champions/g0002.json" } do
+    t:ok(host.json.decode(source.read(folder .. "/" .. name)).schema:find "^limax%.%w+/1$", name)
+  end
 end)
 
 suite:test("history keeps bodies and measures, lets go of genomes and traces", function(t)

@@ -100,30 +100,30 @@ end)
 suite:test("seeds: numbers, and digits beyond 2^53", function(t)
   t:equal(changed({ seed = "12" }).config.seed, 12)
   t:equal(changed({ seed = "18446744073709551615" }).config.seed, "18446744073709551615")
-  t:raises("seed: expected a whole number", function() changed { seed = "18446744073709551616" } end)
-  t:raises("seed: expected a whole number", function() changed { seed = 1.5 } end)
-  t:raises("seed: expected a whole number", function() changed { seed = "12x" } end)
+  for _, seed in ipairs { "18446744073709551616", 1.5, -1, "12x", true } do
+    t:raises("seed: expected a whole number", function() changed { seed = seed } end)
+  end
 end)
 
 -- field or fields -> the message that they bring
 local wrong = {
   { { populatoin = 3 }, 'populatoin: unknown field; did you mean "population"?' },
-  { { simulation = { duratoin = 3 } }, 'simulation.duratoin: unknown field; did you mean "duration"?' },
+  { { simulation = { duratoin = 3 } }, 'simulation.duratoin: unknown field; did you mean "dur' },
   { { scene = { gravty = true } }, 'did you mean "gravity"?' },
   { { scene = { friction = true } }, "ground" },
   { { population = 1 }, "population: expected a whole number from 2 to 1000000 (robots), got 1" },
   { { population = 0 }, "population: expected" },
-  { { population = "ten" }, 'population: expected a whole number from 2 to 1000000 (robots), got "ten"' },
+  { { population = "ten" }, 'from 2 to 1000000 (robots), got "ten"' },
   { { generations = 0 }, "generations: expected a whole number from 1" },
   { { lattice = { 0, 5, 5 } }, "lattice[1]: expected a whole number from 1 (voxels), got 0" },
   { { lattice = { 5, -1, 5 } }, "lattice[2]: expected" },
   { { lattice = -1 }, "lattice: expected a list { nx, ny, nz } of voxels, got -1" },
   { { lattice = { 5, 5 } }, "lattice: expected a list { nx, ny, nz } of voxels, got 2 entries" },
   { { breeding = { elite_fraction = 0 } }, "breeding.elite_fraction: expected a number above 0" },
-  { { breeding = { elite_fraction = 1 } }, "breeding.elite_fraction: expected a number above 0 and below 1" },
+  { { breeding = { elite_fraction = 1 } }, "expected a number above 0 and below 1" },
   { { breeding = { elite_fraction = 2 } }, "breeding.elite_fraction: expected" },
-  { { breeding = { mutation_rate = 0 / 0 } }, "breeding.mutation_rate: expected a number from 0 to 1" },
-  { { simulation = { time_step = 0 } }, 'simulation.time_step: expected "auto" or a number above 0' },
+  { { breeding = { mutation_rate = 0 / 0 } }, "mutation_rate: expected a number from 0 to 1" },
+  { { simulation = { time_step = 0 } }, 'time_step: expected "auto" or a number above 0' },
   { { simulation = { time_step = -1e-5 } }, "simulation.time_step: expected" },
   { { simulation = { time_step = 0 / 0 } }, "simulation.time_step: expected" },
   { { simulation = { accuracy = "evlove" } }, 'did you mean "evolve"?' },
@@ -221,7 +221,7 @@ end)
 suite:test("shipped experiments resolve, and their step divides their samples", function(t)
   for _, name in ipairs { "paper", "walk", "jump" } do
     local experiment = shipped(name):override { "population=2", "generations=1" }
-    local run = limax.start(experiment)
+    local run = limax.start(experiment, { say = function() end })
     t:ok(run.first_step > 1e-5 and run.first_step < 1e-2, name)
   end
 end)

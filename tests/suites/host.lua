@@ -194,7 +194,7 @@ suite:test("a locale with a decimal comma changes no number", function(t)
   if os.execute(make:format(folder, name)) ~= 0 then
     t:skip "localedef cannot make a German locale here (Debian: apt-get install locales)"
   end
-  -- a library may set it, though limax never does
+  -- a library may set it, though limax never does (the C library's own reading of LOCPATH leaks)
   local status, output = process.script(folder, [[
 local ffi = require "ffi"
 ffi.cdef "char* setlocale(int, const char*); double strtod(const char*, char**);"
@@ -209,8 +209,8 @@ end
 numbers()
 assert(ffi.C.setlocale(LC_ALL, "") ~= nil and ffi.C.strtod("1,5", nil) == 1.5, "no such locale")
 numbers()
-]], ("LOCPATH=%s LC_ALL=%s"):format(folder, name))
-  t:equal(status, 0)
+]], ("LOCPATH=%s LC_ALL=%s ASAN_OPTIONS=detect_leaks=0"):format(folder, name))
+  t:ok(status == 0, output)
   local half = #output / 2
   t:equal(output:sub(1, half), output:sub(half + 1))
   t:ok(output:find("[1.5,0.00225,-0.5]\t0.1", 1, true), output)

@@ -8,8 +8,8 @@ local source = require "limax.source"
 
 local suite = require("limax.test").suite "resume"
 
--- Supervised by a function of history that reaches bodies and genomes of earlier generations: what a
--- resume would lose shows in the numbers.
+-- Supervised by a function of history that reaches bodies and genomes of earlier generations: what
+-- a resume would lose shows in the numbers.
 local EXPERIMENT = [[
 local limax = require "limax"
 
@@ -239,7 +239,7 @@ suite:test("two processes never write one folder", { limit = 30 }, function(t)
   local refused = run(folder, { "run", "--resume", "r" })
   handle:free()
   t:equal(refused.status, 1)
-  t:ok(refused.stderr:find "in use by another run", refused.stderr)
+  t:ok(refused.stderr:find "in use by another process", refused.stderr)
 end)
 
 suite:test("champions replay alone to the same score", { limit = 30 }, function(t)

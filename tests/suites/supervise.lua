@@ -155,15 +155,27 @@ suite:test("rules leaves a run that improves alone", function(t)
   t:equal(ask(t, "rules", history_of { 1, 2, 3 }), nil)
 end)
 
-suite:test("rules widens the search in a stall", function(t)
+suite:test("rules answers a stall by refining, or by exploring if robots are alike", function(t)
   local stalled = history_of { 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 }
   local proposal, reason = ask(t, "rules", stalled)
+  t:ok(proposal.mutation_scale < 0.1 and proposal.mutation_rate < 0.1)
+  t:ok(reason:find("less than 2 % in 5 generations while robots still differ", 1, true), reason)
+  local alike = history_of({ 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 },
+    { diversity = { all = { hamming = 0.3 } } })
+  proposal, reason = ask(t, "rules", alike)
   t:ok(proposal.mutation_scale > 0.1 and proposal.mutation_rate > 0.1)
-  t:ok(reason:find("less than 2 % in 5 generations", 1, true), reason)
+  t:ok(reason:find("robots have become alike: larger mutations", 1, true), reason)
+  -- the finest mutations have had their time
+  stalled[8].parameters = copy(FIRST)
+  stalled[8].parameters.mutation_scale = 0.02
+  proposal, reason = ask(t, "rules", stalled)
+  t:near(proposal.mutation_scale, 0.04)
+  t:ok(reason:find("larger ones again", 1, true), reason)
+  stalled[8].parameters = copy(FIRST)
   -- patience is an option, and a negative best is no special case
   t:equal(ask(t, { "rules", patience = 9 }, stalled), nil)
   local negative = history_of { -5, -3, -3, -3, -3, -3, -3 }
-  t:ok(ask(t, "rules", negative).mutation_scale > 0.1)
+  t:ok(ask(t, "rules", negative).mutation_scale < 0.1)
   -- what counts is the score under the first materials, where there is one
   for k, generation in ipairs(stalled) do generation.best_standard = k end
   t:equal(ask(t, "rules", stalled), nil)

@@ -26,12 +26,25 @@ struct candidate {
     bool runs;
 };
 
+#if defined(__x86_64__)
+// The features that decide; every processor with these has the rest of its level.
+bool runs_v3() {
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+           __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+}
+bool runs_v4() {
+    return runs_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl");
+}
+#endif
+
 const candidate* candidates(int& count) {
     // best first
     static const candidate list[] = {
 #if defined(__x86_64__)
-        {&x86_64_v4::table, bool(__builtin_cpu_supports("x86-64-v4"))},
-        {&x86_64_v3::table, bool(__builtin_cpu_supports("x86-64-v3"))},
+        {&x86_64_v4::table, runs_v4()},
+        {&x86_64_v3::table, runs_v3()},
 #endif
         {&baseline::table, true}
     };

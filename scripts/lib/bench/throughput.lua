@@ -1,6 +1,7 @@
---- throughput.lua: springs per second of full 5x5x5 bodies: each integrator and precision with all effects, then what each
---- absent effect saves, then threads. A spring counts once per step, whatever its masses cost; wall time includes everything
---- that `advance` does: limits, origin, centre of mass at 50 Hz.
+--- throughput.lua: springs per second of full 5x5x5 bodies: each integrator and precision with all
+--- effects, then what each absent effect saves, then threads. A spring counts once per step,
+--- whatever its masses cost; wall time includes everything that `advance` does: limits, origin,
+--- centre of mass at 50 Hz.
 
 local engine = require "limax.engine"
 local timing = require "limax.bench.timing"
@@ -8,13 +9,17 @@ local timing = require "limax.bench.timing"
 local throughput = {}
 
 -- five effects besides the springs, which every scene has
-local ALL = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
+local ALL = {
+  gravity = true, ground = true, friction = true, damping = true, actuation = true,
+}
 local EFFECTS = { "gravity", "friction", "ground", "damping", "actuation" }
--- s: well under the bound of these bodies with every integrator, and a divisor of the sample interval
+-- s: well under the bound of these bodies with every integrator, and a divisor of the sample
+-- interval
 local TIME_STEP = 1e-4
 local ROUNDS = 5
 
--- Full bodies with all four materials in layers and weights that differ, so that nothing is degenerate.
+-- Full bodies with all four materials in layers and weights that differ, so that nothing is
+-- degenerate.
 local function full_bodies(materials, count)
   local bodies = engine.population { lattice = { 5, 5, 5 }, count = count }
   local voxels, stiffness, amplitude, phase = {}, {}, {}, {}
@@ -25,7 +30,8 @@ local function full_bodies(materials, count)
     phase[voxel] = ((voxel * 71) % 101) / 100
   end
   for robot = 1, count do
-    bodies:set_body(robot, voxels, { stiffness = stiffness, amplitude = amplitude, phase = phase })
+    bodies:set_body(robot, voxels,
+      { stiffness = stiffness, amplitude = amplitude, phase = phase })
   end
   bodies:check(materials, { require_muscle = false })
   return bodies
@@ -33,16 +39,16 @@ end
 
 local function options(integrator, precision, duration)
   return {
-    integrator = integrator, precision = precision, time_step = TIME_STEP, duration = duration, settle = 0,
-    record = { center_of_mass = 50 },
+    integrator = integrator, precision = precision, time_step = TIME_STEP, duration = duration,
+    settle = 0, record = { center_of_mass = 50 },
   }
 end
 
 -- Where the centre of mass ends after a short run: before chaos, and with every effect at work.
 local function short_run(materials, scene, integrator, precision, device)
   local bodies = full_bodies(materials, 1)
-  local simulation = engine.simulation(bodies, materials, engine.scene(scene), options(integrator, precision, 0.1),
-    device)
+  local simulation = engine.simulation(bodies, materials, engine.scene(scene),
+    options(integrator, precision, 0.1), device)
   simulation:run()
   local outcome = simulation:outcome(1)
   simulation:free()
@@ -50,8 +56,8 @@ local function short_run(materials, scene, integrator, precision, device)
   return outcome
 end
 
--- Refuses to time a wrong result: every precision must end within `tolerance` metres of `double`, and both integrators near
--- each other.
+-- Refuses to time a wrong result: every precision must end within `tolerance` metres of `double`,
+-- and both integrators near each other.
 local function check(materials, device)
   local reference = short_run(materials, ALL, "leapfrog", "double", device)
   assert(reference.status == "done" and reference.springs == 1940 and reference.masses == 216)
@@ -63,8 +69,8 @@ local function check(materials, device)
       for axis = 1, 3 do
         local off = math.abs(outcome.center_end[axis] - reference.center_end[axis])
         if outcome.status ~= "done" or not (off < tolerance) then
-          error(("%s %s ends %.3g m from leapfrog double after 0.1 s; %.3g m are allowed: nothing is timed"):format(
-            integrator, precision, off, tolerance), 0)
+          error(("%s %s ends %.3g m from leapfrog double after 0.1 s; %.3g m are allowed: "
+            .. "nothing is timed"):format(integrator, precision, off, tolerance), 0)
         end
       end
     end
@@ -72,10 +78,10 @@ local function check(materials, device)
 end
 
 -- A case for timing.best_rates: bodies that run on and on, a slice of `seconds` at a time.
-local function endless(materials, scene, integrator, precision, device, count, seconds)
+local function endless(materials, scene, row, device, count, seconds)
   local bodies = full_bodies(materials, count)
   local simulation = engine.simulation(bodies, materials, engine.scene(scene),
-    options(integrator, precision, 1e5), device)
+    options(row.integrator, row.precision, 1e5), device)
   bodies:free()
   simulation:advance(0.02)
   local before = simulation:advance(0.02).spring_steps
@@ -101,7 +107,13 @@ end
 ---@field columns string[]
 ---@field rows table[]
 
----@param how { device: string, threads: integer|nil, seconds: number, say: fun(text: string) }
+---@class limax.bench_how
+---@field device string
+---@field threads integer|nil
+---@field seconds number of one repeat of one measurement
+---@field say fun(text: string)
+
+---@param how limax.bench_how
 ---@return limax.bench_result
 function throughput.run(how)
   local materials = engine.materials "paper"
@@ -115,40 +127,48 @@ function throughput.run(how)
   local rows, cases = {}, {}
   local function add(row, scene, device, count)
     rows[#rows + 1] = row
-    cases[#cases + 1] = endless(materials, scene, row.integrator, row.precision, device, count, how.seconds)
+    cases[#cases + 1] = endless(materials, scene, row, device, count, how.seconds)
   end
   for _, integrator in ipairs { "symplectic_euler", "leapfrog" } do
     for _, precision in ipairs { "single", "compensated", "double" } do
-      add({ integrator = integrator, precision = precision, effects = "all", threads = 1 }, ALL, one, 1)
+      add({ integrator = integrator, precision = precision, effects = "all", threads = 1 }, ALL,
+        one, 1)
     end
   end
-  for _, effect in ipairs(EFFECTS) do
-    local name = effect == "ground" and "all but ground and friction" or "all but " .. effect
-    add({ integrator = "leapfrog", precision = "compensated", effects = name, threads = 1 }, without(effect), one, 1)
+  local function add_default(effects, scene, device, threads, count)
+    add({
+      integrator = "leapfrog", precision = "compensated", effects = effects, threads = threads,
+    }, scene, device, count)
   end
-  add({ integrator = "leapfrog", precision = "compensated", effects = "gravity", threads = 1 }, { gravity = true }, one, 1)
-  add({ integrator = "leapfrog", precision = "compensated", effects = "none but springs", threads = 1 }, {}, one, 1)
+  for _, effect in ipairs(EFFECTS) do
+    local name = effect == "ground" and "ground and friction" or effect
+    add_default("all but " .. name, without(effect), one, 1, 1)
+  end
+  add_default("gravity", { gravity = true }, one, 1, 1)
+  add_default("none but springs", {}, one, 1, 1)
   local threads = how.threads or engine.device(how.device).threads
   local team = engine.device(how.device, { threads = threads })
   -- enough robots that no thread waits for another
-  add({ integrator = "leapfrog", precision = "compensated", effects = "all", threads = threads }, ALL, team, 8 * threads)
+  add_default("all", ALL, team, threads, 8 * threads)
 
   local rates = timing.best_rates(cases, ROUNDS)
   local default = rates[5]
   how.say ""
-  how.say(("%-17s %-12s %-28s %7s %12s %9s"):format("integrator", "precision", "effects", "threads", "springs/s",
-    "relative"))
+  local head = { "integrator", "precision", "effects", "threads", "springs/s", "relative" }
+  how.say(("%-17s %-12s %-28s %7s %12s %9s"):format(unpack(head)))
   for i, row in ipairs(rows) do
     row.springs_per_second = rates[i]
     row.relative_to_default = rates[i] / default
-    how.say(("%-17s %-12s %-28s %7d %12.3g %9.2f"):format(row.integrator, row.precision, row.effects, row.threads,
-      rates[i], rates[i] / default))
+    how.say(("%-17s %-12s %-28s %7d %12.3g %9.2f"):format(row.integrator, row.precision,
+      row.effects, row.threads, rates[i], rates[i] / default))
   end
   how.say ""
-  how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, double %.2f; %d threads against one: %.2f"):format(
-    rates[5] / rates[1], rates[3] / rates[1], threads, rates[#rates] / default))
+  how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, double %.2f")
+    :format(rates[5] / rates[1], rates[3] / rates[1]))
+  how.say(("%d threads against one: %.2f"):format(threads, rates[#rates] / default))
   return {
-    columns = { "integrator", "precision", "effects", "threads", "springs_per_second", "relative_to_default" },
+    columns = { "integrator", "precision", "effects", "threads", "springs_per_second",
+      "relative_to_default" },
     rows = rows,
   }
 end

@@ -1,4 +1,5 @@
---- timing.lua: fair times on a busy machine: the cases take turns, round after round, and each keeps its best round.
+--- timing.lua: fair times on a busy machine: the cases take turns, round after round, and each
+--- keeps its best round.
 
 local host = require "limax.host"
 

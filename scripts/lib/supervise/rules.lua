@@ -1,7 +1,7 @@
 --- rules.lua: the supervisor used when none is named: it needs no network and says in words what it
---- saw. In order: too many failures, a population that has become alike, a stall while it is still
---- diverse (then the search is too coarse, not too narrow), and else a slow way back to the
---- experiment's own parameters.
+--- saw. In order: too many failures, robots that have become alike, a stall (of a diverse population,
+--- whose search is too coarse, or of one that is nearly alike, whose search is too narrow), and else
+--- a slow way back to the experiment's own parameters.
 
 local schema = require "limax.schema"
 
@@ -44,14 +44,31 @@ local function towards_first(now, first)
   return proposal
 end
 
+-- A diverse population that stalls does not lack ideas: its offspring lose what it has found. So the
+-- search is refined down to the finest step, and begins coarse again when that has not helped.
+local function answer_stall(history, left, options, said)
+  local now, first = history[#history].parameters, history[1].parameters
+  local rate, scale = now.mutation_rate, now.mutation_scale
+  if left and left <= options.diverse then
+    return { mutation_rate = 1.2 * rate, mutation_scale = 1.2 * scale },
+      said .. " and robots have become alike: larger mutations"
+  end
+  if scale > options.finest * first.mutation_scale then
+    return { mutation_rate = 0.8 * rate, mutation_scale = 0.8 * scale },
+      said .. " while robots still differ: smaller mutations"
+  end
+  return { mutation_rate = 2 * rate, mutation_scale = 2 * scale },
+    said .. " by the finest mutations: larger ones again"
+end
+
 return {
   options = {
     patience = schema.number { value = 5, unit = "generations", minimum = 1, maximum = 1e6,
       integer = true, reason = "a good gait takes a few generations to be refined" },
     progress = schema.number { value = 0.02, unit = "of the best", minimum = 0, maximum = 10,
       reason = "less than this in all that time is a stall" },
-    diverse = schema.number { value = 0.5, unit = "of the first generation's diversity", minimum = 0,
-      maximum = 1, reason = "above it a stall is answered by refining, below it by exploring" },
+    diverse = schema.number { value = 0.5, unit = "of the first generation's diversity",
+      minimum = 0, maximum = 1, reason = "a stall above it asks for refining, below for exploring" },
     alike = schema.number { value = 0.25, unit = "of the first generation's diversity", minimum = 0,
       maximum = 1, reason = "below it crossover has little left to combine" },
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
@@ -79,15 +96,8 @@ return {
 
       local stalled = stalled_for(history, options.progress)
       if stalled >= options.patience then
-        local said = ("the best rose by less than %.3g %% in %d generations, "):format(
-          100 * options.progress, stalled)
-        -- a diverse population that stalls does not lack ideas: its offspring lose what it has found
-        if left and left > options.diverse then
-          return { mutation_rate = 0.8 * p.mutation_rate, mutation_scale = 0.9 * p.mutation_scale },
-            said .. "yet robots still differ: smaller mutations"
-        end
-        return { mutation_rate = 1.2 * p.mutation_rate, mutation_scale = 1.1 * p.mutation_scale },
-          said .. "and robots are alike: larger mutations"
+        return answer_stall(history, left, options, ("the best rose by less than %.3g %% in %d "
+          .. "generations"):format(100 * options.progress, stalled))
       end
 
       local proposal = towards_first(p, history[1].parameters)

@@ -6,7 +6,8 @@ local ffi = require "ffi"
 
 local server = {}
 
-ffi.cdef [[
+-- each suite file reads this anew, and a struct may be declared once in a process
+if not pcall(ffi.typeof, "struct limax_test_address") then ffi.cdef [[
 struct limax_test_address { uint16_t family; uint16_t port; uint32_t address; uint8_t zero[8]; };
 struct limax_test_time { long seconds; long microseconds; };
 int socket(int domain, int type, int protocol);
@@ -18,7 +19,7 @@ int setsockopt(int descriptor, int level, int name, const void* value, uint32_t 
 ssize_t recv(int descriptor, void* buffer, size_t length, int flags);
 ssize_t send(int descriptor, const void* buffer, size_t length, int flags);
 int close(int descriptor);
-]]
+]] end
 
 -- Linux
 local AF_INET, SOCK_STREAM, SOCK_CLOEXEC = 2, 1, 0x80000

@@ -1,0 +1,84 @@
+---@meta limax.host
+--- host.lua: what the module `limax.host` holds, for editors. Its bodies are the C++ files beside
+--- it; this file is never run.
+
+---@class limax.host.json
+---@field null userdata stands for null
+---@field encode fun(value: any, options?: { indent?: integer }): string keys sorted; raises on NaN
+---@field decode fun(text: string, origin?: string): any, string|nil nil and a message with the place
+---@field array fun(list: table): table marks it, so that it is written as [] when it is empty
+---@field is_array fun(value: any): boolean
+
+---@class limax.host.lock
+---@field free fun(self: limax.host.lock)
+
+-- Each answers true (or its value), or nil and a message that names the path.
+---@class limax.host.file
+---@field write_atomic fun(path: string, text: string): true|nil, string|nil whole or not at all
+---@field append fun(path: string, text: string): true|nil, string|nil whole lines, on disk at return
+---@field mkdir fun(path: string): true|nil, string|nil with the folders above it
+---@field exists fun(path: string): "file"|"folder"|nil
+---@field list fun(path: string): string[]|nil, string|nil sorted names
+---@field truncate fun(path: string, size: integer): true|nil, string|nil
+---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
+---@field rename fun(from: string, to: string): true|nil, string|nil
+---@field absolute fun(path: string): string
+---@field sync fun(path: string): true|nil, string|nil
+---@field lock fun(path: string): limax.host.lock|nil, string|nil a file or folder, for one process
+
+---@class limax.host.signal
+---@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C still ends the process at once
+---@field rearm fun() the next Ctrl-C counts as a first one: for prompts
+
+---@class limax.host.request
+---@field url string https, or http to this machine
+---@field method? string GET, or POST with a body
+---@field headers? table<string, string>
+---@field body? string
+---@field timeout? number s for the whole exchange, 60
+
+---@class limax.host.answer
+---@field status integer
+---@field headers table<string, string> names in lower case
+---@field body string at most 16 MiB
+
+---@class limax.host.terminal
+---@field stdin boolean
+---@field stdout boolean
+---@field stderr boolean
+---@field columns integer
+---@field color boolean on the standard output
+---@field color_stderr boolean
+
+---@class limax.host.environment
+---@field compiler string
+---@field build string
+---@field cpu string
+---@field cores integer that this process may use
+---@field hostname string
+---@field system string
+---@field luajit string
+---@field cuda string|nil version of the driver
+
+---@class limax.host
+---@field home string the data folder, which holds scripts/, prompts/ and materials/
+---@field executable string
+---@field version string
+---@field cdef string the declarations of limax.h
+---@field json limax.host.json
+---@field file limax.host.file
+---@field signal limax.host.signal
+---@field interrupt table the error value that Ctrl-C raises
+---@field interrupted fun(): boolean
+---@field raise_if_interrupted fun()
+---@field protect fun(call: function, ...): boolean, any, any pcall that also ends an interrupt
+---@field exit fun(status?: integer) with output flushed and objects freed
+---@field sha256 fun(text: string): string hexadecimal
+---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil
+---@field clock fun(): number s, never steps back
+---@field time fun(): string "2026-11-21T10:15:03Z"
+---@field terminal fun(): limax.host.terminal
+---@field environment fun(): limax.host.environment
+local host = {}
+
+return host

@@ -1,0 +1,79 @@
+--- repl.lua: `limax repl` without a terminal, and at one that `script` (bsdutils) makes.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local suite = require("limax.test").suite "repl"
+
+-- Feeds a text through a pipe; returns status and output, the error stream at its end.
+local function feed(t, text)
+  local folder = t:folder()
+  process.write(folder .. "/input", text)
+  local pipe = io.popen(("cd %s; %s repl <input 2>errors; echo status $?; cat errors"):format(
+    folder, process.quote(host.executable)))
+  local output = pipe:read "*a"
+  pipe:close()
+  return output
+end
+
+suite:test("a piped script shows values, keeps names, continues open statements", function(t)
+  t:equal(feed(t, [[
+1 + 1
+x = 3
+x * 2, "a", nil
+for i = 1, 2 do
+  print(i)
+end
+function double(n)
+  return 2 * n end
+double(x);
+double -- a comment
+
+nil
+]]):gsub("function: 0x%x+", "function"), '2\n6\t"a"\tnil\n1\n2\n6\nfunction\nnil\nstatus 0\n')
+end)
+
+suite:test("without a terminal the first error ends with status 1", function(t)
+  t:equal(feed(t, "error 'boo'\nprint 'not reached'\n"),
+    "status 1\ninput:1: boo\n  input:1: in main chunk\n")
+  t:equal(feed(t, "print(1)\nunknown\n"),
+    "1\nstatus 1\ninput:1: undefined name 'unknown'\n  input:1: in main chunk\n")
+  t:equal(feed(t, "x = = 1\n"), "status 1\ninput:1: unexpected symbol near '='\n")
+  t:equal(feed(t, "for i = 1, 2 do\n"), "status 1\ninput: the last statement is not complete\n")
+end)
+
+suite:test("at a terminal Ctrl-C returns to the prompt, and names stay", function(t)
+  if os.execute "command -v script >/dev/null" ~= 0 then t:skip "script is not installed" end
+  local folder = t:folder()
+  local screen = folder .. "/screen"
+  local pipe = io.popen(("exec timeout -s KILL 30 script -qfec %s %s >/dev/null"):format(
+    process.quote(process.quote(host.executable) .. " repl"), process.quote(screen)), "w")
+  -- types a text and waits until the screen ends with another
+  local function type_in(text, expected)
+    pipe:write(text)
+    pipe:flush()
+    local start = host.clock()
+    while process.read(screen):sub(-#expected) ~= expected do
+      if host.clock() - start > 5 then t:equal(process.read(screen), "... " .. expected) end
+      os.execute "sleep 0.02"
+    end
+  end
+  type_in("", "\r\n> ")
+  type_in("x = 3\n", "x = 3\r\n> ")
+  type_in("x + 1\n", "\r\n4\r\n> ")
+  type_in("while true do end\n", "do end\r\n")
+  os.execute "sleep 0.3"
+  type_in("\3", "interrupted\r\n> ")
+  type_in("error 'boo'\n", "input:1: boo\r\n  input:1: in main chunk\r\n> ")
+  type_in("half a line", "half a line")
+  type_in("\3", "^C\r\n> ")
+  type_in("function f()\n", "\r\n.. ")
+  type_in("\3", "^C\r\n> ")
+  type_in("jit.off() while true do pcall(tostring) end\n", "end\r\n")
+  os.execute "sleep 0.3"
+  type_in("\3", "interrupted\r\n> ")
+  type_in("x + 2\n", "\r\n5\r\n> ")
+  pipe:write "\4"
+  pipe:flush()
+  pipe:close()
+end)
