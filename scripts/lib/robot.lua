@@ -305,10 +305,5 @@ end
 ---@param path string
 function Robot:save(path) robot_file.write(path, self:table()) end
 
---- Reads another robot: the same as limax.robot(path).
----@param path string
----@return limax.robot
-function Robot.load(path) return robot.new(path) end
-
 -- limax.robot(given) is robot.new(given)
 return setmetatable(robot, { __call = function(_, given) return robot.new(given) end })

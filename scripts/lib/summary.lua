@@ -169,6 +169,11 @@ local function best_table(first, last, style)
 end
 
 local function bodies(first, last, style)
+  local lattice = last.description.lattice
+  -- more letters than this are no picture any more
+  if lattice[1] * lattice[2] * lattice[3] > 1000 then
+    return ("bodies of %dx%dx%d voxels: in letters in the champion's file"):format(unpack(lattice))
+  end
   local function picture(best, title)
     return { title = ("%s, generation %d"):format(title, best.generation),
       layers = best.description.voxels, materials = best.description.materials.materials }

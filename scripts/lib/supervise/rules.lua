@@ -1,7 +1,7 @@
---- rules.lua: the supervisor used when none is named: it needs no network and says in words what it
---- saw. In order: too many failures, robots that have become alike, a stall (of a diverse population,
---- whose search is too coarse, or of one that is nearly alike, whose search is too narrow), and else
---- a slow way back to the experiment's own parameters.
+--- rules.lua: the supervisor used when none is named: it needs no network and says in words what
+--- it saw. In order: too many failures, robots that have become alike, a stall (of a diverse
+--- population, whose search is too coarse, or of one that is nearly alike, whose search is too
+--- narrow), and else a slow way back to the experiment's own parameters.
 
 local schema = require "limax.schema"
 
@@ -44,8 +44,8 @@ local function towards_first(now, first)
   return proposal
 end
 
--- A diverse population that stalls does not lack ideas: its offspring lose what it has found. So the
--- search is refined down to the finest step, and begins coarse again when that has not helped.
+-- A diverse population that stalls does not lack ideas: its offspring lose what it has found. So
+-- the search is refined down to the finest step, and begins coarse again when that has not helped.
 local function answer_stall(history, left, options, said)
   local now, first = history[#history].parameters, history[1].parameters
   local rate, scale = now.mutation_rate, now.mutation_scale
@@ -68,7 +68,7 @@ return {
     progress = schema.number { value = 0.02, unit = "of the best", minimum = 0, maximum = 10,
       reason = "less than this in all that time is a stall" },
     diverse = schema.number { value = 0.5, unit = "of the first generation's diversity",
-      minimum = 0, maximum = 1, reason = "a stall above it asks for refining, below for exploring" },
+      minimum = 0, maximum = 1, reason = "a stall above it is refined, one below it explored" },
     alike = schema.number { value = 0.25, unit = "of the first generation's diversity", minimum = 0,
       maximum = 1, reason = "below it crossover has little left to combine" },
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
