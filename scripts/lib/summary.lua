@@ -188,7 +188,7 @@ local function plot(lines, style)
     best[k], mean[k] = { entry.generation, score_of(entry) }, { entry.generation, entry.mean }
   end
   local series = {
-    { name = "mean", points = mean, color = mean_color, dotted = not style.color },
+    { name = "mean", points = mean, color = mean_color, dotted = not (style.color or style.ascii) },
     { name = "best", points = best, color = best_color },
   }
   return text_plot.draw(series, { style = style, x = "generation", y = "fitness" })
