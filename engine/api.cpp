@@ -6,6 +6,7 @@
 #include <new>
 
 #include "backend/backend.h"
+#include "base/memory.h"
 #include "base/random.h"
 #include "body/material.h"
 #include "genome/population.h"
@@ -122,8 +123,15 @@ limax::simulation_setup make_setup(const limax::population& population,
             fail(LIMAX_INVALID_ARGUMENT,
                  format("a body uses material index %d; the table '%s' has 0 to %d", voxel,
                         materials.name().c_str(), materials.count() - 1));
-    // a fixed step is refused here rather than by the first robot that is prepared
-    limax::make_schedule(options, 1.0);
+    // a fixed step is refused here rather than by the first robot that is prepared, and so are
+    // traces that would not fit; the number of samples does not depend on the step
+    const limax::schedule plan = limax::make_schedule(options, 1.0);
+    double traces = 0;
+    for (int32_t i = 0; i < setup.count; ++i)
+        for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)
+            traces += double(plan.samples[kind]) *
+                      double(limax::trace_width(kind, setup.bodies[i].masses)) * sizeof(double);
+    limax::require_memory("record: the traces of this population", traces);
     return setup;
 }
 

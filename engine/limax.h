@@ -7,8 +7,10 @@
  *
  * Every function that can fail returns a limax_status and leaves its text in limax_error_text(),
  * one text per thread. No exception crosses this face, no function here calls back, none takes or
- * returns a struct by value, and none works longer than about 50 ms: long work is cut into ranges
- * of robots or slices of time that the caller loops over. `out` pointers must not be null; a
+ * returns a struct by value. Long work is cut into ranges of robots or slices of time that the
+ * caller loops over, so that no call need work longer than about 50 ms; what is one piece is the
+ * drawing of an encoding, the description and preparation of one robot (about 5 us per voxel) and
+ * as many steps as a caller asks for by number. `out` pointers must not be null; a
  * handle that is created is owned by the caller and ended by its `_free`, which takes null.
  * Children keep what they need of their parents alive, so any order of `_free` is safe. */
 #ifndef LIMAX_H

@@ -38,6 +38,7 @@ public:
     }
     array(array&& other) noexcept
         : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    // What was here moves into `other`, and ends with it.
     array& operator=(array&& other) noexcept {
         std::swap(data_, other.data_);
         std::swap(size_, other.size_);

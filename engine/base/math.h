@@ -13,6 +13,8 @@
 
 namespace limax {
 
+inline constexpr double radians_per_turn = 6.283185307179586477;  // 2 pi
+
 // Coefficients from the lowest power up, by Horner's rule.
 template <class R>
 LIMAX_LAW R polynomial(R, R last) {

@@ -5,14 +5,6 @@ namespace limax {
 
 namespace {
 
-// Calls `visit(x, y, z)` for every site in memory order.
-template <class Visit>
-void for_each_site(const lattice& grid, const Visit& visit) {
-    for (int z = 0; z <= grid.nz; ++z)
-        for (int y = 0; y <= grid.ny; ++y)
-            for (int x = 0; x <= grid.nx; ++x) visit(x, y, z);
-}
-
 int32_t count_owned(const lattice& grid, const uint8_t* voxels, const direction& d) {
     int32_t count = 0;
     for_each_site(grid, [&](int x, int y, int z) {

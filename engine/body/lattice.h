@@ -59,6 +59,14 @@ LIMAX_LAW void for_each_toucher(const lattice& grid, int x, int y, int z, const 
     for_each_owner(grid, x, y, z, direction{0, 0, 0}, visit);
 }
 
+// Calls visit(x, y, z) for every site, in memory order.
+template <class Visit>
+LIMAX_LAW void for_each_site(const lattice& grid, const Visit& visit) {
+    for (int z = 0; z <= grid.nz; ++z)
+        for (int y = 0; y <= grid.ny; ++y)
+            for (int x = 0; x <= grid.nx; ++x) visit(x, y, z);
+}
+
 // Sites in use and springs of a body: `voxels` holds material indices, 0 is empty.
 int32_t count_masses(const int32_t lattice_size[3], const uint8_t* voxels);
 int32_t count_springs(const int32_t lattice_size[3], const uint8_t* voxels);

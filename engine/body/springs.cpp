@@ -27,18 +27,11 @@ voxel_share share_of(const body_description& body, int64_t voxel) {
         const double amplitude = sign * material.amplitude * body.weights[count + voxel];
         const double phase = material.phase * body.weights[2 * count + voxel];  // rad
         double sine, cosine;
-        sine_cosine_turns(phase / 6.283185307179586477, sine, cosine);
+        sine_cosine_turns(phase / radians_per_turn, sine, cosine);
         share.sine = amplitude * cosine;
         share.cosine = amplitude * sine;
     }
     return share;
-}
-
-template <class Visit>
-void for_each_site(const lattice& grid, const Visit& visit) {
-    for (int z = 0; z <= grid.nz; ++z)
-        for (int y = 0; y <= grid.ny; ++y)
-            for (int x = 0; x <= grid.nx; ++x) visit(x, y, z);
 }
 
 void fill_masses(spring_body& out, const body_description& body) {

@@ -23,11 +23,19 @@ static_assert(uint32_t(random_stream::user) == LIMAX_STREAM_USER);
 // thread for less costs more.
 constexpr int64_t voxels_per_lot = 512;
 
+// What simulating a robot takes per site: 13 directions of 4 spring parameters in fp32, and 14
+// columns of state in double (19 in compensated fp32 are fewer bytes).
+constexpr double simulation_bytes_per_site = 13 * 4 * sizeof(float) + 14 * sizeof(double);
+
+// A population is made to be simulated, which copies its bodies and takes by far the most memory:
+// so what would not fit is refused before the first robot is made.
 double bytes_per_voxel(int32_t count, const encoding* code, const int32_t size[3]) {
     const double voxels = double(size[0]) * size[1] * size[2];
+    const double sites = (size[0] + 1.0) * (size[1] + 1.0) * (size[2] + 1.0);
     const double genome = code ? double(code->genes()) * sizeof(float) : 0;
-    const double body = voxels * (sizeof(uint8_t) + weight_kinds * sizeof(float));
-    return count * (genome + body + sizeof(limax_body)) / std::max(voxels, 1.0);
+    const double body = 2 * voxels * (sizeof(uint8_t) + weight_kinds * sizeof(float));
+    const double simulation = sites * simulation_bytes_per_site + sizeof(limax_outcome);
+    return count * (genome + body + simulation + sizeof(limax_body)) / std::max(voxels, 1.0);
 }
 
 int32_t checked_count(int32_t count) {

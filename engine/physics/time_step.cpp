@@ -10,7 +10,12 @@ namespace limax {
 
 namespace {
 
-constexpr int64_t least_rate = 20;  // Hz: a base of at most 50 ms
+constexpr int64_t least_rate = 20;      // Hz: a base of at most 50 ms
+constexpr int64_t most_rate = 1000000;  // Hz: beyond it a base is shorter than any useful step
+// Steps are counted in doubles too (progress, time): far below 2^53.
+constexpr double most_steps = 1e15;
+// A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
+constexpr double whole_within = 1e-9, rounding = 1e-12;
 
 template <class E>
 concept bounds_springs = requires {
@@ -67,7 +72,7 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
     int64_t rate = 1;
     for (const int32_t hertz : options.record)
         if (hertz > 0) rate = std::lcm(rate, int64_t(hertz));
-    if (rate > 1000000)
+    if (rate > most_rate)
         fail(LIMAX_INVALID_ARGUMENT, format("record: the least common multiple of the rates is "
                                             "%lld Hz; it must be at most 1000000 Hz",
                                             static_cast<long long>(rate)));
@@ -81,10 +86,10 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
         wanted = std::min(wanted, base);
     }
     const double ratio = base / wanted;
-    int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - 1e-12)));
+    int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - rounding)));
     if (options.time_step > 0) {
         per_base = std::max<int64_t>(1, std::llround(ratio));
-        if (std::fabs(ratio - double(per_base)) > 1e-9 * ratio)
+        if (std::fabs(ratio - double(per_base)) > whole_within * ratio)
             fail(LIMAX_INVALID_ARGUMENT,
                  format("time_step is %.9g s, which does not divide the sample interval of %.9g s; "
                         "the nearest that does is "
@@ -95,10 +100,10 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
     schedule plan;
     plan.time_step = base / double(per_base);
     const auto whole_bases = [&](double seconds) {
-        return std::ceil(seconds * double(rate) * (1.0 - 1e-12));
+        return std::ceil(seconds * double(rate) * (1.0 - rounding));
     };
     const double settle = whole_bases(options.settle), duration = whole_bases(options.duration);
-    if ((settle + duration) * double(per_base) > 1e15)
+    if ((settle + duration) * double(per_base) > most_steps)
         fail(LIMAX_INVALID_ARGUMENT,
              format("duration and settle take %.3g steps of %.9g s; at most 1e15 are possible",
                     (settle + duration) * double(per_base), plan.time_step));
@@ -110,6 +115,17 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
         plan.samples[kind] = (plan.steps - plan.settle_steps) / plan.every[kind] + 1;
     }
     return plan;
+}
+
+int64_t trace_width(int32_t kind, int64_t masses) {
+    switch (kind) {
+        case LIMAX_TRACE_CENTER_OF_MASS: return 3;
+        case LIMAX_TRACE_POSITION:
+        case LIMAX_TRACE_VELOCITY: return 3 * masses;
+        case LIMAX_TRACE_CONTACT: return 1;
+        case LIMAX_TRACE_ENERGY: return 4;
+        default: return 2;
+    }
 }
 
 }  // namespace limax

@@ -49,6 +49,9 @@ struct schedule {
     int64_t samples[LIMAX_TRACE_KINDS] = {};  // from t = 0 to the end, both included
 };
 
+// Values per sample of a trace kind.
+int64_t trace_width(int32_t kind, int64_t masses);
+
 // Refuses a fixed step that does not divide the base, naming the nearest that does.
 schedule make_schedule(const limax_simulation_options& options, double bound);
 

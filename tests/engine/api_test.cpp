@@ -1,5 +1,6 @@
 // api_test.cpp: the C ABI: every misuse is a status and a text, handles may be freed in any order.
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -183,6 +184,26 @@ TEST_CASE("simulations refuse what they cannot run, naming the field and its ran
                   LIMAX_INVALID_ARGUMENT, "there are 2");
     check_refused(limax_simulation_place(run, 0, nullptr, nullptr), LIMAX_INVALID_ARGUMENT,
                   "before its first step");
+}
+
+TEST_CASE("what this machine cannot hold is refused before it is made, with what it would need") {
+    // robots so many that simulating them takes twice the memory of the machine, at 320 B a site
+    const double machine = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    const int32_t lattice[3] = {100, 100, 100};
+    const int32_t count = static_cast<int32_t>(2 * machine / (320.0 * 101 * 101 * 101)) + 1;
+    population none;
+    check_refused(limax_population_create(lattice, count, nullptr, &none.it), LIMAX_OUT_OF_MEMORY,
+                  "GB; this machine has");
+
+    ready stage;
+    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+    limax_simulation_options options = stage.options();
+    options.duration = 1e6;
+    options.record[LIMAX_TRACE_POSITION] = 100000;
+    simulation run;
+    check_refused(stage.simulate(options, run), LIMAX_OUT_OF_MEMORY, "record");
+    CHECK(none.it == nullptr);
+    CHECK(run.it == nullptr);
 }
 
 TEST_CASE("null handles are refused, and freeing null does nothing") {

@@ -2,6 +2,7 @@
 // law header stands alone, the header of the ABI is C, and contraction is off. Each case runs the
 // compiler that built this program.
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -132,6 +133,37 @@ TEST_CASE("laws reach only laws, and no std header but through portable.h") {
                    line.find("\"base/") != std::string::npos));
         }
     }
+}
+
+TEST_CASE("the effect that engine/README.md shows is a whole one") {
+    std::ifstream page(root + "/engine/README.md");
+    std::string example;
+    bool inside = false;
+    for (std::string line; std::getline(page, line);) {
+        if (line == "```") inside = false;
+        if (inside) example += line + "\n";
+        if (line == "```cpp") inside = true;
+    }
+    REQUIRE(example.find("struct wind") != std::string::npos);
+    const fs::path folder =
+        fs::temp_directory_path() / ("limax-effect-" + std::to_string(getpid()));
+    fs::create_directory(folder);
+    std::ofstream(folder / "wind.cpp")
+        << "#include \"physics/effects/all.h\"\n"
+        << example
+        << "static_assert(limax::effects::hooks_match<limax::effects::wind>());\n"
+           "using namespace limax::effects;\n"
+           "float push(float x) {\n"
+           "    const double values[4] = {1, 0, 0, 0.5}, origin[3] = {0, 0, 0};\n"
+           "    node_force<float> force{{x, 0, 0}, 0};\n"
+           "    wind::node(wind::make<float>(values, origin), node_state<float>{}, force);\n"
+           "    return force.total.x;\n"
+           "}\n";
+    const command_result result =
+        run(compiler + flags + "-fsyntax-only " + (folder / "wind.cpp").string());
+    fs::remove_all(folder);
+    CAPTURE(result.output);
+    CHECK(result.status == 0);
 }
 
 TEST_CASE("contraction is off: a product and a sum round twice") {

@@ -93,12 +93,20 @@ TEST_CASE(
     CHECK(crowd->outcomes()[10].status == LIMAX_ROBOT_DIVERGED);
     CHECK(crowd->outcomes()[10].reason == LIMAX_STRETCH);
     CHECK(crowd->outcomes()[40].status == LIMAX_ROBOT_DIVERGED);
+    const int64_t voxels = bodies.setup.grid.voxels();
     for (const int robot : {0, 2, 4, 9, 11, 39, 41, 63}) {
-        stage alone = walkers(64);
-        std::fill(alone.setup.mask.begin(), alone.setup.mask.end(), 0);
-        alone.setup.mask[robot] = 1;
-        const auto single = alone.run();
         CHECK(crowd->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+        // in a population of its own
+        stage alone = walkers(1);
+        std::copy_n(bodies.setup.voxels.data() + robot * voxels, voxels, alone.setup.voxels.data());
+        std::copy_n(bodies.setup.weights.data() + robot * 3 * voxels, 3 * voxels,
+                    alone.setup.weights.data());
+        CHECK(same_bits(*alone.run(), 0, *crowd, robot));
+        // and as the only one of the 64 that is simulated
+        stage masked = walkers(64);
+        std::fill(masked.setup.mask.begin(), masked.setup.mask.end(), 0);
+        masked.setup.mask[robot] = 1;
+        const auto single = masked.run();
         CHECK(same_bits(*single, robot, *crowd, robot));
         CHECK(single->outcomes()[(robot + 1) % 64].status == LIMAX_ROBOT_SKIPPED);
     }

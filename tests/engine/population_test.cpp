@@ -251,7 +251,7 @@ TEST_CASE("populations that cannot be are refused, with the memory they would ne
     // 13 bytes a voxel: material and three weights
     CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] { population(huge, 100000, nullptr); })
               .find("a population of 100000 robots on a lattice of 1000x1000x1000 voxels needs "
-                    "1.3e+06 GB; this machine "
+                    "3.47e+07 GB; this machine "
                     "has ") == 0);
     CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] {
               population(long_row, 100000, nullptr);

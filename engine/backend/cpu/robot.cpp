@@ -39,8 +39,8 @@ public:
     void place(const double* positions, const double* velocities) override;
     void state(scratch& memory, double* positions, double* velocities) override;
     const int32_t* sites() const override { return body_.sites.data(); }
-    int64_t samples(int32_t kind) const override { return taken_[kind]; }
-    const double* trace(int32_t kind) const override { return traces_[kind].data(); }
+    int64_t samples(int32_t kind) const override { return traces_.taken(kind); }
+    const double* trace(int32_t kind) const override { return traces_.data(kind); }
 
 private:
     // One effect of the scene with its parameters in this robot's coordinates.
@@ -58,9 +58,9 @@ private:
     void begin();
     void finish_step();
     void mark_centers();
+    void release_springs();
     void sample_due();
     void record(int kind);
-    void summarize();
     // Velocities at t_n, from those on both sides.
     void velocity_now(R* out[3]) const;
     double center(int axis) const {
@@ -80,8 +80,7 @@ private:
     double origin_[3] = {0, 0, 0};  // m
     int64_t step_ = 0;
     bool begun_ = false;
-    array<double> traces_[LIMAX_TRACE_KINDS];
-    int64_t taken_[LIMAX_TRACE_KINDS] = {};
+    traces traces_;
 };
 
 template <class R, bool compensated>
@@ -110,8 +109,7 @@ robot_run<R, compensated>::robot_run(const simulation_setup& setup, spring_body 
             (E::hooks & (effects::hook_node | effects::hook_impulse)))
             active_.push_back({effects::index_of<E>, {}});
     });
-    for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
-        traces_[kind] = array<double>(plan_.samples[kind] * trace_width(kind, body_.masses));
+    traces_ = traces(plan_, body_.masses);
     lay_out();
     refresh_params();
 }
@@ -277,18 +275,24 @@ void robot_run<R, compensated>::mark_centers() {
             for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = center(axis);
 }
 
+// A robot that has ended needs no force again: most of its memory goes back.
+template <class R, bool compensated>
+void robot_run<R, compensated>::release_springs() {
+    for (array<float>* column : {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine})
+        *column = array<float>();
+}
+
 template <class R, bool compensated>
 void robot_run<R, compensated>::sample_due() {
     const int64_t since = step_ - plan_.settle_steps;
     if (since < 0) return;
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
-        if (plan_.every[kind] && since % plan_.every[kind] == 0) record(kind);
+        if (traces_.due(kind, since)) record(kind);
 }
 
 template <class R, bool compensated>
 void robot_run<R, compensated>::record(int kind) {
-    const int64_t width = trace_width(kind, body_.masses);
-    double* out = traces_[kind].data() + taken_[kind]++ * width;
+    double* out = traces_.next(kind);
     // the force scratch is free between kick and drift
     R* velocity[3] = {arrays_.force[0], arrays_.force[1], arrays_.force[2]};
     if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY) velocity_now(velocity);
@@ -340,46 +344,6 @@ void robot_run<R, compensated>::record(int kind) {
     }
 }
 
-// Fills the summaries of recorded traces.
-template <class R, bool compensated>
-void robot_run<R, compensated>::summarize() {
-    const auto mean_of = [&](int kind, int column) {
-        const int64_t width = trace_width(kind, body_.masses);
-        double sum = 0;
-        for (int64_t s = 0; s < taken_[kind]; ++s) sum += traces_[kind][s * width + column];
-        return sum / double(taken_[kind]);
-    };
-    if (taken_[LIMAX_TRACE_CENTER_OF_MASS]) {
-        const array<double>& path = traces_[LIMAX_TRACE_CENTER_OF_MASS];
-        outcome_.path_length = outcome_.height = 0;
-        for (int64_t s = 1; s < taken_[LIMAX_TRACE_CENTER_OF_MASS]; ++s) {
-            outcome_.path_length +=
-                std::hypot(path[3 * s] - path[3 * s - 3], path[3 * s + 1] - path[3 * s - 2]);
-            outcome_.height = std::max(outcome_.height, path[3 * s + 2] - path[2]);
-        }
-    }
-    if (taken_[LIMAX_TRACE_CONTACT]) outcome_.contact = mean_of(LIMAX_TRACE_CONTACT, 0);
-    if (taken_[LIMAX_TRACE_ENERGY]) {
-        const array<double>& energy = traces_[LIMAX_TRACE_ENERGY];
-        outcome_.kinetic = mean_of(LIMAX_TRACE_ENERGY, 0);
-        outcome_.elastic = mean_of(LIMAX_TRACE_ENERGY, 1);
-        // trapezoids over the samples
-        const double interval = double(plan_.every[LIMAX_TRACE_ENERGY]) * plan_.time_step;
-        outcome_.muscle_work = 0;
-        for (int64_t s = 1; s < taken_[LIMAX_TRACE_ENERGY]; ++s)
-            outcome_.muscle_work +=
-                0.5 * interval *
-                (std::max(0.0, energy[4 * s - 1]) + std::max(0.0, energy[4 * s + 3]));
-    }
-    if (taken_[LIMAX_TRACE_STRAIN]) {
-        outcome_.strain = mean_of(LIMAX_TRACE_STRAIN, 0);
-        outcome_.strain_most = 0;
-        for (int64_t s = 0; s < taken_[LIMAX_TRACE_STRAIN]; ++s)
-            outcome_.strain_most =
-                std::max(outcome_.strain_most, traces_[LIMAX_TRACE_STRAIN][2 * s + 1]);
-    }
-}
-
 template <class R, bool compensated>
 bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t most) {
     if (outcome_.status != LIMAX_ROBOT_RUNNING) return true;
@@ -409,7 +373,8 @@ bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t
         if (step_ == stop) return false;
         finish_step();
     }
-    summarize();
+    traces_.summarize(outcome_);
+    release_springs();
     return true;
 }
 
@@ -466,17 +431,6 @@ void scratch::lend(robot_arrays<R>& arrays) {
     for (int axis = 0; axis < 3; ++axis) arrays.transfer[axis] = take();
     for (int axis = 0; axis < 3; ++axis) arrays.force[axis] = take();
     arrays.normal = take();
-}
-
-int64_t trace_width(int32_t kind, int64_t masses) {
-    switch (kind) {
-        case LIMAX_TRACE_CENTER_OF_MASS: return 3;
-        case LIMAX_TRACE_POSITION:
-        case LIMAX_TRACE_VELOCITY: return 3 * masses;
-        case LIMAX_TRACE_CONTACT: return 1;
-        case LIMAX_TRACE_ENERGY: return 4;
-        default: return 2;
-    }
 }
 
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,

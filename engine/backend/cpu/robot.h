@@ -7,6 +7,7 @@
 
 #include "backend/backend.h"
 #include "backend/cpu/passes.h"
+#include "backend/cpu/traces.h"
 #include "physics/time_step.h"
 
 namespace limax::cpu {
@@ -40,9 +41,6 @@ public:
     virtual int64_t samples(int32_t kind) const = 0;  // taken so far
     virtual const double* trace(int32_t kind) const = 0;
 };
-
-// Values per sample of a trace kind.
-int64_t trace_width(int32_t kind, int64_t masses);
 
 // Prepares robot `index` of the setup and fills its outcome, which must outlive the robot.
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,

@@ -11,6 +11,10 @@
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
 //
+// An effect with laws on masses has `params<R>`, its parameters in the precision of the robot, and
+// `params<R> make(values, origin)`, which takes them from the components of all fields, one after
+// the other, and from the robot's own origin in the world (m). engine/README.md shows a whole one.
+//
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An
 // effect that a scene does not name is never instantiated into its passes.

@@ -1,0 +1,37 @@
+// traces.h: what a robot's simulation records: memory for every sample that its schedule will take,
+// and the summaries of whole traces. SI units.
+#pragma once
+
+#include "base/array.h"
+#include "limax.h"
+#include "physics/time_step.h"
+
+namespace limax::cpu {
+
+class traces {
+public:
+    traces() = default;
+    traces(const schedule& plan, int64_t masses);
+
+    // Is a sample of this kind due `step` steps after t = 0?
+    bool due(int32_t kind, int64_t step) const { return every_[kind] && step % every_[kind] == 0; }
+    // Where the next sample of this kind goes, [width].
+    double* next(int32_t kind) { return data_[kind].data() + taken_[kind]++ * width_[kind]; }
+
+    const double* data(int32_t kind) const { return data_[kind].data(); }  // [sample][width]
+    int64_t taken(int32_t kind) const { return taken_[kind]; }             // samples so far
+
+    // Fills the outcome's summaries of the kinds that were recorded.
+    void summarize(limax_outcome& outcome) const;
+
+private:
+    double mean(int32_t kind, int64_t column) const;
+
+    array<double> data_[LIMAX_TRACE_KINDS];
+    int64_t width_[LIMAX_TRACE_KINDS] = {};
+    int64_t every_[LIMAX_TRACE_KINDS] = {};  // steps between samples; 0 where nothing is recorded
+    int64_t taken_[LIMAX_TRACE_KINDS] = {};
+    double time_step_ = 0;  // s
+};
+
+}  // namespace limax::cpu
