@@ -116,7 +116,8 @@ std::string target_of(const std::string& path) {
 bool is_stream(const std::string& path) {
     struct stat found {};
     if (stat(path.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) return false;
-    return !S_ISREG(found.st_mode) || path.rfind("/dev/", 0) == 0 || path.rfind("/proc/", 0) == 0;
+    return !S_ISREG(found.st_mode) || path.rfind("/dev/std", 0) == 0 ||
+           path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/", 0) == 0;
 }
 
 void write_stream(const std::string& path, std::string_view text) {

@@ -117,6 +117,17 @@ limax::simulation_setup make_setup(const limax::population& population,
             fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no known body: it must be expressed "
                                                 "or checked before it is simulated",
                                                 i + 1));
+        const uint8_t* own = setup.voxels.data() + i * setup.grid.voxels();
+        if (setup.mask[i] && body.status == LIMAX_BODY_VALID &&
+            limax::body_hash(setup.grid, own) != body.hash)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("robot %d was written to after its check: check it again", i + 1));
+        const float* weights = setup.weights.data() + 3 * i * setup.grid.voxels();
+        for (int64_t w = 0; setup.mask[i] && w < 3 * setup.grid.voxels(); ++w)
+            if (!(weights[w] >= 0 && weights[w] <= 1))
+                fail(
+                    LIMAX_INVALID_ARGUMENT,
+                    format("robot %d has a weight of %.9g; weights are 0 to 1", i + 1, weights[w]));
     }
     for (const uint8_t voxel : setup.voxels)
         if (voxel >= materials.count())
@@ -410,6 +421,8 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
                                       limax_progress* out) {
     return guard([&] {
         require(simulation, "simulation");
+        limax::require_range("seconds", seconds, 0, 1e6, "s");
+        limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
         *out = simulation->it->advance(seconds, steps);
     });
 }
@@ -427,17 +440,24 @@ limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t 
 }
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites) {
-    return guard([&] { *sites = simulation->it->sites(require_robot(simulation, robot)); });
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        *sites = simulation->it->sites(index);
+    });
 }
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities) {
-    return guard(
-        [&] { simulation->it->place(require_robot(simulation, robot), positions, velocities); });
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        simulation->it->place(index, positions, velocities);
+    });
 }
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities) {
-    return guard(
-        [&] { simulation->it->state(require_robot(simulation, robot), positions, velocities); });
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        simulation->it->state(index, positions, velocities);
+    });
 }
 
 }  // extern "C"

@@ -10,8 +10,8 @@
  * returns a struct by value. Long work is cut into ranges of robots or slices of time that the
  * caller loops over, so that no call need work longer than about 50 ms; what is one piece is the
  * drawing of an encoding, the description and preparation of one robot (about 5 us per voxel) and
- * as many steps as a caller asks for by number. `out` pointers must not be null; a
- * handle that is created is owned by the caller and ended by its `_free`, which takes null.
+ * as many steps as a caller asks for by number. Pointers must not be null where nothing else is
+ * said; a handle that is created is owned by the caller and ended by its `_free`, which takes null.
  * Children keep what they need of their parents alive, so any order of `_free` is safe. */
 #ifndef LIMAX_H
 #define LIMAX_H
@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 1, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 2, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -85,7 +85,7 @@ typedef struct limax_material {
     char name[32];
     char letter[4]; /* one ASCII letter, then zeros */
     int32_t kind;   /* limax_material_kind */
-    int32_t reserved;
+    int32_t reserved[2];
     double stiffness;       /* N/m */
     double mass_per_site;   /* kg */
     double damping_ratio;   /* 1 */

@@ -42,7 +42,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
     if (options.time_step != 0) {
         require_range("time_step", options.time_step, 1e-9, 1.0, "s");
     } else {
-        require_range("bound_fraction", options.bound_fraction, 1e-6, 10.0, "");
+        require_range("bound_fraction", options.bound_fraction, 1e-3, 10.0, "");
         require_range("time_step_most", options.time_step_most, 0, 1.0, "s");
     }
     require_range("edge", options.edge, 1e-4, 100.0, "m");

@@ -21,6 +21,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr const char* schema = "limax.materials/1";
+constexpr int deepest = 20;  // of a table's JSON, which needs 3: writers of messages recurse
 
 // The engine's own limits: a table's range may be narrower, never wider. Amplitude below 1 keeps
 // rest lengths above 0; the stiffness range keeps the time step between about 1e-6 and 1e-2 s; the
@@ -116,9 +117,10 @@ private:
     // mistake.
     json parse(const std::string& text) const {
         std::vector<std::set<std::string>> open;
-        const auto watch = [&](int, json::parse_event_t event, json& value) {
+        const auto watch = [&](int depth, json::parse_event_t event, json& value) {
             if (event == json::parse_event_t::object_start) open.emplace_back();
             if (event == json::parse_event_t::object_end) open.pop_back();
+            if (depth > deepest) refuse("", format("nested deeper than %d levels", deepest));
             if (event == json::parse_event_t::key &&
                 !open.back().insert(value.get<std::string>()).second)
                 refuse("", "the field " + shown(value) + " stands twice in one object");

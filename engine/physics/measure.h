@@ -54,13 +54,15 @@ double length_between(const R* const position[3], int64_t near, int64_t far) {
 template <class R>
 strains measure_strain(const spring_body& body, const R* const position[3]) {
     strains result;
+    int64_t springs = 0;
     for_each_spring(body, [&](int64_t, int64_t near, int64_t far, int d) {
         const double strain =
             absolute(length_between(position, near, far) - body.rest[d]) / body.rest[d];
         result.mean += strain;
         result.most = larger(result.most, strain);
+        ++springs;
     });
-    if (body.springs) result.mean /= body.springs;
+    if (springs) result.mean /= double(springs);
     return result;
 }
 

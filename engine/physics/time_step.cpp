@@ -12,8 +12,9 @@ namespace {
 
 constexpr int64_t least_rate = 20;      // Hz: a base of at most 50 ms
 constexpr int64_t most_rate = 1000000;  // Hz: beyond it a base is shorter than any useful step
-// Steps are counted in doubles too (progress, time): far below 2^53.
-constexpr double most_steps = 1e15;
+// Counted in 64 bits. The stiffest body of the legal materials at the smallest fraction of its
+// bound takes 1e17 steps of the longest run.
+constexpr double most_steps = 9e18;
 // A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
 constexpr double whole_within = 1e-9, rounding = 1e-12;
 
@@ -71,11 +72,13 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
 schedule make_schedule(const limax_simulation_options& options, double bound) {
     int64_t rate = 1;
     for (const int32_t hertz : options.record)
-        if (hertz > 0) rate = std::lcm(rate, int64_t(hertz));
+        // at most 10^6 times 10^5 at each turn: no overflow
+        if (hertz > 0 && rate <= most_rate) rate = std::lcm(rate, int64_t(hertz));
     if (rate > most_rate)
-        fail(LIMAX_INVALID_ARGUMENT, format("record: the least common multiple of the rates is "
-                                            "%lld Hz; it must be at most 1000000 Hz",
-                                            static_cast<long long>(rate)));
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("record: the least common multiple of the rates is "
+                    "%lld Hz or more; it must be at most %lld Hz",
+                    static_cast<long long>(rate), static_cast<long long>(most_rate)));
     if (rate < least_rate) rate *= (least_rate + rate - 1) / rate;
     const double base = 1.0 / double(rate);
 
@@ -105,8 +108,8 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
     const double settle = whole_bases(options.settle), duration = whole_bases(options.duration);
     if ((settle + duration) * double(per_base) > most_steps)
         fail(LIMAX_INVALID_ARGUMENT,
-             format("duration and settle take %.3g steps of %.9g s; at most 1e15 are possible",
-                    (settle + duration) * double(per_base), plan.time_step));
+             format("duration and settle take %.3g steps of %.9g s; at most %.3g are possible",
+                    (settle + duration) * double(per_base), plan.time_step, most_steps));
     plan.settle_steps = static_cast<int64_t>(settle) * per_base;
     plan.steps = plan.settle_steps + static_cast<int64_t>(duration) * per_base;
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind) {

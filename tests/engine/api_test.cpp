@@ -165,15 +165,29 @@ TEST_CASE("simulations refuse what they cannot run, naming the field and its ran
     refused([](auto& o) { o.max_stretch = 0.5; }, "max_stretch");
     refused(
         [](auto& o) {
-            o.duration = 1e6;
-            o.time_step = 1e-9;
-            o.settle = 1e6;
+            const int32_t primes[] = {99991, 99989, 99971, 99961};
+            std::copy(primes, primes + 4, o.record);
         },
-        "steps");
+        "least common multiple");
     CHECK(run.it == nullptr);
+
+    // a body changed after its check is not what was counted
+    limax_population_voxels(stage.robots)[0] = 0;
+    check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT, "check it again");
+    limax_population_voxels(stage.robots)[0] = 3;
+    limax_population_weights(stage.robots)[5] = 10;
+    check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT, "0 to 1");
+    limax_population_weights(stage.robots)[5] = 1;
 
     REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
     limax_progress progress;
+    CHECK(limax_simulation_advance(run, std::nan(""), 0, &progress) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_simulation_advance(run, -1, 0, &progress) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_simulation_advance(run, 1, -1, &progress) == LIMAX_INVALID_ARGUMENT);
+    const int32_t* sites;
+    CHECK(limax_simulation_sites(nullptr, 0, &sites) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_simulation_place(nullptr, 0, nullptr, nullptr) == LIMAX_INVALID_ARGUMENT);
+    CHECK(limax_simulation_state(nullptr, 0, nullptr, nullptr) == LIMAX_INVALID_ARGUMENT);
     REQUIRE(limax_simulation_advance(run, 10, 0, &progress) == LIMAX_OK);
     CHECK(progress.finished == 1);
     const double* data;

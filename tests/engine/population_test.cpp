@@ -248,7 +248,7 @@ TEST_CASE("what breeding refuses") {
 TEST_CASE("populations that cannot be are refused, with the memory they would need") {
     const int32_t huge[3] = {1000, 1000, 1000}, long_row[3] = {2147483647, 1, 1},
                   none[3] = {5, 0, 5};
-    // 13 bytes a voxel: material and three weights
+    // two copies of 13 bytes a voxel, and 320 a site to simulate it
     CHECK(failure(LIMAX_OUT_OF_MEMORY, [&] { population(huge, 100000, nullptr); })
               .find("a population of 100000 robots on a lattice of 1000x1000x1000 voxels needs "
                     "3.47e+07 GB; this machine "

@@ -212,8 +212,13 @@ void robot_run<R, compensated>::recenter() {
         const double away = center_of_mass(body_, arrays_.position[axis]);
         if (std::fabs(away) <= origin_reach) continue;
         const double shift = whole_origin_steps(away);
-        for (int32_t i = 0; i < body_.masses; ++i)
-            arrays_.position[axis][body_.sites[i]] -= R(shift);
+        for (int32_t i = 0; i < body_.masses; ++i) {
+            const int32_t site = body_.sites[i];
+            R carried = compensated ? arrays_.lost_position[axis][site] : R(0);
+            R& position = arrays_.position[axis][site];
+            position = accumulate<compensated>(position, -R(shift), carried);
+            if constexpr (compensated) arrays_.lost_position[axis][site] = carried;
+        }
         origin_[axis] += shift;
         moved = true;
     }
@@ -315,7 +320,7 @@ void robot_run<R, compensated>::record(int kind) {
                 setup_.scene.values(effects::index_of<effects::ground>)[2] - origin_[2];
             int64_t touching = 0;
             for (int32_t i = 0; i < body_.masses; ++i)
-                touching += double(arrays_.position[2][body_.sites[i]]) < height;
+                touching += arrays_.position[2][body_.sites[i]] < height;
             out[0] = double(touching) / body_.masses;
             break;
         }
@@ -350,7 +355,7 @@ bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t
     memory.lend(arrays_);
     const int64_t start = step_;
     const int64_t look_interval = std::max<int64_t>(1, sites_per_look / body_.count);
-    const int64_t stop = most > 0 ? std::min(plan_.steps, step_ + most) : plan_.steps;
+    const int64_t stop = most > 0 && most < plan_.steps - step_ ? step_ + most : plan_.steps;
     while (true) {
         if (!begun_) {
             const bool due = step_ % check_interval == 0;
@@ -388,6 +393,13 @@ void robot_run<R, compensated>::place(const double* positions, const double* vel
             fail(LIMAX_INVALID_ARGUMENT,
                  format("mass %d is to be placed at, or with, a value that is not finite",
                         i / 3 + 1));
+    // the robot's own origin comes along, so that fp32 resolves as much there as anywhere
+    for (int axis = 0; positions && axis < 3; ++axis) {
+        double sum = 0;
+        for (int32_t i = 0; i < body_.masses; ++i) sum += positions[3 * i + axis];
+        origin_[axis] = whole_origin_steps(sum / body_.masses);
+    }
+    refresh_params();
     for (int32_t i = 0; i < body_.masses; ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const int32_t site = body_.sites[i];

@@ -6,6 +6,9 @@
 #include <signal.h>
 
 #include <atomic>
+#include <system_error>
+
+#include "base/error.h"
 
 namespace limax::cpu {
 
@@ -14,18 +17,29 @@ thread_team::thread_team(int size) {
     sigfillset(&all);
     // threads inherit the mask of the one that makes them
     pthread_sigmask(SIG_SETMASK, &all, &before);
-    for (int index = 1; index < size; ++index)
-        threads_.emplace_back([this, index] { serve(index); });
+    try {
+        for (int index = 1; index < size; ++index)
+            threads_.emplace_back([this, index] { serve(index); });
+    } catch (const std::system_error& problem) {
+        pthread_sigmask(SIG_SETMASK, &before, nullptr);
+        const int made = this->size();
+        stop();
+        fail(LIMAX_NO_DEVICE, format("device 'cpu': the system gives %d of %d threads: %s", made,
+                                     size, problem.what()));
+    }
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
-thread_team::~thread_team() {
+thread_team::~thread_team() { stop(); }
+
+void thread_team::stop() {
     {
         std::lock_guard lock(mutex_);
         ending_ = true;
     }
     start_.notify_all();
     for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
 }
 
 void thread_team::guarded(int index) {
@@ -52,6 +66,7 @@ void thread_team::serve(int index) {
 }
 
 void thread_team::run_on_all(const std::function<void(int)>& work) {
+    std::lock_guard turn(turn_);
     {
         std::lock_guard lock(mutex_);
         work_ = &work;

@@ -31,8 +31,10 @@ public:
 private:
     void serve(int index);
     void guarded(int index);
+    void stop();
 
     std::vector<std::thread> threads_;
+    std::mutex turn_;  // one round at a time, whoever calls
     std::mutex mutex_;
     std::condition_variable start_, finish_;
     const std::function<void(int)>* work_ = nullptr;
