@@ -294,11 +294,6 @@ int lua_absolute(lua_State* L) {
     return 1;
 }
 
-int lua_sync(lua_State* L) {
-    const std::string path = path_argument(L, 1);
-    return answer(L, [&] { sync_path(path, 0); });
-}
-
 // The lock is the open descriptor: it ends with the handle, and with the process however that ends.
 int lock_free(lua_State* L) {
     auto* const held = static_cast<int*>(luaL_checkudata(L, 1, lock_type));
@@ -351,7 +346,6 @@ void open_files(lua_State* L) {
     add_function<lua_remove>(L, "remove");
     add_function<lua_rename>(L, "rename");
     add_function<lua_absolute>(L, "absolute");
-    add_function<lua_sync>(L, "sync");
     add_function<lua_lock>(L, "lock");
     lua_setfield(L, -2, "file");
 }

@@ -23,12 +23,13 @@
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
----@field sync fun(path: string): true|nil, string|nil
 ---@field lock fun(path: string): limax.host.lock|nil, string|nil a file or folder, for one process
 
 ---@class limax.host.signal
 ---@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C still ends the process at once
 ---@field rearm fun() the next Ctrl-C counts as a first one: for prompts
+---@field on_hard_stop fun(line: string|nil) what standard error gets if the process must end
+--- without Lua: after 2 s without an answer, or by a second Ctrl-C; nil: nothing any more
 
 ---@class limax.host.request
 ---@field url string https, or http to this machine
@@ -59,6 +60,7 @@
 ---@field system string
 ---@field luajit string
 ---@field cuda string|nil version of the driver
+---@field cuda_compiler string|nil the nvcc that was there when limax was configured
 
 ---@class limax.host
 ---@field home string the data folder, which holds scripts/, prompts/ and materials/
@@ -79,6 +81,7 @@
 ---@field time fun(): string "2026-11-21T10:15:03Z"
 ---@field terminal fun(): limax.host.terminal
 ---@field environment fun(): limax.host.environment
+---@field opens fun(library: string): true|nil, string|nil can this shared library be loaded?
 local host = {}
 
 return host

@@ -2,6 +2,7 @@
 // may reach a result.
 #include "machine.h"
 
+#include <dlfcn.h>
 #include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/utsname.h>
@@ -102,15 +103,16 @@ int usable_cores() {
     return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
 }
 
-// environment() -> { compiler, build, cpu, cores, hostname, system, luajit, cuda }; cuda is the
-// driver's version or nil
+// environment() -> { compiler, build, cpu, cores, hostname, system, luajit, cuda, cuda_compiler };
+// cuda is the driver's version or nil, cuda_compiler the nvcc that was there when this was
+// configured or nil
 int environment(lua_State* L) {
     utsname kernel{};
     uname(&kernel);
     const std::string system = file_entry("/etc/os-release", "PRETTY_NAME", '=');
     const std::string cpu = file_entry("/proc/cpuinfo", "model name", ':');
     const std::string driver = file_entry("/proc/driver/nvidia/version", "NVRM version", ':');
-    lua_createtable(L, 0, 8);
+    lua_createtable(L, 0, 9);
     set_text(L, "compiler", LIMAX_COMPILER);
     set_text(L, "build", LIMAX_BUILD_TYPE);
     set_text(L, "cpu", cpu.empty() ? kernel.machine : cpu);
@@ -119,8 +121,22 @@ int environment(lua_State* L) {
              (system.empty() ? "" : system + ", ") + kernel.sysname + " " + kernel.release);
     set_text(L, "luajit", LUAJIT_VERSION);
     if (!driver.empty()) set_text(L, "cuda", driver);
+    if (*LIMAX_CUDA_COMPILER != '\0') set_text(L, "cuda_compiler", LIMAX_CUDA_COMPILER);
     lua_pushinteger(L, usable_cores());
     lua_setfield(L, -2, "cores");
+    return 1;
+}
+
+// opens(library) -> true | nil, message: can this shared library be loaded? Nothing in it is called
+// but what it calls itself.
+int opens(lua_State* L) {
+    void* const library = dlopen(path_argument(L, 1), RTLD_LAZY | RTLD_LOCAL);
+    if (library == nullptr) {
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): glibc keeps the message per thread
+        return push_failure(L, dlerror());
+    }
+    dlclose(library);
+    lua_pushboolean(L, 1);
     return 1;
 }
 
@@ -131,6 +147,7 @@ void open_machine(lua_State* L) {
     add_function<clock_seconds>(L, "clock");
     add_function<time_text>(L, "time");
     add_function<environment>(L, "environment");
+    add_function<opens>(L, "opens");
 }
 
 }  // namespace limax::host

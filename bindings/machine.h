@@ -6,7 +6,7 @@
 
 namespace limax::host {
 
-// Adds terminal, clock, time and environment to the host table on top of the stack.
+// Adds terminal, clock, time, environment and opens to the host table on top of the stack.
 void open_machine(lua_State* L);
 
 }  // namespace limax::host

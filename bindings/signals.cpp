@@ -4,6 +4,7 @@
 // process when nobody answers. Only the main thread takes SIGINT.
 #include "signals.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <semaphore.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
+#include <cstring>
 #include <ctime>
 #include <stdexcept>
 #include <system_error>
@@ -36,6 +38,10 @@ constexpr int looks_in_all = 60;
 // then its whole group.
 constexpr std::int64_t same_press = 100'000'000;  // ns
 constexpr int status_interrupted = 130;           // the shell's 128 + SIGINT
+// A terminal that takes no text for so long (it is stopped, say) holds up no end.
+constexpr int longest_wait_for_stderr = 200;  // ms
+// Room for the longest path, each byte of it quoted for a shell, and a command around it.
+constexpr std::size_t longest_last_words = 20480;
 
 const char interrupt_key = 0;  // its address is the registry key of host.interrupt
 
@@ -50,6 +56,16 @@ static_assert(std::atomic<lua_State*>::is_always_lock_free &&
 pthread_t main_thread;
 sem_t bell;
 
+// What a hard stop says last. There are two, filled in turn: the one that is set never changes while
+// the handler or the watcher may read it.
+struct last_words {
+    char text[longest_last_words];
+    std::size_t length;
+};
+last_words slots[2];
+int next_slot = 0;
+std::atomic<const last_words*> farewell{nullptr};
+
 void raise_from_hook(lua_State* L, lua_Debug*) {
     if (!pending) return;
     ++answers;
@@ -60,6 +76,19 @@ std::int64_t monotonic_nanoseconds() {
     timespec now{};
     clock_gettime(CLOCK_MONOTONIC, &now);
     return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+// Async-signal-safe, as all that follows down to the handler.
+void write_to_stderr(const char* text, std::size_t length) {
+    pollfd gate{STDERR_FILENO, POLLOUT, 0};
+    if (poll(&gate, 1, longest_wait_for_stderr) != 1) return;
+    // nothing can be done about a failed write here
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, length);
+}
+
+[[noreturn]] void say_last_words_and_stop() {
+    if (const last_words* const words = farewell) write_to_stderr(words->text, words->length);
+    _exit(status_interrupted);
 }
 
 // Async-signal-safe throughout: lock-free atomics, sem_post, and lua_sethook, which LuaJIT allows
@@ -74,7 +103,11 @@ void on_interrupt(int) {
     }
     lua_State* const L = state;
     const std::int64_t now = monotonic_nanoseconds();
-    if (L == nullptr || (pressed && now - pressed_at > same_press)) _exit(status_interrupted);
+    if (L == nullptr || (pressed && now - pressed_at > same_press)) {
+        // a progress bar may stand on the line
+        if (farewell != nullptr) write_to_stderr("\n", 1);
+        say_last_words_and_stop();
+    }
     if (!pressed) {
         pressed_at = now;
         pressed = true;
@@ -89,11 +122,9 @@ void on_interrupt(int) {
 [[noreturn]] void stop_hard() {
     static const char text[] =
         "\nlimax: what runs (a compiled loop?) did not stop within 2 s of Ctrl-C: stopping hard. "
-        "What "
-        "was written is whole.\n";
-    // nothing can be done about a failed write here
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, sizeof text - 1);
-    _exit(status_interrupted);
+        "What was written is whole.\n";
+    write_to_stderr(text, sizeof text - 1);
+    say_last_words_and_stop();
 }
 
 void watch() {
@@ -143,6 +174,25 @@ int lua_acknowledge(lua_State*) {
 int lua_rearm(lua_State*) {
     acknowledge_interrupt();
     pressed = false;
+    return 0;
+}
+
+// on_hard_stop(line): what the standard error gets when the process is ended without Lua; nil: no
+// more
+int lua_on_hard_stop(lua_State* L) {
+    if (lua_isnoneornil(L, 1)) {
+        farewell = nullptr;
+        return 0;
+    }
+    std::size_t length = 0;
+    const char* const line = luaL_checklstring(L, 1, &length);
+    luaL_argcheck(L, length < longest_last_words, 1, "a line this long cannot be kept");
+    last_words& words = slots[next_slot];
+    next_slot = 1 - next_slot;
+    std::memcpy(words.text, line, length);
+    words.text[length] = '\n';
+    words.length = length + 1;
+    farewell = &words;
     return 0;
 }
 
@@ -219,6 +269,7 @@ void open_signals(lua_State* L) {
     lua_newtable(L);
     add_function<lua_acknowledge>(L, "acknowledge");
     add_function<lua_rearm>(L, "rearm");
+    add_function<lua_on_hard_stop>(L, "on_hard_stop");
     lua_setfield(L, -2, "signal");
 }
 

@@ -5,6 +5,7 @@ local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
 local arguments = require "limax.engine.arguments"
+local failure = require "limax.failure"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 
@@ -20,11 +21,20 @@ local WEIGHT = 16
 ---@field kind string "cpu" or "cuda"
 ---@field threads integer
 
--- Threads from the environment, for where nobody names a number; 0 is one per core.
+-- More than any machine has: a larger number is a slip.
+local MOST_THREADS = 1024
+
+-- Threads from the environment, for where nobody names a number; 0 is one per core. What is set
+-- wrong there is no mistake of the script's: a usage error.
 local function threads_of_environment()
   local text = os.getenv "LIMAX_THREADS"
   if not text or text == "" then return 0 end
-  return arguments.integer("LIMAX_THREADS", tonumber(text) or text, 1, 1024)
+  local threads = tonumber(text)
+  if not threads or threads % 1 ~= 0 or threads < 1 or threads > MOST_THREADS then
+    failure.raise(2, ("LIMAX_THREADS is %s; it must be a whole number from 1 to %d"):format(
+      arguments.shown(text), MOST_THREADS))
+  end
+  return threads
 end
 
 --- Opens a device. One that is not to be had raises, saying why.
@@ -37,7 +47,7 @@ local function device(name, options)
   arguments.known("device", options, { "threads", "isa" })
   local threads = options.threads
   threads = threads == nil and threads_of_environment()
-    or arguments.integer("threads", threads or 0, 0, 1024)
+    or arguments.integer("threads", threads or 0, 0, MOST_THREADS)
   local isa = options.isa and arguments.text("isa", options.isa)
   memory.collect(WEIGHT)
   local out = ffi.new "limax_device *[1]"

@@ -9,12 +9,15 @@ local suggest = require "limax.suggest"
 
 local exit_usage = 2
 
--- names of the benches: the files of scripts/lib/bench that say what they measure
+-- files of scripts/lib/bench that benches share
+local shared = { child = true, csv = true, timing = true }
+
+-- names of the benches: the other files there
 local function bench_names()
   local names = {}
   for _, file in ipairs(host.file.list(host.home .. "/scripts/lib/bench") or {}) do
     local name = file:match "^(%l[%l%d_]*)%.lua$"
-    if name and name ~= "csv" and name ~= "timing" then names[#names + 1] = name end
+    if name and not shared[name] then names[#names + 1] = name end
   end
   return names
 end
@@ -37,6 +40,7 @@ local function run(arguments)
     device = arguments.device,
     threads = arguments.threads,
     seconds = arguments.seconds,
+    full = arguments.full,
     say = function(text) io.write(text, "\n") io.flush() end,
   }
   result.schema = "limax.bench/1"
@@ -50,7 +54,9 @@ end
 return {
   summary = "measure speed, after checking the physics of what is measured",
   usage = "limax bench NAME [options]",
-  text = "There are: " .. table.concat(bench_names(), ", ") .. ".",
+  text = "There are: " .. table.concat(bench_names(), ", ") .. ".\n\n"
+    .. "throughput measures springs per second, the speed-up by threads, and the seconds per\n"
+    .. "generation of `limax run walk.lua`; with --full also the peak memory of 1000 robots.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -61,6 +67,7 @@ return {
       text = "threads of the CPU device; one per core if left out" },
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
       text = "time of one repeat of one measurement" },
+    { name = "full", text = "also a generation of 1000 robots: about half a minute" },
   },
   run = run,
 }

@@ -11,6 +11,9 @@ return limax.experiment {
   materials = "paper",
   seed = 1,
 
+  -- smooth bodies, whole limbs of one material: sigma_sweep.lua finds that they walk farthest
+  genome = { sigma = 0.25 },
+
   scene = {
     gravity = true,
     ground = true,

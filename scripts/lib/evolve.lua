@@ -135,9 +135,11 @@ end
 
 --- Says something to the user, once in a run.
 ---@param text string
-function Run:say(text)
-  if self.said[text] then return end
-  self.said[text] = true
+---@param message? string what makes two texts the same; the whole text if left out
+function Run:say(text, message)
+  message = message or text
+  if self.said[message] then return end
+  self.said[message] = true
   self.say_aloud(text)
 end
 
@@ -237,7 +239,7 @@ function Run:close(robots)
       seconds = seconds, text = text, genomes = robots.engine:genomes_bytes(), robots = #robots,
       genes = robots.engine.genes, champion = robots[robots.ranked[1]]:table() }
   end
-  robots:end_traces()
+  robots:end_traces "its population was bred"
   if self.on_generation then self.on_generation(entry, seconds) end
 end
 
@@ -301,10 +303,12 @@ function Run:supervise(robots)
   local generation = robots.generation + 1
   local supervisor = self.experiment.supervisor
   local random = engine.random(self.config.seed, self.repetition, "supervision", generation, 0)
-  local ok, proposal, reason = failure.attempt(supervisor.call, self.history, random)
+  local ok, proposal, reason = failure.attempt(supervisor.call, self.history, random,
+    self.limits)
   if not ok then
     local message = "the supervisor failed: " .. failure.bare(proposal)
-    self:say(("before generation %d %s; parameters stay"):format(generation, message))
+    self:say(("before generation %d %s; parameters stay"):format(generation, message),
+      message)
     proposal, reason = nil, message
   end
   local materials = {}
@@ -327,8 +331,12 @@ function Run:breed(robots, choice)
   local began, generation = host.clock(), robots.generation + 1
   local parameters, fields, record = self:supervise(robots)
   local supervised = host.clock()
+  local function set(name, value)
+    parameters[name] = value
+    ledger.set(record, name, value)
+  end
   for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate" } do
-    parameters[name] = choice[name] or parameters[name]
+    if choice[name] ~= nil then set(name, choice[name]) end
   end
   local changed = not same_fields(fields, evolve.material_fields(robots.materials))
   local materials = changed and self:materials_with(fields) or robots.materials
@@ -338,6 +346,7 @@ function Run:breed(robots, choice)
     local random = engine.random(self.config.seed, self.repetition, "selection", generation, child)
     return self.experiment.selection(robots, random)
   end)
+  if choice.elites then set("elite_fraction", #elites / #robots) end
   local offspring = self:new_engine_population()
   offspring:breed(robots.engine, pairs_of_robots, { mutation_rate = parameters.mutation_rate,
     mutation_scale = parameters.mutation_scale, crossover_rate = parameters.crossover_rate,

@@ -229,6 +229,25 @@ end
 ---@return boolean
 function experiment.is(value) return getmetatable(value) == Experiment end
 
+-- The values that fields have where the script says nothing, with those of effects that the scene
+-- lacks: a path into a list changes one of its numbers.
+local function resolved_lists(config)
+  local lists = source.copy(config)
+  for _, effect in ipairs(engine.effects()) do
+    local own = lists.scene[effect.name] or {}
+    lists.scene[effect.name] = own
+    for _, field in ipairs(effect.fields) do
+      if field.components > 1 then own[field.name] = own[field.name] or field.value end
+    end
+  end
+  local allowed = lists.supervision.ranges or {}
+  lists.supervision.ranges = allowed
+  for _, limit in ipairs(ledger.limits(config.population)) do
+    allowed[limit.field] = allowed[limit.field] or { limit.minimum, limit.maximum }
+  end
+  return lists
+end
+
 --- The same experiment with fields changed by `path=value` texts, checked again as a whole.
 ---@param changes string[]
 ---@return limax.experiment
@@ -237,15 +256,24 @@ function Experiment:override(changes)
   local list, message = overrides.parse_all(changes)
   local given = source.copy(self.given)
   -- fields whose default is a whole: a path into one changes it and does not begin an empty one
-  given.genome = given.genome or {}
-  if given.genome.hidden == nil then given.genome.hidden = self.config.genome.hidden end
-  local whole = { scene = defaults.scene, record = defaults.record, lattice = self.config.lattice,
-    selection = defaults.selection, supervisor = defaults.supervisor }
+  local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
+    supervisor = defaults.supervisor }
   for name, value in pairs(whole) do
     if given[name] == nil then given[name] = source.copy(value) end
   end
   local result
-  if list then list, message = overrides.apply(given, list) end
+  local function read_materials(named)
+    return resolved("materials", function(from)
+      local materials = engine.materials(from)
+      local plain = materials:table()
+      materials:free()
+      return plain
+    end, material_source(named, self.origin))
+  end
+  if list then
+    list, message = overrides.apply(given, list,
+      { resolved = resolved_lists(self.config), materials = read_materials })
+  end
   if list then result, message = resolve(given, self.origin) end
   if not result then failure.raise(2, message) end
   return result

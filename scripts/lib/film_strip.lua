@@ -15,7 +15,7 @@ local POSES = 6
 
 -- The page, px: 11 px are 8.25 pt.
 local page = { width = 1000, margin = 24, text = 11, gap = 8, head = 50, strip = 190, below = 40,
-  track = 116, foot = 44 }
+  track = 176, ruler = 22, foot = 44 }
 local ink = { text = "#2b2b2b", faint = "#8a8a8a", ground = "#efece6", line = "#6b655b",
   trail = "#c0392b", frame = "#fbfaf8", ghost = "#7d8b99" }
 
@@ -180,12 +180,11 @@ local function draw_scale_bar(out, x, y, scale, room)
   out:text(stop + 7, y + 4, ("%g m"):format(length))
 end
 
--- The ground line of the whole way, in metres from the start, one about every 90 px.
-local function draw_ruler(out, film, scale, middle, place)
-  local half = (page.width / 2 - page.margin) / scale
-  local step = round_length(90 / scale)
-  out:line(place(middle - half, film.ground), place(middle + half, film.ground), ink.line, 1.2)
-  local first, last = (middle - half - film.start) / step, (middle + half - film.start) / step
+-- The ground line of the whole way, in metres from the start, a number about every 90 px.
+local function draw_ruler(out, film, way, place)
+  local step = round_length(90 / way.scale)
+  out:line(place(way.left, film.ground), place(way.right, film.ground), ink.line, 1.2)
+  local first, last = (way.left - film.start) / step, (way.right - film.start) / step
   for k = math.ceil(first), math.floor(last) do
     local at = place(film.start + k * step, film.ground)
     out:line(at, { at[1], at[2] + 4 }, ink.line, 1)
@@ -195,25 +194,37 @@ local function draw_ruler(out, film, scale, middle, place)
   end
 end
 
--- The whole way, true to scale: outlines of the six poses, and the path through them.
-local function draw_track(out, film, top)
+-- What the track shows, in metres, and its scale (px/m): as wide as the page, but no larger than
+-- `most`, so that a short way is a short figure in the middle.
+local function way_of(film, most)
   local left, right, low, high = math.huge, -math.huge, film.ground or math.huge, -math.huge
-  for _, pose in ipairs(film.poses) do
-    for _, p in ipairs(pose.points) do
+  local function reach(points)
+    for _, p in ipairs(points) do
       left, right = math.min(left, p[1]), math.max(right, p[1])
       low, high = math.min(low, p[3]), math.max(high, p[3])
     end
   end
+  for _, pose in ipairs(film.poses) do reach(pose.points) end
+  reach(film.path)
+  local margin = 0.04 * (right - left)
+  left, right = left - margin, right + margin
   local room = page.width - 2 * page.margin
-  local scale = math.min(room / (1.06 * (right - left)), (page.track - 24) / (high - low))
-  local middle = (left + right) / 2
+  local scale = math.min(room / (right - left), page.track / (high - low), most)
+  return { left = left, right = right, low = low, scale = scale,
+    height = math.ceil((high - low) * scale) + page.ruler }
+end
+
+-- The whole way, true to scale: outlines of the six poses, and the path through them.
+local function draw_track(out, film, way, top)
+  local middle = (way.left + way.right) / 2
   local function place(along, up)
-    return { page.width / 2 + (along - middle) * scale, top + page.track - 18 - (up - low) * scale }
+    return { page.width / 2 + (along - middle) * way.scale,
+      top + way.height - page.ruler - (up - way.low) * way.scale }
   end
   if film.ground then
-    draw_ruler(out, film, scale, middle, place)
+    draw_ruler(out, film, way, place)
   else
-    draw_scale_bar(out, page.margin + 8, top + 14, scale, 110)
+    draw_scale_bar(out, page.margin + 8, top + 14, way.scale, 110)
   end
   for k, pose in ipairs(film.poses) do
     local points = {}
@@ -281,7 +292,8 @@ function film_strip.svg(robot, options)
   local film = film_of(robot)
   local frame = frame_of(film.poses, film.ground)
   local track = page.head + frame.strip + page.below
-  local foot = track + page.track
+  local way = way_of(film, 2 * frame.scale)
+  local foot = track + way.height
   local title = options and options.title or "robot"
   local out = svg.page(page.width, foot + page.foot, title, page.text, ink.text)
   out:text(page.margin, 30, title, 'font-size="16" font-weight="bold"')
@@ -291,7 +303,7 @@ function film_strip.svg(robot, options)
   out:text(page.width - page.margin, 30, said, 'text-anchor="end" font-size="12"')
   for k, pose in ipairs(film.poses) do draw_panel(out, k, pose, film, frame) end
   draw_scale_bar(out, page.margin + 8, page.head + 14, frame.scale, frame.panel / 3)
-  draw_track(out, film, track)
+  draw_track(out, film, way, track)
   draw_legend(out, film, foot + 22)
   return out:finish()
 end

@@ -1,7 +1,9 @@
 --- ledger.lua: what became of a proposal. Each field that a supervisor may set is bound by a range
 --- and by its largest change per generation, and ends as accepted, clamped, rate-limited, kept or
---- rejected, with the reason. Nothing in a proposal can raise an error.
+--- rejected, with the reason; one that a script's own loop sets, as set. Nothing in a proposal can
+--- raise an error.
 
+local choice = require "limax.choice"
 local schema = require "limax.schema"
 local suggest = require "limax.suggest"
 
@@ -108,11 +110,26 @@ local function is_number(value)
   return type(value) == "number" and value == value and math.abs(value) < math.huge
 end
 
-local function sorted_keys(value)
-  local keys = {}
-  for key in pairs(value) do keys[#keys + 1] = tostring(key) end
-  table.sort(keys)
-  return keys
+-- The key of a table as an entry names it. Not `tostring`: it may raise, and an address would
+-- differ between runs.
+local function key_text(key)
+  if type(key) == "string" then return key end
+  if type(key) == "number" or type(key) == "boolean" then return ("[%s]"):format(tostring(key)) end
+  return ("[a %s]"):format(type(key))
+end
+
+-- A proposal as plain tables, `depth` deep, so that what is read from here on calls nothing of the
+-- script: `next` and `rawget` know no metamethod. nil for what is no table.
+local function plain(value, depth)
+  if type(value) ~= "table" then return nil end
+  local copy = {}
+  for key, entry in next, value do
+    local named = type(key) == "string" or type(key) == "number" or type(key) == "boolean"
+    -- several keys that are tables share one text: what they hold must not tell which came last
+    if not named then entry = {} end
+    copy[key_text(key)] = depth > 1 and plain(entry, depth - 1) or entry
+  end
+  return copy
 end
 
 -- A refusal's reason for a name that is no proposable field.
@@ -126,7 +143,7 @@ local function match_materials(proposed, list, entries)
   local by_material = {}
   local names = {}
   for i, material in ipairs(list) do names[i] = material.name end
-  for _, key in ipairs(sorted_keys(proposed)) do
+  for _, key in ipairs(choice.sorted_keys(proposed)) do
     local value, found = proposed[key], nil
     for _, material in ipairs(list) do
       if key == material.name or key == material.letter then found = material end
@@ -215,7 +232,8 @@ function ledger.judge(request)
     reason = "the supervisor returned " .. schema.show(proposal) .. ", expected a table"
     proposal = nil
   end
-  proposal = proposal or {}
+  -- parameters; materials; fields of a material
+  proposal = plain(proposal, 3) or {}
 
   local parameters, known, limit_of = {}, { "materials" }, {}
   for _, limit in ipairs(request.limits) do
@@ -257,7 +275,7 @@ function ledger.judge(request)
         raised[#raised + 1] = { material = material.name, entry = entry, target = entry.applied }
       end
     end
-    for _, key in ipairs(sorted_keys(proposed)) do
+    for _, key in ipairs(choice.sorted_keys(proposed)) do
       if not mine[key] then
         refused[#refused + 1] = { field = ("materials.%s.%s"):format(material.name, key),
           proposed = shown(proposed[key]), outcome = "rejected", reason = unknown(key, names) }
@@ -268,7 +286,7 @@ function ledger.judge(request)
 
   local accepted = {}
   for _, name in ipairs(known) do accepted[name] = true end
-  for _, key in ipairs(sorted_keys(proposal)) do
+  for _, key in ipairs(choice.sorted_keys(proposal)) do
     if not accepted[key] then
       refused[#refused + 1] = { field = key, proposed = shown(proposal[key]), outcome = "rejected",
         reason = unknown(key, known) }
@@ -276,6 +294,18 @@ function ledger.judge(request)
   end
   for _, entry in ipairs(refused) do entries[#entries + 1] = entry end
   return parameters, fields, { supervisor = request.supervisor, reason = reason, entries = entries }
+end
+
+--- Notes that a script's own loop sets a parameter, whatever was proposed for it.
+---@param record { entries: table[] } of `ledger.judge`
+---@param field string
+---@param value number
+function ledger.set(record, field, value)
+  for _, entry in ipairs(record.entries) do
+    if entry.field == field then
+      entry.applied, entry.outcome, entry.reason = value, "set", "by the script's own loop"
+    end
+  end
 end
 
 return ledger

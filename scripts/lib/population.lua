@@ -65,6 +65,20 @@ function population.records(engine_population, materials, make)
   return records
 end
 
+-- A robot that diverged may have passed a moment with numbers that are not finite; no file can hold
+-- them, and they say nothing: they are absent.
+local function finite(outcome)
+  local function is_finite(value) return value - value == 0 end
+  for name, value in pairs(outcome) do
+    local fine = true
+    for _, number in ipairs(type(value) == "table" and value or { value }) do
+      fine = fine and (type(number) ~= "number" or is_finite(number))
+    end
+    if not fine then outcome[name] = nil end
+  end
+  return outcome
+end
+
 --- Simulates every robot but the elites whose score still stands.
 ---@param on_progress? fun(progress: table)
 ---@return limax.population.scored self
@@ -84,7 +98,7 @@ function Population:simulate(on_progress)
     simulation:run(on_progress or run.on_progress)
     for i, record in ipairs(self.records) do
       if mask[i] then
-        local outcome = simulation:outcome(i)
+        local outcome = finite(simulation:outcome(i))
         record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
         self.contexts[i].simulation = simulation
       end
@@ -119,7 +133,7 @@ function Population:score(with)
     end
   end
   scoring.score { call = self.fitness.call, robots = self, records = self.records, wanted = wanted,
-    generation = self.generation, say = function(text) run:say(text) end }
+    generation = self.generation, say = function(text, message) run:say(text, message) end }
   self.ranked = metrics.rank(self.records)
   self.timing.fitness = self.timing.fitness + host.clock() - began
   if #self.ranked == 0 then failure.raise(1, self:obituary()) end
@@ -171,9 +185,15 @@ function Population:standard_score()
     copy.outcome, context.simulation, context.materials = outcome, simulation, run.first_materials
     score = scoring.call(self.fitness.call, scored_robot.new(copy, context))
   end
-  simulation:free()
+  simulation:free "its robot had been scored under the first materials"
   return score
 end
+
+local function anything(given) return given end
+
+-- Values are checked where they are used.
+local breed_fields = schema.fields { parents = anything, elites = anything,
+  mutation_rate = anything, mutation_scale = anything, crossover_rate = anything }
 
 --- Ends this generation (metrics, history, files) and breeds the next one, if the experiment has
 --- one. `parents` holds a pair of indices per offspring and `elites` the robots that are copied;
@@ -185,13 +205,8 @@ end
 function Population:breed(choice)
   if self.bred then return self end
   if choice ~= nil then
-    local known = { parents = true, elites = true, mutation_rate = true, mutation_scale = true,
-      crossover_rate = true }
-    for key in pairs(choice) do
-      if not known[key] then
-        failure.raise(2, ("breed: unknown field %s"):format(schema.show(key)), 2)
-      end
-    end
+    local given, message = breed_fields(choice, "breed")
+    if not given then failure.raise(2, message, 2) end
   end
   self.run:next_generation(self, choice or {})
   self.bred = true
@@ -199,8 +214,9 @@ function Population:breed(choice)
 end
 
 --- Lets go of what only the current generation needs: its simulations and their traces.
-function Population:end_traces()
-  for _, simulation in ipairs(self.simulations or {}) do simulation:free() end
+---@param why string completes "this view ended when ..."
+function Population:end_traces(why)
+  for _, simulation in ipairs(self.simulations or {}) do simulation:free(why) end
   for _, context in ipairs(self.contexts) do context.simulation = nil end
   self.simulations = nil
 end

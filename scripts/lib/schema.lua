@@ -19,8 +19,9 @@ function schema.show(value)
     return '"' .. text:gsub("[%c]", "?") .. '"'
   end
   if type(value) == "number" then return ("%.12g"):format(value) end
-  if type(value) == "table" or type(value) == "function" then return "a " .. type(value) end
-  return tostring(value)
+  if value == nil or type(value) == "boolean" then return tostring(value) end
+  -- no `tostring`: it shows an address, or calls what a script has put there
+  return "a " .. type(value)
 end
 
 --- "a whole number from 1 to 10 (voxels)" of a field of defaults.lua.
@@ -156,7 +157,7 @@ function schema.list(rule, options)
   end
 end
 
---- The keys of a table as sorted texts; `nil, message` when one of them is no text.
+--- The keys of a table, texts, sorted; `nil, message` when one of them is no text.
 ---@param given table
 ---@param path string
 ---@return string[]|nil
@@ -165,8 +166,7 @@ function schema.names(given, path)
   local names = {}
   for key in pairs(given) do
     if type(key) ~= "string" then
-      return nil, ("%s: expected named fields, got an entry %s without a name")
-        :format(path, schema.show(given[key]))
+      return nil, ("%s: expected named fields, got an entry without a name"):format(path)
     end
     names[#names + 1] = key
   end

@@ -58,12 +58,13 @@ end
 ---@field records table[] their records; fitness, cases, status and reason are written here
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
----@field say fun(text: string) told once per message
+---@field say fun(text: string, message: string) told of every robot that fails; `message` is the
+--- part of the text that names no robot and no generation
 
 --- Scores the robots that ended well. Raises a failure with status 1 where the run must stop.
 ---@param request scoring.request
 function scoring.score(request)
-  local failed, said = 0, {}
+  local failed = 0
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
       local value, cases, message, excusable, trace = scoring.call(request.call, request.robots[i])
@@ -75,11 +76,8 @@ function scoring.score(request)
         end
         record.status, record.reason = "failed", "fitness"
         failed = failed + 1
-        if not said[message] then
-          said[message] = true
-          request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
-            request.generation, message))
-        end
+        request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
+          request.generation, message), message)
         if failed > scoring.most_failed * #request.records then
           failure.raise(1, ("more than a tenth of generation %d (%d robots so far, of %d) failed"
             .. " in the fitness; last: %s"):format(request.generation, failed, #request.records,

@@ -5,9 +5,13 @@
 local body_picture = require "limax.body_picture"
 local engine = require "limax.engine"
 local film_strip = require "limax.film_strip"
+local fitness = require "limax.fitness"
 local host = require "limax.host"
 local robot = require "limax.robot"
 local run_folder = require "limax.run_folder"
+local schema = require "limax.schema"
+local scored_robot = require "limax.scored_robot"
+local source = require "limax.source"
 local terminal = require "limax.terminal"
 local text_plot = require "limax.text_plot"
 
@@ -18,10 +22,8 @@ local best_color, mean_color = 214, 67
 -- ---- reading ------------------------------------------------------------------------------------
 
 local function read_all(path)
-  local file, message = io.open(path, "rb")
-  if not file then engine.fail(message) end
-  local text = file:read "*a"
-  file:close()
+  local text, message = source.read(path)
+  if not text then engine.fail(message) end
   return text
 end
 
@@ -52,6 +54,7 @@ local function score_of(entry) return entry.best_standard or entry.best end
 ---@class limax.summary.best one generation's champion
 ---@field generation integer
 ---@field description limax.robot.description
+---@field robot limax.robot
 ---@field distance number|nil m
 ---@field speed number|nil m/s
 ---@field lengths number|nil body lengths per second
@@ -61,27 +64,14 @@ local function score_of(entry) return entry.best_standard or entry.best end
 local function champion_of(folder, repetition, generation)
   local path = folder .. "/" .. run_folder.place(repetition, "champions", generation, ".json")
   local description = decoded(read_all(path), path)
-  local best = { generation = generation, description = description, path = path }
+  local made = robot.of(description)
+  local best = { generation = generation, description = description, path = path, robot = made }
   local outcome = description.outcome
-  if outcome and outcome.center_start and outcome.center_end then
-    local dx = outcome.center_end[1] - outcome.center_start[1]
-    local dy = outcome.center_end[2] - outcome.center_start[2]
-    best.distance = math.sqrt(dx * dx + dy * dy)
-    best.speed = best.distance / outcome.time
-    -- one body length is the longer horizontal side of the body at rest
-    local reach = { x = { math.huge, 0 }, y = { math.huge, 0 } }
-    for _, layer in ipairs(description.voxels) do
-      for y, line in ipairs(layer) do
-        for x = 1, #line do
-          if line:sub(x, x) ~= "." then
-            reach.x[1], reach.x[2] = math.min(reach.x[1], x), math.max(reach.x[2], x)
-            reach.y[1], reach.y[2] = math.min(reach.y[1], y), math.max(reach.y[2], y)
-          end
-        end
-      end
-    end
-    local longest = math.max(reach.x[2] - reach.x[1], reach.y[2] - reach.y[1]) + 1
-    best.lengths = best.speed / (longest * description.edge)
+  if outcome and outcome.status == "done" then
+    local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
+      body = made.body }, { options = { edge = description.edge } })
+    best.distance, best.speed = walked:distance(), walked:speed()
+    best.lengths = best.speed / walked:length()
   end
   return best
 end
@@ -157,14 +147,36 @@ end
 
 local function number(value, pattern) return value and pattern:format(value) or "-" end
 
-local function best_table(first, last, style)
+-- What the fitness of a configuration is: its unit, and a sentence. A script's own function says
+-- neither.
+local function fitness_words(given)
+  local options = type(given) == "table" and given or {}
+  local name = options.name or given
+  local entry = type(name) == "string" and fitness.entries[name]
+  if not entry then return nil, "a function of the script" end
+  -- "m/s; with body_lengths = true, body lengths per second"
+  local unit, condition, other = entry.unit:match "^(.-); with ([%w_]+) = true, (.*)$"
+  unit = condition and options[condition] and other or unit or entry.unit
+  local chosen = {}
+  for _, option in ipairs(schema.names(options, "fitness") or {}) do
+    if option ~= "name" then
+      chosen[#chosen + 1] = ("%s = %s"):format(option, tostring(options[option]))
+    end
+  end
+  local which = #chosen > 0 and (" (%s)"):format(table.concat(chosen, ", ")) or ""
+  return unit, ("%s%s, %s: %s"):format(name, which, unit == "1" and "no unit" or unit,
+    entry.formula)
+end
+
+local function best_table(first, last, unit, style)
   local rows = {}
   for _, best in ipairs { first, last } do
     local d = best.description
     rows[#rows + 1] = { ("generation %d"):format(best.generation), number(best.distance, "%.3f"),
       number(best.speed, "%.3f"), number(best.lengths, "%.2f"), number(d.score, "%.5g") }
   end
-  return terminal.table({ "best of", "distance, m", "speed, m/s", "body lengths/s", "fitness" },
+  return terminal.table({ "best of", "distance, m", "speed, m/s", "body lengths/s",
+    unit and unit ~= "1" and "fitness, " .. unit or "fitness" },
     rows, style)
 end
 
@@ -250,13 +262,15 @@ function summary.show(folder, options)
     terminal.bold(config.name, style), #lines, config.population, repetition,
       tostring(config.seed)))
   if #repetitions > 1 then write(repetition_table(by_repetition, repetitions, style) .. "\n\n") end
-  write(best_table(first, last, style) .. "\n\n")
+  local unit, words = fitness_words(config.fitness)
+  write(best_table(first, last, unit, style) .. "\n")
+  write(("fitness: %s\n\n"):format(words))
   write(bodies(first, last, style) .. "\n\n")
   write(plot(lines, style) .. "\n")
 
   if options.film ~= false then
     local path = folder .. "/champion.svg"
-    local walked, message = film_strip.write(path, robot.of(last.description),
+    local walked, message = film_strip.write(path, last.robot,
       { device = options.device, title = ("%s: champion of generation %d"):format(config.name,
         last.generation) })
     write(("\nfilm strip  %s\n"):format(walked and said_path(path) or message))

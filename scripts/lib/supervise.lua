@@ -1,6 +1,6 @@
---- supervise.lua: the library of supervisors: what sets the next generation's parameters. Each is a
---- pure function of (history, random) that returns a proposal, or nil to keep what is, and a reason
---- in words.
+--- supervise.lua: the library of supervisors: what sets the next generation's parameters. Each is
+--- a pure function of (history, random, limits) that returns a proposal, or nil to keep what is,
+--- and a reason in words.
 
 local choice = require "limax.choice"
 
@@ -13,7 +13,9 @@ local supervise = {}
 ---@field elite_fraction? number of the population
 ---@field materials? table<string, { stiffness?: number, amplitude?: number, phase?: number }>
 
----@alias limax.supervisor.law fun(history: table[], random: table): limax.proposal|nil, string|nil
+-- `limits` are the run's, as `ledger.limits` gives them: narrowed by the experiment's ranges.
+---@alias limax.supervisor.law
+---| fun(history: table[], random: table, limits: ledger.limit[]): limax.proposal|nil, string|nil
 
 ---@class limax.supervisor.entry
 ---@field options table<string, schema.rule>

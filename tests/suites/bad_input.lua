@@ -101,8 +101,17 @@ end)
 suite:test("a step above the limit is a warning that names the limit", function(t)
   local folder = t:folder()
   write_experiment(folder)
+  local warning = "time_step = 0.00%d s is above the limit of 0%.000%d+ s"
   local done = run(folder, { "run", "try.lua", "--set", "simulation.time_step=0.001" })
-  t:ok(done.stderr:find "time_step = 0.001 s is above the limit of 0%.000%d+ s", done.stderr)
+  t:ok(done.stderr:find(warning), done.stderr)
+  t:ok(done.status == 0, ("status %d: %s"):format(done.status, done.stderr))
+  -- far above it bodies diverge: some robot is left to score, or the message says that none is
+  done = run(folder, { "run", "try.lua", "--set", "simulation.time_step=0.002" })
+  t:ok(done.stderr:find(warning), done.stderr)
+  local survivors = done.stdout:find("diverged (", 1, true)
+  local none = done.stderr:find("can be scored (%d diverged: ", 1)
+  t:ok(done.status == 0 and survivors or done.status == 1 and none,
+    ("status %d: %s"):format(done.status, done.stderr))
 end)
 
 suite:test("material files", { limit = 60 }, function(t)
@@ -193,6 +202,7 @@ suite:test("without --out the next free folder is taken and printed", function(t
     local done = run(folder, { "run", "try.lua" })
     t:equal(done.status, 0)
     t:ok(done.stdout:find("Run folder: runs/try-" .. n, 1, true), done.stdout)
+    t:ok(done.stdout:find("fitness: distance, m: |r(T) - r(0)|", 1, true), done.stdout)
   end
 end)
 

@@ -1,34 +1,18 @@
 --- evolve.lua: the evolution loop on small robots: what each generation holds, the own loop, the
---- rules for fitness, selection and supervisor, elites, the ledger, and what history keeps.
+--- rules for fitness, selection and supervisor, elites, and what history keeps.
 
 local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local ledger = require "limax.ledger"
 local metrics = require "limax.metrics"
 local run_folder = require "limax.run_folder"
 local source = require "limax.source"
+local evolution = require "support.evolution"
 
 local suite = require("limax.test").suite "evolve"
 
--- A small experiment with fields changed: a generation takes a few hundredths of a second.
-local function small(fields)
-  local given = { fitness = "distance", lattice = { 2, 2, 2 }, population = 6, generations = 3,
-    repetitions = 1, simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" },
-    supervisor = "fixed" }
-  for name, value in pairs(fields or {}) do given[name] = value end
-  return limax.experiment(given)
-end
-
-local function silent() end
-
-local function finished(fields, options)
-  options = options or {}
-  options.say = options.say or silent
-  local run = limax.start(small(fields), options)
-  return run:finish(), run
-end
+local small, finished, silent = evolution.small, evolution.finished, evolution.silent
 
 suite:test("every generation has its numbers", function(t)
   local history = finished { generations = 4 }
@@ -110,6 +94,27 @@ suite:test("the own loop may change a rate, and history shows it", function(t)
   t:equal(run.history[2].parameters.mutation_rate, 0.25)
 end)
 
+suite:test("a view of an ended trace says by what it ended, at the script's line", function(t)
+  local run = limax.start(small { generations = 3 }, { say = silent })
+  local kept, line
+  for population in run:generations() do
+    population:simulate():score()
+    if kept then
+      local here = debug.getinfo(1, "S").short_src
+      local pattern = ("ended when its population was bred (%s:%d)"):format(here, line)
+      t:raises(pattern, function() return kept[1][1] end)
+      t:raises("evolve.lua:%d+: ", function() return kept[1][1] end)
+    end
+    -- an elite is not simulated again, and has no trace
+    for _, robot in ipairs(population) do
+      if robot.origin ~= "elite" and robot.fitness then kept = robot:trace "center_of_mass" end
+    end
+    t:ok(kept[1][3] > 0)
+    line = debug.getinfo(1, "l").currentline + 1
+    population:breed()
+  end
+end)
+
 suite:test("breed refuses what does not fit", function(t)
   local function breeding(choice)
     local run = limax.start(small {}, { say = silent })
@@ -124,7 +129,9 @@ suite:test("breed refuses what does not fit", function(t)
   t:raises("is 0; expected an index from 1 to 6", function()
     breeding { elites = { 1, 2 }, parents = { { 1, 2 }, { 0, 4 }, { 1, 1 }, { 1, 1 } } }
   end)
-  t:raises('unknown field "elite"', function() breeding { elite = { 1 } } end)
+  t:raises('breed.elite: unknown field; did you mean "elites"?', function()
+    breeding { elite = { 1 } }
+  end)
 end)
 
 suite:test("another fitness in the own loop scores the elites again", function(t)
@@ -189,6 +196,20 @@ suite:test("later, and for NaN always, only that robot fails, said once", functi
   for _, i in ipairs(history[1].population.ranked) do t:ok(i ~= 3) end
 end)
 
+suite:test("one message is said once in a run, however many generations it comes in", function(t)
+  local said = {}
+  local history = finished({ population = 20, generations = 4, fitness = function(robot)
+    if robot.generation > 0 and robot.id % 20 == 0 then error("odd", 0) end
+    return robot.id
+  end }, { say = function(text) said[#said + 1] = text end })
+  for k = 2, 4 do t:equal(history[k].failed.fitness, 1) end
+  t:equal(said, { "robot 40 of generation 1 gets no score: the fitness failed: odd" })
+  said = {}
+  finished({ generations = 4, supervisor = function() error("no idea", 0) end },
+    { say = function(text) said[#said + 1] = text end })
+  t:equal(#said, 1)
+end)
+
 suite:test("more than a tenth of a generation failing stops the run", function(t)
   t:raises("more than a tenth of generation 0 .* failed in the fitness", function()
     finished { fitness = function(robot) return robot.id > 1 and 1 or math.huge end }
@@ -226,38 +247,6 @@ suite:test("selection sees ranked robots and its own random numbers", function(t
   t:equal(#seen, 4)
   t:ok(seen[1] ~= seen[2])
   t:same_bits(seen[1], engine.random(1, 1, "selection", 1, 3):uniform())
-end)
-
-suite:test("a supervisor's proposal is bound by ranges and largest changes", function(t)
-  local history = finished { generations = 2, supervisor = function(history)
-    t:equal(#history, 1)
-    return { mutation_rate = 0.4, crossover_rate = 0.5, elite_fraction = 2, population = 9,
-      mutation_scale = "big", materials = { bone = { stiffness = 1 } } }, "because"
-  end }
-  local record, fate = history[2].ledger, {}
-  t:equal(record.reason, "because")
-  for _, entry in ipairs(record.entries) do fate[entry.field] = entry end
-  t:equal({ fate.mutation_rate.outcome, fate.mutation_rate.applied }, { "rate-limited", 0.2 })
-  t:equal({ fate.crossover_rate.outcome, fate.crossover_rate.applied }, { "accepted", 0.5 })
-  t:equal(fate.elite_fraction.outcome, "rate-limited")
-  t:near(fate.elite_fraction.applied, 0.4)
-  t:equal(fate.population.outcome, "rejected")
-  t:equal(fate.mutation_scale.outcome, "rejected")
-  t:equal(fate["materials.bone.stiffness"].outcome, "rejected")
-  t:equal(history[2].parameters.mutation_rate, 0.2)
-end)
-
-suite:test("a supervisor that fails costs its change, never the run", function(t)
-  local said = {}
-  local history = finished({ supervisor = function() error("no idea", 0) end },
-    { say = function(text) said[#said + 1] = text end })
-  t:equal(#history, 3)
-  t:ok(history[2].ledger.reason:find "the supervisor failed: no idea")
-  for _, value in ipairs { 3, "x", true } do
-    history = finished { supervisor = function() return value end }
-    t:ok(history[2].ledger.reason:find "the supervisor returned")
-    t:equal(history[2].parameters, history[1].parameters)
-  end
 end)
 
 suite:test("changed materials: elites run again, best_standard stays comparable", function(t)
@@ -328,61 +317,6 @@ suite:test("memory outside Lua does not grow with the generations", function(t)
     held[entry.generation] = engine.bytes_held()
   end })
   t:ok(held[11] <= 1.05 * held[5], ("%d bytes, then %d"):format(held[5], held[11]))
-end)
-
-suite:test("ledger: each rule on its own", function(t)
-  local limits = ledger.limits(30)
-  local materials = engine.materials "paper"
-  local list, first = {}, {}
-  for i = 1, materials.count do
-    list[i] = materials:get(i)
-    first[list[i].name] = list[i]
-  end
-  local function judge(proposal, changes)
-    local request = { proposal = proposal, supervisor = "test", limits = limits, materials = list,
-      first = first, parameters = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
-        elite_fraction = 0.3 }, allowed = { hyperparameters = true, materials = true },
-      cost = function() return 1 end, first_step = 1 }
-    for name, value in pairs(changes or {}) do request[name] = value end
-    local parameters, fields, record = ledger.judge(request)
-    local fate = {}
-    for _, entry in ipairs(record.entries) do fate[entry.field] = entry end
-    return fate, parameters, fields
-  end
-  local fate, parameters = judge { mutation_rate = 0.0001 }
-  t:equal({ fate.mutation_rate.outcome, parameters.mutation_rate }, { "rate-limited", 0.05 })
-  fate = judge { elite_fraction = 0.6, crossover_rate = -1 }
-  t:near(fate.elite_fraction.applied, 0.4)
-  t:near(fate.crossover_rate.applied, 0.2)
-  fate = judge({ crossover_rate = 1.1 }, { parameters = { mutation_rate = 0.1, mutation_scale = 0.1,
-    crossover_rate = 0.9, elite_fraction = 0.3 } })
-  t:equal({ fate.crossover_rate.outcome, fate.crossover_rate.applied }, { "clamped", 1 })
-  fate = judge { mutation_rate = 0 / 0, mutation_scale = math.huge }
-  t:equal({ fate.mutation_rate.outcome, fate.mutation_scale.outcome }, { "rejected", "rejected" })
-  fate = judge { mutation_raet = 0.1 }
-  t:ok(fate.mutation_raet.reason:find 'did you mean "mutation_rate"')
-  fate = judge { materials = { b = { stiffness = 1.1e4, mass_per_site = 2, amplitude = 0.1 },
-    wood = {} } }
-  t:equal(fate["materials.bone.stiffness"].applied, 1.1e4)
-  t:equal(fate["materials.bone.mass_per_site"].outcome, "rejected")
-  t:equal(fate["materials.bone.amplitude"].outcome, "rejected")
-  t:equal(fate["materials.wood"].outcome, "rejected")
-  fate = judge { materials = { e = { amplitude = 0.4, phase = 0 } } }
-  t:near(fate["materials.expanding muscle.amplitude"].applied, 0.3)
-  t:near(fate["materials.expanding muscle.phase"].applied, math.pi - 0.5)
-  -- a set that would more than halve the step of a full body is clamped to one that halves it
-  local cost = function(fields) return 1e4 / fields.bone.stiffness end
-  fate = judge({ materials = { b = { stiffness = 1.2e4 } } }, { cost = cost, first_step = 1.8 })
-  t:equal(fate["materials.bone.stiffness"].outcome, "clamped")
-  t:ok(fate["materials.bone.stiffness"].reason:find "cost")
-  t:near(fate["materials.bone.stiffness"].applied, 1e4 / 0.9, { rtol = 1e-4 })
-end)
-
-suite:test("a range of the experiment narrows what a proposal reaches", function(t)
-  local history = finished { generations = 2,
-    supervision = { ranges = { mutation_rate = { 0.08, 0.12 } } },
-    supervisor = function() return { mutation_rate = 0.2 } end }
-  t:equal(history[2].parameters.mutation_rate, 0.12)
 end)
 
 suite:test("quantiles are linear between neighbours", function(t)

@@ -7,6 +7,7 @@ local body_picture = require "limax.body_picture"
 local film_strip = require "limax.film_strip"
 local host = require "limax.host"
 local robot_file = require "limax.robot_file"
+local source = require "limax.source"
 local terminal = require "limax.terminal"
 local text_plot = require "limax.text_plot"
 local engine = limax.engine
@@ -296,6 +297,19 @@ pictures:test("a film strip is well-formed XML with six poses", function(t)
     t:ok(text:find("0.50 s", 1, true) and text:find("centre of mass", 1, true))
     t:ok(not text:find("nan", 1, true) and not text:find("inf", 1, true))
   end
+end)
+
+pictures:test("the track spans the way and no more", function(t)
+  local path = t:folder() .. "/strip.svg"
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  local walked = film_strip.write(path, robot, { duration = 2 })
+  local reach, marks = walked:distance() + 2 * walked:length(), 0
+  -- "+0.16 m" are the panels' own, a number without a sign or with a minus is the ruler's
+  for mark in source.read(path):gmatch ">(%-?[%d.]+) m</text>" do
+    t:ok(math.abs(tonumber(mark)) < reach, mark)
+    marks = marks + 1
+  end
+  t:ok(marks >= 2)
 end)
 
 pictures:test("a film strip changes nothing about the walk that it shows", function(t)

@@ -43,8 +43,8 @@ end
 -- What a supervisor says, asked twice.
 local function ask(t, spec, history)
   local supervisor = limax.supervise.get(spec)
-  local proposal, reason = supervisor.call(history, stream())
-  local again, same = supervisor.call(history, stream())
+  local proposal, reason = supervisor.call(history, stream(), ledger.limits(10))
+  local again, same = supervisor.call(history, stream(), ledger.limits(10))
   t:equal(proposal, again)
   t:equal(reason, same)
   t:equal(type(reason), "string")
@@ -83,14 +83,14 @@ suite:test("schedule follows its lines", function(t)
 end)
 
 suite:test("random walks inside the ranges, by allowed steps, and covers them", function(t)
-  local limits = {}
-  for _, limit in ipairs(ledger.limits(10)) do limits[limit.field] = limit end
+  local list, limits = ledger.limits(10), {}
+  for _, limit in ipairs(list) do limits[limit.field] = limit end
   local supervisor, random = limax.supervise.get "random", stream()
   local now, low, high = entry(0, 1), {}, {}
   for _, name in ipairs(PARAMETERS) do low[name], high[name] = math.huge, -math.huge end
   for _ = 1, 3000 do
     local before = now.parameters
-    now.parameters = supervisor.call({ now }, random)
+    now.parameters = supervisor.call({ now }, random, list)
     for _, name in ipairs(PARAMETERS) do
       local limit, value = limits[name], now.parameters[name]
       t:ok(value >= limit.minimum and value <= limit.maximum, name)
@@ -108,6 +108,26 @@ suite:test("random walks inside the ranges, by allowed steps, and covers them", 
     t:ok(low[name] < limit.minimum + 0.05 * (limit.maximum - limit.minimum), name)
     t:ok(high[name] > limit.maximum - 0.2 * (limit.maximum - limit.minimum), name)
   end
+end)
+
+suite:test("random keeps to the ranges that an experiment narrows", function(t)
+  local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
+    population = 4, generations = 12, repetitions = 1, supervisor = "random",
+    simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
+    supervision = { ranges = { mutation_rate = { 0.09, 0.11 }, crossover_rate = { 0.4, 0.41 } } } },
+    { say = function() end })
+  local moved = false
+  for k, generation in ipairs(run:finish()) do
+    local parameters = generation.parameters
+    t:ok(parameters.mutation_rate >= 0.09 and parameters.mutation_rate <= 0.11)
+    t:ok(parameters.crossover_rate >= 0.4 and parameters.crossover_rate <= 0.41)
+    moved = moved or k > 1 and parameters.mutation_rate ~= 0.1
+    -- proposed inside the ranges: nothing is left for the ledger to clamp
+    for _, fate in ipairs(generation.ledger.entries) do
+      t:ok(fate.outcome ~= "clamped", ("%s: %s"):format(fate.field, tostring(fate.reason)))
+    end
+  end
+  t:ok(moved)
 end)
 
 -- Two generations: parents that score 1 to 10, and offspring of parents 3 and 5 with these scores.

@@ -110,9 +110,8 @@ views:test("end when what they show is replaced, and say by what and where", fun
   ended(voxels, "a body of its population was set",
     function() population:set_body(1, population:voxels(2)) end)
   local simulation = simulated { center_of_mass = 50 }
-  ended(function() return simulation:trace(1, "center_of_mass") end,
-    "its population was simulated again",
-      function() simulation:free "its population was simulated again" end)
+  ended(function() return simulation:trace(1, "center_of_mass") end, "its simulation was freed",
+    function() simulation:free() end)
   ended(genome, "its population was freed", function() population:free() end)
 end)
 

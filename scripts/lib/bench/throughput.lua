@@ -1,9 +1,11 @@
 --- throughput.lua: springs per second of full 5x5x5 bodies: each integrator and precision with all
---- effects, then what each absent effect saves, then threads. A spring counts once per step,
---- whatever its masses cost; wall time includes everything that `advance` does: limits, origin,
---- centre of mass at 50 Hz.
+--- effects, then what each absent effect saves, then threads; and what whole runs cost. A spring
+--- counts once per step, whatever its masses cost; wall time includes everything that `advance`
+--- does: limits, origin, centre of mass at 50 Hz.
 
+local child = require "limax.bench.child"
 local engine = require "limax.engine"
+local host = require "limax.host"
 local timing = require "limax.bench.timing"
 
 local throughput = {}
@@ -103,6 +105,27 @@ local function without(name)
   return scene
 end
 
+-- What `limax run walk.lua` costs: the seconds of a generation as the quickstart has them, and the
+-- memory of a large population.
+local function whole_runs(how, threads, rows)
+  local walk = host.home .. "/scripts/experiments/walk.lua"
+  local runs = { { generations = 5, robots = 30 } }
+  if how.full then runs[2] = { generations = 1, robots = 1000 } end
+  how.say ""
+  for _, size in ipairs(runs) do
+    local words = { "--device", how.device, "--set", "generations=" .. size.generations,
+      "--set", "population=" .. size.robots, "--set", "lattice=[5,5,5]",
+      "--threads", tostring(threads) }
+    local cost = child.run(walk, words)
+    local row = { effects = "limax run walk.lua", threads = threads, robots = size.robots,
+      generations = size.generations,
+      seconds_per_generation = cost.seconds / size.generations, peak_bytes = cost.peak_bytes }
+    rows[#rows + 1] = row
+    how.say(("limax run walk.lua, %d robots, generations %d: %.3g s each, %.0f MB at most"):format(
+      size.robots, size.generations, row.seconds_per_generation, row.peak_bytes / 1e6))
+  end
+end
+
 ---@class limax.bench_result
 ---@field columns string[]
 ---@field rows table[]
@@ -111,6 +134,7 @@ end
 ---@field device string
 ---@field threads integer|nil
 ---@field seconds number of one repeat of one measurement
+---@field full boolean|nil also the memory of a large population
 ---@field say fun(text: string)
 
 ---@param how limax.bench_how
@@ -126,6 +150,7 @@ function throughput.run(how)
 
   local rows, cases = {}, {}
   local function add(row, scene, device, count)
+    row.robots = count
     rows[#rows + 1] = row
     cases[#cases + 1] = endless(materials, scene, row, device, count, how.seconds)
   end
@@ -148,27 +173,30 @@ function throughput.run(how)
   add_default("none but springs", {}, one, 1, 1)
   local threads = how.threads or engine.device(how.device).threads
   local team = engine.device(how.device, { threads = threads })
-  -- enough robots that no thread waits for another
+  -- the same work for one thread and for all; enough robots that no thread waits for another
+  add_default("all", ALL, one, 1, 8 * threads)
   add_default("all", ALL, team, threads, 8 * threads)
 
   local rates = timing.best_rates(cases, ROUNDS)
   local default = rates[5]
   how.say ""
-  local head = { "integrator", "precision", "effects", "threads", "springs/s", "relative" }
-  how.say(("%-17s %-12s %-28s %7s %12s %9s"):format(unpack(head)))
+  how.say(("%-17s %-12s %-27s %7s %6s %10s %8s"):format("integrator", "precision", "effects",
+    "threads", "robots", "springs/s", "relative"))
   for i, row in ipairs(rows) do
     row.springs_per_second = rates[i]
     row.relative_to_default = rates[i] / default
-    how.say(("%-17s %-12s %-28s %7d %12.3g %9.2f"):format(row.integrator, row.precision,
-      row.effects, row.threads, rates[i], rates[i] / default))
+    how.say(("%-17s %-12s %-27s %7d %6d %10.3g %8.2f"):format(row.integrator, row.precision,
+      row.effects, row.threads, row.robots, rates[i], rates[i] / default))
   end
   how.say ""
   how.say(("of symplectic Euler single: the default (leapfrog, compensated) %.2f, double %.2f")
     :format(rates[5] / rates[1], rates[3] / rates[1]))
-  how.say(("%d threads against one: %.2f"):format(threads, rates[#rates] / default))
+  how.say(("%d threads against one, %d robots each: %.2f"):format(threads, 8 * threads,
+    rates[#rates] / rates[#rates - 1]))
+  whole_runs(how, threads, rows)
   return {
-    columns = { "integrator", "precision", "effects", "threads", "springs_per_second",
-      "relative_to_default" },
+    columns = { "integrator", "precision", "effects", "threads", "robots", "springs_per_second",
+      "relative_to_default", "generations", "seconds_per_generation", "peak_bytes" },
     rows = rows,
   }
 end

@@ -1,7 +1,6 @@
 --- random.lua: a random walk of the parameters inside the ranges that bind every proposal, no step
 --- larger than the largest change per generation: the control for whoever claims to know better.
 
-local ledger = require "limax.ledger"
 local schema = require "limax.schema"
 
 -- A value that left its range comes back in from the border, so that borders are no traps.
@@ -17,7 +16,9 @@ local function step(before, limit, share, random)
   if limit.factor then
     local low, high = math.log(limit.minimum), math.log(limit.maximum)
     local from = math.log(math.max(before, limit.minimum))
-    return math.exp(reflected(from + u * math.log(limit.factor), low, high))
+    local value = math.exp(reflected(from + u * math.log(limit.factor), low, high))
+    -- exp(log(x)) may miss x by a rounding
+    return math.min(math.max(value, limit.minimum), limit.maximum)
   end
   return reflected(before + u * limit.step, limit.minimum, limit.maximum)
 end
@@ -28,11 +29,11 @@ return {
       maximum = 1, reason = "as free as any other supervisor" },
   },
   make = function(options)
-    return function(history, random)
+    return function(history, random, limits)
       local now = history[#history]
       if not now then return nil, "nothing is scored yet" end
       local proposal = {}
-      for _, limit in ipairs(ledger.limits(#now.population)) do
+      for _, limit in ipairs(limits) do
         local before = now.parameters[limit.field]
         if before then proposal[limit.field] = step(before, limit, options.step, random) end
       end
