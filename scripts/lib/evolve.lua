@@ -320,10 +320,18 @@ function Run:supervise(robots)
     candidate:free()
     return bound
   end
-  return ledger.judge { proposal = proposal, reason = reason, supervisor = supervisor.name,
-    limits = self.limits, parameters = robots.parameters, materials = materials,
-    first = self.first_fields, allowed = self.config.supervision, cost = cost,
-    first_step = self.first_step }
+  local parameters, fields, record = ledger.judge { proposal = proposal, reason = reason,
+    supervisor = supervisor.name, limits = self.limits, parameters = robots.parameters,
+    materials = materials, first = self.first_fields, allowed = self.config.supervision,
+    cost = cost, first_step = self.first_step }
+  -- a misspelt field would else be found in the ledger alone
+  for _, entry in ipairs(record.entries) do
+    if entry.outcome == "rejected" then
+      local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)
+      self:say(("before generation %d %s"):format(generation, message), message)
+    end
+  end
+  return parameters, fields, record
 end
 
 -- The offspring of a scored generation.

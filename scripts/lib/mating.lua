@@ -8,8 +8,8 @@ local mating = {}
 
 local function check_index(index, robots, what)
   if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
-    failure.raise(1, ("%s is %s; expected an index from 1 to %d")
-      :format(what, tostring(index), #robots))
+    failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, tostring(index),
+      #robots, index == nil and " (a selection returns two)" or ""))
   end
   return index
 end

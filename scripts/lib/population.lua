@@ -154,8 +154,17 @@ function Population:obituary()
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
-  return ("generation %d: none of the %d robots can be scored (%s)"):format(self.generation, #self,
-    table.concat(reasons, ", "))
+  local advice = ""
+  if counts["invalid: no muscle"] == #self then
+    advice = "; genome.require_muscle = false lets bodies without a muscle run"
+  end
+  local step = self.run.config.simulation.time_step
+  if type(step) == "number" and step > self.run.first_step then
+    advice = ("; simulation.time_step is %.6g s, stiff bodies bear %.6g s"):format(step,
+      self.run.first_step)
+  end
+  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(self.generation,
+    #self, table.concat(reasons, ", "), advice)
 end
 
 --- The champion's score under the run's first materials: its own score where the materials are

@@ -19,11 +19,16 @@ local function complaint(value, cases)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
   end
+  if value ~= value then
+    -- the usual cause: Lua 5.1 has no length operator for tables like ours
+    return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
+  end
   if not is_finite(value) then return "the fitness returned " .. tostring(value), true end
   if cases == nil then return nil end
   local size = schema.list_size(cases)
   if not size then
-    return "the fitness's cases are " .. schema.show(cases) .. ", expected a list of numbers"
+    return "the fitness's second result, its cases, is " .. schema.show(cases)
+      .. ", expected a list of numbers or nothing"
   end
   for i = 1, size do
     if type(cases[i]) ~= "number" then

@@ -178,10 +178,10 @@ function methods:folder()
   return path
 end
 
+-- A link is removed and never entered: what it points to is not ours.
 local function remove(path)
-  if host.file.exists(path) == "folder" then
-    for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
-  end
+  if host.file.remove(path) then return end
+  for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
   host.file.remove(path)
 end
 
