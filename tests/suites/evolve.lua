@@ -172,7 +172,7 @@ suite:test("a fitness that is wrong in the first generation stops the run", func
   t:raises('the fitness returned "far", expected a number', function()
     finished { fitness = function() return "far" end }
   end)
-  t:raises("cases are 3, expected a list of numbers", function()
+  t:raises("its cases, is 3, expected a list of numbers", function()
     finished { fitness = function() return 1, 3 end }
   end)
 end)
