@@ -75,7 +75,8 @@ struct actuation {
 
     // d moment / dt, 1/s: what the muscles' power follows from.
     LIMAX_LAW static moment<double> rate_at(const clock& c, int64_t step, double time_step) {
-        const double t = static_cast<double>(step) * time_step, omega = radians_per_turn * c.frequency;
+        const double t = static_cast<double>(step) * time_step,
+                     omega = radians_per_turn * c.frequency;
         double sine, cosine;
         sine_cosine(static_cast<uint64_t>(step) * c.per_step, sine, cosine);
         const double rise = ramp<double>(c, step, time_step);
