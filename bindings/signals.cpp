@@ -56,8 +56,8 @@ static_assert(std::atomic<lua_State*>::is_always_lock_free &&
 pthread_t main_thread;
 sem_t bell;
 
-// What a hard stop says last. There are two, filled in turn: the one that is set never changes while
-// the handler or the watcher may read it.
+// What a hard stop says last. There are two, filled in turn: the one that is set never changes
+// while the handler or the watcher may read it.
 struct last_words {
     char text[longest_last_words];
     std::size_t length;
