@@ -5,7 +5,7 @@
 ---@class limax.host.json
 ---@field null userdata stands for null
 ---@field encode fun(value: any, options?: { indent?: integer }): string keys sorted; raises on NaN
----@field decode fun(text: string, origin?: string): any, string|nil nil and a message with the place
+---@field decode fun(text: string, origin?: string): any, string|nil nil and a message
 ---@field array fun(list: table): table marks it, so that it is written as [] when it is empty
 ---@field is_array fun(value: any): boolean
 
@@ -15,7 +15,7 @@
 -- Each answers true (or its value), or nil and a message that names the path.
 ---@class limax.host.file
 ---@field write_atomic fun(path: string, text: string): true|nil, string|nil whole or not at all
----@field append fun(path: string, text: string): true|nil, string|nil whole lines, on disk at return
+---@field append fun(path: string, text: string): true|nil, string|nil whole lines, on disk then
 ---@field mkdir fun(path: string): true|nil, string|nil with the folders above it
 ---@field exists fun(path: string): "file"|"folder"|nil
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
@@ -26,7 +26,7 @@
 ---@field lock fun(path: string): limax.host.lock|nil, string|nil a file or folder, for one process
 
 ---@class limax.host.signal
----@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C still ends the process at once
+---@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C ends the process at once
 ---@field rearm fun() the next Ctrl-C counts as a first one: for prompts
 ---@field on_hard_stop fun(line: string|nil) what standard error gets if the process must end
 --- without Lua: after 2 s without an answer, or by a second Ctrl-C; nil: nothing any more

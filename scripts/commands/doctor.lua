@@ -4,6 +4,7 @@
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
+local passes = require "limax.passes"
 local terminal = require "limax.terminal"
 
 -- programs that limax or its developers use where they are found
@@ -14,6 +15,9 @@ local TOOLS = {
   { "clang-format", "the C++ linter", "clang-format-14" },
   { "luacheck", "the Lua linter" },
 }
+
+-- the library that the driver of an NVIDIA GPU brings
+local DRIVER = "libcuda.so.1"
 
 -- colours of the 256
 local GREEN, RED, YELLOW = 34, 160, 136
@@ -84,22 +88,23 @@ end
 
 local function gather()
   local environment = host.environment()
-  local opened, device = failure.attempt(engine.device, "cpu")
-  -- such as a LIMAX_THREADS that is no number
-  if not opened then failure.raise(2, failure.bare(device)) end
+  local device = engine.device "cpu"
   local description = device:describe()
-  local best = description.isa_available:match "^[^,]+"
   local compiled, flags = jit.status(), {}
   for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
   local cuda_found = failure.attempt(engine.device, "cuda")
+  local driver_opens, driver_missing = host.opens(DRIVER)
   return {
     version = host.version, build = environment.build, compiler = environment.compiler,
     executable = host.executable, home = host.home, home_found = how_home_was_found(),
     system = environment.system, cpu = description.cpu, cores = environment.cores,
     threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
-    isa = description.isa, isa_best = best,
+    isa = description.isa, isa_best = passes.best(description),
+    isa_warning = passes.warning(description),
     cuda = cuda_found and description.cuda or nil,
     cuda_missing = not cuda_found and description.cuda or nil,
+    cuda_compiler = environment.cuda_compiler, cuda_driver = driver_opens or false,
+    cuda_driver_version = environment.cuda, cuda_driver_missing = driver_missing,
     luajit = jit.version, jit = compiled, jit_flags = table.concat(flags, " "),
     tools = tools(), self_check = self_check(device),
   }
@@ -118,17 +123,17 @@ local function lines_of(facts)
   line("", "data folder", "%s (%s)", facts.home, facts.home_found)
   line("", "system", "%s", facts.system)
   line("", "processor", "%s, %d cores", facts.cpu, facts.cores)
-  if facts.isa == "baseline" then
-    line("warn", "CPU passes", "%s: this processor has no AVX2 and FMA; simulations are more than "
-      .. "ten times slower than with them", facts.isa)
-  elseif facts.isa ~= facts.isa_best then
-    line("warn", "CPU passes", "%s, though this processor has %s", facts.isa, facts.isa_best)
-  else
-    line("ok", "CPU passes", "%s, the best of this processor", facts.isa)
-  end
+  line(facts.isa_warning and "warn" or "ok", "CPU passes", "%s",
+    facts.isa_warning or facts.isa .. ", the best of this processor")
   line("", "threads", "%d%s", facts.threads,
     facts.threads_set and facts.threads_set ~= "" and " (from LIMAX_THREADS)" or "")
   line(facts.cuda and "ok" or "", "CUDA", "%s", facts.cuda or "none: " .. facts.cuda_missing)
+  line(facts.cuda_compiler and "ok" or "", "CUDA compiler", "%s", facts.cuda_compiler
+    and facts.cuda_compiler .. " when this was built" or "no nvcc when this was built")
+  line(facts.cuda_driver and "ok" or "", "CUDA driver", "%s", facts.cuda_driver
+    and DRIVER .. " can be opened" .. (facts.cuda_driver_version
+      and ("; %s"):format(facts.cuda_driver_version) or "")
+    or "none: " .. facts.cuda_driver_missing)
   line(facts.jit and "ok" or "warn", "Lua", "%s, compiler %s%s", facts.luajit,
     facts.jit and "on" or "off: scripts are about ten times slower",
     facts.jit and (" (%s)"):format(facts.jit_flags) or "")

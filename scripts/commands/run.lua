@@ -7,6 +7,7 @@ local experiments = require "limax.experiment"
 local failure = require "limax.failure"
 local history = require "limax.history"
 local host = require "limax.host"
+local passes = require "limax.passes"
 local progress = require "limax.progress"
 local resume = require "limax.resume"
 local run_folder = require "limax.run_folder"
@@ -29,7 +30,7 @@ local command = {
       text = "compute this repetition alone, with the same bytes" },
     { name = "resume", argument = "DIR", text = "continue the run in this folder" },
     { name = "changed", text = "with --resume: go on although script or configuration differ" },
-    { name = "quiet", short = "q", text = "no progress, no table at the end" },
+    { name = "quiet", short = "q", text = "no progress, nothing at the end; warnings stay" },
   },
 }
 
@@ -72,10 +73,16 @@ local function announce(session, experiment, device)
     which, config.generations, config.population, where, session.folder.path))
 end
 
+-- Takes a folder as the run's own. From here on even a hard stop says how to go on.
+local function hold(session, folder)
+  session.folder = folder
+  host.signal.on_hard_stop("continue with: " .. folder:resume_command())
+  return folder
+end
+
 -- Opens a run folder and brings it to its last whole generation.
 local function reopen(session, arguments)
-  local folder = run_folder.open(arguments.resume)
-  session.folder = folder
+  local folder = hold(session, run_folder.open(arguments.resume))
   local path, note = resume.script(folder)
   local changes = {}
   for _, text in ipairs(folder.config.run.overrides) do changes[#changes + 1] = text end
@@ -90,7 +97,7 @@ local function reopen(session, arguments)
     run_folder.configuration(experiment, { repetition = alone, overrides = changes })
   local verdict = resume.judge(folder, config, scripts, arguments.changed)
   folder:continue(config, scripts, verdict)
-  session.notes = { note }
+  session.notes[#session.notes + 1] = note
   if verdict.changed then
     session.notes[#session.notes + 1] = "going on with what has changed:\n" .. verdict.text
   end
@@ -122,13 +129,16 @@ local function compute(session, experiment, run, run_options)
   end
 end
 
-local function show_end(session)
+local function show_end(session, device)
   session.progress:finish()
   session.folder:status "done"
-  if session.quiet then return end
+  session.done = true
   local terminal = host.terminal()
-  require("limax.summary").show(session.folder.path, { width = terminal.columns,
-    color = terminal.stdout and terminal.color, write = function(text) io.stdout:write(text) end })
+  -- quiet or not, it draws the champion
+  require("limax.summary").show(session.folder.path, { width = terminal.columns, device = device,
+    color = terminal.stdout and terminal.color,
+    write = session.quiet and function() end or function(text) io.stdout:write(text) end })
+  if session.quiet then return end
   io.stdout:write("\n", session.tally:text(), "Run folder: ", session.folder.path, "\n")
 end
 
@@ -143,12 +153,17 @@ local function execute(session, experiment, arguments)
   local device = or_refuse(1, engine.device, arguments.device or "auto",
     { threads = arguments.threads })
 
+  local slower = passes.warning(device:describe())
+  if slower then session.notes[#session.notes + 1] = "CPU passes: " .. slower end
   local total = experiment.config.generations * (session.last - session.first + 1)
   local before = session.folder and #session.folder:lines "metrics" or 0
   session.progress = progress.new { total = total, done = before, quiet = session.quiet,
     repetitions = experiment.config.repetitions }
   local run_options = { repetition = session.first, device = device,
-    say = function(text) session.progress:say(text) end,
+    say = function(text)
+      session.tally:hear(text)
+      session.progress:say(text)
+    end,
     on_progress = function(state) session.progress:robots(state) end,
     on_generation = function(entry, seconds)
       session.tally:add(entry.repetition, entry.population.records)
@@ -158,15 +173,15 @@ local function execute(session, experiment, arguments)
   local run = or_refuse(2, evolve.start, experiment, run_options)
   if not session.folder then
     local path = arguments.out or run_folder.next_free(experiment.config.name)
-    session.folder = run_folder.create(path, experiment,
-      { repetition = session.alone, overrides = arguments.set })
+    hold(session, run_folder.create(path, experiment,
+      { repetition = session.alone, overrides = arguments.set }))
   end
   session.folder:status "running"
   session.folder:write_environment(device)
   announce(session, experiment, device)
-  for _, note in ipairs(session.notes or {}) do session.progress:say(note) end
+  for _, note in ipairs(session.notes) do session.progress:say(note) end
   compute(session, experiment, run, run_options)
-  show_end(session)
+  show_end(session, device)
   return 0
 end
 
@@ -175,12 +190,14 @@ local function aftermath(session, value, trace)
   if session.progress then session.progress:finish() end
   local folder = session.folder
   local interrupted = value == host.interrupt
-  if folder and session.progress then
+  -- every generation is there: what went wrong then is the look at them
+  if folder and session.progress and not session.done then
     local message = not interrupted and tostring(value) or nil
     failure.attempt(folder.status, folder, interrupted and "interrupted" or "failed", message)
   end
   if interrupted then
-    io.stderr:write("interrupted; the unfinished generation is dropped\n")
+    io.stderr:write(session.done and "interrupted; every generation is done\n"
+      or "interrupted; the unfinished generation is dropped\n")
     if folder then io.stderr:write("continue with: ", folder:resume_command(), "\n") end
     return 130
   end
@@ -197,10 +214,11 @@ end
 ---@param arguments table options of `limax run` by name
 ---@return integer status 0; 130 after Ctrl-C; 1 or 2 after a failure
 function command.run_experiment(experiment, arguments)
-  local session = { quiet = arguments.quiet, tally = tally.new() }
+  local session = { quiet = arguments.quiet, tally = tally.new(), notes = {} }
   local ok, value, trace = host.protect(execute, session, experiment, arguments)
   local status = value
   if not ok then ok, status = pcall(aftermath, session, value, trace) end
+  host.signal.on_hard_stop(nil)
   if session.folder then session.folder:close() end
   if not ok then error(status, 0) end
   return status

@@ -1,5 +1,6 @@
 --- test.lua: `limax test`: runs suites of scripted regressions.
 
+local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local report = require "limax.test.report"
@@ -9,8 +10,8 @@ local terminal = require "limax.terminal"
 local command = {
   summary = "run suites of scripted regressions",
   usage = "limax test [FILE|FOLDER ...] [options]",
-  text = "Without a file or folder: the suites that come with limax. A folder stands for the .lua\n"
-    .. "files that lie in it. Exits 1 if a test failed or a suite did not load.",
+  text = "Without a file or folder: the suites of limax's source tree. A folder stands for the\n"
+    .. ".lua files that lie in it. Exits 1 if a test failed or a suite did not load.",
   positional = { name = "FILE" },
   options = {
     { name = "filter", argument = "PATTERN",
@@ -48,7 +49,13 @@ end
 ---@return integer status 0 if nothing failed
 function command.run(arguments)
   local paths = { unpack(arguments) }
-  if #paths == 0 then paths[1] = host.home .. "/tests/suites" end
+  if #paths == 0 then
+    paths[1] = host.home .. "/tests/suites"
+    if not host.file.exists(paths[1]) then
+      failure.raise(2, ("limax's own suites are in its source tree and not in %s; name a file or "
+        .. "folder of yours: limax test FILE.lua"):format(host.home))
+    end
+  end
   for _, path in ipairs(paths) do
     if not host.file.exists(path) then
       failure.raise(2, ("there is no file or folder %s"):format(path))
@@ -63,6 +70,8 @@ function command.run(arguments)
   local files = {}
   for i, path in ipairs(runner.files(paths)) do files[i] = runner.load(path) end
   if arguments.list then return list(files, choice) end
+  -- refuses what the environment says of threads before any test meets it
+  engine.device("cpu"):free()
 
   local function write(text)
     io.stdout:write(text)

@@ -1,5 +1,5 @@
 --- progress.lua: what a run shows on standard error: one bar that is drawn again in place on a
---- terminal, one line per generation elsewhere, nothing when quiet.
+--- terminal, one line per generation elsewhere, warnings alone when quiet.
 
 local host = require "limax.host"
 
@@ -26,7 +26,7 @@ function progress.new(options)
   local terminal = host.terminal()
   return setmetatable({ total = options.total, done = options.done or 0, fresh = 0,
     repetitions = options.repetitions, quiet = options.quiet,
-    bar = terminal.stderr and not options.quiet, color = terminal.stderr and terminal.color,
+    bar = terminal.stderr and not options.quiet, color = terminal.color_stderr,
     columns = math.max(40, terminal.columns or 80),
     write = options.write or function(text) io.stderr:write(text) end,
     began = host.clock(), drawn = -1 }, Progress)
@@ -53,10 +53,9 @@ function Progress:clear()
   self.shown = false
 end
 
---- A line that stays: a warning, or what failed.
+--- A line that stays, quiet or not: a warning, or what failed.
 ---@param text string
 function Progress:say(text)
-  if self.quiet then return end
   self:clear()
   self.write(self:paint("33", "! ") .. text .. "\n")
 end

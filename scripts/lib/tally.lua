@@ -11,13 +11,27 @@ local most_rows = 5
 
 ---@return limax.tally
 function tally.new()
-  return setmetatable({ best = {}, listed = {}, reasons = {}, counts = {}, robots = 0 }, Tally)
+  return setmetatable({ best = {}, listed = {}, reasons = {}, counts = {}, robots = 0, failed = 0 },
+    Tally)
 end
 
 local function better(a, b)
   if a.fitness ~= b.fitness then return a.fitness > b.fitness end
   if a.repetition ~= b.repetition then return a.repetition < b.repetition end
   return a.id < b.id
+end
+
+-- What happened to a robot, in the words of the end: "invalid (no muscle)", "by fitness".
+local function fate(record)
+  if record.status == "failed" then return "by " .. record.reason end
+  return ("%s (%s)"):format(record.status, record.reason)
+end
+
+--- Hears what a run says while it goes on: the first message of a fitness that failed comes back at
+--- the end.
+---@param text string
+function Tally:hear(text)
+  self.fitness_message = self.fitness_message or text:match "gets no score: ([^\n]+)"
 end
 
 --- Adds one generation's records. An elite was counted when it was bred.
@@ -27,7 +41,8 @@ function Tally:add(repetition, records)
   for _, record in ipairs(records) do
     if record.origin ~= "elite" then self.robots = self.robots + 1 end
     if record.status ~= "done" and record.reason then
-      local reason = ("%s (%s)"):format(record.status, record.reason)
+      local reason = fate(record)
+      self.failed = self.failed + 1
       if not self.counts[reason] then
         self.counts[reason] = 0
         self.reasons[#self.reasons + 1] = reason
@@ -78,8 +93,13 @@ function Tally:text()
     lines[#lines + 1] = ("None of %d robots failed."):format(self.robots)
   else
     local parts = {}
-    for k, reason in ipairs(self.reasons) do parts[k] = self.counts[reason] .. " " .. reason end
-    lines[#lines + 1] = ("Of %d robots failed: %s."):format(self.robots, table.concat(parts, ", "))
+    for k, reason in ipairs(self.reasons) do
+      local message = reason == "by fitness" and self.fitness_message
+      parts[k] = ("%d %s%s"):format(self.counts[reason], reason,
+        message and (" (first: %s)"):format(message) or "")
+    end
+    lines[#lines + 1] = ("%d of %d robots failed: %s."):format(self.failed, self.robots,
+      table.concat(parts, ", "))
   end
   return table.concat(lines, "\n") .. "\n"
 end

@@ -26,6 +26,33 @@ suite:test("an unknown command or option is one message with a suggestion, statu
   end
 end)
 
+suite:test("LIMAX_THREADS that is no number of threads is a usage error", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/e.lua", "return require('limax').experiment { fitness = 'walk' }")
+  process.write(folder .. "/s.lua", "local limax = require 'limax'\n"
+    .. "limax.robot { voxels = 'ec' }:simulate { duration = 0.1 }")
+  process.write(folder .. "/t.lua",
+    "require('limax.test').suite('s'):test('passes', function() end)")
+  for _, words in ipairs {
+    { "run", "e.lua" }, { "e.lua" }, { "s.lua" }, { "doctor" }, { "test", "t.lua" },
+    { "bench", "throughput" },
+  } do
+    local status, output = process.run(folder, words, "LIMAX_THREADS=abc")
+    -- a bench says first what it checks
+    t:equal({ status, output:match "([^\n]*\n)$" },
+      { 2, 'limax: LIMAX_THREADS is "abc"; it must be a whole number from 1 to 1024\n' })
+  end
+  for _, value in ipairs { "0", "-1", "1025", "1.5", "nan", "inf", "2x" } do
+    local status, output = process.run(folder, { "test", "t.lua" }, "LIMAX_THREADS=" .. value)
+    t:equal(status, 2)
+    t:ok(output:find(('LIMAX_THREADS is "%s"; it must'):format(value), 1, true), output)
+  end
+  for _, value in ipairs { "3", "1024", "" } do
+    t:equal((process.run(folder, { "test", "t.lua" }, "LIMAX_THREADS=" .. value)), 0)
+  end
+  t:ok(not host.file.exists(folder .. "/runs"))
+end)
+
 suite:test("--version, --help and a command's --help end with status 0", function(t)
   local folder = t:folder()
   local status, output = process.run(folder, { "--version" })

@@ -1,6 +1,7 @@
 --- interrupt.lua: Ctrl-C reaches whatever runs, within 4 s, and an interrupted run goes on to the
 --- same bytes.
 
+local host = require "limax.host"
 local process = require "support.process"
 local server = require "support.server"
 
@@ -96,6 +97,37 @@ host.exit(130)
   t:ok(seconds < 1, ("it took %.1f s"):format(seconds))
 end)
 
+suite:test("a hard stop says its last words, as long as they are set", function(t)
+  local folder = t:folder()
+  -- the end by a second press, while clean-up runs
+  local function second_press(set)
+    process.write(folder .. "/script.lua", ([[
+local host = require "limax.host"
+%s
+host.protect(function() io.stderr:write "ready\n" while true do pcall(error) end end)
+print "cleaned" io.stdout:flush()
+while true do end
+]]):format(set))
+    local child = process.start(folder, { "script.lua" })
+    child:wait_for "ready"
+    child:signal "INT"
+    child:wait_for "cleaned"
+    os.execute "sleep 0.2"
+    child:signal "INT"
+    local status, output = child:finish()
+    t:equal(status, 130)
+    return output
+  end
+  local say = "host.signal.on_hard_stop"
+  t:equal(second_press(say .. " 'first' " .. say .. " 'go on so'"), "ready\ncleaned\n\ngo on so\n")
+  t:equal(second_press(say .. " 'go on so' " .. say .. "(nil)"), "ready\ncleaned\n")
+  -- the end by the watcher
+  local output = interrupt(t, ("require('limax.host').signal.on_hard_stop 'go on so' %s"
+    .. "while true do end"):format(READY))
+  t:ok(output:find("stopping hard.* is whole%.\ngo on so\n$"), output)
+  t:raises("cannot be kept", host.signal.on_hard_stop, ("x"):rep(30000))
+end)
+
 suite:test("one press that arrives as two signals is one", function(t)
   local folder = t:folder()
   process.write(folder .. "/script.lua", [[
@@ -155,7 +187,10 @@ suite:test("an interrupted run resumes to the bytes of an uninterrupted one", fu
     status, output, seconds = child:finish()
     t:ok(status == 130, output)
     t:ok(seconds < LONGEST, ("%s: it took %.1f s"):format(how, seconds))
-    if how ~= "loop" then t:ok(output:find("run --resume", 1, true), output) end
+    t:ok(output:find("\ncontinue with: limax run --resume run\n", 1, true), output)
+    -- nothing can be written on the way of a hard stop: to be known by the folder's lock
+    local state = host.json.decode(process.read(folder .. "/run/STATUS")).state
+    t:equal(state, how == "loop" and "running" or "interrupted")
 
     status, output = process.run(folder, { "run", "--resume", "run", "-q" })
     t:ok(status == 0, output)

@@ -137,6 +137,20 @@ suite:test("three", function() end)
   contains(t, output, "no test was chosen")
 end)
 
+printing:test("-q prints failures and the last line alone", function(t)
+  local path = trial(t, [[
+suite:test("passes", function(t) t:note "a note" end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  t:equal({ limax("test", path, "-q") }, { "1 passed, 0 failed, 1 skipped\n", 0 })
+  path = trial(t, [[
+suite:test("passes", function(t) t:note "a note" end)
+suite:test("fails", function(t) t:ok(false, "no luck") end)
+]])
+  t:equal({ limax("test", path, "-q") }, { ("%s\n  FAIL trial: fails\n        %s:3: no luck\n\n"
+    .. "1 passed, 1 failed, 0 skipped\n"):format(path, path), 1 })
+end)
+
 printing:test("refuses what it cannot understand", function(t)
   local function refused(part, ...)
     local output, status = limax("test", ...)
@@ -147,6 +161,16 @@ printing:test("refuses what it cannot understand", function(t)
   refused("holds no .lua file", t:folder())
   refused("unknown option --taps", "--taps")
   refused("is no Lua pattern", "--filter=(")
+  -- an installed limax has no suites of its own
+  local home = t:folder()
+  for _, name in ipairs { "bindings", "scripts", "materials" } do
+    os.execute(("cp -r '%s/%s' '%s'"):format(host.home, name, home))
+  end
+  local pipe = io.popen(("LIMAX_HOME='%s' '%s' test 2>&1; echo $?"):format(home, host.executable))
+  local output = pipe:read "*a"
+  pipe:close()
+  t:equal(output, ("limax: limax's own suites are in its source tree and not in %s; name a file or "
+    .. "folder of yours: limax test FILE.lua\n2\n"):format(home))
 end)
 
 -- ---- instances, limits, isolation --------------------------------------------------------------
@@ -344,10 +368,15 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   t:equal(facts.self_check.passed, true)
   t:near(facts.self_check.fallen, 4.905, { rtol = 1e-4 })
   t:ok(facts.cuda or facts.cuda_missing)
+  t:equal(facts.cuda_compiler, host.environment().cuda_compiler)
+  t:equal(facts.cuda_driver, (host.opens "libcuda.so.1") or false)
+  t:ok(facts.cuda_driver or facts.cuda_driver_missing:find "libcuda.so.1")
   for _, name in ipairs { "compiler", "build", "isa", "luajit", "system", "cpu" } do
     t:ok(facts[name] ~= nil and facts[name] ~= "", name)
   end
   text, status = limax "doctor"
   t:equal(status, 0)
   contains(t, text, "self check")
+  contains(t, text, facts.cuda_compiler or "no nvcc when this was built")
+  contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)

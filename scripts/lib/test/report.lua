@@ -38,7 +38,7 @@ function plain:file(file)
 end
 
 function plain:result(instance, result)
-  if self.quiet and result.status ~= "failed" and #result.notes == 0 then return end
+  if self.quiet and result.status ~= "failed" then return end
   self:show_file()
   local word = WORDS[result.status]
   local line = ("  %s %s: %s"):format(terminal.paint(word[1], word[2], self.style), instance.suite,
@@ -62,7 +62,7 @@ function plain:finish(counts)
 end
 
 --- Plain lines; the last is `N passed, N failed, N skipped`.
----@param quiet boolean|nil failures and notes alone, and the last line
+---@param quiet boolean|nil failures alone, and the last line
 ---@param write fun(text: string)
 ---@param style limax.terminal.style
 function report.plain(quiet, write, style)
