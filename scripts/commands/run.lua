@@ -204,7 +204,8 @@ local function aftermath(session, value, trace)
   if failure.status(value) then error(value, 0) end
   io.stderr:write("limax: ", trace, "\n")
   if folder then
-    io.stderr:write("when it is mended, continue with: ", folder:resume_command(), "\n")
+    -- mending changes the script, which a resume refuses unless it is told
+    io.stderr:write("when it is mended, continue with: ", folder:resume_command(), " --changed\n")
   end
   return 1
 end

@@ -6,6 +6,7 @@ local failure = require "limax.failure"
 local host = require "limax.host"
 local npy = require "limax.npy"
 local source = require "limax.source"
+local shell = require "limax.shell"
 
 ---@class limax.run_folder
 ---@field path string
@@ -28,9 +29,7 @@ local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n
 
 -- The command that continues a run, ready to be pasted into a shell.
 function Folder:resume_command()
-  local path = self.path
-  if not path:match "^[%w_%./%-]+$" then path = "'" .. path:gsub("'", "'\\''") .. "'" end
-  return "limax run --resume " .. path
+  return ("%s run --resume %s"):format(shell.program(), shell.quoted(self.path))
 end
 
 -- Ends the run when the disk refuses; what is whole stays so.

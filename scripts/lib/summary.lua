@@ -14,6 +14,7 @@ local scored_robot = require "limax.scored_robot"
 local source = require "limax.source"
 local terminal = require "limax.terminal"
 local text_plot = require "limax.text_plot"
+local shell = require "limax.shell"
 
 local summary = {}
 
@@ -78,29 +79,6 @@ end
 
 -- ---- what to type next --------------------------------------------------------------------------
 
--- A word as a shell takes it.
-local function quoted(word)
-  if word:find "^[%w%._/=%-]+$" then return word end
-  return "'" .. word:gsub("'", "'\\''") .. "'"
-end
-
--- A path as short as it can be said from here, quoted where a shell needs it.
-local function said_path(path)
-  local here = host.file.absolute "."
-  if path:sub(1, #here + 1) == here .. "/" then path = path:sub(#here + 2) end
-  return quoted(path)
-end
-
--- The program as the user can call it: by name where the name finds it.
-local function program()
-  local executable = host.executable
-  for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do
-    if host.file.absolute(folder .. "/limax") == executable then return "limax" end
-  end
-  local said = said_path(executable)
-  return said:find("/", 1, true) and said or "./" .. said
-end
-
 -- The name of a folder that does not exist yet: the run's own with a word at its end.
 local function beside(folder, word)
   local base = folder:gsub("/+$", "") .. "-" .. word
@@ -111,18 +89,20 @@ end
 
 -- Three commands that work as they stand.
 local function next_commands(folder, config)
-  local limax, commands = program(), {}
+  local limax, commands = shell.program(), {}
   local script = config.run and config.run.path
   local function add(command, why) commands[#commands + 1] = { command, why } end
   if script and host.file.exists(script) == "file" then
     -- the same changes, but for the one that a command makes itself
     local function again(field, value, word)
-      local words = { limax, "run", said_path(script) }
+      local words = { limax, "run", shell.path(script) }
       for _, change in ipairs(config.run.overrides or {}) do
-        if change:match "^[^=]*" ~= field then words[#words + 1] = "--set " .. quoted(change) end
+        if change:match "^[^=]*" ~= field then
+          words[#words + 1] = "--set " .. shell.quoted(change)
+        end
       end
       words[#words + 1] = ("--set %s=%d --out %s"):format(field, value,
-        said_path(beside(folder, word)))
+        shell.path(beside(folder, word)))
       return table.concat(words, " ")
     end
     local seed = (tonumber(config.seed) or 0) % 1000 + 1
@@ -137,7 +117,7 @@ local function next_commands(folder, config)
   for _, example in ipairs(examples) do
     local path = host.home .. "/scripts/experiments/" .. example[2]
     if #commands < 3 and host.file.exists(path) == "file" and path ~= script then
-      add(("%s %s%s"):format(limax, example[1], said_path(path)), example[3])
+      add(("%s %s%s"):format(limax, example[1], shell.path(path)), example[3])
     end
   end
   return commands
@@ -273,9 +253,9 @@ function summary.show(folder, options)
     local walked, message = film_strip.write(path, last.robot,
       { device = options.device, title = ("%s: champion of generation %d"):format(config.name,
         last.generation) })
-    write(("\nfilm strip  %s\n"):format(walked and said_path(path) or message))
+    write(("\nfilm strip  %s\n"):format(walked and shell.path(path) or message))
   end
-  write(("champion    %s\n"):format(said_path(last.path)))
+  write(("champion    %s\n"):format(shell.path(last.path)))
 
   write "\nnext:\n"
   for _, command in ipairs(next_commands(folder, config)) do

@@ -171,7 +171,7 @@ suite:test("a selection that names nobody, one that throws", function(t)
   local done = run(folder, { "run", "try.lua", "--out", "r" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find "try.lua:%d+: no choice", done.stderr)
-  t:ok(done.stderr:find "continue with: limax run %-%-resume r", done.stderr)
+  t:ok(done.stderr:find "continue with: [^\n]*limax run %-%-resume r", done.stderr)
 end)
 
 suite:test("bodies that cannot move", function(t)
@@ -214,7 +214,7 @@ suite:test("a disk that takes no more: one message, and whole generations stay",
     local done = run(folder, { "run", "try.lua", "--out", "r" },
       { before = "trap '' XFSZ; ulimit -f 60;" })
     refused(t, done, 1, "cannot append to r/")
-    t:ok(done.stderr:find "is on disk; continue with: limax run %-%-resume r", done.stderr)
+    t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
     local text = source.read(folder .. "/r/metrics.jsonl")
     t:ok(#text > 0 and text:sub(-1) == "\n")
     -- with room again it goes on

@@ -144,7 +144,7 @@ local function survives(t, signal, kills)
       end
       if host.file.exists(folder .. "/" .. name .. "/config.json") then
         if done.status == 130 then
-          t:ok(done.stderr:find("continue with: limax run --resume " .. name, 1, true), done.stderr)
+          t:ok(done.stderr:find("limax run --resume " .. name, 1, true), done.stderr)
         end
         arguments = { "run", "--resume", name, "-q" }
       elseif host.file.exists(folder .. "/" .. name) then

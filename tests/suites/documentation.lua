@@ -1,0 +1,308 @@
+--- documentation.lua: what README.md, scripts/README.md and scripts/RUN_FOLDER.md say, held against
+--- the program: every field and unit of a run folder, every Lua block, command line and file name.
+
+local choice = require "limax.choice"
+local defaults = require "limax.defaults"
+local engine = require "limax.engine"
+local field_page = require "support.field_page"
+local host = require "limax.host"
+local ledger = require "limax.ledger"
+local limax = require "limax"
+local npy = require "limax.npy"
+local process = require "limax.test.process"
+local source = require "limax.source"
+
+local suite = require("limax.test").suite "documentation"
+
+local PAGE, READMES = "scripts/RUN_FOLDER.md", { "README.md", "scripts/README.md" }
+
+local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
+
+local function write(path, text) assert(host.file.write_atomic(path, text)) end
+
+-- Runs the program and expects a good end.
+local function completes(t, folder, words, what)
+  local done = process.limax(words, { folder = folder })
+  t:ok(done.status == 0, ("%s: status %s\n%s%s"):format(what or table.concat(words, " "),
+    tostring(done.status), done.stdout, done.stderr))
+  return done
+end
+
+-- ---- the page of the run folder -----------------------------------------------------------------
+
+-- All traces, a fitness with cases that fails for one robot, bodies without a muscle, a supervisor
+-- with good and bad proposals for parameters and materials.
+local RICH = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "rich", lattice = { 2, 2, 2 }, population = 24, generations = 4, repetitions = 2,
+  genome = { sigma = 4 }, not_in_paper = { "everything" },
+  simulation = { duration = 0.2, settle = 0.05, max_speed = SPEED },
+  record = { center_of_mass = 20, position = 20, velocity = 20, contact = 20, energy = 20,
+    strain = 20 },
+  fitness = function(robot)
+    if robot.id % 24 == 20 and robot.generation > 0 then return 0 / 0 end
+    return robot:distance(), { robot:speed(), robot.body.mass }
+  end,
+  selection = function(population, random)
+    return population.ranked[1], random:integer(#population)
+  end,
+  supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
+  supervisor = function(history)
+    return { mutation_rate = 0.09 + 0.01 * #history, population = 3,
+      materials = { bone = { stiffness = 9000 } } }, "a try"
+  end,
+}
+]]
+
+-- Names, no trace, a fixed step, gravity alone; a seed beyond what a number holds.
+local PLAIN = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "plain", lattice = { 2, 2, 2 }, population = 6, generations = 2, repetitions = 2,
+  simulation = { duration = 0.1, settle = 0, time_step = 1e-4 }, record = {},
+  scene = { gravity = true }, seed = "18446744073709551615",
+  fitness = FITNESS, selection = "rank",
+  supervisor = { "schedule", mutation_rate = { { 0, 0.1 }, { 1, 0.2 } } },
+}
+]]
+
+-- Runs that together write every file and almost every optional field; their folders by name.
+local function real_runs(t)
+  local base = t:folder()
+  local function run(name, text, words, status)
+    write(("%s/%s.lua"):format(base, name), text)
+    local done = process.limax({ "run", unpack(words) }, { folder = base })
+    t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
+  end
+  run("rich", RICH:gsub("SPEED", "1000"), { "rich.lua", "--out", "rich", "--set", "seed=2" }, 0)
+  -- goes on with a limit that fast bodies break
+  run("rich", RICH:gsub("SPEED", "1"),
+    { "--resume", "rich", "--changed", "--set", "generations=6" }, 0)
+  run("plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
+    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
+  run("wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
+    { "wrong.lua", "--out", "wrong" }, 1)
+  return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong" }
+end
+
+local function files_below(folder, before, list)
+  before, list = before or "", list or {}
+  for _, name in ipairs(host.file.list(folder)) do
+    local path = folder .. "/" .. name
+    if host.file.exists(path) == "folder" then
+      files_below(path, before .. name .. "/", list)
+    else
+      list[#list + 1] = before .. name
+    end
+  end
+  return list
+end
+
+-- The name of a file as the page's table of files has it.
+local function listed_as(name)
+  return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
+    :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
+    :gsub("^scripts/.*", "scripts/FILE"))
+end
+
+-- What is decoded under each heading that has fields.
+local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
+  "timing.jsonl", "population/gNNNN.jsonl", "champions/gNNNN.json", "checkpoint", "STATUS" }
+
+suite:test("a run folder holds the files and fields that the page names", function(t)
+  local sections, trees, objects = field_page.read(PAGE), {}, 0
+  for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
+  -- file of the page -> run -> true
+  local seen, folders = {}, real_runs(t)
+  for _, run in ipairs { "rich", "plain", "wrong" } do
+    for _, name in ipairs(files_below(folders[run])) do
+      local listed = listed_as(name)
+      seen[listed] = seen[listed] or {}
+      seen[listed][run] = true
+      local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
+      if trees[heading] then
+        local text = source.read(folders[run] .. "/" .. name)
+        for object in text:gmatch(heading:match "%.jsonl$" and "[^\n]+" or ".+") do
+          field_page.compare(t, assert(host.json.decode(object, name)), trees[heading])
+          objects = objects + 1
+        end
+      end
+    end
+  end
+
+  local named = {}
+  for _, row in ipairs(sections.Files) do
+    for _, name in ipairs(row.names) do
+      named[name] = true
+      t:ok(seen[name], "no run has written " .. name)
+      t:ok(seen[name].plain or row.optional, name .. " is not always there, nor optional")
+    end
+  end
+  for _, name in ipairs(choice.sorted_keys(seen)) do
+    t:ok(named[name], ("%s is not among the files of %s"):format(name, PAGE))
+  end
+
+  local unseen = {}
+  for _, heading in ipairs(OBJECTS) do
+    field_page.each(trees[heading], function(field)
+      -- what lies in an optional object is there whenever the object is (see `compare`)
+      local inner = field.parent.optional and not field.parent.seen
+      t:ok(field.seen or field.optional or inner, field.path .. " is in no run")
+      if not field.seen then unseen[#unseen + 1] = field.path end
+    end)
+  end
+  t:note(("%d objects; optional and not seen: %s"):format(objects, table.concat(unseen, ", ")))
+end)
+
+suite:test("units on the page are those of the program", function(t)
+  local sections = field_page.read(PAGE)
+  local config = field_page.tree(sections, "config.json")
+  local function check(path, unit)
+    local field = field_page.at(config, path)
+    t:ok(field.unit, ("%s is not on %s"):format(path, PAGE))
+    t:ok(field.unit == unit, ("%s: %s on %s, %s in the program"):format(path, field.unit, PAGE,
+      unit))
+  end
+  for _, effect in ipairs(engine.effects()) do
+    for _, field in ipairs(effect.fields) do
+      check(("scene.%s.%s"):format(effect.name, field.name), field.unit)
+    end
+  end
+  for _, group in ipairs { "experiment", "genome", "simulation", "breeding", "supervision" } do
+    local fields = defaults.fields[group]
+    for _, name in ipairs(choice.sorted_keys(fields)) do
+      check(group == "experiment" and name or group .. "." .. name, fields[name].unit)
+    end
+  end
+  for _, kind in ipairs(defaults.traces) do
+    check("record." .. kind, defaults.fields.record.rate.unit)
+  end
+  local materials = engine.materials "paper"
+  for _, name in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase",
+    "stiffness_floor" } do
+    check("materials.materials." .. name, materials:field(name).unit)
+  end
+  local metrics = field_page.tree(sections, "metrics.jsonl")
+  for _, limit in ipairs(ledger.limits(30)) do
+    if limit.material then
+      local unit = materials:field(limit.field).unit
+      t:equal(field_page.at(metrics, "materials.MATERIAL." .. limit.field).unit, unit)
+    else
+      t:equal(field_page.at(metrics, "parameters." .. limit.field).unit, limit.unit)
+    end
+  end
+end)
+
+suite:test("genomes and champions are what the page describes", function(t)
+  local folder = real_runs(t).plain
+  local champion = folder .. "/r02/champions/g0001.json"
+  local again = limax.robot(champion):simulate().record.outcome
+  t:same_bits(again, host.json.decode(source.read(champion)).outcome)
+  local lines = select(2, source.read(folder .. "/r02/population/g0001.jsonl"):gsub("\n", ""))
+  local data, robots, genes = npy.decode(source.read(folder .. "/r02/population/g0001.npy"))
+  t:ok(data, robots)
+  -- 2 x 16 inputs, two layers of 32, 5 materials and 3 weights
+  t:equal({ robots, genes }, { lines, 33 * 32 + 33 * 32 + 33 * 8 })
+end)
+
+-- ---- what a README shows ------------------------------------------------------------------------
+
+-- Fenced blocks of a page in one language: text and line.
+local function blocks(page, language)
+  local list, block, number = {}, nil, 0
+  for line in text_of(page):gmatch "(.-)\n" do
+    number = number + 1
+    local fence = line:match "^```(.*)$"
+    if block and fence then
+      if block.language == language then list[#list + 1] = block end
+      block = nil
+    elseif fence then
+      block = { language = fence, place = ("%s:%d"):format(page, number), lines = {} }
+    elseif block then
+      table.insert(block.lines, line)
+    end
+  end
+  return list
+end
+
+-- What keeps a documented experiment under a second, and its folder out of the way.
+local function small(words, name)
+  for _, change in ipairs { "population=12", "generations=2", "repetitions=1", "lattice=[3,3,3]",
+    "simulation.duration=0.4", "simulation.settle=0.1" } do
+    words[#words + 1] = "--set"
+    words[#words + 1] = change
+  end
+  words[#words + 1] = "--out"
+  words[#words + 1] = "runs/" .. name
+  return words
+end
+
+for _, page in ipairs(READMES) do
+  suite:test("every Lua block runs: " .. page, { limit = 30 }, function(t)
+    local folder, list = t:folder(), blocks(page, "lua")
+    t:ok(#list > 0)
+    for k, block in ipairs(list) do
+      local text = table.concat(block.lines, "\n")
+      local file = ("block%d.lua"):format(k)
+      write(folder .. "/" .. file, text .. "\n")
+      local words, expected = { file }, nil
+      if text:find("limax.test", 1, true) then
+        words, expected = { "test", file }, " passed, 0 failed, 0 skipped"
+      elseif text:find "\nreturn limax%.experiment" then
+        words, expected = small({ "run", file }, "block" .. k), "Run folder: "
+      end
+      local done = completes(t, folder, words, block.place)
+      t:ok(done.stdout:find(expected or "", 1, true), block.place .. ": " .. done.stdout)
+    end
+  end)
+end
+
+suite:test("every command line runs", { limit = 40 }, function(t)
+  local folder, count = t:folder(), 0
+  for _, page in ipairs(READMES) do
+    -- the experiment that a page lets its reader write
+    for _, block in ipairs(blocks(page, "lua")) do
+      local text = table.concat(block.lines, "\n")
+      local name = text:match 'name = "(.-)"'
+      if name then write(("%s/%s.lua"):format(folder, name), text) end
+    end
+    for _, block in ipairs(blocks(page, "sh")) do
+      for _, line in ipairs(block.lines) do
+        local words = {}
+        for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do
+          -- the reader stands in the source tree, the test in a folder of its own
+          words[#words + 1] = word:find "^scripts/" and host.home .. "/" .. word or word
+        end
+        local program = table.remove(words, 1)
+        -- those install packages
+        local installs = program and program:find("/scripts/dev/%l+%.sh$")
+        if program and not installs then
+          t:ok(program == "build/limax", ("%s: %s is not what is built"):format(page, line))
+          count = count + 1
+          if words[1] == "run" then words = small(words, "line" .. count) end
+          completes(t, folder, words, line)
+        end
+      end
+    end
+  end
+  t:ok(count > 0)
+end)
+
+suite:test("every file that a README names is there", function(t)
+  for _, page in ipairs(READMES) do
+    local base = host.home .. "/" .. (page:match "^(.*/)[^/]*$" or "")
+    local text = text_of(page)
+    local function check(path)
+      t:ok(host.file.exists(base .. path) or host.file.exists(host.home .. "/" .. path),
+        ("%s names %s, which is not there"):format(page, path))
+    end
+    for path in text:gmatch "%]%(([^)#:]+)%)" do check(path) end
+    for path in text:gmatch "`([%l_]+/[%w_/.]+)`" do
+      local top = path:match "^[^/]+"
+      if host.file.exists(base .. top) and top ~= "build" and top ~= "runs" then check(path) end
+    end
+  end
+end)
+
+return suite
