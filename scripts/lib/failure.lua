@@ -36,6 +36,14 @@ function failure.status(value)
   return type(value) == "string" and statuses[value] or nil
 end
 
+-- Is a path or a frame of a traceback in limax's own code? That tells a user nothing.
+local function is_ours(text)
+  for _, folder in ipairs { "/bindings/", "/scripts/lib/", "/scripts/commands/" } do
+    if text:find(host.home .. folder, 1, true) then return true end
+  end
+  return false
+end
+
 --- A message without the "FILE:LINE: " that `error` put before it where that place is a file of
 --- limax itself, which tells a user nothing.
 ---@param message any
@@ -43,24 +51,15 @@ end
 function failure.bare(message)
   local text = tostring(message)
   local file, rest = text:match "^([^\n:]+):%d+: (.*)$"
-  if file and file:find(host.home, 1, true) == 1 then return rest end
+  if file and is_ours(file) then return rest end
   return text
-end
-
--- Is a frame of a traceback C's or limax's own? They tell a user nothing.
-local function is_ours(frame)
-  if frame:match "^%s*%[C%]" then return true end
-  for _, folder in ipairs { "/bindings/", "/scripts/lib/", "/scripts/commands/" } do
-    if frame:find(host.home .. folder, 1, true) then return true end
-  end
-  return false
 end
 
 local function trace(value)
   if value == host.interrupt then return { value = value } end
   local lines = { failure.bare(value) }
   for frame in debug.traceback("", 2):gmatch "\n(\t[^\n]+)" do
-    if not is_ours(frame) then lines[#lines + 1] = frame end
+    if not frame:match "^%s*%[C%]" and not is_ours(frame) then lines[#lines + 1] = frame end
   end
   return { value = value, trace = table.concat(lines, "\n") }
 end
