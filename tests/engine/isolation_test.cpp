@@ -28,6 +28,8 @@ stage walkers(int count, int precision = LIMAX_COMPENSATED, int integrator = LIM
 
 bool same_bits(const simulation& a, int i, const simulation& b, int j) {
     const limax_outcome &left = a.outcomes()[i], &right = b.outcomes()[j];
+    // bits, not values: NaN summaries are to be equal too
+    // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&left, &right, sizeof left) != 0) return false;
     for (const int kind : {LIMAX_TRACE_POSITION, LIMAX_TRACE_VELOCITY, LIMAX_TRACE_ENERGY}) {
         const trace_view x = trace_of(a, i, kind), y = trace_of(b, j, kind);
