@@ -438,6 +438,12 @@ limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t 
         simulation->it->trace(robot, kind, data, samples, width);
     });
 }
+limax_status limax_simulation_describe(limax_simulation* simulation, const char** out) {
+    return guard([&] {
+        require(simulation, "simulation");
+        *out = simulation->it->describe();
+    });
+}
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites) {
     return guard([&] {

@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 2, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 3, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -291,8 +291,9 @@ typedef enum limax_integrator { LIMAX_SYMPLECTIC_EULER = 0, LIMAX_LEAPFROG = 1 }
 
 typedef enum limax_precision {
     LIMAX_SINGLE = 0,
-    LIMAX_COMPENSATED = 1,
-    LIMAX_DOUBLE = 2
+    LIMAX_COMPENSATED = 1, /* fp32, sums of position and velocity compensated */
+    LIMAX_MIXED = 2,       /* springs in fp32, masses in fp64 */
+    LIMAX_DOUBLE = 3
 } limax_precision;
 
 typedef enum limax_sharing { LIMAX_SHARING_MEAN = 0, LIMAX_SHARING_SUM = 1 } limax_sharing;
@@ -410,6 +411,12 @@ limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
  * knows mass, bound and time step. */
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
+
+/* JSON object: what the steps of this simulation run on: `device`, and for cpu `passes`, for cuda
+ * `path`, `effects`, `precision`, `origin` of the kernel (ahead of time, cached, compiled) and the
+ * `seconds` that took, `architecture`, `threads`, `registers`, `spilled` (bytes), `shared_bytes`,
+ * `blocks_of_multiprocessor`, `instructions`. Alive until the next call for this simulation. */
+limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
 
 /* ---- cdef ends ---- */
 #pragma GCC visibility pop

@@ -41,7 +41,7 @@ names.integrator = enumeration {
 
 names.precision = enumeration {
   { "single", "LIMAX_SINGLE" }, { "compensated", "LIMAX_COMPENSATED" },
-  { "double", "LIMAX_DOUBLE" },
+  { "mixed", "LIMAX_MIXED" }, { "double", "LIMAX_DOUBLE" },
 }
 
 names.sharing = enumeration { { "mean", "LIMAX_SHARING_MEAN" }, { "sum", "LIMAX_SHARING_SUM" } }

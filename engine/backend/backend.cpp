@@ -5,6 +5,9 @@
 #include <cmath>
 
 #include "backend/cpu/device.h"
+#if defined(LIMAX_WITH_CUDA)
+#include "backend/cuda/device.h"
+#endif
 
 namespace limax {
 
@@ -26,16 +29,40 @@ void set_interrupted(bool stop) { stop_flag.store(stop, std::memory_order_relaxe
 
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa) {
     require_range("threads", threads, 0, 1024, "");
-    if (name == "auto" || name == "cpu") return cpu::make_cpu_device(threads, isa);
+    if (name == "cpu") return cpu::make_cpu_device(threads, isa);
+#if defined(LIMAX_WITH_CUDA)
+    if (name == "auto" && !cuda::why_no_cuda_device().empty())
+        return cpu::make_cpu_device(threads, isa);
+    if (name == "auto" || name == "cuda") return cuda::make_cuda_device(threads, isa);
+#else
+    if (name == "auto") return cpu::make_cpu_device(threads, isa);
     if (name == "cuda")
         fail(LIMAX_NO_DEVICE, "device 'cuda': this build has no CUDA engine; use 'cpu' or 'auto'");
+#endif
     fail(LIMAX_INVALID_ARGUMENT,
          format("device is '%s'; it must be auto, cpu or cuda", name.c_str()));
 }
 
+void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome) {
+    outcome = {};
+    outcome.path_length = outcome.height = outcome.contact = outcome.kinetic = outcome.elastic =
+        outcome.muscle_work = outcome.strain = outcome.strain_most = std::nan("");
+    const limax_body& body = setup.bodies[std::size_t(index)];
+    if (!setup.mask[std::size_t(index)]) {
+        outcome.status = LIMAX_ROBOT_SKIPPED;
+    } else if (body.status == LIMAX_BODY_VALID) {
+        outcome.status = LIMAX_ROBOT_RUNNING;
+        outcome.masses = body.masses;
+        outcome.springs = body.springs;
+    } else {
+        outcome.status = LIMAX_ROBOT_INVALID;
+        outcome.reason = body.status;
+    }
+}
+
 void check_options(const limax_simulation_options& options, const scene& scene) {
     require_choice("integrator", options.integrator, 2);
-    require_choice("precision", options.precision, 3);
+    require_choice("precision", options.precision, 4);
     require_choice("sharing", options.sharing, 2);
     require_range("duration", options.duration, 1e-9, 1e6, "s");
     require_range("settle", options.settle, 0, 1e6, "s");

@@ -31,6 +31,9 @@ struct simulation_setup {
 // Refuses options outside their ranges, naming the field.
 void check_options(const limax_simulation_options& options, const scene& scene);
 
+// What becomes known of robot `index` before it is prepared: skipped, invalid or running.
+void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);
+
 class simulation {
 public:
     virtual ~simulation() = default;
@@ -44,6 +47,8 @@ public:
     // Before the first step, [mass][3]; either may be null.
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
+    // JSON object: what its steps run on. Alive until the next call.
+    virtual const char* describe() = 0;
 };
 
 class device {

@@ -22,6 +22,14 @@ inline constexpr direction directions[direction_count] = {
     {1, 1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1}, {0, 1, 1}, {0, -1, 1},  // face diagonals
     {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};                       // space diagonals
 
+// The same where the number is known at run time only: a table in memory is not every device's.
+LIMAX_LAW constexpr direction direction_at(int number) {
+    constexpr direction table[direction_count] = {
+        {1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1},
+        {0, 1, 1}, {0, -1, 1}, {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};
+    return table[number];
+}
+
 // Sites of an nx x ny x nz lattice of voxels: site = x + (nx + 1) (y + (ny + 1) z).
 struct lattice {
     int nx, ny, nz;  // voxels
@@ -67,8 +75,10 @@ LIMAX_LAW void for_each_site(const lattice& grid, const Visit& visit) {
             for (int x = 0; x <= grid.nx; ++x) visit(x, y, z);
 }
 
+#if !defined(__CUDACC_RTC__)
 // Sites in use and springs of a body: `voxels` holds material indices, 0 is empty.
 int32_t count_masses(const int32_t lattice_size[3], const uint8_t* voxels);
 int32_t count_springs(const int32_t lattice_size[3], const uint8_t* voxels);
+#endif
 
 }  // namespace limax

@@ -1,10 +1,10 @@
-// springs.h: the parameters of a body's masses and springs, from its voxels, weights and
-// materials. Computed in double, owners in ascending voxel index, and rounded once to fp32, so
-// that every precision simulates the same body. SI units.
+// springs.h: a body's masses and springs as columns in memory, by the laws of spring_laws.h:
+// rounded once to fp32, so that every precision simulates the same body. SI units.
 #pragma once
 
 #include "base/array.h"
 #include "body/lattice.h"
+#include "body/spring_laws.h"
 #include "limax.h"
 
 namespace limax {
@@ -16,6 +16,9 @@ inline constexpr int site_block = 16;
 constexpr int64_t padded(int64_t sites) {
     return (sites + site_block - 1) / site_block * site_block;
 }
+
+// What the laws know of a material of the table.
+material_law law_of(const limax_material& material);
 
 // What a body is before it is masses and springs.
 struct body_description {
@@ -48,7 +51,7 @@ struct spring_body {
     array<int32_t> sites;  // site of each mass, [mass]
 
     spring_body() = default;
-    explicit spring_body(const body_description& body);
+    explicit spring_body(const body_description& description);
 };
 
 }  // namespace limax

@@ -84,9 +84,11 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
         if (actuated) {
             spring.sine = body.sine[slot];
             spring.cosine = body.cosine[slot];
-            spring.rest += actuation::rest(moment, spring);
             // dE/dt at fixed length: the tension times the rest length's speed, against it
-            result.power -= springs::pair(spring) * actuation::rest(rate, spring);
+            spring_state<double> change = spring;
+            change.rest = 0;
+            spring.rest = actuation::rest(moment, spring);
+            result.power -= springs::pair(spring, 0.0) * actuation::rest(rate, change);
         }
         result.elastic += springs::energy(spring);
     });
@@ -106,7 +108,7 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
                 if (!scene.has(index_of<E>)) return;
                 const double energy =
                     E::energy(E::template make<double>(scene.values(index_of<E>), world), node);
-                (__is_same(E, gravity) ? result.gravitational : result.elastic) += energy;
+                (same_type<E, gravity> ? result.gravitational : result.elastic) += energy;
             }
         });
     }

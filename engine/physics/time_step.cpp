@@ -2,9 +2,10 @@
 #include "physics/time_step.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
-#include "physics/effects/all.h"
+#include "physics/bound.h"
 
 namespace limax {
 
@@ -18,54 +19,15 @@ constexpr double most_steps = 9e18;
 // A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
 constexpr double whole_within = 1e-9, rounding = 1e-12;
 
-template <class E>
-concept bounds_springs = requires {
-    E::bound(1.0, 1.0);
-}
-&&bool(E::hooks& effects::hook_pair);
-template <class E>
-concept bounds_nodes = bool(E::hooks& effects::hook_bound) && !bounds_springs<E>;
-
 }  // namespace
 
 double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
-    array<double> stiffness(body.count), damping(body.count);
-    for (int d = 0; d < direction_count; ++d) {
-        const int64_t step = body.grid.step(directions[d]);
-        for (int64_t site = 0; site + step < body.grid.sites(); ++site) {
-            const int64_t slot = d * body.count + site;
-            if (body.stiffness[slot] == 0) continue;
-            effects::for_each([&]<class E>(E) {
-                if constexpr (bounds_springs<E>) {
-                    if (!scene.has(effects::index_of<E>)) return;
-                    const auto most =
-                        E::bound(double(body.stiffness[slot]),
-                                 body.damping.size() ? double(body.damping[slot]) : 0.0);
-                    for (const int64_t end : {site, site + step}) {
-                        stiffness[end] += 2.0 * most.stiffness;
-                        damping[end] += 2.0 * most.damping;
-                    }
-                }
-            });
-        }
-    }
-    const double origin[3] = {0, 0, 0};
+    const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
     double least = HUGE_VAL;
-    for (int32_t i = 0; i < body.masses; ++i) {
-        const int32_t site = body.sites[i];
-        const double mass = body.mass[site];
-        effects::for_each([&]<class E>(E) {
-            if constexpr (bounds_nodes<E>) {
-                if (!scene.has(effects::index_of<E>)) return;
-                const auto most = E::bound(
-                    E::template make<double>(scene.values(effects::index_of<E>), origin), mass);
-                stiffness[site] += most.stiffness;
-                damping[site] += most.damping;
-            }
-        });
+    for (int32_t i = 0; i < body.masses; ++i)
         least =
-            std::min(least, stable_step(integrator, stiffness[site] / mass, damping[site] / mass));
-    }
+            std::min(least, stable_step_of_mass(scene, integrator == LIMAX_LEAPFROG, body.grid,
+                                                springs, body.sites[i], body.mass[body.sites[i]]));
     return least;
 }
 

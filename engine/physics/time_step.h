@@ -1,25 +1,6 @@
-// time_step.h: how long a step may be (a closed-form bound per body and integrator) and how steps
-// fall on samples. SI units.
-//
-// The bound. Linearise about any pose in which every spring is at least half its rest length: a
-// spring's stiffness block then has norm at most k, so by Gershgorin's theorem on M^-1 K and M^-1
-// C each mass i gives w^2 <= A_i and gamma <= B_i with
-//     A_i = (2 sum_j k_ij + k_g) / m_i,   B_i = (2 sum_j c_ij + c_g) / m_i.
-// One mode, x'' = -w^2 x - gamma x', under each integrator, with W = (w dt)^2 and G = gamma dt:
-//   symplectic Euler: z^2 + (W + G - 2) z + (1 - G) = 0. Jury: p(1) = W > 0, |1 - G| < 1, and
-//   p(-1) = 4 - W - 2 G > 0, the sharpest.
-//       dt < (-B + sqrt(B^2 + 4 A)) / A.
-//   leapfrog: z^3 + (W + 3 G / 2 - 2) z^2 + (1 - 2 G) z + G / 2 = 0. Jury: p(1) = W > 0; -p(-1) =
-//   4 - W - 4 G > 0; |G / 2| < 1; and
-//       1 - G^2 / 4 > |G W / 2 + 3 G^2 / 4 + G - 1|, which p(-1) implies: with W < 4 - 4 G the
-//       right side's upper branch asks (G - 1)(G - 2) > 0, true for G < 1, and its lower branch 0
-//       < G W / 2 + G^2 / 2 + G. So z = -1 leaves the unit circle first: dt < 2 (-B + sqrt(B^2 +
-//       A)) / A, symplectic Euler's formula with B doubled.
-// It is a result about the frozen linear system in every such pose, not about switching contacts:
-// the run-time guard stays.
+// time_step.h: how long a step may be (the closed-form bound of bound.h, per body and integrator)
+// and how steps fall on samples. SI units.
 #pragma once
-
-#include <cmath>
 
 #include "body/springs.h"
 #include "limax.h"
@@ -27,15 +8,7 @@
 
 namespace limax {
 
-// Largest stable step of one mass; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
-inline double stable_step(limax_integrator integrator, double a, double b) {
-    if (!(a > 0)) return b > 0 ? (integrator == LIMAX_LEAPFROG ? 1.0 : 2.0) / b : HUGE_VAL;
-    const double damping = integrator == LIMAX_LEAPFROG ? 2.0 * b : b;
-    // (-B + sqrt(B^2 + 4 A)) / A without cancellation
-    return 4.0 / (damping + std::sqrt(damping * damping + 4.0 * a));
-}
-
-// The bound of a body: the least over its masses. s.
+// The bound of a body: the least over its masses; infinite where nothing acts on any. s.
 double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator);
 
 // How a run of one body falls on steps: dt = base / ceil(base / dt), base one over the least

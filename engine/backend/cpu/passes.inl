@@ -46,15 +46,15 @@ void pair(const robot_arrays<R>& robot, const actuation::moment<R>& moment) {
             if constexpr (actuated) {
                 spring.sine = R(sine[i]);
                 spring.cosine = R(cosine[i]);
-                spring.rest += actuation::rest(moment, spring);
+                spring.rest = actuation::rest(moment, spring);
             }
-            R tension = springs::pair(spring);
+            R tension = springs::pair(spring, R(0));
             if constexpr (damped) {
                 const R wx = vx[i + far] - vx[i], wy = vy[i + far] - vy[i],
                         wz = vz[i + far] - vz[i];
                 spring.damping = R(damping_constant[i]);
                 spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
-                tension += damping::pair(spring);
+                tension = damping::pair(spring, tension);
             }
             const R scale = tension * inverse;
             tx[i] = scale * ex;

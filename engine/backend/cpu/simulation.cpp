@@ -2,7 +2,6 @@
 // itself.
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 
 #include "backend/cpu/device.h"
 #include "backend/cpu/robot.h"
@@ -23,6 +22,7 @@ public:
     const int32_t* sites(int32_t robot) const override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
+    const char* describe() override;
 
 private:
     robot& prepared(int32_t index);
@@ -37,6 +37,7 @@ private:
     std::vector<int32_t> unfinished_;
     std::vector<std::unique_ptr<scratch>> scratch_;  // [thread]
     int32_t chosen_ = 0;                             // robots in the mask
+    std::string description_;
 };
 
 cpu_simulation::cpu_simulation(simulation_setup setup, const pass_table& passes,
@@ -47,22 +48,9 @@ cpu_simulation::cpu_simulation(simulation_setup setup, const pass_table& passes,
       outcomes_(setup_.count),
       robots_(setup_.count) {
     for (int32_t i = 0; i < setup_.count; ++i) {
-        limax_outcome& outcome = outcomes_[i];
-        outcome = {};
-        outcome.path_length = outcome.height = outcome.contact = outcome.kinetic = outcome.elastic =
-            outcome.muscle_work = outcome.strain = outcome.strain_most = std::nan("");
-        outcome.status = LIMAX_ROBOT_SKIPPED;
-        if (!setup_.mask[i]) continue;
-        ++chosen_;
-        if (setup_.bodies[i].status == LIMAX_BODY_VALID) {
-            outcome.status = LIMAX_ROBOT_RUNNING;
-            outcome.masses = setup_.bodies[i].masses;
-            outcome.springs = setup_.bodies[i].springs;
-            unfinished_.push_back(i);
-        } else {
-            outcome.status = LIMAX_ROBOT_INVALID;
-            outcome.reason = setup_.bodies[i].status;
-        }
+        start_outcome(setup_, i, outcomes_[i]);
+        chosen_ += setup_.mask[i] != 0;
+        if (outcomes_[i].status == LIMAX_ROBOT_RUNNING) unfinished_.push_back(i);
     }
     for (int thread = 0; thread < team_->size(); ++thread)
         scratch_.push_back(std::make_unique<scratch>(setup_.grid));
@@ -142,6 +130,11 @@ void cpu_simulation::place(int32_t index, const double* positions, const double*
 
 void cpu_simulation::state(int32_t index, double* positions, double* velocities) {
     simulated(index).state(*scratch_[0], positions, velocities);
+}
+
+const char* cpu_simulation::describe() {
+    description_ = format("{\"device\":\"cpu\",\"passes\":\"%s\"}", passes_.isa);
+    return description_.c_str();
 }
 
 }  // namespace

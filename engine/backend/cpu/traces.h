@@ -25,8 +25,6 @@ public:
     void summarize(limax_outcome& outcome) const;
 
 private:
-    double mean(int32_t kind, int64_t column) const;
-
     array<double> data_[LIMAX_TRACE_KINDS];
     int64_t width_[LIMAX_TRACE_KINDS] = {};
     int64_t every_[LIMAX_TRACE_KINDS] = {};  // steps between samples; 0 where nothing is recorded

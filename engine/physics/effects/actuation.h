@@ -70,7 +70,7 @@ struct actuation {
 
     template <class R>
     LIMAX_LAW static R rest(const moment<R>& m, const spring_state<R>& s) {
-        return fma(s.sine, m.sine, s.cosine * m.cosine);
+        return fma(s.sine, m.sine, fma(s.cosine, m.cosine, s.rest));
     }
 
     // d moment / dt, 1/s: what the muscles' power follows from.

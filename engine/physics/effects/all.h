@@ -21,9 +21,9 @@ using all = list<springs, damping, actuation, gravity, ground, friction>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
-constexpr int index_in(list<L...>) {
+LIMAX_LAW constexpr int index_in(list<L...>) {
     int index = 0, found = -1;
-    ((found = __is_same(E, L) ? index : found, ++index), ...);
+    ((found = same_type<E, L> ? index : found, ++index), ...);
     return found;
 }
 template <class E>
@@ -34,24 +34,27 @@ inline constexpr unsigned bit = 1u << index_of<E>;
 
 // Calls visit(E{}) for each effect in order.
 template <class Visit, class... E>
-constexpr void for_each(list<E...>, const Visit& visit) {
+LIMAX_LAW constexpr void for_each(list<E...>, const Visit& visit) {
     (visit(E{}), ...);
 }
 template <class Visit>
-constexpr void for_each(const Visit& visit) {
+LIMAX_LAW constexpr void for_each(const Visit& visit) {
     for_each(all{}, visit);
 }
 
+#if !defined(__CUDACC_RTC__)
 // ---- the contract, checked at compile time ----
 
 template <class E>
 constexpr bool hooks_match() {
     constexpr bool has_rest = requires(spring_state<float> s) { E::rest({}, s); };
-    constexpr bool has_pair = requires(spring_state<float> s) { E::pair(s); };
+    constexpr bool has_pair = requires(spring_state<float> s) { E::pair(s, 0.0f); };
     constexpr bool has_node = requires(node_state<float> s, node_force<float> f) {
         E::node(E::template make<float>(nullptr, nullptr), s, f);
     };
+    // an impulse also says where it acts
     constexpr bool has_impulse = requires(node_state<float> s, vector<float> v) {
+        bool(E::in_contact_only);
         E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f, 0.0f);
     };
     constexpr bool has_energy = requires(spring_state<double> s) { E::energy(s); }
@@ -70,5 +73,6 @@ constexpr bool all_hooks_match(list<E...>) {
 }
 static_assert(all_hooks_match(all{}),
               "an effect declares a hook without its law, or has a law that it does not declare");
+#endif
 
 }  // namespace limax::effects

@@ -17,8 +17,8 @@ struct damping {
 
     // c dr/dt, N.
     template <class R>
-    LIMAX_LAW static R pair(const spring_state<R>& s) {
-        return s.damping * s.rate;
+    LIMAX_LAW static R pair(const spring_state<R>& s, R tension) {
+        return fma(s.damping, s.rate, tension);
     }
 
     LIMAX_LAW static stiffness_damping bound(double /*stiffness*/, double damping) {

@@ -2,18 +2,22 @@
 // called, what it needs, its parameters with units and legal ranges, and laws under the names of
 // the hooks that it declares. May include base/ only.
 //
-//   rest     R rest(moment, spring): change of a spring's rest length, m
-//   pair     R pair(spring): force along a spring, N; positive pulls the ends together
+//   rest     R rest(moment, spring): a spring's rest length with its change, m
+//   pair     R pair(spring, tension): the tension with this force along the spring, N; positive
+//            pulls the ends together
 //   node     void node(params, node, force&): force on a mass, N; a contact also sets force.normal
 //   impulse  vector<R> impulse(params, node, velocity, normal, h): the velocity after an impulse
-//            that never reverses what it opposes, m/s
+//            that never reverses what it opposes, m/s; `in_contact_only` says that it leaves the
+//            velocity alone where `normal` is 0, so that a device may skip it there
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
 //
 // An effect with laws on masses has `params<R>`, its parameters in the precision of the robot, and
 // `params<R> make(values, origin)`, which takes them from the components of all fields, one after
-// the other, and from the robot's own origin in the world (m). engine/README.md shows a whole one.
+// the other, and from the robot's own origin in the world (m). Where any of them depends on that
+// origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
+// engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An

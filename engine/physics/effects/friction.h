@@ -12,6 +12,7 @@ struct friction {
         "Coulomb friction, static and kinetic, of masses that touch";
     static constexpr const char* needs = "ground";
     static constexpr unsigned hooks = hook_impulse;
+    static constexpr bool in_contact_only = true;
     static constexpr field fields[] = {
         {"static", "1", "mu_s: a mass that this can stop, stops", 1, 0.0, 1000.0, {1.0, 0, 0}},
         {"kinetic", "1", "mu_k: else this opposes the slip", 1, 0.0, 1000.0, {0.6, 0, 0}}};
@@ -32,13 +33,16 @@ struct friction {
     template <class R>
     LIMAX_LAW static vector<R> impulse(const params<R>& p, const node_state<R>& s,
                                        const vector<R>& velocity, R normal, R h) {
-        // m/s: far below any speed that matters, so that a mass at rest divides by something
-        const R tiny = R(1e-18);
-        const R speed = square_root(fma(velocity.x, velocity.x, velocity.y * velocity.y));
+        // (m/s)^2: far below any speed that matters, so that a mass at rest has an inverse speed
+        const R tiny = R(1e-30);
+        const R squared = fma(velocity.x, velocity.x, fma(velocity.y, velocity.y, tiny));
+        const R inverse = inverse_length(squared);
+        const R speed = squared * inverse;
         const R available = normal * h * s.inverse_mass;  // m/s per unit of mu
         const R kinetic = smaller(p.kinetic_coefficient * available, speed);
         const R removed = speed <= p.static_coefficient * available ? speed : kinetic;
-        const R kept = removed >= speed ? R(0) : (speed - removed) / larger(speed, tiny);
+        // 1 exactly where nothing is removed, and never below 0, whatever was rounded
+        const R kept = removed >= speed ? R(0) : larger(fma(-removed, inverse, R(1)), R(0));
         return {normal > R(0) ? velocity.x * kept : velocity.x,
                 normal > R(0) ? velocity.y * kept : velocity.y, velocity.z};
     }

@@ -27,6 +27,10 @@ struct ground {
     LIMAX_LAW static params<R> make(const double* values, const double* origin) {
         return {R(values[0]), R(values[1]), R(values[2] - origin[2])};
     }
+    template <class R>
+    LIMAX_LAW static void follow(params<R>& p, const double* values, const double* origin) {
+        p.height = R(values[2] - origin[2]);
+    }
 
     template <class R>
     LIMAX_LAW static R depth(const params<R>& p, const node_state<R>& s) {

@@ -15,8 +15,8 @@ struct springs {
 
     // k (r - L), N.
     template <class R>
-    LIMAX_LAW static R pair(const spring_state<R>& s) {
-        return s.stiffness * (s.length - s.rest);
+    LIMAX_LAW static R pair(const spring_state<R>& s, R tension) {
+        return fma(s.stiffness, s.length - s.rest, tension);
     }
 
     // k (r - L)^2 / 2, J.

@@ -1,0 +1,52 @@
+// block_plan.h: how a lattice is laid out over the threads and the shared memory of a block. A
+// function of lattice, precision and effects alone, so that no population changes a bit.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "backend/cuda/kernels/records.h"
+#include "body/lattice.h"
+
+namespace limax::cuda {
+
+// Cells and masses in slots of 32 lanes. Cubes fill the first `cube_slots` of the cells' slots, the
+// rim the rest. A lane without a cell, or without a mass, has site -1.
+struct block_plan {
+    int row = 0, plane = 0;  // places between neighbours along y and along z in shared memory
+    int cube_slots = 0, rim_slots = 0;
+    std::vector<cell_entry> cells;  // [slot][32]
+    std::vector<int32_t> masses;    // sites, [slot][32]
+};
+
+// Lays the masses out and deals the cells to lanes so that the lanes of a warp find their corners
+// in different banks, as far as the lattice allows.
+block_plan plan_block(const lattice& grid);
+
+// What a scene asks of a kernel's memory.
+struct kernel_needs {
+    int32_t precision;     // limax_precision
+    int spring_columns;    // parameters of a spring: 1 to 4
+    bool shares_velocity;  // springs read the velocities of their ends
+};
+
+// Threads and memory of a block.
+struct block_shape {
+    int threads = 0;
+    int blocks = 0;     // of a multiprocessor that its registers are shared out for
+    int cube_held = 0;  // springs of a cube whose parameters registers hold, 0 to 13
+    std::size_t shared_bytes = 0;
+};
+
+// Null where the robots of this lattice are too large for a block with `most_shared_bytes`.
+std::optional<block_shape> shape_block(const block_plan& plan, const lattice& grid,
+                                       const kernel_needs& needs, std::size_t most_shared_bytes);
+
+// Wavefronts of shared memory that one step of the plan takes: what plan_block() keeps
+// small, and the least that its slots could take.
+struct bank_cost {
+    int64_t taken, least;
+};
+bank_cost cost_of(const block_plan& plan, const lattice& grid);
+
+}  // namespace limax::cuda

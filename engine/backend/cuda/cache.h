@@ -1,0 +1,65 @@
+// cache.h: compiled kernels on disk, so that each is compiled once per user and not once per run.
+// Nothing that is wrong with the cache ever stops a run. Includes std alone.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace limax::cuda {
+
+// FNV-1a of 128 bits: for names and for finding damage, not against an enemy.
+class hash128 {
+public:
+    // Parts are kept apart: ("a", "bc") and ("ab", "c") differ.
+    hash128& add(std::string_view part);
+    // The hash of these bytes alone, as published.
+    static hash128 of(std::string_view bytes);
+
+    std::string hex() const;  // 32 digits
+    bool operator==(const hash128&) const = default;
+    uint64_t high() const { return uint64_t(state_ >> 64); }
+    uint64_t low() const { return uint64_t(state_); }
+
+private:
+    __extension__ using wide = unsigned __int128;
+    void add_bytes(std::string_view bytes);
+
+    wide state_ = wide(0x6c62272e07bb0142u) << 64 | 0x62b821756295c58du;
+};
+
+class kernel_cache {
+public:
+    // In this folder, which is made when something is stored; empty for a cache that keeps nothing.
+    explicit kernel_cache(std::string folder) : folder_(std::move(folder)) {}
+    // $XDG_CACHE_HOME/limax, else $HOME/.cache/limax, else empty.
+    static std::string users_folder();
+    // The one in users_folder(), as it was at the first call.
+    static kernel_cache& users();
+
+    const std::string& folder() const { return folder_; }
+    // `key` is a hash of everything that the bytes follow from. From any thread, and from several
+    // processes at once: a file appears whole or not at all. A damaged file is removed and counts
+    // as absent.
+    std::optional<std::string> load(const hash128& key);
+    void store(const hash128& key, std::string_view bytes);
+
+    // What a user should know and has not been told: one sentence each, and each kind of trouble
+    // only once for a cache.
+    std::vector<std::string> take_notes();
+
+private:
+    std::string path_of(const hash128& key) const;
+    void note(bool& said, const std::string& text);
+    void cannot_write(const std::string& reason);
+
+    const std::string folder_;
+    std::mutex mutex_;  // guards what follows
+    std::vector<std::string> notes_;
+    bool said_damaged_ = false, said_unwritable_ = false;
+};
+
+}  // namespace limax::cuda

@@ -1,0 +1,78 @@
+// device.cpp: what the GPUs of this host say of themselves, and who works for them on the host.
+#include "backend/cuda/device.h"
+
+#include <nlohmann/json.hpp>
+
+#include "backend/cpu/device.h"
+
+namespace limax::cuda {
+
+namespace {
+
+class cuda_device final : public device {
+public:
+    cuda_device(const driver& driver, int threads, const char* isa)
+        : host_(cpu::make_cpu_device(threads, isa)),
+          team_(std::make_shared<gpu_team>(driver, threads)) {
+        auto text = nlohmann::ordered_json::parse(host_->describe());
+        text["kind"] = "cuda";
+        nlohmann::ordered_json gpus = nlohmann::ordered_json::array();
+        for (const auto& place : team_->places()) {
+            const gpu& one = place->gpu.device();
+            gpus.push_back(
+                {{"name", one.name},
+                 {"uuid", one.uuid},
+                 {"capability", format("%d.%d", one.capability / 10, one.capability % 10)},
+                 {"multiprocessors", one.multiprocessors},
+                 {"memory", one.memory}});
+        }
+        text["gpus"] = gpus;
+        text["cuda"] =
+            format("driver %d.%d", driver.version() / 1000, driver.version() % 1000 / 10);
+        std::string why;
+        const compiler* nvrtc = compiler::get(&why);
+        text["nvrtc"] = nvrtc ? nvrtc->version() : why;
+        text["kernel_cache"] = kernel_cache::users().folder();
+        description_ = text.dump();
+    }
+    const char* describe() const override { return description_.c_str(); }
+    const parallel_for& each() const override { return host_->each(); }
+    express_pass express() const override { return host_->express(); }
+    std::unique_ptr<simulation> simulate(simulation_setup setup) override {
+        return make_simulation(std::move(setup), team_);
+    }
+
+private:
+    std::unique_ptr<device> host_;
+    std::shared_ptr<gpu_team> team_;
+    std::string description_;
+};
+
+}  // namespace
+
+gpu_team::gpu_team(const driver& driver, int threads) : threads_(threads) {
+    for (const gpu& one : driver.gpus())
+        places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
+}
+
+std::shared_ptr<const block_plan> gpu_team::plan_of(const lattice& grid) {
+    std::lock_guard lock(mutex_);
+    auto& plan = plans_[{grid.nx, grid.ny, grid.nz}];
+    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid));
+    return plan;
+}
+
+std::string why_no_cuda_device() {
+    std::string why;
+    driver::get(&why);
+    return why;
+}
+
+std::unique_ptr<device> make_cuda_device(int threads, const char* isa) {
+    std::string why;
+    const driver* driver = driver::get(&why);
+    if (!driver) fail(LIMAX_NO_DEVICE, "device 'cuda': " + why + "; use 'cpu' or 'auto'");
+    return std::make_unique<cuda_device>(*driver, threads, isa);
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,249 @@
+# kernels.cmake: finds the CUDA Toolkit, lists the texts that kernels are compiled from, compiles the
+# kernels of ahead_of_time.txt, and embeds both. Included by the root's CMakeLists.txt. It sets
+#   LIMAX_CUDA_COMPILER   nvcc, or empty
+#   LIMAX_WITH_CUDA       whether the CUDA engine is built
+#   LIMAX_CUDA_INCLUDE    where cuda.h and nvrtc.h lie
+#   LIMAX_CUDA_SOURCES    generated sources with what is embedded
+# Nothing of CUDA is linked: the driver and NVRTC are opened at run time.
+
+set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
+    "Compute capabilities to compile kernels for ahead of time, such as 80;90; empty: one for each major version")
+
+# Texts that a kernel may include, by their names below engine/. They include each other only.
+set(LIMAX_LAW_TEXTS
+    limax.h
+    base/portable.h base/math.h base/random.h
+    body/lattice.h body/spring_laws.h
+    genome/network.h genome/breeding.h
+    physics/integrator.h physics/bound.h)
+set(LIMAX_LAW_FOLDERS physics/effects backend/cuda/kernels)
+
+# What nvcc and NVRTC are both given: every rounding is the one that the text writes.
+set(LIMAX_KERNEL_OPTIONS --std=c++20 --fmad=false --ftz=false --prec-div=true --prec-sqrt=true)
+
+# ---- the toolkit ----
+
+set(LIMAX_CUDA_COMPILER "")
+set(LIMAX_WITH_CUDA OFF)
+set(LIMAX_CUDA_SOURCES "")
+
+# No CUDA engine, for this reason: an error where it was asked for.
+function(refuse_cuda reason)
+    if(LIMAX_CUDA STREQUAL "ON")
+        message(FATAL_ERROR "LIMAX_CUDA=ON, but ${reason}")
+    endif()
+    message(STATUS "No CUDA engine: ${reason}")
+endfunction()
+
+if(LIMAX_CUDA STREQUAL "OFF")
+    message(STATUS "No CUDA engine: LIMAX_CUDA=OFF")
+    return()
+endif()
+find_program(LIMAX_NVCC nvcc HINTS /usr/local/cuda/bin)
+if(NOT LIMAX_NVCC)
+    refuse_cuda("nvcc was not found. It comes with the CUDA Toolkit 12 or 13")
+    return()
+endif()
+set(LIMAX_CUDA_COMPILER "${LIMAX_NVCC}")
+
+execute_process(COMMAND ${LIMAX_NVCC} --version OUTPUT_VARIABLE nvcc_says ERROR_VARIABLE nvcc_says)
+if(NOT nvcc_says MATCHES "release ([0-9]+)\\.([0-9]+)" OR CMAKE_MATCH_1 LESS 12)
+    refuse_cuda("${LIMAX_NVCC} is not of the CUDA Toolkit 12 or newer")
+    return()
+endif()
+set(nvcc_version "${CMAKE_MATCH_1}.${CMAKE_MATCH_2}")
+
+# nvcc may be a link, or a wrapper of a distribution
+file(REAL_PATH "${LIMAX_NVCC}" nvcc_real)
+get_filename_component(toolkit "${nvcc_real}" DIRECTORY)
+get_filename_component(toolkit "${toolkit}" DIRECTORY)
+file(GLOB toolkit_targets "${toolkit}/targets/${CMAKE_SYSTEM_PROCESSOR}-linux" "${toolkit}/targets/*-linux")
+set(toolkit_include_hints "${toolkit}/include")
+set(toolkit_library_hints "${toolkit}/lib64")
+foreach(target ${toolkit_targets})
+    list(APPEND toolkit_include_hints "${target}/include")
+    list(APPEND toolkit_library_hints "${target}/lib")
+endforeach()
+find_path(LIMAX_CUDA_INCLUDE nvrtc.h HINTS ${toolkit_include_hints})
+if(NOT LIMAX_CUDA_INCLUDE OR NOT EXISTS "${LIMAX_CUDA_INCLUDE}/cuda.h")
+    refuse_cuda("cuda.h and nvrtc.h were not found beside ${LIMAX_NVCC}")
+    return()
+endif()
+# NVRTC is also looked for here at run time, after the loader's own search
+find_path(LIMAX_NVRTC_FOLDER NAMES libnvrtc.so.13 libnvrtc.so.12 HINTS ${toolkit_library_hints})
+
+# Capabilities of this nvcc: the lowest of each major version from 7.5 up.
+execute_process(COMMAND ${LIMAX_NVCC} --list-gpu-code OUTPUT_VARIABLE nvcc_codes ERROR_QUIET)
+string(REGEX MATCHALL "sm_[0-9]+" nvcc_codes "${nvcc_codes}")
+set(nvcc_capabilities "")
+foreach(code ${nvcc_codes})
+    string(SUBSTRING ${code} 3 -1 capability)
+    if(capability GREATER_EQUAL 75)
+        list(APPEND nvcc_capabilities ${capability})
+    endif()
+endforeach()
+list(SORT nvcc_capabilities COMPARE NATURAL)
+set(capabilities ${LIMAX_CUDA_ARCHITECTURES})
+if(NOT capabilities)
+    set(major_before "")
+    foreach(capability ${nvcc_capabilities})
+        string(REGEX REPLACE ".$" "" major ${capability})
+        if(NOT major STREQUAL major_before)
+            list(APPEND capabilities ${capability})
+        endif()
+        set(major_before ${major})
+    endforeach()
+endif()
+list(SORT capabilities COMPARE NATURAL)
+foreach(capability ${capabilities})
+    if(NOT capability IN_LIST nvcc_capabilities)
+        list(JOIN nvcc_capabilities " " known)
+        message(FATAL_ERROR "LIMAX_CUDA_ARCHITECTURES names ${capability}; this nvcc knows ${known}")
+    endif()
+endforeach()
+if(NOT capabilities)
+    refuse_cuda("${LIMAX_NVCC} names no architecture from 7.5 up")
+    return()
+endif()
+
+# Whether nvcc works at all, with the compiler of this build or else with its own choice.
+list(GET capabilities 0 first_capability)
+set(trial "${CMAKE_CURRENT_BINARY_DIR}/kernels/trial")
+file(WRITE "${trial}.cu" "#include <cmath>\n#include <cstdint>\n#include <cstring>\n__global__ void trial() {}\n")
+set(nvcc_works FALSE)
+foreach(host_compiler "-ccbin=${CMAKE_CXX_COMPILER}" "")
+    set(LIMAX_NVCC_COMMAND ${LIMAX_NVCC} ${host_compiler} ${LIMAX_KERNEL_OPTIONS})
+    execute_process(COMMAND ${LIMAX_NVCC_COMMAND} -arch=sm_${first_capability} -cubin -o ${trial}.cubin ${trial}.cu
+        RESULT_VARIABLE trial_failed OUTPUT_VARIABLE trial_says ERROR_VARIABLE trial_says)
+    if(NOT trial_failed)
+        set(nvcc_works TRUE)
+        break()
+    endif()
+endforeach()
+if(NOT nvcc_works)
+    string(STRIP "${trial_says}" trial_says)
+    refuse_cuda("${LIMAX_NVCC} does not compile a trial kernel:\n${trial_says}")
+    return()
+endif()
+set(LIMAX_WITH_CUDA ON)
+enable_language(ASM)
+list(JOIN capabilities " " capabilities_text)
+message(STATUS "CUDA engine: nvcc ${nvcc_version}, kernels for compute capability ${capabilities_text} and later")
+
+# ---- embedding: the assembler includes the files, a table names them ----
+
+set(embedded_assembly "${CMAKE_CURRENT_BINARY_DIR}/generated/embedded.S")
+set(embedded_table "${CMAKE_CURRENT_BINARY_DIR}/generated/embedded.cpp")
+set(embedded_files "")     # that the assembler includes
+set(assembly_text "")
+set(declarations_text "")
+set(headers_text "")
+set(binaries_text "")
+
+# Adds a file, ended by a zero, as `symbol` to `symbol`_end.
+function(embed path symbol)
+    set(embedded_files "${embedded_files};${path}" PARENT_SCOPE)
+    string(CONCAT assembly_text "${assembly_text}"
+        "    .balign 16\n    .globl ${symbol}, ${symbol}_end\n    .hidden ${symbol}, ${symbol}_end\n"
+        "${symbol}:\n    .incbin \"${path}\"\n${symbol}_end:\n    .byte 0\n")
+    set(assembly_text "${assembly_text}" PARENT_SCOPE)
+    set(declarations_text "${declarations_text}extern const char ${symbol}[], ${symbol}_end[];\n" PARENT_SCOPE)
+endfunction()
+
+set(engine_folder "${CMAKE_CURRENT_SOURCE_DIR}/engine")
+set(texts ${LIMAX_LAW_TEXTS})
+foreach(folder ${LIMAX_LAW_FOLDERS})
+    file(GLOB found RELATIVE "${engine_folder}" CONFIGURE_DEPENDS "${engine_folder}/${folder}/*.h")
+    list(APPEND texts ${found})
+endforeach()
+foreach(text ${texts})
+    if(NOT EXISTS "${engine_folder}/${text}")
+        continue() # TEMPORARY
+    endif()
+    string(MAKE_C_IDENTIFIER "limax_text_${text}" symbol)
+    embed("${engine_folder}/${text}" ${symbol})
+    string(APPEND headers_text "        {\"${text}\", ${symbol}},\n")
+endforeach()
+
+# ---- kernels compiled ahead of time: a line of the list gives a name, an entry and its defines ----
+
+set(kernel_list "${CMAKE_CURRENT_SOURCE_DIR}/engine/backend/cuda/ahead_of_time.txt")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${kernel_list}")
+list(GET capabilities -1 newest_capability)
+set(architectures "")
+foreach(capability ${capabilities})
+    list(APPEND architectures sm_${capability})
+endforeach()
+list(APPEND architectures compute_${newest_capability})
+
+file(STRINGS "${kernel_list}" lines REGEX "^[^#]")
+set(names "")
+foreach(line ${lines})
+    separate_arguments(words UNIX_COMMAND "${line}")
+    list(POP_FRONT words name entry)
+    if(NOT entry OR NOT EXISTS "${engine_folder}/backend/cuda/kernels/${entry}.h" OR name IN_LIST names)
+        message(FATAL_ERROR "${kernel_list}: '${line}' must be a new name, a file of kernels/ without its .h, "
+            "and NAME=VALUE for each define")
+    endif()
+    list(APPEND names ${name})
+    set(source_text "")
+    foreach(define ${words})
+        if(NOT define MATCHES "^([A-Za-z_][A-Za-z_0-9]*)=([^ \"\\]*)$")
+            message(FATAL_ERROR "${kernel_list}: '${define}' of '${name}' is not NAME=VALUE")
+        endif()
+        string(APPEND source_text "#define ${CMAKE_MATCH_1} ${CMAKE_MATCH_2}\n")
+    endforeach()
+    string(APPEND source_text "#include \"backend/cuda/kernels/${entry}.h\"\n")
+    set(source "${CMAKE_CURRENT_BINARY_DIR}/kernels/${name}.cu")
+    file(CONFIGURE OUTPUT "${source}" CONTENT "${source_text}" @ONLY)
+    list(JOIN words " " defines)
+    foreach(architecture ${architectures})
+        set(binary "${CMAKE_CURRENT_BINARY_DIR}/kernels/${name}.${architecture}")
+        set(form -cubin)
+        if(architecture MATCHES "^compute_")
+            set(form -ptx)
+        endif()
+        add_custom_command(OUTPUT "${binary}"
+            COMMAND ${LIMAX_NVCC_COMMAND} -arch=${architecture} ${form} -I "${engine_folder}"
+                -MD -MF "${binary}.d" -MT "${binary}" -o "${binary}" "${source}"
+            DEPENDS "${source}" DEPFILE "${binary}.d" VERBATIM
+            COMMENT "Compiling kernel ${name} for ${architecture}")
+        string(MAKE_C_IDENTIFIER "limax_kernel_${name}_${architecture}" symbol)
+        embed("${binary}" ${symbol})
+        string(APPEND binaries_text
+            "        {\"${entry} ${defines}\", \"${architecture}\", bytes(${symbol}, ${symbol}_end)},\n")
+    endforeach()
+endforeach()
+
+file(CONFIGURE OUTPUT "${embedded_assembly}" @ONLY CONTENT
+"    .section .rodata
+@assembly_text@    .section .note.GNU-stack,\"\",%progbits
+")
+file(CONFIGURE OUTPUT "${embedded_table}" @ONLY CONTENT
+"// Generated by kernels.cmake: what embedded.S holds, by name.
+#include \"backend/cuda/embedded.h\"
+
+extern \"C\" {
+@declarations_text@}
+
+namespace limax::cuda {
+
+const std::vector<header>& embedded_headers() {
+    static const std::vector<header> list = {
+@headers_text@    };
+    return list;
+}
+
+const std::vector<embedded_binary>& embedded_binaries() {
+    [[maybe_unused]] const auto bytes = [](const char* begin, const char* end) {
+        return std::string_view(begin, std::size_t(end - begin));
+    };
+    static const std::vector<embedded_binary> list = {
+@binaries_text@    };
+    return list;
+}
+
+}  // namespace limax::cuda
+")
+set_source_files_properties("${embedded_assembly}" PROPERTIES OBJECT_DEPENDS "${embedded_files}")
+set(LIMAX_CUDA_SOURCES "${embedded_assembly}" "${embedded_table}")

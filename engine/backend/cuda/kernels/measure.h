@@ -1,0 +1,182 @@
+// measure.h: samples that need more than the step kernel has at hand: positions, velocities,
+// energies, strains of robots that paused for them. One block per robot; sums in an order that
+// depends on the lattice alone. Compiled for one scene (scene.h). SI units.
+#pragma once
+
+#include "backend/cuda/kernels/scene.h"
+#include "body/lattice.h"
+
+namespace limax::cuda {
+
+constexpr int measure_threads = 256;
+
+// Sum, or largest, over the block; every thread gets it. Holds barriers.
+__device__ inline double over_block(double value, bool largest, double part[measure_threads]) {
+    __syncthreads();
+    part[threadIdx.x] = value;
+    for (int half = measure_threads / 2; half > 0; half /= 2) {
+        __syncthreads();
+        if (threadIdx.x < half) {
+            const double other = part[threadIdx.x + half];
+            part[threadIdx.x] =
+                largest ? larger(part[threadIdx.x], other) : part[threadIdx.x] + other;
+        }
+    }
+    __syncthreads();
+    return part[0];
+}
+
+// One robot's columns at the step where it paused.
+struct measured_robot {
+    const measure_launch<mass_real>& launch;
+    const robot_record& record;
+    int64_t index, sites;
+
+    __device__ float mass(int64_t site) const { return launch.mass[index * sites + site]; }
+    __device__ double state(int column, int64_t site) const {
+        return double(launch.state[(index * state_columns + column) * sites + site]);
+    }
+    // between the velocities on both sides of t_n; at n = 0, and at every step of symplectic Euler,
+    // the one before is the one at t_n
+    __device__ double velocity(int axis, int64_t site) const {
+        const mass_real* u =
+            launch.state + (index * state_columns + column_velocity + axis) * sites + site;
+        if (!leapfrog || record.step == 0) return double(*u);
+        const mass_real after = u[(column_next_velocity - column_velocity) * sites];
+        return double(mass_real(0.5) * (*u + after));
+    }
+    __device__ float parameter(int column, int64_t slot) const {
+        return launch.springs[(index * spring_columns + column) * direction_count * sites + slot];
+    }
+};
+
+// Calls visit(slot, length, rest length) for this thread's springs.
+template <class Visit>
+__device__ inline void each_spring(const measured_robot& robot, const Visit& visit) {
+    for (int64_t slot = threadIdx.x; slot < direction_count * robot.sites;
+         slot += measure_threads) {
+        if (!(robot.parameter(0, slot) > 0.0f)) continue;
+        const int d = int(slot / robot.sites);
+        const int64_t near = slot % robot.sites;
+        const int64_t far = near + robot.launch.grid.step(direction_at(d));
+        double squared = 0;
+        for (int axis = 2; axis >= 0; --axis) {
+            const double e = robot.state(column_position + axis, far) -
+                             robot.state(column_position + axis, near);
+            squared = fma(e, e, squared);
+        }
+        visit(slot, square_root(squared), robot.launch.rest[direction_at(d).squared() - 1]);
+    }
+}
+
+__device__ inline void measure_energy(const measured_robot& robot, double* out,
+                                      double part[measure_threads]) {
+    using namespace effects;
+    double kinetic = 0, elastic = 0, gravitational = 0, power = 0;
+    actuation::moment<double> now{0, 0}, rate{0, 0};
+    if (actuated && robot.record.step >= robot.record.settle_steps) {
+        const double* values = robot.launch.scene.value[index_of<actuation>];
+        const actuation::clock clock{values[0], robot.record.ramp, robot.record.phase_per_step};
+        const int64_t since = robot.record.step - robot.record.settle_steps;
+        now = actuation::at<double>(clock, since, robot.record.time_step);
+        rate = actuation::rate_at(clock, since, robot.record.time_step);
+    }
+    each_spring(robot, [&](int64_t slot, double length, double rest) {
+        spring_state<double> spring{};
+        spring.length = length;
+        spring.stiffness = robot.parameter(0, slot);
+        spring.rest = rest;
+        if constexpr (actuated) {
+            spring.sine = robot.parameter(spring_columns - 2, slot);
+            spring.cosine = robot.parameter(spring_columns - 1, slot);
+            // dE/dt at fixed length: the tension times the rest length's speed, against it
+            spring_state<double> still = spring;
+            still.rest = 0;
+            spring.rest = actuation::rest(now, spring);
+            power -= springs::pair(spring, 0.0) * actuation::rest(rate, still);
+        }
+        elastic += springs::energy(spring);
+    });
+    const double world[3] = {0, 0, 0};
+    for (int64_t site = threadIdx.x; site < robot.sites; site += measure_threads) {
+        const double mass = robot.mass(site);
+        if (!(mass > 0)) continue;
+        const double u = robot.velocity(0, site), v = robot.velocity(1, site),
+                     w = robot.velocity(2, site);
+        kinetic += 0.5 * mass * fma(u, u, fma(v, v, w * w));
+        const node_state<double> node{
+            {robot.record.origin[0] + robot.state(column_position, site),
+             robot.record.origin[1] + robot.state(column_position + 1, site),
+             robot.record.origin[2] + robot.state(column_position + 2, site)},
+            {u, v, w},
+            mass,
+            1.0 / mass};
+        for_each([&]<class E>(E) {
+            if constexpr (has<E> && bool(E::hooks & hook_energy) && bool(E::hooks & hook_node)) {
+                const double energy = E::energy(
+                    E::template make<double>(robot.launch.scene.value[index_of<E>], world), node);
+                (same_type<E, gravity> ? gravitational : elastic) += energy;
+            }
+        });
+    }
+    double* const value[4] = {&kinetic, &elastic, &gravitational, &power};
+    for (int i = 0; i < 4; ++i) {
+        const double sum = over_block(*value[i], false, part);
+        if (threadIdx.x == 0) out[i] = sum;
+    }
+}
+
+__device__ inline void measure_strain(const measured_robot& robot, double* out,
+                                      double part[measure_threads]) {
+    double sum = 0, most = 0, springs = 0;
+    each_spring(robot, [&](int64_t, double length, double rest) {
+        const double strain = absolute(length - rest) / rest;
+        sum += strain;
+        most = larger(most, strain);
+        ++springs;
+    });
+    sum = over_block(sum, false, part);
+    most = over_block(most, true, part);
+    springs = over_block(springs, false, part);
+    if (threadIdx.x != 0) return;
+    out[0] = springs > 0 ? sum / springs : 0;
+    out[1] = most;
+}
+
+}  // namespace limax::cuda
+
+extern "C" __global__ void __launch_bounds__(limax::cuda::measure_threads) limax_measure(
+    const __grid_constant__ limax::cuda::measure_launch<limax::cuda::mass_real> launch) {
+    using namespace limax;
+    using namespace limax::cuda;
+    __shared__ double part[measure_threads];
+    __shared__ robot_record record;
+    const int64_t index = launch.running[blockIdx.x];
+    copy_record(record, launch.records[index], threadIdx.x, measure_threads);
+    __syncthreads();
+    if (!record.begun) return;
+    const measured_robot robot{launch, record, index, launch.grid.sites()};
+    const int64_t width[sample_kinds] = {
+        3, 3 * int64_t(record.masses), 3 * int64_t(record.masses), 1, 4, 2};
+    for (int kind = 0; kind < sample_kinds; ++kind) {
+        if (taken_by_step(kind) || record.step != record.next_sample[kind]) continue;
+        double* out = launch.samples[kind] + record.offset[kind] + width[kind] * record.taken[kind];
+        if (kind == sample_energy) measure_energy(robot, out, part);
+        if (kind == sample_strain) measure_strain(robot, out, part);
+        if (kind == sample_position || kind == sample_velocity)
+            for (int64_t site = threadIdx.x; site < robot.sites; site += measure_threads) {
+                const int64_t rank = launch.ranks[index * robot.sites + site];
+                for (int axis = 0; rank >= 0 && axis < 3; ++axis)
+                    out[3 * rank + axis] =
+                        kind == sample_velocity
+                            ? robot.velocity(axis, site)
+                            : record.origin[axis] + robot.state(column_position + axis, site);
+            }
+        __syncthreads();
+        if (threadIdx.x == 0) {
+            robot_record& kept = launch.records[index];
+            kept.taken[kind] = record.taken[kind] + 1;
+            kept.next_sample[kind] = record.next_sample[kind] + record.every[kind];
+        }
+    }
+}

@@ -1,0 +1,155 @@
+// records.h: what host and device tell each other about robots and launches: plain structs of fixed
+// layout, read by both. Includes laws alone. SI units.
+#pragma once
+
+#include "body/lattice.h"
+#include "physics/effects/all.h"
+
+namespace limax::cuda {
+
+// Steps between looks at limits and origin: part of the result, so a constant.
+inline constexpr int check_interval = 64;
+// The robot's own origin follows when its centre of mass is farther away than this on an axis, by
+// whole multiples of a step that fp32 subtracts exactly, m.
+inline constexpr double origin_reach = 4.0, origin_step = 2.0;
+
+// Most components that the fields of one effect have.
+inline constexpr int most_values = 8;
+
+// Kinds of samples, as in limax_trace_kind. The step kernel takes the centre of mass and the
+// contact by itself; at a step where another is due it pauses for the measure kernel.
+enum sample_kind {
+    sample_center = 0,
+    sample_position = 1,
+    sample_velocity = 2,
+    sample_contact = 3,
+    sample_energy = 4,
+    sample_strain = 5,
+    sample_kinds = 6
+};
+LIMAX_LAW constexpr bool taken_by_step(int kind) {
+    return kind == sample_center || kind == sample_contact;
+}
+
+// As in limax_robot_status and limax_divergence.
+enum robot_status : int32_t { robot_running = 1, robot_done = 2, robot_diverged = 4 };
+enum divergence : int32_t {
+    divergence_nonfinite = 1,
+    divergence_speed = 2,
+    divergence_stretch = 3
+};
+
+// How far the origin moves along an axis for a centre of mass at `away` from it, m.
+LIMAX_LAW double origin_shift(double away) {
+    if (!(absolute(away) > origin_reach)) return 0.0;
+    const double steps = away / origin_step + 0.5;
+    const double whole = double(int64_t(steps));
+    return origin_step * (whole > steps ? whole - 1.0 : whole);
+}
+
+// One robot: its plan, written by the host, and how far it is, written by the step kernel.
+struct robot_record {
+    double time_step;         // s
+    uint64_t phase_per_step;  // of the muscles, 2^-64 turns
+    double ramp;              // s over which their amplitude rises
+    int64_t settle_steps, steps;
+    int64_t every[sample_kinds];   // steps between samples; 0 where nothing is recorded
+    int64_t offset[sample_kinds];  // of the robot's first sample in its trace, in doubles
+    double total_mass;             // kg
+    double origin[3];              // the robot's own, m
+    double center[3][3];           // centre of mass at t = 0, after half of the steps, at the end
+    int64_t step;                  // done since the start of settling
+    int64_t goal;                  // where the slice under way ends
+    int64_t taken[sample_kinds];   // samples so far
+    int64_t next_sample[sample_kinds];  // step of the next one; beyond every step without any
+    int32_t status;                     // robot_status
+    int32_t reason;                     // limax_divergence
+    int32_t begun;  // 1 between kick and drift, where both velocities are at hand
+    int32_t masses;
+};
+
+// A scene's parameters: the components of all fields of each effect, one after the other.
+struct scene_values {
+    double value[effects::all::count][most_values];
+};
+
+// One cell of the lattice (cells.h) and the axes along which it reaches: bits x = 1, y = 2, z = 4.
+struct cell_entry {
+    int32_t site;  // its lowest corner
+    int32_t axes;
+};
+
+// The parameters of every effect on masses, made for an origin at 0; those of effects that a scene
+// lacks are never read. Kernels read them where they lie, in constant memory, but for what follows
+// the robot's origin.
+template <class E>
+inline constexpr bool acts_on_masses = (E::hooks & (effects::hook_node | effects::hook_impulse)) !=
+                                       0;
+
+template <class R, class E, bool acts = acts_on_masses<E>>
+struct params_slot {};
+template <class R, class E>
+struct params_slot<R, E, true> {
+    typename E::template params<R> value;
+};
+template <class R, class List = effects::all>
+struct mass_params;
+template <class R, class... E>
+struct mass_params<R, effects::list<E...>> : params_slot<R, E>... {
+    template <class F>
+    LIMAX_LAW typename F::template params<R>& of() {
+        return static_cast<params_slot<R, F>&>(*this).value;
+    }
+    template <class F>
+    LIMAX_LAW const typename F::template params<R>& of() const {
+        return static_cast<const params_slot<R, F>&>(*this).value;
+    }
+};
+
+// What a launch of the step kernel works on, R being the real of its masses. Columns of robots lie
+// `sites` elements apart.
+template <class R>
+struct step_launch {
+    robot_record* records;    // [robot]
+    const int32_t* running;   // indices of the robots of this launch, [block]
+    const cell_entry* cells;  // block_plan: [slot][32], cubes first, then the rim
+    const int32_t* masses;    // block_plan: sites, [slot][32]
+    const float* mass;        // kg, [robot][site]
+    const float* springs;     // k, then c, then A and B as the scene needs them,
+                              // [robot][parameter][direction][site]
+    R* state;                 // [robot][column][site]: see state_column
+    double* samples[sample_kinds];
+    int64_t most;    // steps of each robot in the slice; 0 to go on with the slice under way
+    double rest[3];  // L0 of edges, face diagonals and space diagonals, m
+    float rest_single[3];
+    double max_speed;    // m/s
+    double max_stretch;  // times L0
+    scene_values scene;
+    mass_params<R> params;
+};
+
+// What a launch of the measure kernel works on: one block for each robot.
+template <class R>
+struct measure_launch {
+    robot_record* records;
+    const int32_t* running;
+    const int32_t* ranks;  // number of a site's mass, -1 without one, [robot][site]
+    const float* mass;
+    const float* springs;
+    const R* state;
+    double* samples[sample_kinds];
+    lattice grid;
+    double rest[3];
+    scene_values scene;
+};
+
+// Columns of a robot's state: three axes each, in this order; the last two in `compensated` alone.
+enum state_column {
+    column_position = 0,
+    column_velocity = 3,
+    column_next_velocity = 6,
+    column_lost_position = 9,
+    column_lost_velocity = 12
+};
+
+}  // namespace limax::cuda

@@ -1,0 +1,135 @@
+// run.h: what happens between the steps of a run, however many threads and blocks share it: limits,
+// the origin that follows the centre of mass, marks, samples, the next step that needs any of it.
+// SI units.
+#pragma once
+
+#include "backend/cuda/kernels/scene.h"
+
+namespace limax::cuda {
+
+enum limit : int { limit_nonfinite = 1, limit_speed = 2, limit_stretch = 4 };
+
+__device__ inline int broken_by_mass(const mass_state& m, const launch_arguments& launch) {
+    const mass_real infinite = mass_real(bits_as<double>(uint64_t(0x7ff) << 52));
+    const mass_real reach =
+        absolute(m.position[0]) + absolute(m.position[1]) + absolute(m.position[2]);
+    const mass_real speed =
+        square_root(fma(m.velocity[0], m.velocity[0],
+                        fma(m.velocity[1], m.velocity[1], m.velocity[2] * m.velocity[2])));
+    return (!(reach < infinite) || !(speed < infinite) ? limit_nonfinite : 0) |
+           (!(speed <= mass_real(launch.max_speed)) ? limit_speed : 0);
+}
+
+__device__ inline void note_divergence(robot_record& record, int64_t step, bool nonfinite,
+                                       bool speed) {
+    record.status = robot_diverged;
+    record.reason = nonfinite ? divergence_nonfinite
+                    : speed   ? divergence_speed
+                              : divergence_stretch;
+    record.begun = 0;
+    record.step = step;
+}
+
+__device__ inline int64_t middle_step(const robot_record& record) {
+    return record.settle_steps + (record.steps - record.settle_steps) / 2;
+}
+
+// Where a launch stops: at the end of the slice, of the run, or where the measure kernel has to
+// take a sample.
+__device__ inline int64_t stop_of(const launch_arguments& launch, robot_record& record) {
+    if (launch.most > 0)
+        record.goal = record.step + smaller(launch.most, record.steps - record.step);
+    int64_t stop = record.goal;
+    for (int kind = 0; kind < sample_kinds; ++kind)
+        if (!taken_by_step(kind)) stop = smaller(record.next_sample[kind], stop);
+    return stop;
+}
+
+// Is the centre of mass wanted at this step?
+__device__ inline bool center_wanted(const robot_record& record, int64_t step) {
+    return step % check_interval == 0 || step == record.settle_steps ||
+           step == middle_step(record) || step == record.steps ||
+           step == record.next_sample[sample_center];
+}
+
+// Where the origin goes, and what else hangs on the centre of mass: marks and samples. `moment` is
+// the sum of mass times position along each axis, kg m. Returns whether the origin moved, by
+// `shift`.
+__device__ inline bool note_center(const launch_arguments& launch, robot_record& record,
+                                   int64_t step, const double moment[3], double shift[3]) {
+    const bool sampled = step == record.next_sample[sample_center];
+    double* const sample = launch.samples[sample_center] + record.offset[sample_center] +
+                           3 * record.taken[sample_center];
+    bool moved = false;
+#pragma unroll 1
+    for (int axis = 0; axis < 3; ++axis) {
+        const double away = moment[axis] / record.total_mass;
+        const double center = record.origin[axis] + away;
+        shift[axis] = step % check_interval == 0 ? origin_shift(away) : 0.0;
+        moved |= shift[axis] != 0.0;
+        record.origin[axis] += shift[axis];
+        if (step == record.settle_steps) record.center[0][axis] = center;
+        if (step == middle_step(record)) record.center[1][axis] = center;
+        if (step == record.steps) record.center[2][axis] = center;
+        if (sampled) sample[axis] = center;
+    }
+    if (sampled) {
+        ++record.taken[sample_center];
+        record.next_sample[sample_center] += record.every[sample_center];
+    }
+    return moved;
+}
+
+__device__ inline void note_contact(const launch_arguments& launch, robot_record& record,
+                                    double touching) {
+    launch.samples[sample_contact][record.offset[sample_contact] + record.taken[sample_contact]++] =
+        touching / record.masses;
+    record.next_sample[sample_contact] += record.every[sample_contact];
+}
+
+// Height of the ground above the robot's own origin, m.
+__device__ inline double ground_height(const launch_arguments& launch, const robot_record& record) {
+    return launch.scene.value[effects::index_of<effects::ground>][2] - record.origin[2];
+}
+
+__device__ inline void shift_mass(mass_state& m, const double shift[3]) {
+    if (!(m.mass > mass_real(0))) return;
+#pragma unroll
+    for (int axis = 0; axis < 3; ++axis)
+        if (shift[axis] != 0.0)
+            m.position[axis] = accumulate<compensated>(m.position[axis], -mass_real(shift[axis]),
+                                                       m.lost_position[axis]);
+}
+
+// The next step after `step` at which anything but a step is due, `stop` at the latest.
+__device__ inline int64_t next_event(const robot_record& record, int64_t step, int64_t stop) {
+    // the half kick of n = 0 lasts one step
+    int64_t next = step == 0 ? 1 : (step / check_interval + 1) * check_interval;
+    next = smaller(next, stop);
+    const int64_t awaited[4] = {record.settle_steps, middle_step(record),
+                                record.next_sample[sample_center],
+                                record.next_sample[sample_contact]};
+    for (const int64_t at : awaited)
+        if (at > step) next = smaller(next, at);
+    return next;
+}
+
+// The muscles' moment at a step, at rest while the body settles.
+__device__ inline effects::actuation::moment<spring_real> moment_at(const launch_arguments& launch,
+                                                                    const robot_record& record,
+                                                                    int64_t step) {
+    using effects::actuation;
+    if (!actuated || step < record.settle_steps) return {spring_real(0), spring_real(0)};
+    const double* values = launch.scene.value[effects::index_of<actuation>];
+    return actuation::at<spring_real>(
+        actuation::clock{values[0], record.ramp, record.phase_per_step}, step - record.settle_steps,
+        record.time_step);
+}
+
+__device__ inline double sum_over_warp(double value) {
+    for (int distance = 16; distance > 0; distance /= 2)
+        value += __shfl_xor_sync(0xffffffffu, value, distance);
+    return value;
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,227 @@
+// scene.h: what a kernel is compiled for, and how the laws of its effects meet springs and masses.
+// An effect that the scene lacks is never instantiated. Includes laws alone. SI units.
+//   LIMAX_EFFECTS    bits of the scene's effects
+//   LIMAX_PRECISION  limax_precision
+//   LIMAX_LEAPFROG   1 or 0
+#pragma once
+
+#include "backend/cuda/kernels/records.h"
+#include "physics/effects/all.h"
+#include "physics/integrator.h"
+
+namespace limax::cuda {
+
+template <class E>
+inline constexpr bool has = (LIMAX_EFFECTS & effects::bit<E>) != 0;
+
+// `spring_real` holds what springs read and the forces they give, `mass_real` all else.
+enum precision { single = 0, compensated_sums = 1, mixed = 2, twice = 3 };
+template <int p>
+struct real_types {
+    using spring = float;
+    using mass = float;
+};
+template <>
+struct real_types<mixed> {
+    using spring = float;
+    using mass = double;
+};
+template <>
+struct real_types<twice> {
+    using spring = double;
+    using mass = double;
+};
+using spring_real = real_types<LIMAX_PRECISION>::spring;
+using mass_real = real_types<LIMAX_PRECISION>::mass;
+
+inline constexpr bool compensated = LIMAX_PRECISION == compensated_sums;
+inline constexpr bool leapfrog = LIMAX_LEAPFROG;
+inline constexpr bool damped = has<effects::damping>, actuated = has<effects::actuation>;
+inline constexpr bool grounded = has<effects::ground>;
+// Neighbours need a mass's velocity only where a law along springs reads it.
+inline constexpr bool shares_velocity = damped;
+// The shared position is the mass's own, not a rounded copy.
+inline constexpr bool shares_state = sizeof(spring_real) == sizeof(mass_real);
+
+// Columns of spring parameters: k, then c, then A and B.
+inline constexpr int spring_columns = 1 + (damped ? 1 : 0) + (actuated ? 2 : 0);
+// Columns of a robot's state, in the order of state_column.
+inline constexpr int state_columns = compensated ? 15 : 9;
+
+// ---- parameters of the scene's effects on masses ----
+
+using scene_params = mass_params<mass_real>;
+
+using launch_arguments = step_launch<mass_real>;
+
+// Brings the parameters that lie relative to the robot's own origin up to date.
+LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
+                             const double* origin) {
+    effects::for_each([&]<class E>(E) {
+        if constexpr (has<E> && acts_on_masses<E> &&
+                      requires { E::follow(params.template of<E>(), nullptr, nullptr); })
+            E::follow(params.template of<E>(), scene.value[effects::index_of<E>], origin);
+    });
+}
+
+// ---- springs ----
+
+// A mass as its springs see it.
+struct corner {
+    spring_real x, y, z;     // m
+    spring_real vx, vy, vz;  // m/s, the velocity that forces read; only if shares_velocity
+};
+struct force {
+    spring_real x, y, z;  // N
+};
+
+// Adds the force of one spring to the sums of its ends. `spring` brings the parameters.
+LIMAX_LAW void add_spring(const corner& near, const corner& far,
+                          effects::spring_state<spring_real> spring,
+                          const effects::actuation::moment<spring_real>& now, force& on_near,
+                          force& on_far) {
+    // so small that it changes no length, and coincident masses get a finite direction: none, m^2
+    const spring_real least_squared = spring_real(1e-20);
+    const spring_real ex = far.x - near.x, ey = far.y - near.y, ez = far.z - near.z;
+    const spring_real squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
+    const spring_real inverse = inverse_length(squared);
+    spring.length = squared * inverse;
+    if constexpr (shares_velocity) {
+        const spring_real wx = far.vx - near.vx, wy = far.vy - near.vy, wz = far.vz - near.vz;
+        spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
+    }
+    effects::for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & effects::hook_rest))
+            spring.rest = E::rest(now, spring);
+    });
+    spring_real tension = 0;
+    effects::for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & effects::hook_pair))
+            tension = E::pair(spring, tension);
+    });
+    const spring_real scale = tension * inverse;
+    on_near.x = fma(scale, ex, on_near.x);
+    on_near.y = fma(scale, ey, on_near.y);
+    on_near.z = fma(scale, ez, on_near.z);
+    on_far.x = fma(-scale, ex, on_far.x);
+    on_far.y = fma(-scale, ey, on_far.y);
+    on_far.z = fma(-scale, ez, on_far.z);
+}
+
+// ---- masses ----
+
+// One mass with the velocities around t_n.
+struct mass_state {
+    mass_real position[3], velocity[3];  // x_n; u, before the kick
+    mass_real predicted[3];              // p, what forces read; u in symplectic Euler
+    mass_real lost_position[3], lost_velocity[3];
+    mass_real mass, inverse_mass;
+};
+
+// The velocity after everything that acts at t_n over h.
+LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_params& params,
+                          mass_real h, mass_real next_velocity[3]) {
+    using namespace effects;
+    const node_state<mass_real> node{{m.position[0], m.position[1], m.position[2]},
+                                     {m.predicted[0], m.predicted[1], m.predicted[2]},
+                                     m.mass,
+                                     m.inverse_mass};
+    node_force<mass_real> total{{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)},
+                                mass_real(0)};
+    for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & hook_node))
+            E::node(params.template of<E>(), node, total);
+    });
+    const mass_real all[3] = {total.total.x, total.total.y, total.total.z};
+    for (int axis = 0; axis < 3; ++axis)
+        next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
+                                                m.lost_velocity[axis]);
+    for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & hook_impulse)) {
+            if (E::in_contact_only && !(total.normal > mass_real(0))) return;
+            const vector<mass_real> after =
+                E::impulse(params.template of<E>(), node,
+                           {next_velocity[0], next_velocity[1], next_velocity[2]}, total.normal, h);
+            next_velocity[0] = after.x;
+            next_velocity[1] = after.y;
+            next_velocity[2] = after.z;
+        }
+    });
+}
+
+// On to t_n + dt with the velocity after the kick. `share` as in predict().
+LIMAX_LAW void finish_mass(mass_state& m, const mass_real next_velocity[3], mass_real dt,
+                           mass_real share) {
+    for (int axis = 0; axis < 3; ++axis) {
+        m.position[axis] =
+            drift<compensated>(m.position[axis], next_velocity[axis], dt, m.lost_position[axis]);
+        m.predicted[axis] =
+            leapfrog ? predict(m.velocity[axis], next_velocity[axis], share) : next_velocity[axis];
+        m.velocity[axis] = next_velocity[axis];
+    }
+}
+
+// ---- between a mass and the memory it lies in ----
+
+// As its springs see it, and what they see taken back where nothing was rounded.
+LIMAX_LAW corner corner_of(const mass_state& m) {
+    corner c{spring_real(m.position[0]), spring_real(m.position[1]), spring_real(m.position[2])};
+    if constexpr (shares_velocity) {
+        c.vx = spring_real(m.predicted[0]);
+        c.vy = spring_real(m.predicted[1]);
+        c.vz = spring_real(m.predicted[2]);
+    }
+    return c;
+}
+LIMAX_LAW void take_corner(mass_state& m, const corner& c) {
+    m.position[0] = c.x;
+    m.position[1] = c.y;
+    m.position[2] = c.z;
+    if constexpr (shares_velocity) {
+        m.predicted[0] = c.vx;
+        m.predicted[1] = c.vy;
+        m.predicted[2] = c.vz;
+    }
+}
+
+// A mass of a robot's state, whose columns lie `stride` apart.
+LIMAX_LAW void load_mass(mass_state& m, mass_real next_velocity[3], float mass,
+                         const mass_real* state, int64_t stride) {
+    m.mass = mass_real(mass);
+    m.inverse_mass = m.mass > mass_real(0) ? mass_real(1) / m.mass : mass_real(0);
+    for (int axis = 0; axis < 3; ++axis) {
+        const mass_real* column = state + axis * stride;
+        m.position[axis] = column[column_position * stride];
+        m.velocity[axis] = m.predicted[axis] = column[column_velocity * stride];
+        next_velocity[axis] = column[column_next_velocity * stride];
+        if constexpr (compensated) {
+            m.lost_position[axis] = column[column_lost_position * stride];
+            m.lost_velocity[axis] = column[column_lost_velocity * stride];
+        }
+    }
+}
+LIMAX_LAW void store_mass(const mass_state& m, mass_real* state, int64_t stride) {
+    for (int axis = 0; axis < 3; ++axis) {
+        mass_real* column = state + axis * stride;
+        column[column_position * stride] = m.position[axis];
+        column[column_velocity * stride] = m.velocity[axis];
+        if constexpr (compensated) {
+            column[column_lost_position * stride] = m.lost_position[axis];
+            column[column_lost_velocity * stride] = m.lost_velocity[axis];
+        }
+    }
+}
+LIMAX_LAW void store_next_velocity(const mass_real next_velocity[3], mass_real* state,
+                                   int64_t stride) {
+    for (int axis = 0; axis < 3; ++axis)
+        state[(column_next_velocity + axis) * stride] = next_velocity[axis];
+}
+
+// Copies a record by the `threads` threads of which this is number `thread`.
+LIMAX_LAW void copy_record(robot_record& to, const robot_record& from, int thread, int threads) {
+    static_assert(sizeof(robot_record) % sizeof(int64_t) == 0);
+    for (int word = thread; word < int(sizeof(robot_record) / sizeof(int64_t)); word += threads)
+        reinterpret_cast<int64_t*>(&to)[word] = reinterpret_cast<const int64_t*>(&from)[word];
+}
+
+}  // namespace limax::cuda

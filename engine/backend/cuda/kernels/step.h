@@ -1,0 +1,405 @@
+// step.h: whole runs of robots that fit a block: one block per robot, the time loop inside. Springs
+// dealt out by cells.h, their parameters in registers; positions and the velocities that forces
+// read in shared memory. Compiled for one scene (scene.h), lattice (springs.h) and plan of the
+// block (block_plan.h):
+//   LIMAX_ROW, LIMAX_PLANE             places between neighbours along y and z in shared memory
+//   LIMAX_CUBE_SLOTS, LIMAX_RIM_SLOTS  slots of cells
+//   LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
+//   LIMAX_CUBE_HELD                    springs of a cube whose parameters registers hold
+//   LIMAX_SHARED_BYTES                 dynamic shared memory of a block
+// SI units.
+#pragma once
+
+#include "backend/cuda/kernels/block_memory.h"
+#include "backend/cuda/kernels/run.h"
+#include "backend/cuda/kernels/springs.h"
+
+namespace limax::cuda {
+
+constexpr int places = LIMAX_PLANE * (LIMAX_NZ + 1);
+constexpr int threads = LIMAX_THREADS, warps = threads / 32;
+LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
+// Warps take slots in turn. A round that has a cube keeps parameters for one on every thread.
+constexpr int cell_rounds = rounds(LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS, warps);
+constexpr int cube_rounds = rounds(LIMAX_CUBE_SLOTS, warps);
+constexpr int rim_rounds = cell_rounds - cube_rounds;
+constexpr int mass_slots = rounds(sites, 32), mass_rounds = rounds(mass_slots, warps);
+
+// How far a corner lies from its cell in shared memory.
+LIMAX_LAW constexpr int corner_place(int number) {
+    return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
+}
+__device__ inline int place_of(int site) {
+    const int row = site / (LIMAX_NX + 1);
+    return site % (LIMAX_NX + 1) + row % (LIMAX_NY + 1) * LIMAX_ROW +
+           row / (LIMAX_NY + 1) * LIMAX_PLANE;
+}
+
+// Parameters of the springs of one cell: the first in registers, and those for which registers are
+// too scarce in shared memory, [spring][thread].
+template <int in_registers>
+struct spring_set {
+    spring_parameters held[in_registers > 0 ? in_registers : 1];
+    spring_parameters* shared;
+
+    __device__ spring_parameters& operator[](int i) {
+        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
+    }
+    __device__ const spring_parameters& operator[](int i) const {
+        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
+    }
+};
+constexpr int cube_in_memory = cube_springs - LIMAX_CUBE_HELD;
+constexpr int parameters_in_memory =
+    threads * (cube_rounds * cube_in_memory + rim_rounds * rim_springs);
+
+struct block_memory {
+    corner_columns<places> at;  // every mass
+    sum_columns<places> sum;    // forces of springs
+    private_columns<places> own;
+    spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
+    effects::actuation::moment<spring_real> now;  // of the muscles
+    double part[3][warps];                        // of sums over all masses
+    double shift[3];                              // of the origin, m
+    int moved;                                    // whether any of it is not 0
+    robot_record record;
+    int64_t stop;  // last step of this launch
+};
+static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
+
+// ---- cells ----
+
+// Where a cell lies. A square's or bar's axes are its lane's own.
+struct cell_place {
+    int at;                     // its lowest corner; below 0 for no cell
+    int first, second;          // how far the ends of its axes lie; 0 for the second of a bar
+    int first_sum, second_sum;  // the same among the sums
+};
+
+__device__ inline cell_place place_of_cell(const cell_entry& cell) {
+    if (cell.site < 0) return {-1, 0, 0, 0, 0};
+    const int first = cell.axes & -cell.axes, second = cell.axes & ~first;
+    return {place_of(cell.site), corner_place(first), corner_place(second),
+            first * places + corner_place(first), second * places + corner_place(second)};
+}
+__device__ inline int rim_corner(const cell_place& place, int c) {
+    return place.at + (c & 1 ? place.first : 0) + (c & 2 ? place.second : 0);
+}
+
+template <class Set>
+__device__ inline void load_cube(Set&& set, const float* columns, const cell_entry& cell) {
+#pragma unroll
+    for (int i = 0; i < cube_springs; ++i) {
+        const cube_spring s = cube_spring_at(i);
+        set[i].load(columns, s.direction * sites + cell.site + corner_site(s.near));
+    }
+}
+template <class Set>
+__device__ inline void load_rim(Set&& set, const float* columns, const cell_entry& cell) {
+    const int first = cell.axes & -cell.axes;
+    const bool bar = cell.axes == first;
+#pragma unroll
+    for (int i = 0; i < rim_springs; ++i) {
+        const int near = rim_near(i) ? corner_site(first) : 0;
+        if (i == 0 || !bar)
+            set[i].load(columns, rim_direction(cell.axes, i) * sites + cell.site + near);
+        else
+            set[i] = {};
+    }
+}
+
+// ---- masses ----
+
+__device__ inline force force_on(int place, const block_memory& shared) {
+    force total = shared.sum.load(place);
+#pragma unroll
+    for (int c = 1; c < corners; ++c) {
+        const force part = shared.sum.load(c * places + place);
+        total.x += part.x;
+        total.y += part.y;
+        total.z += part.z;
+    }
+    return total;
+}
+
+// Stores what all threads may read of a mass, and what no register holds until the next step.
+__device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
+    shared.at.store(place, corner_of(m));
+    shared.own.store(place, m);
+}
+// Takes back what publish() stored.
+__device__ inline void recall(mass_state& m, int place, const block_memory& shared) {
+    shared.own.load(place, m);
+    if constexpr (shares_state) take_corner(m, shared.at.load(place));
+}
+
+// This block's robot and its state, found anew at both ends of a launch so that no register holds
+// them meanwhile.
+__device__ inline int64_t robot_of(const launch_arguments& launch) {
+    return launch.running[blockIdx.x];
+}
+__device__ inline mass_real* state_of(const launch_arguments& launch) {
+    return launch.state + robot_of(launch) * (state_columns * sites);
+}
+
+// Parts of a sum over all masses by warp, and their sum, in an order that depends on the number of
+// threads alone.
+__device__ inline void add_over_warp(double value, double part[warps]) {
+    value = sum_over_warp(value);
+    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
+}
+__device__ inline double sum_of_warps(const double part[warps]) {
+    double sum = part[0];
+    for (int warp = 1; warp < warps; ++warp) sum += part[warp];
+    return sum;
+}
+
+}  // namespace limax::cuda
+
+extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
+    limax_advance(const __grid_constant__ limax::cuda::launch_arguments launch) {
+    using namespace limax;
+    using namespace limax::cuda;
+    extern __shared__ __align__(16) char memory[];
+    block_memory& shared = *reinterpret_cast<block_memory*>(memory);
+    const int thread = threadIdx.x;
+
+    // ---- what this thread owns ----
+
+    spring_set<LIMAX_CUBE_HELD> cube[cube_rounds];
+#pragma unroll
+    for (int k = 0; k < cube_rounds; ++k)
+        cube[k].shared = shared.parameters + k * cube_in_memory * threads + thread;
+    const auto rim = [&](int round) {
+        const int before = cube_rounds * cube_in_memory + round * rim_springs;
+        return spring_set<0>{{}, shared.parameters + before * threads + thread};
+    };
+    cell_place place[cell_rounds];
+    // on_cube(place, parameters) or on_rim(place, parameters) for each cell of this thread
+    const auto each_cell = [&](const auto& on_cube, const auto& on_rim) {
+#pragma unroll
+        for (int k = 0; k < cell_rounds; ++k) {
+            if (place[k].at < 0) continue;
+            if (k >= cube_rounds)
+                on_rim(place[k], rim(k - cube_rounds));
+            else if ((k + 1) * warps <= LIMAX_CUBE_SLOTS ||
+                     k * warps + thread / 32 < LIMAX_CUBE_SLOTS)
+                on_cube(place[k], cube[k]);
+            else
+                on_rim(place[k], cube[k]);
+        }
+    };
+    const float* columns =
+        launch.springs + robot_of(launch) * (spring_columns * direction_count * sites);
+#pragma unroll
+    for (int k = 0; k < cell_rounds; ++k) {
+        const int slot = k * warps + thread / 32;
+        const cell_entry cell = slot < LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS
+                                    ? launch.cells[k * threads + thread]
+                                    : cell_entry{-1, 0};
+        place[k] = place_of_cell(cell);
+        if (cell.site < 0) continue;
+        if (k >= cube_rounds)
+            load_rim(rim(k - cube_rounds), columns, cell);
+        else if (slot < LIMAX_CUBE_SLOTS)
+            load_cube(cube[k], columns, cell);
+        else
+            load_rim(cube[k], columns, cell);
+    }
+    mass_state mass[mass_rounds];
+    int mass_place[mass_rounds];
+    mass_real next_velocity[mass_rounds][3];
+#pragma unroll
+    for (int k = 0; k < mass_rounds; ++k) {
+        const int slot = k * warps + thread / 32;
+        const int site = slot < mass_slots ? launch.masses[k * threads + thread] : -1;
+        mass_place[k] = site < 0 ? -1 : place_of(site);
+        if (site < 0) continue;
+        load_mass(mass[k], next_velocity[k], launch.mass[robot_of(launch) * sites + site],
+                  state_of(launch) + site, sites);
+        shared.own.begin(mass_place[k], mass[k]);
+    }
+    const auto each_mass = [&](const auto& visit) {
+#pragma unroll
+        for (int k = 0; k < mass_rounds; ++k)
+            if (mass_place[k] >= 0) visit(k);
+    };
+    // sums of cells that do not exist stay 0
+    for (int slot = thread; slot < corners * places; slot += threads) shared.sum.store(slot, {});
+    copy_record(shared.record, launch.records[robot_of(launch)], thread, threads);
+    __syncthreads();
+
+    robot_record& record = shared.record;
+    if (thread == 0) shared.stop = stop_of(launch, record);
+    __syncthreads();
+    // nothing is left to do in this slice
+    if (record.begun && shared.stop <= record.step) {
+        copy_record(launch.records[robot_of(launch)], record, thread, threads);
+        return;
+    }
+    const mass_real dt = mass_real(record.time_step);
+    scene_params params = launch.params;
+    follow_origin(params, launch.scene, record.origin);
+
+    const auto finish = [&](int k, mass_real share) {
+        finish_mass(mass[k], next_velocity[k], dt, share);
+        publish(mass[k], mass_place[k], shared);
+    };
+    // All springs share the muscles' moment: the last warp, which has the fewest masses, finds it.
+    const auto tell_time = [&](int64_t step) {
+        if (!actuated || thread < threads - 32) return;
+        const auto now = moment_at(launch, record, step);
+        if (thread == threads - 1) shared.now = now;
+    };
+
+    // A slice ends between kick and drift, where both velocities are at hand.
+    const bool begun = record.begun;
+    each_mass([&](int k) {
+        if (begun)
+            finish(k, record.step == 0 ? mass_real(1) : mass_real(0.5));
+        else
+            publish(mass[k], mass_place[k], shared);
+    });
+    tell_time(record.step + begun);
+    __syncthreads();
+
+    // `record.step` is the step of the last event, `since_event` how long ago that was.
+    int since_event = begun, until_event = begun;
+    bool half_kick = false, last = false;
+    while (true) {
+        if (since_event == until_event) {
+            const int64_t step = record.step + since_event;
+            if (step % check_interval == 0 || step == record.steps) {
+                int broken = 0;
+                each_mass([&](int k) {
+                    recall(mass[k], mass_place[k], shared);
+                    broken |= broken_by_mass(mass[k], launch);
+                });
+                bool too_long = false;
+                each_cell(
+                    [&](const cell_place& at, const auto& set) {
+                        too_long |= cube_stretched(launch, set, [&](int c) {
+                            return shared.at.load(at.at + corner_place(c));
+                        });
+                    },
+                    [&](const cell_place& at, const auto& set) {
+                        too_long |= rim_stretched(
+                            launch, set, [&](int c) { return shared.at.load(rim_corner(at, c)); });
+                    });
+                if (too_long) broken |= limit_stretch;
+                if (__syncthreads_or(broken)) {
+                    const bool nonfinite = __syncthreads_or(broken & limit_nonfinite);
+                    const bool speed = __syncthreads_or(broken & limit_speed);
+                    if (thread == 0) note_divergence(record, step, nonfinite, speed);
+                    break;
+                }
+            }
+            if (center_wanted(record, step)) {
+                // one axis at a time: registers are scarce here
+#pragma unroll 1
+                for (int axis = 0; axis < 3; ++axis) {
+                    double moment = 0;
+                    each_mass([&](int k) {
+                        recall(mass[k], mass_place[k], shared);
+                        const mass_real* x = mass[k].position;
+                        moment += double(mass[k].mass) * double(axis == 0   ? x[0]
+                                                                : axis == 1 ? x[1]
+                                                                            : x[2]);
+                    });
+                    add_over_warp(moment, shared.part[axis]);
+                }
+                __syncthreads();
+                if (thread == 0) {
+                    const double moment[3] = {sum_of_warps(shared.part[0]),
+                                              sum_of_warps(shared.part[1]),
+                                              sum_of_warps(shared.part[2])};
+                    shared.moved = note_center(launch, record, step, moment, shared.shift);
+                }
+                __syncthreads();
+                if (shared.moved) {
+                    each_mass([&](int k) {
+                        shift_mass(mass[k], shared.shift);
+                        publish(mass[k], mass_place[k], shared);
+                    });
+                    follow_origin(params, launch.scene, record.origin);
+                }
+            }
+            if constexpr (grounded) {
+                if (step == record.next_sample[sample_contact]) {
+                    const double height = ground_height(launch, record);
+                    double touching = 0;
+                    each_mass([&](int k) {
+                        recall(mass[k], mass_place[k], shared);
+                        touching +=
+                            mass[k].mass > mass_real(0) && double(mass[k].position[2]) < height;
+                    });
+                    __syncthreads();
+                    add_over_warp(touching, shared.part[0]);
+                    __syncthreads();
+                    if (thread == 0) note_contact(launch, record, sum_of_warps(shared.part[0]));
+                }
+            }
+            __syncthreads();
+            if (thread == 0) record.step = step;
+            last = step == shared.stop;
+            half_kick = leapfrog && step == 0;
+            since_event = 0;
+            until_event = int(next_event(record, step, shared.stop) - step);
+            __syncthreads();
+        }
+
+        // ---- one step: forces of springs, then everything on masses ----
+        each_cell(
+            [&](const cell_place& at, const auto& set) {
+                cube_forces(
+                    launch, set, shared.now,
+                    [&](int c) { return shared.at.load(at.at + corner_place(c)); },
+                    [&](int c, const force& sum) {
+                        shared.sum.store(c * places + at.at + corner_place(c), sum);
+                    });
+            },
+            [&](const cell_place& at, const auto& set) {
+                rim_forces(
+                    launch, set, shared.now,
+                    [&](int c) { return shared.at.load(rim_corner(at, c)); },
+                    [&](int c, const force& sum) {
+                        if (c < 2 || at.second != 0)
+                            shared.sum.store(
+                                at.at + (c & 1 ? at.first_sum : 0) + (c & 2 ? at.second_sum : 0),
+                                sum);
+                    });
+            });
+        __syncthreads();
+        each_mass([&](int k) {
+            recall(mass[k], mass_place[k], shared);
+            begin_mass(mass[k], force_on(mass_place[k], shared), params,
+                       half_kick ? mass_real(0.5) * dt : dt, next_velocity[k]);
+            if (last)
+                publish(mass[k], mass_place[k], shared);
+            else
+                finish(k, half_kick ? mass_real(1) : mass_real(0.5));
+        });
+        if (last) {
+            each_mass([&](int k) {
+                store_next_velocity(next_velocity[k],
+                                    state_of(launch) + launch.masses[k * threads + thread], sites);
+            });
+            if (thread == 0) {
+                record.begun = 1;
+                if (record.step == record.steps) record.status = robot_done;
+            }
+            break;
+        }
+        ++since_event;
+        tell_time(record.step + since_event);
+        __syncthreads();
+    }
+
+    // ---- back to where the next slice, or the host, finds it ----
+    each_mass([&](int k) {
+        recall(mass[k], mass_place[k], shared);
+        store_mass(mass[k], state_of(launch) + launch.masses[k * threads + thread], sites);
+    });
+    __syncthreads();
+    copy_record(launch.records[robot_of(launch)], record, thread, threads);
+}

@@ -1,0 +1,445 @@
+// robots.cpp: from bodies to records and columns on a GPU, slices of steps, and back.
+#include "backend/cuda/robots.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "backend/cuda/kernel_sets.h"
+#include "backend/summary.h"
+
+namespace limax::cuda {
+
+namespace {
+
+using clock = std::chrono::steady_clock;
+
+constexpr int64_t never = INT64_MAX;
+// Steps of the first launch, before it is known how long one takes.
+constexpr int64_t first_steps = 64;
+
+double whole_origin_steps(double distance) {
+    return origin_step * std::floor(distance / origin_step + 0.5);
+}
+
+// R: the real of the masses.
+template <class R>
+class robots_on_gpu final : public gpu_robots {
+public:
+    robots_on_gpu(const simulation_setup& setup, std::vector<int32_t> robots,
+                  std::shared_ptr<gpu_team> team, gpu_place& place, limax_outcome* outcomes)
+        : setup_(setup),
+          robots_(std::move(robots)),
+          team_(std::move(team)),
+          gpu_(place.gpu),
+          kernels_(place.kernels),
+          outcomes_(outcomes),
+          stream_(gpu_),
+          start_(gpu_),
+          end_(gpu_),
+          sites_(setup.grid.sites()),
+          local_(std::size_t(setup.count), -1) {
+        for (std::size_t i = 0; i < robots_.size(); ++i) local_[robots_[i]] = int32_t(i);
+    }
+
+    void prepare() override;
+    void advance(double seconds, int64_t steps) override;
+    bool finished() const override { return prepared_ && running_.empty(); }
+    int64_t samples(int32_t robot, int32_t kind) const override {
+        return prepared_ ? records_[local_[robot]].taken[kind] : 0;
+    }
+    const double* trace(int32_t robot, int32_t kind) override;
+    const int32_t* sites(int32_t robot) override;
+    void place(int32_t robot, const double* positions, const double* velocities) override;
+    void state(int32_t robot, double* positions, double* velocities) override;
+    std::string describe() override;
+
+private:
+    void prepare_robot(std::size_t local, float* mass, float* springs, int32_t* ranks, R* state);
+    void lay_out_samples();
+    void take_records();
+    void end_robot(std::size_t local);
+    void run_slice(int64_t most);
+    int64_t most_steps_left() const;
+    R* column_of(std::vector<R>& state, int column) { return state.data() + column * sites_; }
+
+    const simulation_setup& setup_;
+    const std::vector<int32_t> robots_;
+    const std::shared_ptr<gpu_team> team_;
+    const context& gpu_;
+    kernel_library& kernels_;
+    limax_outcome* const outcomes_;
+    stream stream_;
+    event start_, end_;
+    const int64_t sites_;
+    std::vector<int32_t> local_;  // place in robots_ of each robot of the setup
+    bool prepared_ = false;
+
+    scene_kernels scene_;
+    device_memory<robot_record> device_records_;
+    device_memory<int32_t> device_running_, device_ranks_, device_masses_;
+    device_memory<cell_entry> device_cells_;
+    device_memory<float> mass_, springs_;
+    device_memory<R> state_;
+    device_memory<double> device_samples_[sample_kinds];
+    pinned<robot_record> records_;
+    std::vector<int32_t> running_;                  // places in robots_
+    std::vector<std::vector<int32_t>> mass_sites_;  // [robot][mass]
+    std::vector<schedule> plans_;                   // [robot]
+    array<double> samples_[sample_kinds];           // what device_samples_ held last
+    bool fetched_[sample_kinds] = {};
+    double seconds_per_step_ = 0;  // of all running robots
+};
+
+template <class R>
+void robots_on_gpu<R>::prepare() {
+    if (prepared_) return;
+    const std::size_t count = robots_.size();
+    scene_ = load_scene(setup_, *team_, gpu_, kernels_);
+    const int64_t spring_size = scene_.spring_columns * direction_count * sites_;
+    const int64_t state_size = scene_.state_columns * sites_;
+
+    const std::string of_robots = format(" of %zu robots", count);
+    device_records_ = device_memory<robot_record>(gpu_, count, "the records" + of_robots);
+    device_running_ = device_memory<int32_t>(gpu_, count, "the list" + of_robots);
+    device_ranks_ = device_memory<int32_t>(gpu_, count * sites_, "the sites" + of_robots);
+    mass_ = device_memory<float>(gpu_, count * sites_, "the masses" + of_robots);
+    springs_ = device_memory<float>(gpu_, count * spring_size, "the springs" + of_robots);
+    state_ = device_memory<R>(gpu_, count * state_size, "the state" + of_robots);
+    device_cells_ = device_memory<cell_entry>(gpu_, scene_.plan->cells.size(), "the plan");
+    device_masses_ = device_memory<int32_t>(gpu_, scene_.plan->masses.size(), "the plan");
+    device_cells_.upload(scene_.plan->cells.data(), scene_.plan->cells.size(), stream_);
+    device_masses_.upload(scene_.plan->masses.data(), scene_.plan->masses.size(), stream_);
+    records_ = pinned<robot_record>(gpu_, count, "the records" + of_robots);
+    mass_sites_.resize(count);
+    plans_.resize(count);
+
+    // as many robots at a time as pass through a few megabytes of memory that the GPU can read
+    constexpr std::size_t staging_bytes = 64u << 20;
+    const std::size_t robot_bytes =
+        (spring_size + sites_) * sizeof(float) + sites_ * sizeof(int32_t) + state_size * sizeof(R);
+    const std::size_t lot = std::clamp<std::size_t>(staging_bytes / robot_bytes, 1, count);
+    pinned<float> mass(gpu_, lot * sites_, "staging"), springs(gpu_, lot * spring_size, "staging");
+    pinned<int32_t> ranks(gpu_, lot * sites_, "staging");
+    pinned<R> state(gpu_, lot * state_size, "staging");
+    for (std::size_t first = 0; first < count; first += lot) {
+        const std::size_t many = std::min(lot, count - first);
+        team_->threads().for_each(int(many), [&](int i) {
+            prepare_robot(first + i, mass.data() + i * sites_, springs.data() + i * spring_size,
+                          ranks.data() + i * sites_, state.data() + i * state_size);
+        });
+        mass_.upload(mass.data(), many * sites_, stream_, first * sites_);
+        springs_.upload(springs.data(), many * spring_size, stream_, first * spring_size);
+        device_ranks_.upload(ranks.data(), many * sites_, stream_, first * sites_);
+        state_.upload(state.data(), many * state_size, stream_, first * state_size);
+        stream_.synchronize("sending bodies to the GPU");
+    }
+    lay_out_samples();
+    device_records_.upload(records_.data(), count, stream_);
+    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
+    // long runs first, so that the last ones to end are short
+    std::stable_sort(running_.begin(), running_.end(),
+                     [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });
+    stream_.synchronize("sending bodies to the GPU");
+    prepared_ = true;
+}
+
+// Fills one robot's part of the columns, its record and its outcome.
+template <class R>
+void robots_on_gpu<R>::prepare_robot(std::size_t local, float* mass, float* springs, int32_t* ranks,
+                                     R* state) {
+    const int32_t robot = robots_[local];
+    const lattice& grid = setup_.grid;
+    const int64_t voxels = grid.voxels();
+    const limax_simulation_options& options = setup_.options;
+    const spring_body body(body_description{
+        grid, setup_.voxels.data() + robot * voxels, setup_.weights.data() + 3 * robot * voxels,
+        setup_.materials.data(), options.edge, limax_sharing(options.sharing), scene_.damped,
+        scene_.actuated});
+    limax_outcome& outcome = outcomes_[robot];
+    outcome.time_step_bound =
+        time_step_bound(body, setup_.scene, limax_integrator(options.integrator));
+    const schedule plan = make_schedule(options, outcome.time_step_bound);
+    plans_[local] = plan;
+
+    std::copy_n(body.mass.begin(), sites_, mass);
+    float* out = springs;
+    for (const array<float>* column : {&body.stiffness, &body.damping, &body.sine, &body.cosine}) {
+        if (column->size() == 0) continue;
+        for (int d = 0; d < direction_count; ++d, out += sites_)
+            std::copy_n(column->begin() + d * body.count, sites_, out);
+    }
+    std::fill_n(ranks, sites_, -1);
+    mass_sites_[local].assign(body.sites.begin(), body.sites.begin() + body.masses);
+    for (int32_t i = 0; i < body.masses; ++i) ranks[body.sites[i]] = i;
+
+    robot_record& record = records_[local];
+    record = {};
+    record.time_step = plan.time_step;
+    record.settle_steps = plan.settle_steps;
+    record.steps = plan.steps;
+    record.total_mass = body.total_mass;
+    record.masses = body.masses;
+    record.status = robot_running;
+    if (scene_.actuated) {
+        const effects::actuation::clock muscles = effects::actuation::make_clock(
+            setup_.scene.values(effects::index_of<effects::actuation>), plan.time_step);
+        record.phase_per_step = muscles.per_step;
+        record.ramp = muscles.ramp;
+    }
+    for (int kind = 0; kind < sample_kinds; ++kind) {
+        record.every[kind] = plan.every[kind];
+        record.next_sample[kind] = plan.every[kind] ? plan.settle_steps : never;
+    }
+
+    std::fill_n(state, scene_.state_columns * sites_, R(0));
+    const int along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
+    for (int axis = 0; axis < 3; ++axis) {
+        record.origin[axis] = whole_origin_steps(options.position[axis]);
+        R* x = state + (column_position + axis) * sites_;
+        R* u = state + (column_velocity + axis) * sites_;
+        for (int64_t site = 0; site < sites_; ++site) {
+            const int64_t index[3] = {site % along[0], site / along[0] % along[1],
+                                      site / (int64_t(along[0]) * along[1])};
+            x[site] = R((options.position[axis] - record.origin[axis]) +
+                        options.edge * double(index[axis] - body.corner[axis]));
+            u[site] = mass[site] > 0 ? R(options.velocity[axis]) : R(0);
+        }
+    }
+
+    outcome.status = LIMAX_ROBOT_RUNNING;
+    outcome.steps = plan.steps;
+    outcome.time_step = plan.time_step;
+    outcome.time = -double(plan.settle_steps) * plan.time_step;
+    outcome.masses = body.masses;
+    outcome.springs = body.springs;
+    outcome.mass = body.total_mass;
+}
+
+template <class R>
+void robots_on_gpu<R>::lay_out_samples() {
+    for (int kind = 0; kind < sample_kinds; ++kind) {
+        int64_t size = 0;
+        for (std::size_t i = 0; i < robots_.size(); ++i) {
+            records_[i].offset[kind] = size;
+            size += plans_[i].samples[kind] * trace_width(kind, records_[i].masses);
+        }
+        if (size == 0) continue;
+        device_samples_[kind] = device_memory<double>(
+            gpu_, size, format("record: the traces of %zu robots", robots_.size()));
+    }
+}
+
+template <class R>
+int64_t robots_on_gpu<R>::most_steps_left() const {
+    int64_t most = 0;
+    for (const int32_t i : running_) most = std::max(most, records_[i].steps - records_[i].step);
+    return most;
+}
+
+template <class R>
+void robots_on_gpu<R>::advance(double seconds, int64_t steps) {
+    prepare();
+    const clock::time_point begin = clock::now();
+    const auto left = [&] {
+        return seconds - std::chrono::duration<double>(clock::now() - begin).count();
+    };
+    if (steps > 0) {
+        // in launches that end often enough for an interrupt
+        for (int64_t done = 0; done < steps && !running_.empty() && !interrupted();) {
+            const int64_t now =
+                std::min(steps - done, seconds_per_step_ > 0
+                                           ? std::max<int64_t>(1, int64_t(0.05 / seconds_per_step_))
+                                           : first_steps);
+            run_slice(now);
+            done += now;
+        }
+        return;
+    }
+    while (!running_.empty() && !interrupted()) {
+        const double remaining = left();
+        if (remaining <= 0) return;
+        int64_t now = first_steps;
+        if (seconds_per_step_ > 0) now = int64_t(remaining / seconds_per_step_);
+        // a rest that is too short for a step is not worth a launch
+        if (now < 1 && left() < seconds) return;
+        run_slice(std::max<int64_t>(1, std::min(now, most_steps_left() + 1)));
+    }
+}
+
+template <class R>
+void robots_on_gpu<R>::run_slice(int64_t most) {
+    device_running_.upload(running_.data(), running_.size(), stream_);
+    step_launch<R> launch = scene_.template step_arguments<R>();
+    launch.records = device_records_.data();
+    launch.running = device_running_.data();
+    launch.cells = device_cells_.data();
+    launch.masses = device_masses_.data();
+    launch.mass = mass_.data();
+    launch.springs = springs_.data();
+    launch.state = state_.data();
+    launch.most = most;
+    measure_launch<R> measure = scene_.template measure_arguments<R>();
+    measure.records = launch.records;
+    measure.running = launch.running;
+    measure.ranks = device_ranks_.data();
+    measure.mass = launch.mass;
+    measure.springs = launch.springs;
+    measure.state = launch.state;
+    for (int kind = 0; kind < sample_kinds; ++kind)
+        launch.samples[kind] = measure.samples[kind] = device_samples_[kind].data();
+
+    // Robots pause wherever the measure kernel has to take a sample: so often at most in a slice.
+    int64_t pauses = 0;
+    for (const int32_t i : running_)
+        for (int kind = 0; kind < sample_kinds; ++kind)
+            if (!taken_by_step(kind) && plans_[i].every[kind])
+                pauses = std::max(pauses, 1 + (most + 1) / plans_[i].every[kind]);
+    start_.record(stream_);
+    for (int64_t k = 0; k <= pauses; ++k) {
+        scene_.launch_step(gpu_, stream_, launch, unsigned(running_.size()));
+        if (pauses > 0) scene_.launch_measure(gpu_, stream_, measure, unsigned(running_.size()));
+        launch.most = 0;
+    }
+    end_.record(stream_);
+    device_records_.download(records_.data(), records_.size(), stream_);
+    stream_.synchronize("stepping robots");
+    seconds_per_step_ = end_.seconds_since(start_) / double(most);
+    std::fill(std::begin(fetched_), std::end(fetched_), false);
+    take_records();
+}
+
+// Brings the outcomes up to date.
+template <class R>
+void robots_on_gpu<R>::take_records() {
+    std::vector<int32_t> ended;
+    for (const int32_t i : running_) {
+        const robot_record& record = records_[i];
+        limax_outcome& outcome = outcomes_[robots_[i]];
+        outcome.step = record.step;
+        outcome.time = double(record.step - record.settle_steps) * record.time_step;
+        std::copy_n(record.center[0], 3, outcome.center_start);
+        std::copy_n(record.center[1], 3, outcome.center_middle);
+        std::copy_n(record.center[2], 3, outcome.center_end);
+        if (record.status != robot_running) ended.push_back(i);
+    }
+    for (const int32_t i : ended) end_robot(i);
+    std::erase_if(running_, [&](int32_t i) { return records_[i].status != robot_running; });
+}
+
+template <class R>
+void robots_on_gpu<R>::end_robot(std::size_t local) {
+    const robot_record& record = records_[local];
+    const int32_t robot = robots_[local];
+    limax_outcome& outcome = outcomes_[robot];
+    outcome.status = record.status;
+    outcome.reason = record.reason;
+    trace_samples samples[sample_kinds] = {};
+    for (int kind = 0; kind < sample_kinds; ++kind) {
+        if (!summarized(kind) || record.taken[kind] == 0) continue;
+        samples[kind] = {trace(robot, kind), record.taken[kind],
+                         double(record.every[kind]) * record.time_step};
+    }
+    summarize(samples, outcome);
+}
+
+template <class R>
+const double* robots_on_gpu<R>::trace(int32_t robot, int32_t kind) {
+    if (!prepared_) return nullptr;
+    const device_memory<double>& from = device_samples_[kind];
+    if (samples_[kind].size() == 0) samples_[kind] = array<double>(from.size());
+    if (!fetched_[kind]) {
+        from.download(samples_[kind].data(), from.size(), stream_);
+        stream_.synchronize("fetching traces");
+        fetched_[kind] = true;
+    }
+    return samples_[kind].data() + records_[local_[robot]].offset[kind];
+}
+
+template <class R>
+const int32_t* robots_on_gpu<R>::sites(int32_t robot) {
+    return prepared_ ? mass_sites_[local_[robot]].data() : nullptr;
+}
+
+template <class R>
+void robots_on_gpu<R>::place(int32_t robot, const double* positions, const double* velocities) {
+    prepare();
+    const std::size_t local = local_[robot];
+    robot_record& record = records_[local];
+    if (record.step > 0 || record.begun)
+        fail(LIMAX_INVALID_ARGUMENT, "a robot can only be placed before its first step");
+    const std::vector<int32_t>& at = mass_sites_[local];
+    const std::size_t masses = at.size();
+    for (std::size_t i = 0; i < 3 * masses; ++i)
+        if ((positions && !std::isfinite(positions[i])) ||
+            (velocities && !std::isfinite(velocities[i])))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("mass %zu is to be placed at, or with, a value that is not finite",
+                        i / 3 + 1));
+    for (int axis = 0; positions && axis < 3; ++axis) {
+        double sum = 0;
+        for (std::size_t i = 0; i < masses; ++i) sum += positions[3 * i + axis];
+        record.origin[axis] = whole_origin_steps(sum / double(masses));
+    }
+    std::vector<R> state(scene_.state_columns * sites_);
+    state_.download(state.data(), state.size(), stream_, local * state.size());
+    stream_.synchronize("placing a robot");
+    for (std::size_t i = 0; i < masses; ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (positions)
+                column_of(state, column_position + axis)[at[i]] =
+                    R(positions[3 * i + axis] - record.origin[axis]);
+            if (velocities)
+                column_of(state, column_velocity + axis)[at[i]] = R(velocities[3 * i + axis]);
+        }
+    state_.upload(state.data(), state.size(), stream_, local * state.size());
+    device_records_.upload(&record, 1, stream_, local);
+    stream_.synchronize("placing a robot");
+}
+
+template <class R>
+void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocities) {
+    prepare();
+    const std::size_t local = local_[robot];
+    const robot_record& record = records_[local];
+    std::vector<R> state(scene_.state_columns * sites_);
+    state_.download(state.data(), state.size(), stream_, local * state.size());
+    stream_.synchronize("fetching a robot's state");
+    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n
+    const bool between =
+        setup_.options.integrator == LIMAX_LEAPFROG && record.step > 0 && record.begun;
+    const std::vector<int32_t>& at = mass_sites_[local];
+    for (std::size_t i = 0; i < at.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (positions)
+                positions[3 * i + axis] =
+                    record.origin[axis] + double(column_of(state, column_position + axis)[at[i]]);
+            if (!velocities) continue;
+            const R before = column_of(state, column_velocity + axis)[at[i]];
+            const R after = column_of(state, column_next_velocity + axis)[at[i]];
+            velocities[3 * i + axis] = double(between ? R(0.5) * (before + after) : before);
+        }
+}
+
+template <class R>
+std::string robots_on_gpu<R>::describe() {
+    prepare();
+    return scene_.describe();
+}
+
+}  // namespace
+
+std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
+                                        std::shared_ptr<gpu_team> team, gpu_place& place,
+                                        limax_outcome* outcomes) {
+    const bool twice =
+        setup.options.precision == LIMAX_DOUBLE || setup.options.precision == LIMAX_MIXED;
+    if (twice)
+        return std::make_unique<robots_on_gpu<double>>(setup, std::move(robots), std::move(team),
+                                                       place, outcomes);
+    return std::make_unique<robots_on_gpu<float>>(setup, std::move(robots), std::move(team), place,
+                                                  outcomes);
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,94 @@
+// bound.h: how long a step may be, of one mass: the laws behind the automatic time step, which any
+// device may evaluate mass by mass. Includes laws alone. SI units.
+//
+// Linearise about any pose in which every spring is at least half its rest length: a spring's
+// stiffness block then has norm at most k, so by Gershgorin's theorem on M^-1 K and M^-1 C each
+// mass i gives w^2 <= A_i and gamma <= B_i with
+//     A_i = (2 sum_j k_ij + k_g) / m_i,   B_i = (2 sum_j c_ij + c_g) / m_i.
+// One mode, x'' = -w^2 x - gamma x', under each integrator, with W = (w dt)^2 and G = gamma dt:
+//   symplectic Euler: z^2 + (W + G - 2) z + (1 - G) = 0. Jury: p(1) = W > 0, |1 - G| < 1, and
+//   p(-1) = 4 - W - 2 G > 0, the sharpest.
+//       dt < (-B + sqrt(B^2 + 4 A)) / A.
+//   leapfrog: z^3 + (W + 3 G / 2 - 2) z^2 + (1 - 2 G) z + G / 2 = 0. Jury: p(1) = W > 0; -p(-1) =
+//   4 - W - 4 G > 0; |G / 2| < 1; and
+//       1 - G^2 / 4 > |G W / 2 + 3 G^2 / 4 + G - 1|, which p(-1) implies: with W < 4 - 4 G the
+//       right side's upper branch asks (G - 1)(G - 2) > 0, true for G < 1, and its lower branch 0
+//       < G W / 2 + G^2 / 2 + G. So z = -1 leaves the unit circle first: dt < 2 (-B + sqrt(B^2 +
+//       A)) / A, symplectic Euler's formula with B doubled.
+// It is a result about the frozen linear system in every such pose, not about switching contacts:
+// the run-time guard stays.
+#pragma once
+
+#include "body/lattice.h"
+#include "physics/effects/all.h"
+
+namespace limax {
+
+// Largest stable step of one mass, s; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
+LIMAX_LAW double stable_step(bool leapfrog, double a, double b) {
+    const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
+    if (!(a > 0)) return b > 0 ? (leapfrog ? 1.0 : 2.0) / b : infinite;
+    const double damping = leapfrog ? 2.0 * b : b;
+    // (-B + sqrt(B^2 + 4 A)) / A without cancellation
+    return 4.0 / (damping + square_root(damping * damping + 4.0 * a));
+}
+
+// Springs of a body: k and c, [direction][stride], by the site of their near end; `damping` null in
+// a scene without it.
+struct spring_constants {
+    const float* stiffness;  // N/m; 0 where there is no spring
+    const float* damping;    // N s/m
+    int64_t stride;
+};
+
+// Whether an effect bounds springs rather than masses.
+template <class E>
+inline constexpr bool bounds_springs = (E::hooks & effects::hook_bound) != 0 &&
+                                       (E::hooks & effects::hook_pair) != 0;
+template <class E>
+inline constexpr bool bounds_masses = (E::hooks & effects::hook_bound) != 0 &&
+                                      (E::hooks & effects::hook_pair) == 0;
+
+// What the spring at `slot` adds to the sums of one of its ends.
+template <class Scene>
+LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& springs, int64_t slot,
+                                effects::stiffness_damping& sum) {
+    if (springs.stiffness[slot] == 0) return;
+    effects::for_each([&]<class E>(E) {
+        if constexpr (bounds_springs<E>) {
+            if (!scene.has(effects::index_of<E>)) return;
+            const effects::stiffness_damping most =
+                E::bound(double(springs.stiffness[slot]),
+                         springs.damping ? double(springs.damping[slot]) : 0.0);
+            sum.stiffness += 2.0 * most.stiffness;
+            sum.damping += 2.0 * most.damping;
+        }
+    });
+}
+
+// The longest stable step that the mass at `site`, of `mass` kg, allows, s. `scene` has
+// `has(effect)` and `values(effect)`, the components of all fields of an effect.
+template <class Scene>
+LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const lattice& grid,
+                                     const spring_constants& springs, int64_t site, double mass) {
+    effects::stiffness_damping sum{0, 0};
+    // direction by direction, the spring that ends here before the one that starts here
+    for (int d = 0; d < direction_count; ++d) {
+        const int64_t step = grid.step(direction_at(d));
+        if (site >= step) add_spring_bound(scene, springs, d * springs.stride + site - step, sum);
+        add_spring_bound(scene, springs, d * springs.stride + site, sum);
+    }
+    const double origin[3] = {0, 0, 0};
+    effects::for_each([&]<class E>(E) {
+        if constexpr (bounds_masses<E>) {
+            if (!scene.has(effects::index_of<E>)) return;
+            const effects::stiffness_damping most = E::bound(
+                E::template make<double>(scene.values(effects::index_of<E>), origin), mass);
+            sum.stiffness += most.stiffness;
+            sum.damping += most.damping;
+        }
+    });
+    return stable_step(leapfrog, sum.stiffness / mass, sum.damping / mass);
+}
+
+}  // namespace limax

@@ -1,0 +1,30 @@
+// driver.h: what a test can set and see of the fake driver.
+#pragma once
+
+#include <cstddef>
+
+namespace limax::test {
+
+// How the fake driver answers from now on, and what is out.
+struct fake_driver {
+    int version = 13000;
+    int gpus = 1;
+    int capability = 90;
+    std::size_t memory = 1000000;  // bytes of its GPU
+    // The next call of the function of this (plain) name answers `result`; null for none.
+    const char* failing = nullptr;
+    int result = 0;
+    // PTX and binaries that begin with these bytes do not load; null for none.
+    const char* refused_image = nullptr;
+
+    // ---- seen ----
+    int contexts = 0, streams = 0, events = 0, modules = 0, host_blocks = 0;  // not given back
+    int calls_without_context = 0;
+    std::size_t held = 0;  // bytes of its GPU
+    int launches = 0;
+    unsigned blocks = 0, threads = 0, shared_bytes = 0, cluster = 0;  // of the last launch
+    bool cooperative = false;
+    double argument = 0;  // of the last launch: its first one, a double
+};
+
+}  // namespace limax::test
