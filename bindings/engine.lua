@@ -12,6 +12,7 @@ local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local population = require "limax.engine.population"
 local random = require "limax.engine.random"
+local reconstruction = require "limax.engine.reconstruction"
 local scene = require "limax.engine.scene"
 local simulation = require "limax.engine.simulation"
 local view = require "limax.engine.view"
@@ -28,6 +29,8 @@ return {
   effects = scene.effects,
   scene = scene.scene,
   simulation = simulation.simulation,
+  advance_together = simulation.advance_together,
+  reconstruction = reconstruction.reconstruction,
   random = random,
 
   is_view = view.is_view,

@@ -2,16 +2,24 @@
 // text.
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <memory>
 #include <new>
+#include <nlohmann/json.hpp>
 
 #include "backend/backend.h"
+#if defined(LIMAX_WITH_CUDA)
+#include "backend/cuda/memory.h"
+#endif
 #include "base/memory.h"
 #include "base/random.h"
 #include "body/material.h"
 #include "genome/population.h"
 #include "limax.h"
 #include "physics/time_step.h"
+#if defined(LIMAX_WITH_CUDA)
+#include "backend/cuda/reconstruction.h"
+#endif
 
 // Handles share what they point to with their children, so that any order of freeing is safe.
 struct limax_device {
@@ -93,37 +101,44 @@ const limax::effect_entry& entry_at(int32_t effect) {
     return entries[effect];
 }
 
-limax::simulation_setup make_setup(const limax::population& population,
-                                   const limax::material_table& materials,
-                                   const limax::scene& scene,
-                                   const limax_simulation_options& options, const uint8_t* mask) {
-    limax::check_options(options, scene);
-    limax::simulation_setup setup;
-    setup.options = options;
-    setup.scene = scene;
-    for (int32_t i = 0; i < materials.count(); ++i) setup.materials.push_back(materials.at(i));
-    setup.grid = population.grid();
-    setup.count = population.count();
-    const int64_t voxels = setup.grid.voxels() * setup.count;
-    setup.voxels = limax::array<uint8_t>(voxels);
-    setup.weights = limax::array<float>(3 * voxels);
-    std::copy(population.voxels(), population.voxels() + voxels, setup.voxels.begin());
-    std::copy(population.weights(), population.weights() + 3 * voxels, setup.weights.begin());
-    for (int32_t i = 0; i < setup.count; ++i) {
+bool lives_on(const limax::population& population, const limax::device& device) {
+    return population.home() && device.houses(*population.home());
+}
+
+// Moves a population to where the device keeps its own: for the CPU, back to the host.
+void settle(const limax::population& population, limax::device& device) {
+    if (!population.code() || lives_on(population, device)) return;
+    population.move_to(device.reside(population.code(), population.count()));
+}
+
+// Whether bodies that a device made can go to a simulation unseen: all are described, and their
+// materials are of the table.
+bool known_to_fit(const limax::population& population, const limax::material_table& materials) {
+    for (int32_t i = 0; i < population.count(); ++i) {
         const limax_body& body = population.bodies()[i];
-        setup.mask.push_back(mask ? mask[i] != 0 : 1);
-        setup.bodies.push_back(body);
-        if (setup.mask[i] && body.status == LIMAX_BODY_UNKNOWN)
+        if (body.status == LIMAX_BODY_UNKNOWN) return false;
+        for (int32_t m = materials.count(); m < LIMAX_MAX_MATERIALS; ++m)
+            if (body.counts[m] > 0) return false;
+    }
+    return true;
+}
+
+// Refuses bodies on the host that are not what their last check said.
+void check_bodies(const limax::simulation_setup& setup, const limax::material_table& materials) {
+    const int64_t voxels = setup.grid.voxels();
+    for (int32_t i = 0; i < setup.count; ++i) {
+        if (!setup.mask[i]) continue;
+        const limax_body& body = setup.bodies[i];
+        if (body.status == LIMAX_BODY_UNKNOWN)
             fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no known body: it must be expressed "
                                                 "or checked before it is simulated",
                                                 i + 1));
-        const uint8_t* own = setup.voxels.data() + i * setup.grid.voxels();
-        if (setup.mask[i] && body.status == LIMAX_BODY_VALID &&
-            limax::body_hash(setup.grid, own) != body.hash)
+        if (body.status == LIMAX_BODY_VALID &&
+            limax::body_hash(setup.grid, setup.voxels.data() + i * voxels) != body.hash)
             fail(LIMAX_INVALID_ARGUMENT,
                  format("robot %d was written to after its check: check it again", i + 1));
-        const float* weights = setup.weights.data() + 3 * i * setup.grid.voxels();
-        for (int64_t w = 0; setup.mask[i] && w < 3 * setup.grid.voxels(); ++w)
+        const float* weights = setup.weights.data() + 3 * i * voxels;
+        for (int64_t w = 0; w < 3 * voxels; ++w)
             if (!(weights[w] >= 0 && weights[w] <= 1))
                 fail(
                     LIMAX_INVALID_ARGUMENT,
@@ -134,6 +149,32 @@ limax::simulation_setup make_setup(const limax::population& population,
             fail(LIMAX_INVALID_ARGUMENT,
                  format("a body uses material index %d; the table '%s' has 0 to %d", voxel,
                         materials.name().c_str(), materials.count() - 1));
+}
+
+limax::simulation_setup make_setup(const limax::population& population,
+                                   const limax::material_table& materials,
+                                   const limax::scene& scene,
+                                   const limax_simulation_options& options, const uint8_t* mask,
+                                   const limax::device& device) {
+    limax::check_options(options, scene);
+    limax::simulation_setup setup;
+    setup.options = options;
+    setup.scene = scene;
+    for (int32_t i = 0; i < materials.count(); ++i) setup.materials.push_back(materials.at(i));
+    setup.grid = population.grid();
+    setup.count = population.count();
+    setup.bodies.assign(population.bodies(), population.bodies() + setup.count);
+    for (int32_t i = 0; i < setup.count; ++i) setup.mask.push_back(mask ? mask[i] != 0 : 1);
+    if (lives_on(population, device) && known_to_fit(population, materials))
+        setup.resident = population.bodies_at_home();
+    if (!setup.resident) {
+        const int64_t voxels = setup.grid.voxels() * setup.count;
+        setup.voxels = limax::array<uint8_t>(voxels);
+        setup.weights = limax::array<float>(3 * voxels);
+        std::copy_n(population.voxels(), voxels, setup.voxels.begin());
+        std::copy_n(population.weights(), 3 * voxels, setup.weights.begin());
+        check_bodies(setup, materials);
+    }
     // a fixed step is refused here rather than by the first robot that is prepared, and so are
     // traces that would not fit; the number of samples does not depend on the step
     const limax::schedule plan = limax::make_schedule(options, 1.0);
@@ -146,6 +187,14 @@ limax::simulation_setup make_setup(const limax::population& population,
     return setup;
 }
 
+// A pointer for whoever has no status to look at: null, and a text, where it cannot be had.
+template <class Get>
+auto pointer_or_null(const Get& get) noexcept {
+    decltype(get()) pointer = nullptr;
+    guard([&] { pointer = get(); });
+    return pointer;
+}
+
 }  // namespace
 
 extern "C" {
@@ -155,7 +204,13 @@ extern "C" {
 uint32_t limax_abi_version(void) { return LIMAX_ABI; }
 const char* limax_version(void) { return LIMAX_VERSION; }
 const char* limax_error_text(void) { return last_error.c_str(); }
-uint64_t limax_bytes_held(void) { return limax::bytes_held().load(); }
+uint64_t limax_bytes_held(void) {
+    uint64_t bytes = limax::bytes_held().load();
+#if defined(LIMAX_WITH_CUDA)
+    bytes += limax::cuda::gpu_bytes_held().load();
+#endif
+    return bytes;
+}
 void limax_interrupt(void) { limax::set_interrupted(true); }
 void limax_interrupt_clear(void) { limax::set_interrupted(false); }
 int32_t limax_interrupted(void) { return limax::interrupted(); }
@@ -278,16 +333,24 @@ int32_t limax_population_count(const limax_population* population) {
     return population ? population->it.count() : 0;
 }
 float* limax_population_genomes(limax_population* population) {
-    return population ? population->it.genomes() : nullptr;
+    return population ? pointer_or_null([&] { return population->it.genomes(); }) : nullptr;
 }
 uint8_t* limax_population_voxels(limax_population* population) {
-    return population ? population->it.voxels() : nullptr;
+    return population ? pointer_or_null([&] { return population->it.voxels(); }) : nullptr;
 }
 float* limax_population_weights(limax_population* population) {
-    return population ? population->it.weights() : nullptr;
+    return population ? pointer_or_null([&] { return population->it.weights(); }) : nullptr;
 }
 const limax_body* limax_population_bodies(const limax_population* population) {
     return population ? population->it.bodies() : nullptr;
+}
+limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
+                                           int32_t count, float* out) {
+    return guard([&] {
+        require(population, "population");
+        require(out, "out");
+        population->it.read_genomes(first, count, out);
+    });
 }
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count) {
@@ -306,6 +369,7 @@ limax_status limax_population_express(limax_population* population,
         require(population, "population");
         require(materials, "materials");
         require(device, "device");
+        settle(population->it, *device->it);
         population->it.express(materials->it, require_muscle != 0, device->it->express(),
                                device->it->each(), first, count);
     });
@@ -327,6 +391,8 @@ limax_status limax_population_breed(limax_population* children, const limax_popu
         require(pairs, "pairs");
         require(breeding, "breeding");
         require(device, "device");
+        settle(children->it, *device->it);
+        settle(parents->it, *device->it);
         children->it.breed(parents->it, pairs, *breeding, device->it->each(), first, count);
     });
 }
@@ -411,7 +477,8 @@ limax_status limax_simulation_create(const limax_population* population,
         require(scene, "scene");
         require(options, "options");
         require(device, "device");
-        auto setup = make_setup(population->it, materials->it, scene->it, *options, mask);
+        auto setup =
+            make_setup(population->it, materials->it, scene->it, *options, mask, *device->it);
         *out = new limax_simulation{device->it, device->it->simulate(std::move(setup)),
                                     population->it.count(), *options};
     });
@@ -424,6 +491,28 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
         *out = simulation->it->advance(seconds, steps);
+    });
+}
+limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
+                                       double seconds, limax_progress* out) {
+    return guard([&] {
+        require(simulations, "simulations");
+        limax::require_range("seconds", seconds, 0, 1e6, "s");
+        for (int32_t i = 0; i < count; ++i) require(simulations[i], "a simulation");
+        // what was sent to a GPU is collected even if another simulation fails
+        std::exception_ptr failure;
+        int32_t sent = 0;
+        const auto attempt = [&](const auto& work) {
+            try {
+                work();
+            } catch (...) {
+                if (!failure) failure = std::current_exception();
+            }
+        };
+        for (; sent < count && !failure; ++sent)
+            attempt([&] { simulations[sent]->it->enqueue(seconds / count); });
+        for (int32_t i = 0; i < sent; ++i) attempt([&] { out[i] = simulations[i]->it->collect(); });
+        if (failure) std::rethrow_exception(failure);
     });
 }
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation) {
@@ -463,6 +552,37 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
     return guard([&] {
         const int32_t index = require_robot(simulation, robot);
         simulation->it->state(index, positions, velocities);
+    });
+}
+
+// ---- comparison ----
+
+limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,
+                                      const limax_materials* materials, const limax_scene* scene,
+                                      const limax_simulation_options* options, int64_t steps,
+                                      double* seconds, double* center) {
+    return guard([&] {
+        require(device, "device");
+        require(population, "population");
+        require(materials, "materials");
+        require(scene, "scene");
+        require(options, "options");
+        require(seconds, "seconds");
+        require(center, "center");
+        limax::require_range("steps", double(steps), 1, 1e9, "");
+        const std::string kind = nlohmann::json::parse(device->it->describe()).at("kind");
+        if (kind != "cuda")
+            fail(LIMAX_NO_DEVICE, format("the reconstruction of the paper's scheme runs on a GPU "
+                                         "alone; this device is '%s'",
+                                         kind.c_str()));
+#if defined(LIMAX_WITH_CUDA)
+        const auto setup =
+            make_setup(population->it, materials->it, scene->it, *options, nullptr, *device->it);
+        const limax::cuda::reconstructed_run run =
+            limax::cuda::run_reconstruction(setup, device->it->each(), steps);
+        *seconds = run.seconds;
+        std::copy(run.center.begin(), run.center.end(), center);
+#endif
     });
 }
 

@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 3, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 4, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -194,7 +194,9 @@ limax_status limax_population_create(const int32_t lattice[3], int32_t count,
 void limax_population_free(limax_population* population);
 int32_t limax_population_count(const limax_population* population);
 /* Views into the population, alive until it is freed. A writer of genomes calls express, one of
- * bodies calls check. */
+ * bodies calls check. Where a GPU expresses or breeds, the population lives there from then on: the
+ * call fetches what is not here yet, and once the GPU has written again only another call has what
+ * counts. Null, and a text, if that fails. */
 float* limax_population_genomes(
     limax_population* population); /* [robot][gene], null without an encoding */
 uint8_t* limax_population_voxels(
@@ -202,6 +204,10 @@ uint8_t* limax_population_voxels(
 float* limax_population_weights(
     limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
 const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
+/* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it leaves
+ * a GPU's genomes there, for nobody can write to them. */
+limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
+                                           int32_t count, float* out);
 
 /* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times
  * initial_scale, biases 0. */
@@ -393,6 +399,10 @@ void limax_simulation_free(limax_simulation* simulation);
  * is above 0. Slicing changes no bit. */
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out);
+/* Whole steps of `count` simulations for about `seconds` in all, so that small ones share a GPU:
+ * those on a GPU run at the same time, those on the CPU one after the other. `out` is [count]. */
+limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
+                                       double seconds, limax_progress* out);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
 /* One robot's trace: samples so far, values per sample, and the data, [sample][width]; alive until
  * `_free`. Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if
@@ -417,6 +427,21 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
  * `seconds` that took, `architecture`, `threads`, `registers`, `spilled` (bytes), `shared_bytes`,
  * `blocks_of_multiprocessor`, `instructions`. Alive until the next call for this simulation. */
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
+
+/* ---- comparison ------------------------------------------------------------------------------ */
+
+/* Steps every robot of a population from the start, `steps` (1 to 1e9) times, by a reconstruction
+ * of the scheme that the paper sketches: a thread per spring, then a thread per mass; shared-memory
+ * float atomics are our assumption. For timing alone: it looks for no divergence, and the order of
+ * its sums, and so its last bits, changes from run to run. On one GPU of a `cuda` device
+ * (LIMAX_NO_DEVICE on others); the options must be symplectic Euler in single precision, every body
+ * valid and small enough for a block's shared memory. One piece of work: three launches of all
+ * steps. `seconds` is what the GPU took for the steps, the least of the three; `center` gets each
+ * robot's centre of mass at the end, [robot][3], m. */
+limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,
+                                      const limax_materials* materials, const limax_scene* scene,
+                                      const limax_simulation_options* options, int64_t steps,
+                                      double* seconds, double* center);
 
 /* ---- cdef ends ---- */
 #pragma GCC visibility pop

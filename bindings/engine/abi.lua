@@ -3,6 +3,7 @@
 
 local ffi = require "ffi"
 local host = require "limax.host"
+local failure = require "limax.failure"
 local fault = require "limax.engine.fault"
 
 local abi = {}
@@ -29,13 +30,22 @@ end
 --- Version of the engine, such as "0.1.0".
 abi.version = ffi.string(C.limax_version())
 
---- Raises the engine's text where `status` is a failure.
+-- What ends a call though nothing is wrong with what it was given.
+local of_machine = {
+  [tonumber(C.LIMAX_OUT_OF_MEMORY)] = "memory", [tonumber(C.LIMAX_NO_DEVICE)] = "device",
+  [tonumber(C.LIMAX_INTERNAL)] = "defect",
+}
+
+--- Raises the engine's text where `status` is a failure; failure.of_machine() knows the error value
+--- of one that is no mistake of the caller's.
 ---@param status integer
 ---@param what string|nil the call, put in front of the text
 function abi.check(status, what)
   if status == C.LIMAX_OK then return end
   local text = ffi.string(C.limax_error_text())
-  fault.raise(what and what .. ": " .. text or text)
+  local message = fault.placed(what and what .. ": " .. text or text)
+  failure.note_machine(message, of_machine[tonumber(status)])
+  error(message, 0)
 end
 
 return abi

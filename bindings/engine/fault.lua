@@ -49,12 +49,16 @@ function fault.where()
   return ("%s:%d"):format(file, line)
 end
 
+--- `text` with "FILE:LINE: " of fault.place() before it.
+---@param text string
+---@return string
+function fault.placed(text)
+  local file, line = fault.place()
+  return file == "?" and text or ("%s:%d: %s"):format(file, line, text)
+end
+
 --- Raises `text` at fault.place().
 ---@param text string
-function fault.raise(text)
-  local file, line = fault.place()
-  if file == "?" then error(text, 0) end
-  error(("%s:%d: %s"):format(file, line, text), 0)
-end
+function fault.raise(text) error(fault.placed(text), 0) end
 
 return fault

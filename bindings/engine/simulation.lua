@@ -157,6 +157,23 @@ function methods:advance(seconds, steps)
   }
 end
 
+--- Advances several simulations for about `seconds` of wall time in all, so that small ones can
+--- share a device that none of them fills. Bits are those of advancing each alone.
+---@param simulations limax.simulation[]
+---@param seconds number
+---@return limax.progress[] of each
+local function advance_together(simulations, seconds)
+  local what = "advance_together"
+  arguments.table(what .. ": simulations", simulations)
+  arguments.number(what .. ": seconds", seconds)
+  local progress = {}
+  for i, each in ipairs(simulations) do
+    object.handle(("%s: simulations[%d]"):format(what, i), each, class)
+    progress[i] = each:advance(seconds / #simulations)
+  end
+  return progress
+end
+
 --- Advances to the end. An interrupt raises host.interrupt and leaves a state that can be advanced
 --- further.
 ---@param on_progress fun(progress: limax.progress)|nil called after each slice
@@ -171,6 +188,22 @@ function methods:run(on_progress)
     if on_progress then on_progress(progress) end
     if progress.finished then return progress end
   end
+end
+
+--- What the steps of this simulation run on: `device`; for cpu `passes`; for cuda `path`,
+--- `effects`, `precision`, `architecture`, the kernel's `origin` ("ahead of time", "cached",
+--- "compiled") and the `seconds` that it took to get it, `threads`, `registers`, `spilled` (bytes),
+--- `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Prepares the robots, so the first
+--- call may take as long as a first step; numbers are those of the first GPU.
+---@return table
+function methods:describe()
+  local what = "simulation:describe"
+  local handle = object.handle(what, self, class)
+  local out = ffi.new "const char *[1]"
+  abi.check(C.limax_simulation_describe(handle, out), what)
+  local text = ffi.string(out[0])
+  local description, message = host.json.decode(text, "the simulation's description")
+  return description or error(message, 0)
 end
 
 ---@class limax.outcome
@@ -323,4 +356,7 @@ function class:__tostring()
   return self.handle and ("simulation of %d robots"):format(self.count) or "freed simulation"
 end
 
-return { class = class, simulation = simulation, limit_time = limit_time }
+return {
+  class = class, simulation = simulation, options_of = options_of, limit_time = limit_time,
+  advance_together = advance_together,
+}

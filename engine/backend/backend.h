@@ -3,13 +3,16 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "base/array.h"
 #include "base/parallel.h"
 #include "body/lattice.h"
+#include "genome/encoding.h"
 #include "genome/network.h"
+#include "genome/residence.h"
 #include "limax.h"
 #include "physics/scene.h"
 
@@ -21,11 +24,25 @@ struct simulation_setup {
     limax::scene scene;
     std::vector<limax_material> materials;
     lattice grid;
-    int32_t count = 0;               // robots
-    array<uint8_t> voxels;           // [robot][voxel]
-    array<float> weights;            // [robot][3][voxel]
+    int32_t count = 0;  // robots
+    // Bodies on the device that simulates them; null where only the host has them.
+    std::shared_ptr<const resident_bodies> resident;
+    mutable array<uint8_t> voxels;   // [robot][voxel]; these two are empty until fetch_bodies()
+    mutable array<float> weights;    // [robot][3][voxel]      where there are resident ones
     std::vector<limax_body> bodies;  // [robot]
     std::vector<uint8_t> mask;       // robots to simulate, [robot]
+
+    // Sees to it that the host has voxels and weights. From any thread.
+    void fetch_bodies() const {
+        static std::mutex mutex;
+        const std::lock_guard lock(mutex);
+        if (!resident || voxels.size() > 0) return;
+        const auto size = std::size_t(grid.voxels()) * std::size_t(count);
+        array<uint8_t> materials_of(size);
+        weights = array<float>(weight_kinds * size);
+        resident->fetch(materials_of.data(), weights.data());
+        voxels = std::move(materials_of);
+    }
 };
 
 // Refuses options outside their ranges, naming the field.
@@ -47,8 +64,16 @@ public:
     // Before the first step, [mass][3]; either may be null.
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
+    // The same for several simulations at once: enqueue() may send about `seconds` of work to a
+    // device and return at once, collect() waits for it and says how far things are. Each
+    // enqueue() is followed by one collect(). Here all is done in collect().
+    virtual void enqueue(double seconds) { enqueued_seconds_ = seconds; }
+    virtual limax_progress collect() { return advance(enqueued_seconds_, 0); }
     // JSON object: what its steps run on. Alive until the next call.
     virtual const char* describe() = 0;
+
+private:
+    double enqueued_seconds_ = 0;
 };
 
 class device {
@@ -58,6 +83,15 @@ public:
     virtual const parallel_for& each() const = 0;
     virtual express_pass express() const = 0;
     virtual std::unique_ptr<simulation> simulate(simulation_setup setup) = 0;
+
+    // Room for a population of `count` robots; null where populations stay on the host: always on
+    // the CPU, and on a GPU that has no memory left for it.
+    virtual std::shared_ptr<residence> reside(std::shared_ptr<const encoding> /*code*/,
+                                              int32_t /*count*/) {
+        return nullptr;
+    }
+    // Whether it is one of this device's.
+    virtual bool houses(const residence& /*home*/) const { return false; }
 };
 
 // `isa` null or empty: the best passes that this processor runs. Refuses a device that is not to

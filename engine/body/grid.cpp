@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "body/body_laws.h"
 
 namespace limax {
 
@@ -31,14 +32,6 @@ void for_each_face_neighbour(const lattice& grid, int32_t voxel, const Visit& vi
     if (x + 1 < grid.nx) visit(voxel + 1);
     if (y + 1 < grid.ny) visit(voxel + row);
     if (z + 1 < grid.nz) visit(voxel + layer);
-}
-
-// The finaliser of splitmix64 (G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number
-// generators", 2014): a bijection in which every bit of the input reaches every bit of the output.
-uint64_t scramble(uint64_t x) {
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
-    return x ^ (x >> 31);
 }
 
 }  // namespace
@@ -75,16 +68,13 @@ void keep_largest_component(const lattice& grid, uint8_t* voxels, component_sear
 }
 
 uint64_t body_hash(const lattice& grid, const uint8_t* voxels) {
-    uint64_t hash = 0x6c696d6178000001;  // any start but 0
-    for (const int size : {grid.nx, grid.ny, grid.nz})
-        hash = scramble(hash ^ static_cast<uint64_t>(size));
-    // Eight voxels a turn; the lattice, hashed first, says how many of the last turn's zeros count.
+    uint64_t hash = hash_of_lattice(grid);
     const int64_t count = grid.voxels();
-    for (int64_t first = 0; first < count; first += 8) {
+    for (int64_t first = 0; first < count; first += voxels_per_turn) {
         uint64_t eight = 0;
-        for (int64_t k = 0; k < std::min<int64_t>(8, count - first); ++k)
+        for (int64_t k = 0; k < std::min<int64_t>(voxels_per_turn, count - first); ++k)
             eight |= static_cast<uint64_t>(voxels[first + k]) << (8 * k);
-        hash = scramble((hash + 0x9e3779b97f4a7c15) ^ eight);
+        hash = hash_with(hash, eight);
     }
     return hash;
 }

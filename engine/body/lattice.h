@@ -17,18 +17,21 @@ struct direction {
 };
 
 inline constexpr int direction_count = 13;
-inline constexpr direction directions[direction_count] = {
-    {1, 0, 0}, {0, 1, 0},  {0, 0, 1},                                      // edges
-    {1, 1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1}, {0, 1, 1}, {0, -1, 1},  // face diagonals
-    {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};                       // space diagonals
 
-// The same where the number is known at run time only: a table in memory is not every device's.
+// In a function, since device code has no host's table to index at run time.
 LIMAX_LAW constexpr direction direction_at(int number) {
     constexpr direction table[direction_count] = {
-        {1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1},
-        {0, 1, 1}, {0, -1, 1}, {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};
+        {1, 0, 0}, {0, 1, 0},  {0, 0, 1},                                      // edges
+        {1, 1, 0}, {-1, 1, 0}, {1, 0, 1},  {-1, 0, 1}, {0, 1, 1}, {0, -1, 1},  // face diagonals
+        {1, 1, 1}, {-1, 1, 1}, {1, -1, 1}, {-1, -1, 1}};                       // space diagonals
     return table[number];
 }
+
+// All of them, for the host.
+inline constexpr direction directions[direction_count] = {
+    direction_at(0),  direction_at(1),  direction_at(2), direction_at(3), direction_at(4),
+    direction_at(5),  direction_at(6),  direction_at(7), direction_at(8), direction_at(9),
+    direction_at(10), direction_at(11), direction_at(12)};
 
 // Sites of an nx x ny x nz lattice of voxels: site = x + (nx + 1) (y + (ny + 1) z).
 struct lattice {

@@ -17,6 +17,12 @@ struct breeding_rates {
 LIMAX_LAW uint32_t choice_draw(uint32_t gene) { return 2 * gene; }
 LIMAX_LAW uint32_t deviate_draw(uint32_t gene) { return 2 * gene + 1; }
 
+// Of the first weights of a unit: keeps the sums of a layer about as large as its inputs, however
+// many there are.
+LIMAX_LAW double initial_deviation(double scale, int32_t inputs) {
+    return scale / square_root(double(inputs));
+}
+
 // N(0, deviation^2), rounded once. `key` has the stream `initial`.
 LIMAX_LAW float initial_gene(const random_key& key, uint32_t gene, double deviation) {
     return float(deviation * random_normal(key, deviate_draw(gene)));
@@ -31,8 +37,9 @@ LIMAX_LAW float child_gene(const breeding_rates& rates, const random_key& key, u
     const double mutation = unit_interval(join_words(choice.word[2], choice.word[3]));
     const float inherited = crossover < rates.crossover_rate ? of_second : of_first;
     // Most genes do not mutate, and a deviate costs more than all else here: a branch, whose sides
-    // give what a select would.
-    if (!(mutation < rates.mutation_rate)) return inherited;
+    // give what a select would. A gene that is no number stays as it is: what arithmetic makes of
+    // its bits differs from device to device.
+    if (!(mutation < rates.mutation_rate) || inherited != inherited) return inherited;
     return float(
         fma(rates.mutation_scale, random_normal(key, deviate_draw(gene)), double(inherited)));
 }

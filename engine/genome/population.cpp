@@ -1,9 +1,8 @@
-// population.cpp: ranges of robots through the laws of breeding.h, the express pass and grid.h; and
-// how much they differ.
+// population.cpp: where the arrays are, and ranges of robots through the laws of breeding.h, the
+// express pass and grid.h.
 #include "genome/population.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.h"
 #include "genome/breeding.h"
@@ -52,19 +51,107 @@ population::population(const int32_t size[3], int32_t count, std::shared_ptr<con
                             bytes_per_voxel(count, code.get(), size))),
       count_(count),
       code_(std::move(code)) {
-    const std::size_t robots = std::size_t(count), voxels = std::size_t(grid_.voxels());
     if (code_) {
         const lattice& coded = code_->grid();
         if (coded.nx != grid_.nx || coded.ny != grid_.ny || coded.nz != grid_.nz)
             fail(LIMAX_INVALID_ARGUMENT,
                  format("the population's lattice is %dx%dx%d voxels, its encoding's %dx%dx%d",
                         grid_.nx, grid_.ny, grid_.nz, coded.nx, coded.ny, coded.nz));
-        genomes_ = array<float>(robots * std::size_t(code_->genes()));
     }
-    voxels_ = array<uint8_t>(robots * voxels);
-    weights_ = array<float>(robots * weight_kinds * voxels);
-    bodies_ = array<limax_body>(robots);
+    bodies_ = array<limax_body>(std::size_t(count));
 }
+
+// ---- where the arrays are ----
+
+void population::genomes_to_host() const {
+    if (genomes_at_.host || !code_) return;
+    if (genomes_.size() == 0)
+        genomes_ = array<float>(std::size_t(count_) * std::size_t(code_->genes()));
+    if (genomes_at_.device) home_->fetch_genomes(genomes_.data(), 0, count_);
+    genomes_at_.host = true;
+}
+
+void population::bodies_to_host() const {
+    if (bodies_at_.host) return;
+    if (voxels_.size() == 0) {
+        const std::size_t voxels = std::size_t(count_) * std::size_t(grid_.voxels());
+        array<float> weights(weight_kinds * voxels);
+        voxels_ = array<uint8_t>(voxels);
+        weights_ = std::move(weights);
+    }
+    if (bodies_at_.device) home_->bodies()->fetch(voxels_.data(), weights_.data());
+    bodies_at_.host = true;
+}
+
+void population::genomes_to_device() const {
+    if (genomes_at_.device && !genomes_at_.lent) return;
+    if (genomes_at_.host)
+        home_->send_genomes(genomes_.data());
+    else
+        home_->clear_genomes();
+    genomes_at_.device = true;
+}
+
+void population::bodies_to_device() const {
+    if (bodies_at_.device && !bodies_at_.lent) return;
+    if (bodies_at_.host)
+        home_->send_bodies(voxels_.data(), weights_.data());
+    else
+        home_->clear_bodies();
+    bodies_at_.device = true;
+}
+
+const float* population::genomes() const {
+    genomes_to_host();
+    return code_ ? genomes_.data() : nullptr;
+}
+const uint8_t* population::voxels() const {
+    bodies_to_host();
+    return voxels_.data();
+}
+const float* population::weights() const {
+    bodies_to_host();
+    return weights_.data();
+}
+
+float* population::genomes() {
+    genomes_to_host();
+    genomes_at_.lent = true;
+    return code_ ? genomes_.data() : nullptr;
+}
+uint8_t* population::voxels() {
+    bodies_to_host();
+    bodies_at_.lent = true;
+    return voxels_.data();
+}
+float* population::weights() {
+    bodies_to_host();
+    bodies_at_.lent = true;
+    return weights_.data();
+}
+
+void population::read_genomes(int32_t first, int32_t count, float* out) const {
+    require_genomes();
+    require_robots(first, count);
+    if (genomes_at_.device && !genomes_at_.host)
+        home_->fetch_genomes(out, first, count);
+    else
+        std::copy_n(genomes() + int64_t(first) * genes(), int64_t(count) * genes(), out);
+}
+
+void population::move_to(std::shared_ptr<residence> home) const {
+    if (home == home_) return;
+    if (genomes_at_.device) genomes_to_host();
+    if (bodies_at_.device) bodies_to_host();
+    genomes_at_.device = bodies_at_.device = false;
+    home_ = std::move(home);
+}
+
+std::shared_ptr<const resident_bodies> population::bodies_at_home() const {
+    return bodies_at_.device && !bodies_at_.lent ? home_->bodies() : nullptr;
+}
+
+// ---- what happens to robots ----
 
 void population::require_robots(int32_t first, int32_t count) const {
     if (first >= 0 && count >= 0 && first <= count_ - count) return;
@@ -90,6 +177,14 @@ void population::initialize(int32_t first, int32_t count, const parallel_for& ea
     const network_shape& shape = code_->shape();
     const limax_encoding_options& options = code_->options();
     const int64_t genome_size = genes();
+    if (home_) {
+        if (!whole(first, count)) genomes_to_device();
+        home_->initialize(first, count);
+        genomes_at_ = {.device = true};
+        forget(first, count);
+        return;
+    }
+    genomes_to_host();
     each(count, [&](int index) {
         const int32_t robot = first + index;
         const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, 0,
@@ -98,8 +193,7 @@ void population::initialize(int32_t first, int32_t count, const parallel_for& ea
         uint32_t gene = 0;
         for (int32_t layer = 0; layer < shape.layers; ++layer) {
             const int32_t inputs = shape.width[layer], units = shape.width[layer + 1];
-            // Keeps the sums of a layer about as large as its inputs, however many there are.
-            const double deviation = options.initial_scale / std::sqrt(double(inputs));
+            const double deviation = initial_deviation(options.initial_scale, inputs);
             for (int32_t k = 0; k < inputs * units; ++k, ++gene)
                 genome[gene] = initial_gene(key, gene, deviation);
             for (int32_t unit = 0; unit < units; ++unit, ++gene) genome[gene] = 0.0f;
@@ -109,8 +203,12 @@ void population::initialize(int32_t first, int32_t count, const parallel_for& ea
 }
 
 void population::describe(const material_table& materials, bool require_muscle, int32_t robot) {
+    describe_body(grid_, voxels_.data() + robot * grid_.voxels(), bodies_[std::size_t(robot)]);
+    judge(materials, require_muscle, robot);
+}
+
+void population::judge(const material_table& materials, bool require_muscle, int32_t robot) {
     limax_body& body = bodies_[std::size_t(robot)];
-    describe_body(grid_, voxels_.data() + robot * grid_.voxels(), body);
     int32_t muscles = 0;
     for (int32_t material = 1; material < materials.count(); ++material)
         if (is_muscle(materials.at(material))) muscles += body.counts[material];
@@ -128,6 +226,17 @@ void population::express(const material_table& materials, bool require_muscle, e
         fail(LIMAX_INVALID_ARGUMENT,
              format("the encoding chooses among %d materials, but the table \"%s\" has %d",
                     shape.materials, materials.name().c_str(), materials.count()));
+    if (home_) {
+        genomes_to_device();
+        if (!whole(first, count)) bodies_to_device();
+        home_->express(first, count, bodies_.data() + first);
+        bodies_at_ = {.device = true};
+        for (int32_t robot = first; robot < first + count; ++robot)
+            judge(materials, require_muscle, robot);
+        return;
+    }
+    genomes_to_host();
+    bodies_to_host();
     const int64_t voxels = grid_.voxels();
     const auto lot = static_cast<int32_t>(std::max<int64_t>(1, voxels_per_lot / voxels));
     const int64_t genome_size = genes();
@@ -149,6 +258,7 @@ void population::express(const material_table& materials, bool require_muscle, e
 void population::check(const material_table& materials, bool require_muscle, int32_t first,
                        int32_t count) {
     require_robots(first, count);
+    bodies_to_host();
     const int64_t voxels = grid_.voxels();
     const auto refuse = [&](int32_t robot, int64_t voxel, const std::string& text) {
         const auto x = int(voxel % grid_.nx), y = int(voxel / grid_.nx % grid_.ny);
@@ -198,6 +308,17 @@ void population::breed(const population& parents, const int32_t* pairs,
                      format("child %d: parent %d does not exist; there are %d", child + 1,
                             parent + 1, parents.count()));
 
+    if (home_ && parents.home_) {
+        parents.genomes_to_device();
+        if (!whole(first, count)) genomes_to_device();
+        home_->breed(*parents.home_, pairs + 2 * int64_t(first), breeding, first, count);
+        genomes_at_ = {.device = true};
+        forget(first, count);
+        return;
+    }
+    genomes_to_host();
+    genomes_at_.device = false;
+    const float* const of_parents = parents.genomes();
     const breeding_rates rates{breeding.mutation_rate, breeding.mutation_scale,
                                breeding.crossover_rate};
     const int32_t genome_size = genes();
@@ -206,8 +327,8 @@ void population::breed(const population& parents, const int32_t* pairs,
         const random_key key{breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING,
                              breeding.generation, static_cast<uint32_t>(child)};
         const int64_t one = pairs[2 * int64_t(child)], other = pairs[2 * int64_t(child) + 1];
-        const float* of_first = parents.genomes() + one * genome_size;
-        const float* of_second = parents.genomes() + other * genome_size;
+        const float* of_first = of_parents + one * genome_size;
+        const float* of_second = of_parents + other * genome_size;
         float* genome = genomes_.data() + int64_t(child) * genome_size;
         if (child < breeding.elites) {
             std::copy_n(of_first, genome_size, genome);
@@ -217,88 +338,6 @@ void population::breed(const population& parents, const int32_t* pairs,
             genome[gene] = child_gene(rates, key, uint32_t(gene), of_first[gene], of_second[gene]);
     });
     forget(first, count);
-}
-
-limax_diversity population::diversity(const int32_t* robots, int32_t count) const {
-    if (count < 1)
-        fail(LIMAX_INVALID_ARGUMENT, format("diversity of %d robots: it needs at least 1", count));
-    for (int32_t k = 0; k < count; ++k) {
-        require_robots(robots[k], 1);
-        if (bodies_[std::size_t(robots[k])].status == LIMAX_BODY_UNKNOWN)
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("robot %d has no known body: it must be expressed or checked first",
-                        robots[k] + 1));
-    }
-    limax_diversity out = {};
-    out.robots = count;
-    out.hamming = hamming(robots, count);
-    out.genotype = code_ ? genotype(robots, count) : std::nan("");
-
-    std::vector<uint64_t> hashes;
-    hashes.reserve(static_cast<std::size_t>(count));
-    for (int32_t k = 0; k < count; ++k) {
-        const limax_body& body = bodies_[std::size_t(robots[k])];
-        hashes.push_back(body.hash);
-        for (int m = 0; m < LIMAX_MAX_MATERIALS; ++m) out.material_shares[m] += body.counts[m];
-    }
-    for (double& share : out.material_shares) share /= double(count) * double(grid_.voxels());
-    std::sort(hashes.begin(), hashes.end());
-    out.distinct = static_cast<int32_t>(std::unique(hashes.begin(), hashes.end()) - hashes.begin());
-    return out;
-}
-
-// Of the N^2 ordered pairs of robots, N^2 - sum over m of n_m^2 differ in a voxel that n_m robots
-// fill with material m; N (N - 1) pairs are of distinct robots. Counted exactly, tile by tile, so
-// that the counts stay in a cache.
-double population::hamming(const int32_t* robots, int32_t count) const {
-    if (count < 2) return 0;
-    static_assert((LIMAX_MAX_MATERIALS & (LIMAX_MAX_MATERIALS - 1)) == 0);
-    constexpr int64_t tile = 1024, materials = LIMAX_MAX_MATERIALS;
-    const int64_t voxels = grid_.voxels(), pairs = int64_t(count) * count;
-    std::vector<int32_t> counts;
-    double differing = 0;
-    for (int64_t first = 0; first < voxels; first += tile) {
-        const int64_t filled = std::min(tile, voxels - first);
-        counts.assign(static_cast<std::size_t>(filled * materials), 0);
-        for (int32_t k = 0; k < count; ++k) {
-            const uint8_t* voxel = voxels_.data() + robots[k] * voxels + first;
-            // Anyone may have written to the voxels since the check: the mask keeps that inside
-            // `counts`.
-            for (int64_t v = 0; v < filled; ++v)
-                ++counts[static_cast<std::size_t>(v * materials + (voxel[v] & (materials - 1)))];
-        }
-        for (int64_t v = 0; v < filled; ++v) {
-            int64_t same = 0;
-            for (int64_t m = 0; m < materials; ++m) {
-                const int64_t n = counts[static_cast<std::size_t>(v * materials + m)];
-                same += n * n;
-            }
-            differing += double(pairs - same);
-        }
-    }
-    return differing / (double(count) * (count - 1.0) * double(voxels));
-}
-
-// Two passes, mean first: a difference of squares would lose the digits of a population that has
-// nearly converged.
-double population::genotype(const int32_t* robots, int32_t count) const {
-    const auto genes = static_cast<std::size_t>(code_->genes());
-    std::vector<double> mean(genes, 0.0), square(genes, 0.0);
-    for (int32_t k = 0; k < count; ++k) {
-        const float* genome = genomes_.data() + std::size_t(robots[k]) * genes;
-        for (std::size_t gene = 0; gene < genes; ++gene) mean[gene] += genome[gene];
-    }
-    for (double& m : mean) m /= count;
-    for (int32_t k = 0; k < count; ++k) {
-        const float* genome = genomes_.data() + std::size_t(robots[k]) * genes;
-        for (std::size_t gene = 0; gene < genes; ++gene) {
-            const double off = genome[gene] - mean[gene];
-            square[gene] += off * off;
-        }
-    }
-    double sum = 0;
-    for (const double s : square) sum += s;
-    return std::sqrt(sum / (double(count) * double(genes)));
 }
 
 }  // namespace limax

@@ -1,6 +1,6 @@
 // population.h: genomes and bodies of many robots on one lattice, and what happens to them between
-// two simulations. All work is over ranges of robots and gives the same bits however it is cut and
-// on however many threads.
+// two simulations, on the host or on a device where they live. All work is over ranges of robots
+// and gives the same bits however it is cut, on however many threads, and wherever it is done.
 #pragma once
 
 #include <memory>
@@ -12,6 +12,7 @@
 #include "body/material.h"
 #include "genome/encoding.h"
 #include "genome/network.h"
+#include "genome/residence.h"
 #include "limax.h"
 
 namespace limax {
@@ -27,14 +28,30 @@ public:
 
     int32_t count() const { return count_; }
     const lattice& grid() const { return grid_; }
+    const std::shared_ptr<const encoding>& code() const { return code_; }
     int32_t genes() const { return code_ ? code_->genes() : 0; }
-    float* genomes() { return code_ ? genomes_.data() : nullptr; }  // [robot][gene]
-    uint8_t* voxels() { return voxels_.data(); }                    // [robot][z][y][x]
-    float* weights() { return weights_.data(); }  // [robot][3][z][y][x], each 0 to 1
-    const float* genomes() const { return code_ ? genomes_.data() : nullptr; }
-    const uint8_t* voxels() const { return voxels_.data(); }
-    const float* weights() const { return weights_.data(); }
     const limax_body* bodies() const { return bodies_.data(); }  // [robot]
+
+    // Arrays on the host, brought there at the first need. Those of the constant population are as
+    // they are until the next call that writes. The others may be written through: they count, and
+    // a device is sent them again at every need, until a device writes the array, from when on only
+    // a new pointer has what counts.
+    float* genomes();   // [robot][gene]; null without an encoding
+    uint8_t* voxels();  // [robot][z][y][x]
+    float* weights();   // [robot][3][z][y][x], each 0 to 1
+    const float* genomes() const;
+    const uint8_t* voxels() const;
+    const float* weights() const;
+    // A copy of the genomes of these robots, [count][gene], from wherever they are.
+    void read_genomes(int32_t first, int32_t count, float* out) const;
+
+    // Where it lives from now on; null for the host. Where it lives is no part of its value.
+    void move_to(std::shared_ptr<residence> home) const;
+    const residence* home() const { return home_.get(); }
+    // Its bodies there; null where only the host's count.
+    std::shared_ptr<const resident_bodies> bodies_at_home() const;
+
+    // What follows is done where the population lives; `each` and `pass` are for the host.
 
     // Initial genomes. Bodies of these robots become unknown.
     void initialize(int32_t first, int32_t count, const parallel_for& each);
@@ -48,7 +65,8 @@ public:
     void check(const material_table& materials, bool require_muscle, int32_t first, int32_t count);
 
     // Children first .. first + count - 1 from `pairs` [child][2], indices into `parents`, which is
-    // another population with as many genes. Bodies of these children become unknown.
+    // another population with as many genes. Bodies of these children become unknown. Done on a
+    // device only where both live on it: callers see to it that two homes are of one device.
     void breed(const population& parents, const int32_t* pairs, const limax_breeding& breeding,
                const parallel_for& each, int32_t first, int32_t count);
 
@@ -56,20 +74,36 @@ public:
     limax_diversity diversity(const int32_t* robots, int32_t count) const;
 
 private:
+    // Where an array has its present values; everything is 0 where nobody has.
+    struct presence {
+        bool host = false, device = false;
+        bool lent = false;  // someone may be writing to the host's
+    };
+
     void require_robots(int32_t first, int32_t count) const;
     void require_genomes() const;
+    void judge(const material_table& materials, bool require_muscle, int32_t robot);
     void describe(const material_table& materials, bool require_muscle, int32_t robot);
     void forget(int32_t first, int32_t count);
     double hamming(const int32_t* robots, int32_t count) const;
     double genotype(const int32_t* robots, int32_t count) const;
 
+    void genomes_to_host() const;
+    void bodies_to_host() const;
+    void genomes_to_device() const;
+    void bodies_to_device() const;
+    bool whole(int32_t first, int32_t count) const { return first == 0 && count == count_; }
+
     lattice grid_;
     int32_t count_;
     std::shared_ptr<const encoding> code_;
-    array<float> genomes_;
-    array<uint8_t> voxels_;
-    array<float> weights_;
     array<limax_body> bodies_;
+
+    mutable array<float> genomes_;  // empty until the first need, as are the next two
+    mutable array<uint8_t> voxels_;
+    mutable array<float> weights_;
+    mutable std::shared_ptr<residence> home_;
+    mutable presence genomes_at_, bodies_at_;
 };
 
 }  // namespace limax

@@ -3,24 +3,15 @@
 --- this file runs it and writes them.
 
 local csv = require "limax.bench.csv"
+local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local suggest = require "limax.suggest"
 
 local exit_usage = 2
 
--- files of scripts/lib/bench that benches share
-local shared = { child = true, csv = true, timing = true }
-
--- names of the benches: the other files there
-local function bench_names()
-  local names = {}
-  for _, file in ipairs(host.file.list(host.home .. "/scripts/lib/bench") or {}) do
-    local name = file:match "^(%l[%l%d_]*)%.lua$"
-    if name and not shared[name] then names[#names + 1] = name end
-  end
-  return names
-end
+-- modules of scripts/lib/bench that measure; the other files there are what they share
+local BENCHES = { "effects", "throughput" }
 
 local function write(path, text)
   local written, message = host.file.write_atomic(path, text)
@@ -30,17 +21,23 @@ end
 local function run(arguments)
   local name = arguments[1]
   local known = false
-  for _, each in ipairs(bench_names()) do known = known or each == name end
+  for _, each in ipairs(BENCHES) do known = known or each == name end
   if not known then
-    local ending = suggest.ending(name, bench_names())
-    failure.raise(exit_usage, ('unknown bench "%s"%s'):format(name, ending))
+    failure.raise(exit_usage, ('unknown bench "%s"%s'):format(name, suggest.ending(name, BENCHES)))
+  end
+  local fine, device =
+    failure.attempt(engine.device, arguments.device, { threads = arguments.threads })
+  if not fine then failure.raise(failure.status(device) or 1, failure.bare(device)) end
+  if arguments.store and not (name == "throughput" and device.kind == "cuda") then
+    failure.raise(exit_usage, "--store keeps what a GPU gave: limax bench throughput --device cuda")
   end
   local bench = require("limax.bench." .. name)
   local result = bench.run {
-    device = arguments.device,
+    device = device,
     threads = arguments.threads,
     seconds = arguments.seconds,
     full = arguments.full,
+    store = arguments.store,
     say = function(text) io.write(text, "\n") io.flush() end,
   }
   result.schema = "limax.bench/1"
@@ -54,9 +51,10 @@ end
 return {
   summary = "measure speed, after checking the physics of what is measured",
   usage = "limax bench NAME [options]",
-  text = "There are: " .. table.concat(bench_names(), ", ") .. ".\n\n"
-    .. "throughput measures springs per second, the speed-up by threads, and the seconds per\n"
-    .. "generation of `limax run walk.lua`; with --full also the peak memory of 1000 robots.",
+  text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
+    .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
+    .. "the kernel that served each. Then the seconds per generation of `limax run walk.lua`.\n"
+    .. "effects measures the time of a step with each effect alone, all but each, and all.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -67,7 +65,9 @@ return {
       text = "threads of the CPU device; one per core if left out" },
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
       text = "time of one repeat of one measurement" },
-    { name = "full", text = "also a generation of 1000 robots: about half a minute" },
+    { name = "full",
+      text = "throughput: every combination on a GPU, and a generation of 1000 robots" },
+    { name = "store", text = "throughput: keep the hashes of this GPU model's last states" },
   },
   run = run,
 }

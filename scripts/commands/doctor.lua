@@ -5,6 +5,8 @@ local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local passes = require "limax.passes"
+local script = require "limax.script"
+local settings = require "limax.settings"
 local terminal = require "limax.terminal"
 
 -- programs that limax or its developers use where they are found
@@ -25,7 +27,7 @@ local GREEN, RED, YELLOW = 34, 160, 136
 local command = {
   summary = "show what this machine offers and what is missing",
   usage = "limax doctor [--json]",
-  text = "Exits 1 if the self check fails; a missing tool is no failure.",
+  text = "Exits 1 if a self check fails; a missing tool or GPU is no failure.",
   options = { { name = "json", text = "print one JSON object" } },
 }
 
@@ -86,28 +88,113 @@ local function self_check(device)
   }
 end
 
+-- Why this folder cannot be written; nil where it can.
+local function unwritable(folder)
+  if folder == "" then return "neither XDG_CACHE_HOME nor HOME names a folder" end
+  local fine, message = host.file.mkdir(folder)
+  local probe = folder .. "/.doctor"
+  if fine then fine, message = host.file.write_atomic(probe, "") end
+  if fine then fine, message = host.file.remove(probe) end
+  return not fine and message or nil
+end
+
+-- The kernel that the scene of walk.lua gets.
+local function walk_kernel(device)
+  local config = script.run(host.home .. "/scripts/experiments/walk.lua").config
+  local materials = engine.materials(config.materials)
+  local population = engine.population { lattice = config.lattice, count = 1 }
+  local voxels = {}
+  for i = 1, population.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
+  population:set_body(1, voxels)
+  population:check(materials)
+  local simulation = engine.simulation(population, materials, engine.scene(config.scene),
+    settings.engine_options(config.simulation, config.record), device)
+  return simulation:describe()
+end
+
+-- What the engine says of CUDA: the device and what serves it, or why there is none.
+local function gather_cuda()
+  local fine, device = failure.attempt(engine.device, "cuda")
+  if not fine then
+    local reason = failure.bare(device):gsub("^device 'cuda': ", ""):gsub("; use 'cpu' or .-$", "")
+    return { cuda_missing = reason }
+  end
+  local about = device:describe()
+  local facts = { cuda = about.cuda, gpus = about.gpus, nvrtc = about.nvrtc,
+    kernel_cache = about.kernel_cache, kernel_cache_unwritable = unwritable(about.kernel_cache),
+    kernels_allowed = os.getenv "LIMAX_KERNELS" }
+  local kernel
+  fine, kernel = failure.attempt(walk_kernel, device)
+  facts.walk_kernel = fine and kernel or nil
+  facts.walk_kernel_missing = not fine and failure.bare(kernel) or nil
+  fine, facts.self_check_cuda = failure.attempt(self_check, device)
+  if not fine then
+    facts.self_check_cuda = { passed = false, failed = failure.bare(facts.self_check_cuda) }
+  end
+  return facts
+end
+
 local function gather()
   local environment = host.environment()
   local device = engine.device "cpu"
   local description = device:describe()
   local compiled, flags = jit.status(), {}
   for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
-  local cuda_found = failure.attempt(engine.device, "cuda")
   local driver_opens, driver_missing = host.opens(DRIVER)
-  return {
+  local facts = {
     version = host.version, build = environment.build, compiler = environment.compiler,
     executable = host.executable, home = host.home, home_found = how_home_was_found(),
     system = environment.system, cpu = description.cpu, cores = environment.cores,
     threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
     isa = description.isa, isa_best = passes.best(description),
     isa_warning = passes.warning(description),
-    cuda = cuda_found and description.cuda or nil,
-    cuda_missing = not cuda_found and description.cuda or nil,
     cuda_compiler = environment.cuda_compiler, cuda_driver = driver_opens or false,
     cuda_driver_version = environment.cuda, cuda_driver_missing = driver_missing,
     luajit = jit.version, jit = compiled, jit_flags = table.concat(flags, " "),
     tools = tools(), self_check = self_check(device),
   }
+  for name, fact in pairs(gather_cuda()) do facts[name] = fact end
+  return facts
+end
+
+-- Lines about the GPUs, for `lines_of`.
+local function cuda_lines(facts, line)
+  if not facts.cuda then
+    line("", "CUDA", "none: %s", facts.cuda_missing)
+    return
+  end
+  line("ok", "CUDA", "%s, %d GPU%s; --device auto takes %s", facts.cuda, #facts.gpus,
+    #facts.gpus == 1 and "" or "s", #facts.gpus == 1 and "it" or "them all")
+  for i, gpu in ipairs(facts.gpus) do
+    line("", "GPU " .. i, "%s, compute capability %s, %d multiprocessors, %.1f GiB", gpu.name,
+      gpu.capability, gpu.multiprocessors, gpu.memory / 2 ^ 30)
+  end
+  local compiles = facts.nvrtc:match "^%d"
+  line(compiles and "ok" or "warn", "NVRTC", "%s", compiles and facts.nvrtc
+    or facts.nvrtc .. "; kernels built with limax serve instead, where one covers the scene")
+  if facts.kernels_allowed then line("", "LIMAX_KERNELS", "%s", facts.kernels_allowed) end
+  local wrong = facts.kernel_cache_unwritable
+  line(wrong and "warn" or "ok", "kernel cache", "%s", wrong
+    and wrong .. "; kernels are compiled anew in each run" or facts.kernel_cache)
+  local kernel = facts.walk_kernel
+  if kernel then
+    line(kernel.spilled > 64 and "warn" or "ok", "walk kernel", "%s path, %s (%s), %d registers, "
+      .. "%d bytes spilled, %d instructions, %d blocks per multiprocessor", kernel.path,
+      kernel.origin, kernel.architecture, kernel.registers, kernel.spilled, kernel.instructions,
+      kernel.blocks_of_multiprocessor)
+  else
+    line("bad", "walk kernel", "%s", facts.walk_kernel_missing)
+  end
+end
+
+local function check_line(check, where, line)
+  if check.failed then
+    line("bad", "self check", "%s: %s", where, check.failed)
+    return
+  end
+  line(check.passed and "ok" or "bad", "self check",
+    "%s: a body of 125 voxels fell %.5f m in 1 s (%.5f expected); %.2g springs/s", where,
+    check.fallen, check.expected, check.springs_per_second)
 end
 
 -- Lines of { mark, label, value }; a mark is "ok", "warn", "bad" or "".
@@ -127,7 +214,7 @@ local function lines_of(facts)
     facts.isa_warning or facts.isa .. ", the best of this processor")
   line("", "threads", "%d%s", facts.threads,
     facts.threads_set and facts.threads_set ~= "" and " (from LIMAX_THREADS)" or "")
-  line(facts.cuda and "ok" or "", "CUDA", "%s", facts.cuda or "none: " .. facts.cuda_missing)
+  cuda_lines(facts, line)
   line(facts.cuda_compiler and "ok" or "", "CUDA compiler", "%s", facts.cuda_compiler
     and facts.cuda_compiler .. " when this was built" or "no nvcc when this was built")
   line(facts.cuda_driver and "ok" or "", "CUDA driver", "%s", facts.cuda_driver
@@ -140,10 +227,8 @@ local function lines_of(facts)
   for _, tool in ipairs(facts.tools) do
     line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)
   end
-  local check = facts.self_check
-  line(check.passed and "ok" or "bad", "self check",
-    "a body of 125 voxels fell %.5f m in 1 s (%.5f expected); %.2g springs/s on one thread",
-    check.fallen, check.expected, check.springs_per_second)
+  check_line(facts.self_check, "one CPU thread", line)
+  if facts.self_check_cuda then check_line(facts.self_check_cuda, "one robot on CUDA", line) end
   return lines
 end
 
@@ -168,7 +253,8 @@ function command.run(arguments)
   else
     show(facts)
   end
-  return facts.self_check.passed and 0 or 1
+  local on_cuda = facts.self_check_cuda
+  return facts.self_check.passed and (not on_cuda or on_cuda.passed) and 0 or 1
 end
 
 return command

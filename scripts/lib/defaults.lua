@@ -96,7 +96,7 @@ defaults.selection = { "tournament", size = 3 }
 defaults.supervisor = "rules"
 
 defaults.integrators = { "leapfrog", "symplectic_euler" }
-defaults.precisions = { "compensated", "double", "single" }
+defaults.precisions = { "compensated", "double", "mixed", "single" }
 defaults.sharings = { "mean", "sum" }
 
 --- Named sets of integrator, precision and time step. A step is `auto` with a cap (s) where the

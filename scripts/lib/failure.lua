@@ -36,6 +36,22 @@ function failure.status(value)
   return type(value) == "string" and statuses[value] or nil
 end
 
+-- message -> what failed on this machine
+local machine = {}
+
+--- Remembers that an error is the machine's: "memory" that it has not, a "device" that is not to be
+--- had or that failed, a "defect" of the engine. nil: it is not.
+---@param message string
+---@param what "memory"|"device"|"defect"|nil
+function failure.note_machine(message, what) machine[message] = what end
+
+--- What failed on this machine; nil for an error that script or input are to blame for.
+---@param value any
+---@return "memory"|"device"|"defect"|nil
+function failure.of_machine(value)
+  return type(value) == "string" and machine[value] or nil
+end
+
 -- Is a path or a frame of a traceback in limax's own code? That tells a user nothing.
 local function is_ours(text)
   for _, folder in ipairs { "/bindings/", "/scripts/lib/", "/scripts/commands/" } do

@@ -5,6 +5,7 @@
 local failure = require "limax.failure"
 local host = require "limax.host"
 local npy = require "limax.npy"
+local run_lines = require "limax.run_lines"
 local source = require "limax.source"
 local shell = require "limax.shell"
 
@@ -12,18 +13,11 @@ local shell = require "limax.shell"
 ---@field path string
 ---@field config table
 ---@field checkpoint table|nil repetition, generation and file sizes of the last whole generation
+---@field grown limax.run_lines the files that grow by a line per generation
 local Folder = {}
 Folder.__index = Folder
 
 local run_folder = {}
-
--- Files that grow by one line per generation.
-local lines_of = { "metrics", "ledger", "timing" }
-
--- Their sizes before the first generation.
-local function no_bytes() return { metrics = 0, ledger = 0, timing = 0 } end
-
-local function file_of(name) return name .. ".jsonl" end
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
@@ -147,12 +141,13 @@ function run_folder.create(path, experiment, options)
     local ok, message = host.file.mkdir(path)
     if not ok then failure.raise(2, message) end
   end
-  local self = setmetatable({ path = path, bytes = no_bytes() }, Folder)
+  local self = setmetatable({ path = path }, Folder)
+  self.grown = run_lines.new(self)
   self.lock = lock(path)
   local config, scripts = run_folder.configuration(experiment, options)
   self.config = config
   self:write_scripts(scripts, "scripts")
-  for _, name in ipairs(lines_of) do self:write(file_of(name), "") end
+  self.grown:create()
   self:status "running"
   -- last: a folder with a configuration is a run
   self:write("config.json", json(config))
@@ -161,11 +156,22 @@ end
 
 -- ---- writing ------------------------------------------------------------------------------------
 
--- Appends one line.
-function Folder:append(name, value)
-  local line = host.json.encode(value) .. "\n"
-  self:check(host.file.append(self.path .. "/" .. file_of(name), line))
-  self.bytes[name] = self.bytes[name] + #line
+-- Says that everything written so far is whole.
+function Folder:write_checkpoint(repetition, generation)
+  local bytes, ahead = self.grown:sizes()
+  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
+    generation = generation, bytes = bytes, ahead = ahead }
+  self:write("checkpoint", json(checkpoint))
+  self.checkpoint = checkpoint
+end
+
+--- From now on the lines of this repetition are next. All earlier repetitions must have their last
+--- generation. Without a turn, lines are appended as they come.
+---@param repetition integer
+function Folder:take_turn(repetition)
+  if not self.grown:take_turn(repetition) then return end
+  self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
+  self.grown:remove_waiting(repetition)
 end
 
 --- Where files of one generation lie, below the run folder.
@@ -175,7 +181,7 @@ end
 ---@param ending string
 ---@return string
 function run_folder.place(repetition, kind, generation, ending)
-  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
+  return ("%s/%s/g%04d%s"):format(run_lines.folder_of(repetition), kind, generation, ending)
 end
 
 --- Writes a whole generation; the checkpoint that names it comes last. Returns the seconds that it
@@ -189,7 +195,7 @@ function Folder:write_generation(given)
     return run_folder.place(repetition, kind, generation, ending)
   end
   for _, kind in ipairs { "population", "champions" } do
-    self:make_folder(("r%02d/%s"):format(repetition, kind))
+    self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
   end
   self:write(place("population", ".jsonl"), given.text)
   self:write(place("population", ".npy"), npy.encode(given.genomes, given.robots, given.genes))
@@ -197,20 +203,14 @@ function Folder:write_generation(given)
 
   local ledger = { schema = "limax.ledger/1", repetition = repetition, generation = generation }
   for key, value in pairs(given.ledger) do ledger[key] = value end
-  self:append("ledger", ledger)
-  self:append("metrics", given.metrics)
+  self.grown:append("ledger", ledger)
+  self.grown:append("metrics", given.metrics)
   local seconds = {}
   for key, value in pairs(given.seconds) do seconds[key] = value end
   seconds.write = host.clock() - began
-  self:append("timing", { schema = "limax.timing/1", repetition = repetition,
+  self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
     generation = generation, ended = host.time(), seconds = seconds })
-
-  local bytes = {}
-  for _, name in ipairs(lines_of) do bytes[name] = self.bytes[name] end
-  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
-    generation = generation, bytes = bytes }
-  self:write("checkpoint", json(checkpoint))
-  self.checkpoint = checkpoint
+  self:write_checkpoint(repetition, generation)
   return host.clock() - began
 end
 
@@ -241,7 +241,7 @@ function run_folder.open(path)
     self.checkpoint, message = read_json(path .. "/checkpoint")
     if not self.checkpoint then failure.raise(1, tostring(message)) end
   end
-  self.bytes = self.checkpoint and self.checkpoint.bytes or no_bytes()
+  self.grown = run_lines.new(self, self.checkpoint)
   return self
 end
 
@@ -255,17 +255,20 @@ function Folder:clean(path, beyond)
   end
 end
 
--- Removes files of generations after the last whole one.
+-- Removes files of generations after the last whole one of each repetition.
 function Folder:remove_unfinished()
-  local at = self.checkpoint or { repetition = 0, generation = 0 }
+  local last = self:last_generations()
   self:clean(self.path, function() return false end)
   for _, name in ipairs(host.file.list(self.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
     for _, kind in ipairs(repetition and { "population", "champions" } or {}) do
       self:clean(("%s/%s/%s"):format(self.path, name, kind), function(generation)
-        return repetition > at.repetition
-          or repetition == at.repetition and generation > at.generation
+        return generation > (last[repetition] or -1)
       end)
+    end
+    if repetition then
+      self:clean(self.path .. "/" .. name, function() return false end)
+      self.grown:remove_waiting(repetition)
     end
   end
 end
@@ -276,7 +279,8 @@ end
 ---@param scripts table[] scripts of now
 ---@param verdict limax.resume.verdict
 function Folder:continue(config, scripts, verdict)
-  self:cut()
+  self.grown:cut()
+  self:remove_unfinished()
   if not verdict.changed then return end
   local n = 1
   while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
@@ -289,35 +293,18 @@ function Folder:continue(config, scripts, verdict)
   self.config = config
 end
 
--- Lines and files beyond the checkpoint.
-function Folder:cut()
-  for _, name in ipairs(lines_of) do
-    local path = self.path .. "/" .. file_of(name)
-    if host.file.exists(path) then
-      self:check(host.file.truncate(path, self.bytes[name]))
-    else
-      self:write(file_of(name), "")
-    end
-  end
-  self:remove_unfinished()
-end
-
-local function lines(path)
-  local text, message = source.read(path)
-  if not text then failure.raise(1, message) end
-  local list = {}
-  for line in text:gmatch "[^\n]+" do
-    local value, wrong = host.json.decode(line, path)
-    if not value then failure.raise(1, tostring(wrong)) end
-    list[#list + 1] = value
-  end
-  return list
-end
-
 --- All lines of metrics, ledger or timing.
 ---@param name "metrics"|"ledger"|"timing"
 ---@return table[]
-function Folder:lines(name) return lines(self.path .. "/" .. file_of(name)) end
+function Folder:lines(name) return self.grown:read(name) end
+
+--- The last whole generation of each repetition that has one.
+---@return table<integer, integer>
+function Folder:last_generations()
+  local last = {}
+  for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
+  return last
+end
 
 ---@class limax.run_folder.generation
 ---@field metrics table its line

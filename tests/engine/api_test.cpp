@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "limax.h"
@@ -83,7 +84,9 @@ TEST_CASE("the version of the header is that of the library") {
 
 TEST_CASE("devices that are not to be had are refused with the reason") {
     device none;
-    check_refused(limax_device_create("cuda", 1, nullptr, &none.it), LIMAX_NO_DEVICE, "CUDA");
+    device gpu;
+    const limax_status status = limax_device_create("cuda", 1, nullptr, &gpu.it);
+    if (status != LIMAX_OK) check_refused(status, LIMAX_NO_DEVICE, "use 'cpu' or 'auto'");
     check_refused(limax_device_create("gpu", 1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT,
                   "auto, cpu or cuda");
     check_refused(limax_device_create("cpu", -1, nullptr, &none.it), LIMAX_INVALID_ARGUMENT,
@@ -158,6 +161,7 @@ TEST_CASE("simulations refuse what they cannot run, naming the field and its ran
     refused([](auto& o) { o.bound_fraction = 0; }, "bound_fraction");
     refused([](auto& o) { o.integrator = 2; }, "integrator");
     refused([](auto& o) { o.precision = -1; }, "precision");
+    refused([](auto& o) { o.precision = 4; }, "precision is 4; it must be 0 to 3");
     refused([](auto& o) { o.sharing = 9; }, "sharing");
     refused([](auto& o) { o.edge = 0; }, "edge");
     refused([](auto& o) { o.record[0] = -1; }, "record.center_of_mass");
@@ -245,6 +249,29 @@ TEST_CASE("a simulation outlives everything that it was made from") {
     CHECK(limax_simulation_outcomes(run)[1].status == LIMAX_ROBOT_DONE);
 }
 
+TEST_CASE("a simulation says what its steps run on, before and after them") {
+    ready stage;
+    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+    const auto device_says = nlohmann::json::parse(limax_device_describe(stage.cpu));
+    for (const int32_t precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_MIXED, LIMAX_DOUBLE}) {
+        limax_simulation_options options = stage.options();
+        options.precision = precision;
+        simulation run;
+        REQUIRE(stage.simulate(options, run) == LIMAX_OK);
+        for (int64_t steps = 0; steps < 2; ++steps) {
+            const char* text = nullptr;
+            REQUIRE(limax_simulation_describe(run, &text) == LIMAX_OK);
+            const auto says = nlohmann::json::parse(text);
+            CHECK(says["device"] == "cpu");
+            CHECK(says["passes"] == device_says["isa"]);
+            limax_progress progress{};
+            REQUIRE(limax_simulation_advance(run, 1, 1, &progress) == LIMAX_OK);
+        }
+    }
+    const char* none = nullptr;
+    check_refused(limax_simulation_describe(nullptr, &none), LIMAX_INVALID_ARGUMENT, "simulation");
+}
+
 TEST_CASE("what handles hold is counted and given back") {
     const uint64_t before = limax_bytes_held();
     {
@@ -253,6 +280,7 @@ TEST_CASE("what handles hold is counted and given back") {
         REQUIRE(limax_encoding_create(&options, &code.it) == LIMAX_OK);
         population robots;
         REQUIRE(limax_population_create(options.lattice, 100, code, &robots.it) == LIMAX_OK);
+        REQUIRE(limax_population_initialize(robots, 0, 100) == LIMAX_OK);
         CHECK(limax_bytes_held() > before + 100 * sizeof(float) * limax_encoding_genes(code));
     }
     CHECK(limax_bytes_held() == before);

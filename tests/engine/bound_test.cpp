@@ -168,7 +168,7 @@ TEST_CASE("full 5x5x5 bone: the figures of the design") {
 
 TEST_CASE("random, deformed, thrown bodies stay stable at 0.99 of the bound") {
     for (const limax_integrator integrator : integrators)
-        for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+        for (const int precision : every_precision) {
             const int count = 24;
             stage bodies(lattice{3, 3, 3}, count);
             bodies.randomize(100 + integrator, true);

@@ -1,6 +1,6 @@
 // build_test.cpp: what only the compiler can tell: every loop of the passes is vectorised, every
 // law header stands alone, the header of the ABI is C, and contraction is off. Each case runs the
-// compiler that built this program.
+// compiler that built this program; laws also go through g++, clang++ and nvcc where these are.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/portable.h"
+#include "laws.h"
 
 namespace {
 
@@ -66,7 +67,7 @@ TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
           doctest::skip(!is_gcc())) {
     const std::string passes = root + "/engine/backend/cpu/passes.inl";
     const std::set<int> loops = marked_loops(passes);
-    REQUIRE(loops.size() >= 9);
+    REQUIRE(loops.size() >= 11);
     for (const std::string level : {"v3", "v4"}) {
         const command_result report =
             run(compiler + flags + "-O3 -fno-math-errno -fno-trapping-math -march=x86-64-" + level +
@@ -89,21 +90,65 @@ TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
 }
 
 TEST_CASE("every header of the engine compiles alone") {
+    const std::string cuda = LIMAX_CUDA_INCLUDE;
+    const std::string with_cuda = cuda.empty() ? "" : "-isystem " + cuda + " ";
     int headers = 0;
     for (const auto& entry : fs::recursive_directory_iterator(root + "/engine")) {
         if (entry.path().extension() != ".h") continue;
+        const std::string folder = entry.path().parent_path().string();
+        // kernels are not C++ alone, and what carries them needs the toolkit's headers
+        if (folder.ends_with("/kernels") || (folder.ends_with("/cuda") && cuda.empty())) continue;
         // the express pass is text for a file that names its instruction set
         const std::string isa =
             entry.path().filename() == "express_pass.h" ? "-DLIMAX_ISA=alone " : "";
-        const command_result result =
-            run(compiler + flags + isa + "-Wno-unused-function -fsyntax-only -x c++ -include " +
-                entry.path().string() + " /dev/null");
+        const command_result result = run(compiler + flags + with_cuda + isa +
+                                          "-Wno-unused-function -fsyntax-only -x c++ -include " +
+                                          entry.path().string() + " /dev/null");
         CAPTURE(entry.path().string());
         CAPTURE(result.output);
         CHECK(result.status == 0);
         ++headers;
     }
     CHECK(headers > 20);
+}
+
+TEST_CASE("every law compiles alone with g++ and clang++") {
+    for (const std::string name : {"g++", "clang++"}) {
+        if (run("command -v " + name).status != 0) {
+            MESSAGE("skipped: there is no ", name);
+            continue;
+        }
+        for (const std::string& header : limax::test::law_headers()) {
+            const command_result result = run(name + flags + "-fsyntax-only -x c++ -include " +
+                                              root + "/engine/" + header + " /dev/null");
+            CAPTURE(name);
+            CAPTURE(header);
+            CAPTURE(result.output);
+            CHECK(result.status == 0);
+        }
+    }
+}
+
+TEST_CASE("every law compiles with nvcc, for host and device at once") {
+    const std::string nvcc = LIMAX_CUDA_COMPILER;
+    if (nvcc.empty()) {
+        MESSAGE("skipped: this build found no nvcc");
+        return;
+    }
+    const fs::path folder = fs::temp_directory_path() / ("limax-laws-" + std::to_string(getpid()));
+    fs::create_directory(folder);
+    const fs::path text = folder / "laws.cu";
+    std::ofstream(text)
+        << limax::test::including(limax::test::law_headers()) << limax::test::kernel_of_every_law
+        << "double on_host(double x) {\n"
+           "    return inverse_length(x) + exponential(x) + direction_at(int(x)).x;\n"
+           "}\n";
+    const command_result result =
+        run(nvcc + " -ccbin=" + compiler + " --std=c++20 --fmad=false -Werror all-warnings -arch=" +
+            "sm_90 -I " + root + "/engine -c -o /dev/null " + text.string());
+    fs::remove_all(folder);
+    CAPTURE(result.output);
+    CHECK(result.status == 0);
 }
 
 TEST_CASE("limax.h is C, and its cdef part holds no preprocessor line") {
@@ -123,14 +168,20 @@ TEST_CASE("limax.h is C, and its cdef part holds no preprocessor line") {
 }
 
 TEST_CASE("laws reach only laws, and no std header but through portable.h") {
-    for (const auto& entry : fs::recursive_directory_iterator(root + "/engine/physics/effects")) {
-        std::ifstream file(entry.path());
+    const std::vector<std::string> laws = limax::test::law_headers();
+    CHECK(laws.size() >= 15);
+    for (const std::string& law : laws) {
+        std::ifstream file(root + "/engine/" + law);
+        REQUIRE(file.good());
         for (std::string line; std::getline(file, line);) {
             if (line.rfind("#include", 0) != 0) continue;
-            CAPTURE(entry.path().string());
+            CAPTURE(law);
             CAPTURE(line);
-            CHECK((line.find("\"physics/effects/") != std::string::npos ||
-                   line.find("\"base/") != std::string::npos));
+            const std::size_t start = line.find('"') + 1;
+            const bool of_laws =
+                start > 0 && std::binary_search(laws.begin(), laws.end(),
+                                                line.substr(start, line.find('"', start) - start));
+            CHECK((of_laws || law == "base/portable.h"));
         }
     }
 }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,6 +11,7 @@
 #include <thread>
 
 #include "backend/cuda/cache.h"
+#include "environment.h"
 
 namespace fs = std::filesystem;
 using limax::cuda::hash128;
@@ -163,28 +165,17 @@ TEST_CASE("a folder that cannot be written is ignored and told once") {
 }
 
 TEST_CASE("the user's folder follows XDG_CACHE_HOME, then HOME") {
-    struct variable {
-        explicit variable(const char* name) : name(name) {
-            const char* value = std::getenv(name);
-            was_set = value != nullptr;
-            if (was_set) before = value;
-        }
-        ~variable() { was_set ? setenv(name, before.c_str(), 1) : unsetenv(name); }
-        const char* name;
-        bool was_set;
-        std::string before;
-    };
-    const variable cache("XDG_CACHE_HOME"), home("HOME");
-    setenv("XDG_CACHE_HOME", "/somewhere", 1);
-    setenv("HOME", "/home/of/somebody", 1);
+    const limax::test::environment_variable cache("XDG_CACHE_HOME"), home("HOME");
+    cache.set("/somewhere");
+    home.set("/home/of/somebody");
     CHECK(kernel_cache::users_folder() == "/somewhere/limax");
     for (const char* unusable : {"", "relative/path"}) {
-        setenv("XDG_CACHE_HOME", unusable, 1);
+        cache.set(unusable);
         CHECK(kernel_cache::users_folder() == "/home/of/somebody/.cache/limax");
     }
-    unsetenv("XDG_CACHE_HOME");
+    cache.unset();
     CHECK(kernel_cache::users_folder() == "/home/of/somebody/.cache/limax");
-    unsetenv("HOME");
+    home.unset();
     CHECK(kernel_cache::users_folder() == "");
 }
 
@@ -193,6 +184,7 @@ TEST_CASE("writers and readers at once see whole files only") {
     constexpr int rounds = 50;
     std::atomic<int> wrong{0};
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&, t] {
             // a cache of its own, as another process has

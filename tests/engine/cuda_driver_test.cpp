@@ -2,12 +2,15 @@
 // one (fake/driver.cpp), that every owner gives back what it took and every refusal has its text.
 #include <doctest/doctest.h>
 
+#include <cstdio>
+#include <filesystem>
 #include <thread>
 
 #include "backend/cuda/memory.h"
 #include "failure.h"
 #include "fake/machine.h"
 
+namespace fs = std::filesystem;
 using namespace limax::cuda;
 using limax::test::failure;
 using limax::test::fake_machine;
@@ -40,6 +43,19 @@ TEST_CASE("this machine's driver is there, or says why not") {
         CHECK(why.back() != '.');
     }
     CHECK(driver::get(nullptr) == here);
+}
+
+TEST_CASE("nothing of CUDA is linked") {
+    std::FILE* pipe =
+        popen(("readelf -d " + fs::read_symlink("/proc/self/exe").string()).c_str(), "r");
+    REQUIRE(pipe);
+    std::string needs;
+    char piece[4096];
+    for (std::size_t n; (n = std::fread(piece, 1, sizeof piece, pipe)) > 0;) needs.append(piece, n);
+    CHECK(pclose(pipe) == 0);
+    CHECK(contains(needs, "[libc.so.6]"));
+    for (const char* library : {"libcuda", "libnvrtc", "libcudart"})
+        CHECK_FALSE(contains(needs, library));
 }
 
 TEST_CASE("a library that is no driver is refused with the reason") {
@@ -118,8 +134,8 @@ TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
         for (int i = 0; i < 30; ++i) CHECK(back[i] == (i >= 10 && i < 20 ? i + 10 : 0));
         device_memory<double> moved = std::move(a);
         CHECK(moved.size() == 100);
-        CHECK(a.size() == 0);
         a = device_memory<double>(gpu, 3, "a few more");
+        CHECK(a.size() == 3);
         CHECK(gpu.bytes_held() == 1624);
         CHECK_NOTHROW(device_memory<float>(gpu, 0, "nothing").clear(queue));
         CHECK(contains(failure(LIMAX_INTERNAL, [&] { moved.upload(host.data(), 51, queue, 50); }),

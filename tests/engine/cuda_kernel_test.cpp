@@ -16,6 +16,7 @@
 
 #include "backend/cuda/embedded.h"
 #include "backend/cuda/kernel.h"
+#include "environment.h"
 #include "failure.h"
 
 namespace fs = std::filesystem;
@@ -91,7 +92,8 @@ TEST_CASE("every embedded text is the file's, and includes embedded texts alone"
     for (const header& h : kernel_headers()) {
         CAPTURE(h.name);
         std::ifstream file(std::string(LIMAX_SOURCE_DIR "/engine/") + h.name);
-        CHECK(std::string(std::istreambuf_iterator<char>(file), {}) == h.text);
+        const bool same = std::string(std::istreambuf_iterator<char>(file), {}) == h.text;
+        CHECK(same);
         const std::string text = h.text, mark = "#include \"";
         for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;) {
             at += mark.size();
@@ -207,7 +209,7 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
     std::size_t notes = 0;
     const auto make = [&](const allowed_origins& allowed, int capability = 90) {
         kernel_cache cache(scratch.folder);
-        const auto binary = make_binary(plain_set, capability, allowed, nullptr, cache);
+        auto binary = make_binary(plain_set, capability, allowed, nullptr, cache);
         CHECK(binary->set == plain_set);
         CHECK(binary->bytes.size() > 100);
         CHECK(binary->seconds > 0);
@@ -249,6 +251,7 @@ TEST_CASE("the process keeps a kernel that it made, also for threads at once") {
     if (!found_compiler()) return;
     std::vector<std::shared_ptr<const kernel_binary>> made(4);
     std::vector<std::thread> threads;
+    threads.reserve(made.size());
     for (auto& slot : made)
         threads.emplace_back([&] { slot = binary_of(plain_set, 90, {false, false, true}); });
     for (std::thread& thread : threads) thread.join();
@@ -340,10 +343,9 @@ TEST_CASE("without a compiler the first substitute that was built runs") {
 }
 
 TEST_CASE("LIMAX_KERNELS says where kernels may come from") {
-    const char* before = std::getenv("LIMAX_KERNELS");
-    const std::string kept = before ? before : "";
-    const auto origins = [](const char* list) {
-        setenv("LIMAX_KERNELS", list, 1);
+    const limax::test::environment_variable variable("LIMAX_KERNELS");
+    const auto origins = [&](const char* list) {
+        variable.set(list);
         const allowed_origins found = origins_of_environment();
         return 100 * found.ahead_of_time + 10 * found.cached + found.compiled;
     };
@@ -354,5 +356,4 @@ TEST_CASE("LIMAX_KERNELS says where kernels may come from") {
     CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { origins("compiled,nvcc"); }) ==
           "LIMAX_KERNELS names 'nvcc'; it is a list of ahead-of-time, cached and compiled, with "
           "commas between");
-    before ? setenv("LIMAX_KERNELS", kept.c_str(), 1) : unsetenv("LIMAX_KERNELS");
 }

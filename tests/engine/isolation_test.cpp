@@ -48,7 +48,7 @@ TEST_CASE("one thread or three: the same bits") {
 }
 
 TEST_CASE("one slice or many: the same bits") {
-    for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+    for (const int precision : every_precision) {
         const stage bodies = walkers(2, precision);
         const auto whole = bodies.run();
         auto sliced = bodies.open();
@@ -59,7 +59,7 @@ TEST_CASE("one slice or many: the same bits") {
 }
 
 TEST_CASE("every instruction set that this processor runs: the same bits") {
-    for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_DOUBLE})
+    for (const int precision : every_precision)
         for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
             const stage bodies = walkers(2, precision, integrator);
             const auto reference = bodies.run(1, "baseline");

@@ -89,3 +89,41 @@ TEST_CASE("a contracting muscle opposes an expanding one, and the stiffness floo
     CHECK(body.stiffness[0] == doctest::Approx(0.2 * 2e3));
     CHECK(body.sine[0] == doctest::Approx(-0.1 * 0.25));
 }
+
+TEST_CASE("a mass and a spring computed alone have the bits of the body's columns") {
+    for (uint32_t seed = 1; seed <= 12; ++seed) {
+        stage random(lattice{3, 2, 4});
+        random.randomize(seed, true);
+        for (limax_material& material : random.setup.materials) material.stiffness_floor = 0.3;
+        random.setup.options.sharing = seed % 2 ? LIMAX_SHARING_SUM : LIMAX_SHARING_MEAN;
+        const spring_body body = random.body();
+        std::vector<material_law> materials;
+        for (const limax_material& material : random.setup.materials)
+            materials.push_back(law_of(material));
+        const voxel_body law{
+            random.setup.grid,           random.setup.voxels.data(),
+            random.setup.weights.data(), materials.data(),
+            random.setup.options.edge,   random.setup.options.sharing == LIMAX_SHARING_SUM};
+        // backwards, each from nothing but the voxels
+        int different = 0, springs = 0;
+        for (int number = direction_count - 1; number >= 0; --number)
+            for (int64_t site = law.grid.sites() - 1; site >= 0; --site) {
+                const int x = int(site % (law.grid.nx + 1)),
+                          y = int(site / (law.grid.nx + 1) % (law.grid.ny + 1)),
+                          z = int(site / (law.grid.nx + 1) / (law.grid.ny + 1));
+                const direction d = direction_at(number);
+                const spring_parameters spring =
+                    spring_between(law, x, y, z, d, site_mass(law, x, y, z),
+                                   site_mass(law, x + d.x, y + d.y, z + d.z),
+                                   [&](int64_t voxel) { return share_of(law, voxel); });
+                const int64_t slot = number * body.count + site;
+                springs += spring.owned;
+                different += site_mass(law, x, y, z) != body.mass[site] ||
+                             spring.stiffness != body.stiffness[slot] ||
+                             spring.damping != body.damping[slot] ||
+                             spring.sine != body.sine[slot] || spring.cosine != body.cosine[slot];
+            }
+        CHECK(different == 0);
+        CHECK(springs == body.springs);
+    }
+}

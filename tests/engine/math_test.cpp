@@ -219,6 +219,25 @@ TEST_CASE("logarithm: 4 ulp over all positive doubles, subnormals included") {
     CHECK(std::isnan(limax::logarithm(nan_d)));
 }
 
+TEST_CASE("an inverse root refined from a start that is off by 2^-20 is within 1.01 ulp") {
+    double worst = 0;
+    for (uint64_t k = 1; k < 1000000; ++k) {
+        // squared lengths from 1e-20 m^2, the least there is, to 1e18
+        const double x = std::ldexp(1.0 + static_cast<double>(spread(k) >> 11) * 0x1p-53,
+                                    static_cast<int>(k % 128) - 67);
+        const long double truth = 1.0L / std::sqrt(static_cast<long double>(x));
+        // the whole interval, and its ends most of all
+        const double off = k % 4
+                               ? (k % 2 ? 0x1p-20 : -0x1p-20)
+                               : (static_cast<double>(spread(k + 1) >> 11) * 0x1p-52 - 1) * 0x1p-20;
+        const auto start = static_cast<double>(truth * (1 + static_cast<long double>(off)));
+        worst = std::max(worst, ulps(limax::refined_inverse_root(x, start), truth));
+    }
+    INFO("worst refined inverse root: " << worst << " ulp");
+    CHECK(worst <= 1.01);
+    CHECK(worst > 0.5);  // the start matters: no correctly rounded result hides here
+}
+
 TEST_CASE(
     "bits: the functions are made of exactly rounded operations, so their bits are the same "
     "everywhere") {

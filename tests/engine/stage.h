@@ -43,6 +43,9 @@ inline limax_simulation_options default_options() {
     return options;
 }
 
+inline constexpr int every_precision[] = {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_MIXED,
+                                          LIMAX_DOUBLE};
+
 // A population of bodies with equal lattice, to be filled in and run.
 struct stage {
     simulation_setup setup;

@@ -136,6 +136,31 @@ misuse:test("is not blamed on a library that only passed it on", function(t)
     function() return limax.fitnes end)
 end)
 
+-- ---- precision and device -----------------------------------------------------------------------
+
+local running = test.suite "running"
+
+running:test("every precision runs, says on what, and ends near the others", function(t)
+  local population = robots(2)
+  local device = engine.device("cpu", { threads = 1 })
+  local ends = {}
+  for _, precision in ipairs { "double", "mixed", "compensated", "single" } do
+    local simulation = engine.simulation(population, MATERIALS, engine.scene { damping = true,
+      actuation = true }, { duration = 0.1, time_step = 1e-4, precision = precision }, device)
+    t:equal(simulation:describe(), { device = "cpu", passes = device:describe().isa })
+    simulation:run()
+    ends[precision] = simulation:state(1):table()
+    simulation:free()
+    raises_there(t, "this simulation was freed", function() simulation:describe() end)
+  end
+  -- m: 1000 steps round positions of 0.4 m by 3e-8 m each in `single`, springs alone in `mixed`
+  t:near(ends.single, ends.double, { atol = 1e-5 })
+  t:near(ends.compensated, ends.double, { atol = 1e-7 })
+  t:near(ends.mixed, ends.double, { atol = 1e-7 })
+  t:ok(ends.mixed[1][1] ~= ends.double[1][1] and ends.mixed[1][1] ~= ends.single[1][1],
+    "mixed is neither single nor double")
+end)
+
 -- ---- freed objects and lifetimes ----------------------------------------------------------------
 
 local lives = test.suite "lifetimes"

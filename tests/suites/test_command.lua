@@ -2,6 +2,7 @@
 --- suggestions of error messages; and `limax doctor`.
 
 local compare = require "limax.test.compare"
+local engine = require "limax.engine"
 local host = require "limax.host"
 local suggest = require "limax.suggest"
 local test = require "limax.test"
@@ -367,7 +368,16 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
     { host.version, host.home, host.executable })
   t:equal(facts.self_check.passed, true)
   t:near(facts.self_check.fallen, 4.905, { rtol = 1e-4 })
-  t:ok(facts.cuda or facts.cuda_missing)
+  -- what it says of CUDA is what the engine says
+  local found, device = pcall(engine.device, "cuda")
+  if found then
+    t:equal({ facts.cuda, facts.gpus }, { device:describe().cuda, device:describe().gpus })
+    t:equal(facts.walk_kernel.device, "cuda")
+    t:ok(facts.walk_kernel.registers > 0 and facts.self_check_cuda.passed)
+    t:near(facts.self_check_cuda.fallen, 4.905, { rtol = 1e-4 })
+  else
+    t:ok(tostring(device):find(facts.cuda_missing, 1, true), facts.cuda_missing)
+  end
   t:equal(facts.cuda_compiler, host.environment().cuda_compiler)
   t:equal(facts.cuda_driver, (host.opens "libcuda.so.1") or false)
   t:ok(facts.cuda_driver or facts.cuda_driver_missing:find "libcuda.so.1")
@@ -377,6 +387,7 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   text, status = limax "doctor"
   t:equal(status, 0)
   contains(t, text, "self check")
+  contains(t, text, found and facts.gpus[1].name or "none: " .. facts.cuda_missing)
   contains(t, text, facts.cuda_compiler or "no nvcc when this was built")
   contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)

@@ -9,53 +9,69 @@
 
 namespace limax::cpu {
 
-// One robot as the passes see it. Columns of sites have `count` elements, a multiple of
-// site_block, on aligned memory.
-template <class R>
-struct robot_arrays {
+// One robot's springs as the passes see them, in the precision F of their forces. Columns of sites
+// have `count` elements, a multiple of site_block, on aligned memory.
+template <class F>
+struct spring_arrays {
     int64_t count;                  // sites, padded
     int64_t step[direction_count];  // from a spring's near site to its far one
     int64_t used[direction_count];  // near sites that can have a spring along it, padded
-    R rest[direction_count];        // L0, m
-    R* position[3];                 // x, relative to the robot's own origin, m
-    R* velocity[3];                 // u, m/s
-    R* next_velocity[3];            // u after the kick of this step, m/s
-    R* predicted[3];  // p, what forces read, m/s; the same memory as `velocity` in symplectic Euler
-    R* lost_position[3];  // compensation; null unless compensated
-    R* lost_velocity[3];
-    const R* mass;           // kg
-    const R* inverse_mass;   // 1/kg; 0 at a site that is not in use
-    const float* stiffness;  // [direction][count]
+    F rest[direction_count];        // L0, m
+    const F* position[3];           // x, relative to the robot's own origin, m
+    const F* velocity[3];           // p, what forces read, m/s
+    const float* stiffness;         // [direction][count]
     const float* damping;
     const float* sine;
     const float* cosine;
     // Scratch of the thread, written before it is read within one step.
-    R* force[3];     // N
-    R* normal;       // N
-    R* transfer[3];  // one direction's spring forces, N; zeros lie before them for the longest step
+    F* force[3];     // N, [count]
+    F* transfer[3];  // one direction's spring forces, N; zeros lie before them for the longest step
+};
+
+// Its masses, in the precision S of its state.
+template <class S>
+struct mass_arrays {
+    int64_t count;        // sites, padded
+    S* position[3];       // x, relative to the robot's own origin, m
+    S* velocity[3];       // u, m/s
+    S* next_velocity[3];  // u after the kick of this step, m/s
+    S* predicted[3];      // p, m/s; the same memory as `velocity` in symplectic Euler
+    S* lost_position[3];  // compensation; null unless compensated
+    S* lost_velocity[3];
+    const S* mass;          // kg
+    const S* inverse_mass;  // 1/kg; 0 at a site that is not in use
+    // Scratch of the thread, as above.
+    S* force[3];  // N; the same memory as the springs' in equal precision
+    S* normal;    // N
 };
 
 // Adds the forces of all springs.
-template <class R>
-using pair_pass = void (*)(const robot_arrays<R>&, const effects::actuation::moment<R>&);
-// Adds the forces of one effect on the masses. `params` is the effect's own params<R>.
-template <class R>
-using node_pass = void (*)(const robot_arrays<R>&, const void* params);
+template <class F>
+using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::moment<F>&);
+// Adds the forces of one effect on the masses. `params` is the effect's own params<S>.
+template <class S>
+using node_pass = void (*)(const mass_arrays<S>&, const void* params);
 // Changes next_velocity by one effect's impulses over h.
-template <class R>
-using impulse_pass = void (*)(const robot_arrays<R>&, const void* params, R h);
-template <class R>
-using kick_pass = void (*)(const robot_arrays<R>&, R h);
+template <class S>
+using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
+template <class S>
+using kick_pass = void (*)(const mass_arrays<S>&, S h);
 // `share` as in predict(); not used without prediction.
-template <class R>
-using drift_pass = void (*)(const robot_arrays<R>&, R dt, R share);
+template <class S>
+using drift_pass = void (*)(const mass_arrays<S>&, S dt, S share);
+// Rounds, or widens, `count` numbers.
+using narrow_pass = void (*)(int64_t count, const double* from, float* to);
+using widen_pass = void (*)(int64_t count, const float* from, double* to);
 
-// Counts of masses and springs that broke a limit.
+// Masses that broke a limit.
 struct limit_breaks {
-    int32_t nonfinite, speed, stretch;
+    int32_t nonfinite, speed;
 };
-template <class R>
-using limit_pass = limit_breaks (*)(const robot_arrays<R>&, R max_speed, R max_stretch);
+template <class S>
+using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed);
+// Counts springs that are too long.
+template <class F>
+using spring_limit_pass = int32_t (*)(const spring_arrays<F>&, F max_stretch);
 
 // Pair passes are chosen by the effects that act on springs, counted in the order of effects::all,
 // springs left out.
@@ -67,20 +83,28 @@ constexpr unsigned pair_variant(unsigned scene_mask) {
            (scene_mask & effects::bit<effects::actuation> ? 2u : 0u);
 }
 
-template <class R>
-struct step_passes {
-    pair_pass<R> pair[pair_variants];
-    node_pass<R> node[effects::all::count];        // null where the effect has no such hook
-    impulse_pass<R> impulse[effects::all::count];  // likewise
-    kick_pass<R> kick[2];                          // [compensated]
-    drift_pass<R> drift[2][2];                     // [compensated][predicted]
-    limit_pass<R> limit;
+template <class F>
+struct spring_passes {
+    pair_pass<F> pair[pair_variants];
+    spring_limit_pass<F> limit;
+};
+template <class S>
+struct mass_passes {
+    node_pass<S> node[effects::all::count];        // null where the effect has no such hook
+    impulse_pass<S> impulse[effects::all::count];  // likewise
+    kick_pass<S> kick[2];                          // [compensated]
+    drift_pass<S> drift[2][2];                     // [compensated][predicted]
+    mass_limit_pass<S> limit;
 };
 
 struct pass_table {
     const char* isa;
-    step_passes<float> single;
-    step_passes<double> twice;
+    spring_passes<float> springs_single;
+    spring_passes<double> springs_double;
+    mass_passes<float> masses_single;
+    mass_passes<double> masses_double;
+    narrow_pass narrow;
+    widen_pass widen;
     express_pass express;
 };
 
@@ -90,12 +114,19 @@ const pass_table& choose_passes(const char* isa);
 // Names of the instruction sets that this processor runs, best first, comma-separated.
 const char* available_isas();
 
-template <class R>
-const step_passes<R>& passes_of(const pass_table& table) {
-    if constexpr (sizeof(R) == 4)
-        return table.single;
+template <class F>
+const spring_passes<F>& spring_passes_of(const pass_table& table) {
+    if constexpr (sizeof(F) == sizeof(float))
+        return table.springs_single;
     else
-        return table.twice;
+        return table.springs_double;
+}
+template <class S>
+const mass_passes<S>& mass_passes_of(const pass_table& table) {
+    if constexpr (sizeof(S) == sizeof(float))
+        return table.masses_single;
+    else
+        return table.masses_double;
 }
 
 }  // namespace limax::cpu

@@ -20,11 +20,11 @@ using namespace effects;
 // ---- springs: one loop per direction, every spring computed once ----
 
 template <class R, bool damped, bool actuated>
-void pair(const robot_arrays<R>& robot, const actuation::moment<R>& moment) {
+void pair(const spring_arrays<R>& robot, const actuation::moment<R>& moment) {
     // so small that it changes no length, and coincident masses get a finite direction: none, m^2
     const R least_squared = R(1e-20);
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
-    const R *vx = robot.predicted[0], *vy = robot.predicted[1], *vz = robot.predicted[2];
+    const R *vx = robot.velocity[0], *vy = robot.velocity[1], *vz = robot.velocity[2];
     R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
     R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2];
     for (int d = 0; d < direction_count; ++d) {
@@ -81,7 +81,7 @@ void pair(const robot_arrays<R>& robot, const actuation::moment<R>& moment) {
 // ---- masses ----
 
 template <class R>
-LIMAX_LAW node_state<R> node_at(const robot_arrays<R>& robot, int64_t i) {
+LIMAX_LAW node_state<R> node_at(const mass_arrays<R>& robot, int64_t i) {
     return {{robot.position[0][i], robot.position[1][i], robot.position[2][i]},
             {robot.predicted[0][i], robot.predicted[1][i], robot.predicted[2][i]},
             robot.mass[i],
@@ -89,9 +89,9 @@ LIMAX_LAW node_state<R> node_at(const robot_arrays<R>& robot, int64_t i) {
 }
 
 template <class R, class E>
-void node(const robot_arrays<R>& shared, const void* block) {
+void node(const mass_arrays<R>& shared, const void* block) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
-    const robot_arrays<R> robot = shared;
+    const mass_arrays<R> robot = shared;
     R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2], *normal = robot.normal;
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
@@ -105,9 +105,9 @@ void node(const robot_arrays<R>& shared, const void* block) {
 }
 
 template <class R, class E>
-void impulse(const robot_arrays<R>& shared, const void* block, R h) {
+void impulse(const mass_arrays<R>& shared, const void* block, R h) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
-    const robot_arrays<R> robot = shared;
+    const mass_arrays<R> robot = shared;
     R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
@@ -120,7 +120,7 @@ void impulse(const robot_arrays<R>& shared, const void* block, R h) {
 }
 
 template <class R, bool compensated>
-void kick(const robot_arrays<R>& robot, R h) {
+void kick(const mass_arrays<R>& robot, R h) {
     const R* inverse_mass = robot.inverse_mass;
     for (int axis = 0; axis < 3; ++axis) {
         const R *u = robot.velocity[axis], *force = robot.force[axis];
@@ -135,7 +135,7 @@ void kick(const robot_arrays<R>& robot, R h) {
 }
 
 template <class R, bool compensated, bool predicted>
-void drift(const robot_arrays<R>& robot, R dt, R share) {
+void drift(const mass_arrays<R>& robot, R dt, R share) {
     for (int axis = 0; axis < 3; ++axis) {
         const R *u = robot.velocity[axis], *w = robot.next_velocity[axis];
         R *x = robot.position[axis], *p = robot.predicted[axis], *lost = robot.lost_position[axis];
@@ -149,14 +149,26 @@ void drift(const robot_arrays<R>& robot, R dt, R share) {
     }
 }
 
+// ---- between two precisions ----
+
+void narrow(int64_t count, const double* __restrict from, float* __restrict to) {
+    LIMAX_LOOP
+    for (int64_t i = 0; i < count; ++i) to[i] = float(from[i]);
+}
+
+void widen(int64_t count, const float* __restrict from, double* __restrict to) {
+    LIMAX_LOOP
+    for (int64_t i = 0; i < count; ++i) to[i] = double(from[i]);
+}
+
 // ---- limits ----
 
 template <class R>
-limit_breaks limit(const robot_arrays<R>& robot, R max_speed, R max_stretch) {
+limit_breaks limit_masses(const mass_arrays<R>& robot, R max_speed) {
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = robot.velocity[0], *v = robot.velocity[1], *w = robot.velocity[2];
     const R infinite = R(__builtin_inf());
-    int32_t nonfinite = 0, fast = 0, stretched = 0;
+    int32_t nonfinite = 0, fast = 0;
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
         const R reach = absolute(x[i]) + absolute(y[i]) + absolute(z[i]);
@@ -164,6 +176,13 @@ limit_breaks limit(const robot_arrays<R>& robot, R max_speed, R max_stretch) {
         nonfinite += !(reach < infinite) || !(speed < infinite);
         fast += !(speed <= max_speed);
     }
+    return {nonfinite, fast};
+}
+
+template <class R>
+int32_t limit_springs(const spring_arrays<R>& robot, R max_stretch) {
+    const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
+    int32_t stretched = 0;
     for (int d = 0; d < direction_count; ++d) {
         const int64_t far = robot.step[d];
         const float* stiffness = robot.stiffness + d * robot.count;
@@ -175,18 +194,21 @@ limit_breaks limit(const robot_arrays<R>& robot, R max_speed, R max_stretch) {
             stretched += (stiffness[i] > 0.0f) & !(squared <= most);
         }
     }
-    return {nonfinite, fast, stretched};
+    return stretched;
 }
 
 // ---- tables ----
 
 template <class R>
-constexpr step_passes<R> make_step_passes() {
-    step_passes<R> passes{};
-    passes.pair[0] = pair<R, false, false>;
-    passes.pair[1] = pair<R, true, false>;
-    passes.pair[2] = pair<R, false, true>;
-    passes.pair[3] = pair<R, true, true>;
+constexpr spring_passes<R> make_spring_passes() {
+    return {
+        {pair<R, false, false>, pair<R, true, false>, pair<R, false, true>, pair<R, true, true>},
+        limit_springs<R>};
+}
+
+template <class R>
+constexpr mass_passes<R> make_mass_passes() {
+    mass_passes<R> passes{};
     for_each([&]<class E>(E) {
         if constexpr (E::hooks & hook_node) passes.node[index_of<E>] = node<R, E>;
         if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
@@ -197,14 +219,20 @@ constexpr step_passes<R> make_step_passes() {
     passes.drift[0][1] = drift<R, false, true>;
     passes.drift[1][0] = drift<R, true, false>;
     passes.drift[1][1] = drift<R, true, true>;
-    passes.limit = limit<R>;
+    passes.limit = limit_masses<R>;
     return passes;
 }
 
 }  // namespace
 
 extern const pass_table table;
-const pass_table table = {LIMAX_ISA_NAME, make_step_passes<float>(), make_step_passes<double>(),
+const pass_table table = {LIMAX_ISA_NAME,
+                          make_spring_passes<float>(),
+                          make_spring_passes<double>(),
+                          make_mass_passes<float>(),
+                          make_mass_passes<double>(),
+                          narrow,
+                          widen,
                           limax::LIMAX_ISA::express_robot};
 
 }  // namespace limax::cpu::LIMAX_ISA

@@ -1,8 +1,9 @@
 // robot.cpp: the order of one step, and what happens between steps.
 //
 // A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order
-// of effects::all; kick; impulses; drift. "Begun" is the state between kick and drift, where both
-// velocities around t_n are at hand: samples are taken there.
+// of effects::all; kick; impulses; drift. In `mixed` springs see x and p rounded to fp32, and their
+// sums are widened before anything on masses. "Begun" is the state between kick and drift, where
+// both velocities around t_n are at hand: samples are taken there.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
@@ -27,9 +28,8 @@ double whole_origin_steps(double distance) {
     return origin_step * std::floor(distance / origin_step + 0.5);
 }
 
-int64_t longest_step(const lattice& grid) { return grid.step(direction{1, 1, 1}); }
-
-template <class R, bool compensated>
+// S, F and `compensated` as in robot_columns.
+template <class S, class F, bool compensated>
 class robot_run final : public robot {
 public:
     robot_run(const simulation_setup& setup, spring_body body, const pass_table& passes,
@@ -49,10 +49,10 @@ private:
         alignas(16) char params[64];
     };
 
-    void lay_out();
+    void put_down();
     void refresh_params();
     bool actuated_now() const { return body_.sine.size() != 0 && step_ >= plan_.settle_steps; }
-    effects::actuation::moment<R> moment() const;
+    effects::actuation::moment<F> moment() const;
     void check_limits();
     void recenter();
     void begin();
@@ -62,35 +62,41 @@ private:
     void sample_due();
     void record(int kind);
     // Velocities at t_n, from those on both sides.
-    void velocity_now(R* out[3]) const;
+    void velocity_now(S* out[3]) const;
     double center(int axis) const {
-        return origin_[axis] + center_of_mass(body_, arrays_.position[axis]);
+        return origin_[axis] + center_of_mass(body_, masses_.position[axis]);
     }
 
     const simulation_setup& setup_;
-    const step_passes<R>& passes_;
+    const pass_table& passes_;
+    const spring_passes<F>& spring_passes_;
+    const mass_passes<S>& mass_passes_;
     limax_outcome& outcome_;
     spring_body body_;
     schedule plan_;
     effects::actuation::clock clock_{};
     const bool leapfrog_;
     std::vector<active_effect> active_;
-    array<R> memory_;  // all columns of arrays_ that are not the thread's
-    robot_arrays<R> arrays_{};
+    robot_columns<S, F, compensated> columns_;
+    mass_arrays<S>& masses_ = columns_.masses;
+    spring_arrays<F>& springs_ = columns_.springs;
     double origin_[3] = {0, 0, 0};  // m
     int64_t step_ = 0;
     bool begun_ = false;
     traces traces_;
 };
 
-template <class R, bool compensated>
-robot_run<R, compensated>::robot_run(const simulation_setup& setup, spring_body body,
-                                     const pass_table& table, limax_outcome& outcome)
+template <class S, class F, bool compensated>
+robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_body body,
+                                        const pass_table& table, limax_outcome& outcome)
     : setup_(setup),
-      passes_(passes_of<R>(table)),
+      passes_(table),
+      spring_passes_(spring_passes_of<F>(table)),
+      mass_passes_(mass_passes_of<S>(table)),
       outcome_(outcome),
       body_(std::move(body)),
-      leapfrog_(setup.options.integrator == LIMAX_LEAPFROG) {
+      leapfrog_(setup.options.integrator == LIMAX_LEAPFROG),
+      columns_(body_, leapfrog_) {
     outcome_.time_step_bound =
         time_step_bound(body_, setup.scene, limax_integrator(setup.options.integrator));
     plan_ = make_schedule(setup.options, outcome_.time_step_bound);
@@ -110,51 +116,14 @@ robot_run<R, compensated>::robot_run(const simulation_setup& setup, spring_body 
             active_.push_back({effects::index_of<E>, {}});
     });
     traces_ = traces(plan_, body_.masses);
-    lay_out();
+    put_down();
     refresh_params();
 }
 
-// Lays out the columns and puts the body where it starts.
-template <class R, bool compensated>
-void robot_run<R, compensated>::lay_out() {
+// Puts the body where it starts.
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::put_down() {
     const lattice& grid = body_.grid;
-    const int64_t count = body_.count;
-    // far ends of padded springs are read past the last column's end
-    const int64_t column = count + padded(longest_step(grid));
-    const int columns =
-        3 * (3 + (leapfrog_ ? 1 : 0) + (compensated ? 2 : 0)) + (sizeof(R) == 8 ? 2 : 1);
-    memory_ = array<R>(columns * column);
-    R* next = memory_.data();
-    const auto take = [&] { return std::exchange(next, next + column); };
-
-    arrays_.count = count;
-    for (int d = 0; d < direction_count; ++d) {
-        arrays_.step[d] = grid.step(directions[d]);
-        arrays_.used[d] = padded(std::max<int64_t>(0, grid.sites() - arrays_.step[d]));
-        arrays_.rest[d] = R(body_.rest[d]);
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-        arrays_.position[axis] = take();
-        arrays_.velocity[axis] = take();
-        arrays_.next_velocity[axis] = take();
-        arrays_.predicted[axis] = leapfrog_ ? take() : arrays_.velocity[axis];
-        arrays_.lost_position[axis] = compensated ? take() : nullptr;
-        arrays_.lost_velocity[axis] = compensated ? take() : nullptr;
-    }
-    R* inverse_mass = take();
-    if constexpr (sizeof(R) == sizeof(float)) {
-        arrays_.mass = body_.mass.data();
-    } else {
-        R* mass = take();
-        std::copy(body_.mass.begin(), body_.mass.end(), mass);
-        arrays_.mass = mass;
-    }
-    arrays_.inverse_mass = inverse_mass;
-    arrays_.stiffness = body_.stiffness.data();
-    arrays_.damping = body_.damping.data();
-    arrays_.sine = body_.sine.data();
-    arrays_.cosine = body_.cosine.data();
-
     const limax_simulation_options& options = setup_.options;
     const int sites_along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
     for (int axis = 0; axis < 3; ++axis) origin_[axis] = whole_origin_steps(options.position[axis]);
@@ -162,42 +131,42 @@ void robot_run<R, compensated>::lay_out() {
         const int64_t index[3] = {site % sites_along[0], site / sites_along[0] % sites_along[1],
                                   site / (int64_t(sites_along[0]) * sites_along[1])};
         const bool used = body_.mass[site] > 0;
-        inverse_mass[site] = used ? R(1) / R(body_.mass[site]) : R(0);
         for (int axis = 0; axis < 3; ++axis) {
-            arrays_.position[axis][site] =
-                R((options.position[axis] - origin_[axis]) +
+            masses_.position[axis][site] =
+                S((options.position[axis] - origin_[axis]) +
                   options.edge * double(index[axis] - body_.corner[axis]));
-            arrays_.velocity[axis][site] = used ? R(options.velocity[axis]) : R(0);
-            arrays_.predicted[axis][site] = arrays_.velocity[axis][site];
+            masses_.velocity[axis][site] = used ? S(options.velocity[axis]) : S(0);
+            masses_.predicted[axis][site] = masses_.velocity[axis][site];
         }
     }
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::refresh_params() {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::refresh_params() {
     for (active_effect& active : active_)
         effects::for_each([&]<class E>(E) {
             if constexpr (bool(E::hooks & (effects::hook_node | effects::hook_impulse))) {
                 if (active.index != effects::index_of<E>) return;
-                const auto params = E::template make<R>(setup_.scene.values(active.index), origin_);
+                const auto params = E::template make<S>(setup_.scene.values(active.index), origin_);
                 static_assert(sizeof params <= sizeof active.params);
                 std::memcpy(active.params, &params, sizeof params);
             }
         });
 }
 
-template <class R, bool compensated>
-effects::actuation::moment<R> robot_run<R, compensated>::moment() const {
-    if (!actuated_now()) return {R(0), R(0)};
-    return effects::actuation::at<R>(clock_, step_ - plan_.settle_steps, plan_.time_step);
+template <class S, class F, bool compensated>
+effects::actuation::moment<F> robot_run<S, F, compensated>::moment() const {
+    if (!actuated_now()) return {F(0), F(0)};
+    return effects::actuation::at<F>(clock_, step_ - plan_.settle_steps, plan_.time_step);
 }
 
 // Ends the robot if a limit is broken.
-template <class R, bool compensated>
-void robot_run<R, compensated>::check_limits() {
-    const limit_breaks breaks =
-        passes_.limit(arrays_, R(setup_.options.max_speed), R(setup_.options.max_stretch));
-    if (!breaks.nonfinite && !breaks.speed && !breaks.stretch) return;
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::check_limits() {
+    columns_.show_springs(passes_);
+    const limit_breaks breaks = mass_passes_.limit(masses_, S(setup_.options.max_speed));
+    const int32_t stretched = spring_passes_.limit(springs_, F(setup_.options.max_stretch));
+    if (!breaks.nonfinite && !breaks.speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
     outcome_.reason = breaks.nonfinite ? LIMAX_NONFINITE
                       : breaks.speed   ? LIMAX_SPEED
@@ -205,19 +174,19 @@ void robot_run<R, compensated>::check_limits() {
 }
 
 // Moves the robot's own origin after it: a function of this robot alone.
-template <class R, bool compensated>
-void robot_run<R, compensated>::recenter() {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::recenter() {
     bool moved = false;
     for (int axis = 0; axis < 3; ++axis) {
-        const double away = center_of_mass(body_, arrays_.position[axis]);
+        const double away = center_of_mass(body_, masses_.position[axis]);
         if (std::fabs(away) <= origin_reach) continue;
         const double shift = whole_origin_steps(away);
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
-            R carried = compensated ? arrays_.lost_position[axis][site] : R(0);
-            R& position = arrays_.position[axis][site];
-            position = accumulate<compensated>(position, -R(shift), carried);
-            if constexpr (compensated) arrays_.lost_position[axis][site] = carried;
+            S carried = compensated ? masses_.lost_position[axis][site] : S(0);
+            S& position = masses_.position[axis][site];
+            position = accumulate<compensated>(position, -S(shift), carried);
+            if constexpr (compensated) masses_.lost_position[axis][site] = carried;
         }
         origin_[axis] += shift;
         moved = true;
@@ -225,30 +194,33 @@ void robot_run<R, compensated>::recenter() {
     if (moved) refresh_params();
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::begin() {
-    for (R* force : arrays_.force) std::memset(force, 0, arrays_.count * sizeof(R));
-    std::memset(arrays_.normal, 0, arrays_.count * sizeof(R));
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::begin() {
+    const int64_t count = masses_.count;
+    columns_.show_springs(passes_);
+    for (F* force : springs_.force) std::memset(force, 0, count * sizeof(F));
     // muscles rest while the body settles: then the passes are those of a scene without actuation
     const unsigned resting = actuated_now() ? 0u : effects::bit<effects::actuation>;
-    passes_.pair[pair_variant(setup_.scene.mask() & ~resting)](arrays_, moment());
+    spring_passes_.pair[pair_variant(setup_.scene.mask() & ~resting)](springs_, moment());
+    columns_.take_forces(passes_);
+    std::memset(masses_.normal, 0, count * sizeof(S));
     for (const active_effect& active : active_)
-        if (passes_.node[active.index]) passes_.node[active.index](arrays_, active.params);
+        if (const auto node = mass_passes_.node[active.index]) node(masses_, active.params);
     const double h = leapfrog_ && step_ == 0 ? 0.5 * plan_.time_step : plan_.time_step;
-    passes_.kick[compensated](arrays_, R(h));
+    mass_passes_.kick[compensated](masses_, S(h));
     for (const active_effect& active : active_)
-        if (passes_.impulse[active.index])
-            passes_.impulse[active.index](arrays_, active.params, R(h));
+        if (const auto impulse = mass_passes_.impulse[active.index])
+            impulse(masses_, active.params, S(h));
     begun_ = true;
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::finish_step() {
-    const R share = step_ == 0 ? R(1) : R(0.5);
-    passes_.drift[compensated][leapfrog_](arrays_, R(plan_.time_step), share);
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::finish_step() {
+    const S share = step_ == 0 ? S(1) : S(0.5);
+    mass_passes_.drift[compensated][leapfrog_](masses_, S(plan_.time_step), share);
     for (int axis = 0; axis < 3; ++axis) {
-        std::swap(arrays_.velocity[axis], arrays_.next_velocity[axis]);
-        if (!leapfrog_) arrays_.predicted[axis] = arrays_.velocity[axis];
+        std::swap(masses_.velocity[axis], masses_.next_velocity[axis]);
+        if (!leapfrog_) masses_.predicted[axis] = masses_.velocity[axis];
     }
     begun_ = false;
     ++step_;
@@ -256,22 +228,22 @@ void robot_run<R, compensated>::finish_step() {
     outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::velocity_now(R* out[3]) const {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::velocity_now(S* out[3]) const {
     // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n; a diverged robot
     // has no better one
     const bool between = leapfrog_ && step_ > 0 && begun_;
     for (int axis = 0; axis < 3; ++axis)
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
-            const R before = arrays_.velocity[axis][site],
-                    after = arrays_.next_velocity[axis][site];
-            out[axis][site] = between ? R(0.5) * (before + after) : before;
+            const S before = masses_.velocity[axis][site],
+                    after = masses_.next_velocity[axis][site];
+            out[axis][site] = between ? S(0.5) * (before + after) : before;
         }
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::mark_centers() {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::mark_centers() {
     const int64_t moving = plan_.steps - plan_.settle_steps;
     double* const marks[3] = {outcome_.center_start, outcome_.center_middle, outcome_.center_end};
     const int64_t at[3] = {plan_.settle_steps, plan_.settle_steps + moving / 2, plan_.steps};
@@ -281,25 +253,26 @@ void robot_run<R, compensated>::mark_centers() {
 }
 
 // A robot that has ended needs no force again: most of its memory goes back.
-template <class R, bool compensated>
-void robot_run<R, compensated>::release_springs() {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::release_springs() {
     for (array<float>* column : {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine})
         *column = array<float>();
+    columns_.release_springs();
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::sample_due() {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::sample_due() {
     const int64_t since = step_ - plan_.settle_steps;
     if (since < 0) return;
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         if (traces_.due(kind, since)) record(kind);
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::record(int kind) {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::record(int kind) {
     double* out = traces_.next(kind);
     // the force scratch is free between kick and drift
-    R* velocity[3] = {arrays_.force[0], arrays_.force[1], arrays_.force[2]};
+    S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
     if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY) velocity_now(velocity);
     switch (kind) {
         case LIMAX_TRACE_CENTER_OF_MASS:
@@ -312,7 +285,7 @@ void robot_run<R, compensated>::record(int kind) {
                     const int32_t site = body_.sites[i];
                     out[3 * i + axis] = kind == LIMAX_TRACE_VELOCITY
                                             ? double(velocity[axis][site])
-                                            : origin_[axis] + double(arrays_.position[axis][site]);
+                                            : origin_[axis] + double(masses_.position[axis][site]);
                 }
             break;
         case LIMAX_TRACE_CONTACT: {
@@ -320,7 +293,7 @@ void robot_run<R, compensated>::record(int kind) {
                 setup_.scene.values(effects::index_of<effects::ground>)[2] - origin_[2];
             int64_t touching = 0;
             for (int32_t i = 0; i < body_.masses; ++i)
-                touching += arrays_.position[2][body_.sites[i]] < height;
+                touching += masses_.position[2][body_.sites[i]] < height;
             out[0] = double(touching) / body_.masses;
             break;
         }
@@ -332,7 +305,7 @@ void robot_run<R, compensated>::record(int kind) {
                 rate = effects::actuation::rate_at(clock_, step_ - plan_.settle_steps,
                                                    plan_.time_step);
             }
-            const energies energy = measure_energy<R>(body_, setup_.scene, arrays_.position,
+            const energies energy = measure_energy<S>(body_, setup_.scene, masses_.position,
                                                       velocity, origin_, now, rate);
             out[0] = energy.kinetic;
             out[1] = energy.elastic;
@@ -341,7 +314,7 @@ void robot_run<R, compensated>::record(int kind) {
             break;
         }
         case LIMAX_TRACE_STRAIN: {
-            const strains strain = measure_strain<R>(body_, arrays_.position);
+            const strains strain = measure_strain<S>(body_, masses_.position);
             out[0] = strain.mean;
             out[1] = strain.most;
             break;
@@ -349,10 +322,10 @@ void robot_run<R, compensated>::record(int kind) {
     }
 }
 
-template <class R, bool compensated>
-bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t most) {
+template <class S, class F, bool compensated>
+bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int64_t most) {
     if (outcome_.status != LIMAX_ROBOT_RUNNING) return true;
-    memory.lend(arrays_);
+    memory.lend(masses_, springs_);
     const int64_t start = step_;
     const int64_t look_interval = std::max<int64_t>(1, sites_per_look / body_.count);
     const int64_t stop = most > 0 && most < plan_.steps - step_ ? step_ + most : plan_.steps;
@@ -383,8 +356,8 @@ bool robot_run<R, compensated>::advance(scratch& memory, deadline until, int64_t
     return true;
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::place(const double* positions, const double* velocities) {
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::place(const double* positions, const double* velocities) {
     if (step_ > 0 || begun_)
         fail(LIMAX_INVALID_ARGUMENT, "a robot can only be placed before its first step");
     for (int32_t i = 0; i < 3 * body_.masses; ++i)
@@ -404,46 +377,28 @@ void robot_run<R, compensated>::place(const double* positions, const double* vel
         for (int axis = 0; axis < 3; ++axis) {
             const int32_t site = body_.sites[i];
             if (positions)
-                arrays_.position[axis][site] = R(positions[3 * i + axis] - origin_[axis]);
+                masses_.position[axis][site] = S(positions[3 * i + axis] - origin_[axis]);
             if (!velocities) continue;
-            arrays_.velocity[axis][site] = R(velocities[3 * i + axis]);
-            arrays_.predicted[axis][site] = arrays_.velocity[axis][site];
+            masses_.velocity[axis][site] = S(velocities[3 * i + axis]);
+            masses_.predicted[axis][site] = masses_.velocity[axis][site];
         }
 }
 
-template <class R, bool compensated>
-void robot_run<R, compensated>::state(scratch& memory, double* positions, double* velocities) {
-    memory.lend(arrays_);
-    R* velocity[3] = {arrays_.force[0], arrays_.force[1], arrays_.force[2]};
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::state(scratch& memory, double* positions, double* velocities) {
+    memory.lend(masses_, springs_);
+    S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
     if (velocities) velocity_now(velocity);
     for (int32_t i = 0; i < body_.masses; ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const int32_t site = body_.sites[i];
             if (positions)
-                positions[3 * i + axis] = origin_[axis] + double(arrays_.position[axis][site]);
+                positions[3 * i + axis] = origin_[axis] + double(masses_.position[axis][site]);
             if (velocities) velocities[3 * i + axis] = velocity[axis][site];
         }
 }
 
 }  // namespace
-
-scratch::scratch(const lattice& grid)
-    : count_(padded(grid.sites())),
-      longest_step_(padded(longest_step(grid))),
-      memory_(7 * (count_ + longest_step_)) {}
-
-template <class R>
-void scratch::lend(robot_arrays<R>& arrays) {
-    R* next = reinterpret_cast<R*>(memory_.data());
-    const auto take = [&] {
-        R* column = next + longest_step_;  // what lies before a column stays zero
-        next += count_ + longest_step_;
-        return column;
-    };
-    for (int axis = 0; axis < 3; ++axis) arrays.transfer[axis] = take();
-    for (int axis = 0; axis < 3; ++axis) arrays.force[axis] = take();
-    arrays.normal = take();
-}
 
 std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                                   const pass_table& passes, limax_outcome& outcome) {
@@ -462,14 +417,17 @@ std::unique_ptr<robot> make_robot(const simulation_setup& setup, spring_body bod
                                   const pass_table& passes, limax_outcome& outcome) {
     switch (setup.options.precision) {
         case LIMAX_SINGLE:
-            return std::make_unique<robot_run<float, false>>(setup, std::move(body), passes,
-                                                             outcome);
+            return std::make_unique<robot_run<float, float, false>>(setup, std::move(body), passes,
+                                                                    outcome);
         case LIMAX_COMPENSATED:
-            return std::make_unique<robot_run<float, true>>(setup, std::move(body), passes,
-                                                            outcome);
+            return std::make_unique<robot_run<float, float, true>>(setup, std::move(body), passes,
+                                                                   outcome);
+        case LIMAX_MIXED:
+            return std::make_unique<robot_run<double, float, false>>(setup, std::move(body), passes,
+                                                                     outcome);
         default:
-            return std::make_unique<robot_run<double, false>>(setup, std::move(body), passes,
-                                                              outcome);
+            return std::make_unique<robot_run<double, double, false>>(setup, std::move(body),
+                                                                      passes, outcome);
     }
 }
 

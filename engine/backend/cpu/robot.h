@@ -6,26 +6,13 @@
 #include <vector>
 
 #include "backend/backend.h"
-#include "backend/cpu/passes.h"
+#include "backend/cpu/columns.h"
 #include "backend/cpu/traces.h"
 #include "physics/time_step.h"
 
 namespace limax::cpu {
 
 using deadline = std::chrono::steady_clock::time_point;
-
-// Memory that a step writes before it reads it; one per thread.
-class scratch {
-public:
-    explicit scratch(const lattice& grid);
-    // Points the scratch columns of `arrays` here.
-    template <class R>
-    void lend(robot_arrays<R>& arrays);
-
-private:
-    int64_t count_, longest_step_;
-    array<double> memory_;
-};
 
 class robot {
 public:

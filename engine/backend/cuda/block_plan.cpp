@@ -160,38 +160,67 @@ int axes_of(const lattice& grid, int site) {
     return (x < grid.nx) | (y < grid.ny) << 1 | (z < grid.nz) << 2;
 }
 
-block_plan plan_with(const lattice& grid, int row, int plane, bool refined) {
-    const layout at{grid, row, plane};
-    std::vector<cell_entry> cubes, rim;
-    // squares by orientation, then bars, which fit anywhere
-    for (const int axes : {7, 3, 5, 6, 1, 2, 4})
-        for (int site = 0; site < grid.sites(); ++site)
-            if (axes_of(grid, site) == axes) (axes == 7 ? cubes : rim).push_back({site, axes});
+int first_layer(const lattice& grid, int cluster, int block) { return block * grid.nz / cluster; }
+
+block_plan plan_with(const lattice& grid, int cluster, int row, int plane, bool refined) {
     block_plan plan;
+    plan.cluster = cluster;
     plan.row = row;
     plan.plane = plane;
-    for (const auto* cells : {&cubes, &rim}) {
-        std::vector<slot> slots = deal(*cells, at);
-        if (refined) refine(slots, at);
-        (cells == &cubes ? plan.cube_slots : plan.rim_slots) = int(slots.size());
-        for (const slot& s : slots) plan.cells.insert(plan.cells.end(), s.begin(), s.end());
+    std::vector<std::vector<slot>> of_cubes, of_rim, of_masses;  // [block][slot]
+    for (int block = 0; block < cluster; ++block) {
+        const int below = first_layer(grid, cluster, block);
+        const int height = first_layer(grid, cluster, block + 1) - below;
+        plan.layers = std::max(plan.layers, height + 1);
+        const lattice slab{grid.nx, grid.ny, height};
+        const layout at{slab, row, plane};
+        // the masses above a slab, and the cells that begin there, are the next block's
+        const auto own = int(slab.site(0, 0, height)), all = int(slab.sites());
+        const int count = block + 1 == cluster ? all : own;
+        std::vector<cell_entry> cubes, rim, masses;
+        // squares by orientation, then bars, which fit anywhere
+        for (const int axes : {7, 3, 5, 6, 1, 2, 4})
+            for (int site = 0; site < count; ++site)
+                if (axes_of(slab, site) == axes) (axes == 7 ? cubes : rim).push_back({site, axes});
+        // a mass reads and writes one place: a cell of a single corner
+        for (int site = 0; site < count; ++site) masses.push_back({site, 0});
+        for (const auto& [cells, slots] :
+             {std::pair{&cubes, &of_cubes}, {&rim, &of_rim}, {&masses, &of_masses}}) {
+            slots->push_back(deal(*cells, at));
+            if (refined && cells != &masses) refine(slots->back(), at);
+            const auto offset = int32_t(grid.site(0, 0, below));
+            for (slot& s : slots->back())
+                for (cell_entry& cell : s)
+                    if (cell.site >= 0) cell.site += offset;
+        }
     }
-    // a mass reads and writes one place: a cell of a single corner
-    std::vector<cell_entry> masses;
-    for (int site = 0; site < grid.sites(); ++site) masses.push_back({site, 0});
-    for (const slot& s : deal(masses, at))
-        for (const cell_entry& mass : s) plan.masses.push_back(mass.site);
+    const auto most = [](const std::vector<std::vector<slot>>& blocks) {
+        std::size_t slots = 0;
+        for (const auto& block : blocks) slots = std::max(slots, block.size());
+        return int(slots);
+    };
+    plan.cube_slots = most(of_cubes);
+    plan.rim_slots = most(of_rim);
+    plan.mass_slots = most(of_masses);
+    for (int block = 0; block < cluster; ++block) {
+        of_cubes[block].resize(plan.cube_slots, empty_slot());
+        of_rim[block].resize(plan.rim_slots, empty_slot());
+        of_masses[block].resize(plan.mass_slots, empty_slot());
+        for (const auto* slots : {&of_cubes[block], &of_rim[block]})
+            for (const slot& s : *slots) plan.cells.insert(plan.cells.end(), s.begin(), s.end());
+        for (const slot& s : of_masses[block])
+            for (const cell_entry& mass : s) plan.masses.push_back(mass.site);
+    }
     return plan;
 }
 
 }  // namespace
 
-std::optional<block_shape> shape_block(const block_plan& plan, const lattice& grid,
-                                       const kernel_needs& needs, std::size_t most_shared_bytes) {
+std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
+                                       std::size_t most_shared_bytes) {
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
-    const int mass_slots = int((grid.sites() + lanes - 1) / lanes);
-    const int warps = std::max(plan.cube_slots, (mass_slots + 1) / 2);
+    const int warps = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
     if (warps > most_warps) return std::nullopt;
 
     // A scheduler shares 512 registers of a lane among its warps: three of them have 168 each, two
@@ -211,17 +240,18 @@ std::optional<block_shape> shape_block(const block_plan& plan, const lattice& gr
     const std::size_t in_memory =
         std::size_t(shape.threads) * std::size_t(cube_rounds * (cube_springs - shape.cube_held) +
                                                  (cell_rounds - cube_rounds) * rim_springs);
-    const std::size_t places = std::size_t(plan.plane) * std::size_t(grid.nz + 1);
+    const std::size_t places = std::size_t(plan.plane) * std::size_t(plan.layers);
     const std::size_t spring_real = double_springs ? 8 : 4, mass_real = double_masses ? 8 : 4;
     // block_memory of kernels/step.h, which asserts that this suffices
     const std::size_t own = needs.precision == LIMAX_COMPENSATED ? 8
                             : double_springs                     ? 5
                             : double_masses                      ? 8
                                                                  : 2;
-    shape.shared_bytes =
-        places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
-        places * own * mass_real + in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
-        std::size_t(warps) * 3 * sizeof(double) + sizeof(robot_record) + shared_slack;
+    shape.shared_bytes = places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
+                         places * own * mass_real +
+                         in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
+                         std::size_t(warps + plan.cluster) * 4 * sizeof(double) +
+                         sizeof(robot_record) + shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;
 }
@@ -246,7 +276,7 @@ bank_cost cost_of(const block_plan& plan, const lattice& grid) {
     return cost;
 }
 
-block_plan plan_block(const lattice& grid) {
+block_plan plan_block(const lattice& grid, int cluster) {
     struct candidate {
         int64_t cost;
         block_plan plan;
@@ -256,18 +286,18 @@ block_plan plan_block(const lattice& grid) {
     for (int row_padding = 0; row_padding <= most_row_padding; ++row_padding)
         for (int plane_padding = 0; plane_padding <= most_plane_padding; ++plane_padding) {
             const int row = grid.nx + 1 + row_padding;
-            const int64_t places = int64_t(row * (grid.ny + 1) + plane_padding) * (grid.nz + 1);
+            const int plane = row * (grid.ny + 1) + plane_padding;
+            const int unpadded = (grid.nx + 1) * (grid.ny + 1);
             // the first candidate, without padding, always stays
-            if (!candidates.empty() && places > grid.sites() + grid.sites() / padding_share)
-                continue;
-            block_plan plan = plan_with(grid, row, row * (grid.ny + 1) + plane_padding, false);
+            if (!candidates.empty() && plane > unpadded + unpadded / padding_share) continue;
+            block_plan plan = plan_with(grid, cluster, row, plane, false);
             candidates.push_back({cost(plan), std::move(plan)});
         }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const candidate& a, const candidate& b) { return a.cost < b.cost; });
     candidates.resize(std::min(candidates.size(), refined_candidates));
     for (candidate& c : candidates) {
-        c.plan = plan_with(grid, c.plan.row, c.plan.plane, true);
+        c.plan = plan_with(grid, cluster, c.plan.row, c.plan.plane, true);
         c.cost = cost(c.plan);
     }
     return std::min_element(candidates.begin(), candidates.end(),

@@ -12,16 +12,23 @@ namespace limax::cuda {
 
 // Cells and masses in slots of 32 lanes. Cubes fill the first `cube_slots` of the cells' slots, the
 // rim the rest. A lane without a cell, or without a mass, has site -1.
+//
+// Where one block is too small, a cluster of blocks shares the lattice in slabs along z: block k
+// holds the voxels of layers k nz / cluster to (k + 1) nz / cluster and the masses below them, the
+// last block also the topmost masses. Every block has as many slots as the largest.
 struct block_plan {
-    int row = 0, plane = 0;  // places between neighbours along y and along z in shared memory
-    int cube_slots = 0, rim_slots = 0;
-    std::vector<cell_entry> cells;  // [slot][32]
-    std::vector<int32_t> masses;    // sites, [slot][32]
+    int cluster = 1;  // blocks
+    int layers = 0;   // of places in a block's shared memory: those of its voxels and one more
+    int row = 0, plane = 0;  // places between neighbours along y and along z there
+    int cube_slots = 0, rim_slots = 0, mass_slots = 0;
+    std::vector<cell_entry> cells;  // [block][slot][32]
+    std::vector<int32_t> masses;    // sites, [block][slot][32]
 };
 
 // Lays the masses out and deals the cells to lanes so that the lanes of a warp find their corners
-// in different banks, as far as the lattice allows.
-block_plan plan_block(const lattice& grid);
+// in different banks, as far as the lattice allows. A cluster has at most as many blocks as the
+// lattice has layers of voxels.
+block_plan plan_block(const lattice& grid, int cluster = 1);
 
 // What a scene asks of a kernel's memory.
 struct kernel_needs {
@@ -38,9 +45,9 @@ struct block_shape {
     std::size_t shared_bytes = 0;
 };
 
-// Null where the robots of this lattice are too large for a block with `most_shared_bytes`.
-std::optional<block_shape> shape_block(const block_plan& plan, const lattice& grid,
-                                       const kernel_needs& needs, std::size_t most_shared_bytes);
+// Null where the plan's part of a robot is too large for a block with `most_shared_bytes`.
+std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
+                                       std::size_t most_shared_bytes);
 
 // Wavefronts of shared memory that one step of the plan takes: what plan_block() keeps
 // small, and the least that its slots could take.

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -34,7 +35,7 @@ hash128 checksum(const hash128& key, std::string_view bytes) {
     return hash128().add(key.hex()).add(bytes);
 }
 
-std::string reason_of_errno() { return std::strerror(errno); }
+std::string reason_of_errno() { return std::generic_category().message(errno); }
 
 // Writes everything or nothing that counts; false with errno.
 bool write_all(int file, std::string_view bytes) {
@@ -81,9 +82,9 @@ std::string hash128::hex() const {
 
 std::string kernel_cache::users_folder() {
     // the standard has relative paths ignored
-    const char* cache = std::getenv("XDG_CACHE_HOME");
+    const char* cache = secure_getenv("XDG_CACHE_HOME");
     if (cache && cache[0] == '/') return std::string(cache) + "/limax";
-    const char* home = std::getenv("HOME");
+    const char* home = secure_getenv("HOME");
     if (home && home[0] == '/') return std::string(home) + "/.cache/limax";
     return "";
 }

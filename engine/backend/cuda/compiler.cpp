@@ -101,7 +101,9 @@ const compiler* compiler::get(std::string* why) {
                 std::string reason;
                 found = open(path.c_str(), &reason).release();
                 if (found) return;
-                why += (why.empty() ? "" : "; ") + reason;
+                // one reason for each name
+                const std::string name = path.substr(path.rfind('/') + 1);
+                if (why.find(name) == std::string::npos) why += (why.empty() ? "" : "; ") + reason;
             }
         }
     };
@@ -134,7 +136,9 @@ std::unique_ptr<const compiler> compiler::open(const char* name, std::string* wh
         made->compile("extern \"C\" __global__ void trial() {}", {},
                       format("sm_%d", made->capabilities_.front()), {}, nullptr);
     } catch (const error& problem) {
-        *why = format("%s does not work: %s", name, problem.what());
+        std::string text = problem.what();
+        std::replace(text.begin(), text.end(), '\n', ' ');
+        *why = format("%s does not work: %s", name, text.c_str());
         return nullptr;
     }
     return made;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "backend/cpu/device.h"
+#include "backend/cuda/residence.h"
 
 namespace limax::cuda {
 
@@ -41,6 +42,11 @@ public:
     std::unique_ptr<simulation> simulate(simulation_setup setup) override {
         return make_simulation(std::move(setup), team_);
     }
+    std::shared_ptr<residence> reside(std::shared_ptr<const encoding> code,
+                                      int32_t count) override {
+        return make_residence(team_, std::move(code), count);
+    }
+    bool houses(const residence& home) const override { return lives_with(home, *team_); }
 
 private:
     std::unique_ptr<device> host_;
@@ -55,11 +61,29 @@ gpu_team::gpu_team(const driver& driver, int threads) : threads_(threads) {
         places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
 }
 
-std::shared_ptr<const block_plan> gpu_team::plan_of(const lattice& grid) {
+std::shared_ptr<const block_plan> gpu_team::plan_of(const lattice& grid, int cluster) {
     std::lock_guard lock(mutex_);
-    auto& plan = plans_[{grid.nx, grid.ny, grid.nz}];
-    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid));
+    auto& plan = plans_[{grid.nx, grid.ny, grid.nz, cluster}];
+    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid, cluster));
     return plan;
+}
+
+std::shared_ptr<const resident_encoding> gpu_team::encoding_on_gpu(
+    const std::shared_ptr<const encoding>& code) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(encodings_, [](const auto& known) { return known.second.expired(); });
+    std::weak_ptr<const resident_encoding>& known = encodings_[code.get()];
+    if (auto there = known.lock()) return there;
+    const context& gpu = places_.front()->gpu;
+    auto made = std::make_shared<resident_encoding>();
+    made->code = code;
+    const std::size_t size = 2 * std::size_t(code->options().features) * code->grid().voxels();
+    made->features = device_memory<float>(gpu, size, "the features of an encoding");
+    const stream queue(gpu);
+    made->features.upload(code->features(), size, queue);
+    queue.synchronize("sending the features of an encoding to the GPU");
+    known = made;
+    return made;
 }
 
 std::string why_no_cuda_device() {

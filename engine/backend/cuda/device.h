@@ -23,20 +23,28 @@ struct gpu_place {
     kernel_library kernels;
 };
 
-// Everything that outlives a simulation. Plans are made once per lattice.
+struct resident_encoding;  // residence.h
+
+// Everything that outlives a simulation. Plans are made once per lattice, encodings sent once for
+// as long as a population uses them.
 class gpu_team {
 public:
     gpu_team(const driver& driver, int threads);
 
     std::vector<std::unique_ptr<gpu_place>>& places() { return places_; }
     cpu::thread_team& threads() { return threads_; }
-    std::shared_ptr<const block_plan> plan_of(const lattice& grid);
+    std::shared_ptr<const block_plan> plan_of(const lattice& grid, int cluster);
+    // On the first GPU, where populations live.
+    std::shared_ptr<const resident_encoding> encoding_on_gpu(
+        const std::shared_ptr<const encoding>& code);
 
 private:
     cpu::thread_team threads_;  // of the host
     std::vector<std::unique_ptr<gpu_place>> places_;
     std::mutex mutex_;
-    std::map<std::array<int, 3>, std::shared_ptr<const block_plan>> plans_;
+    std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
+    // What they point to keeps the key alive.
+    std::map<const encoding*, std::weak_ptr<const resident_encoding>> encodings_;
 };
 
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);

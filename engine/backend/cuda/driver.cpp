@@ -9,8 +9,9 @@ namespace {
 
 constexpr const char* driver_library = "libcuda.so.1";
 
-// Newer than the oldest cuda.h that is built with (CUDA 12.0).
-constexpr CUresult error_contained = CUresult(226), error_tensor_memory_leak = CUresult(721);
+// Newer than the oldest cuda.h that this is built with, of CUDA 12.0.
+constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contained = CUresult(226),
+                   error_tensor_memory_leak = CUresult(721);
 
 // What a person can do about an error: a clause without a capital and a full stop.
 const char* remedy_for(CUresult result) {
@@ -44,7 +45,7 @@ const char* remedy_for(CUresult result) {
         case CUDA_ERROR_INVALID_PTX:
             return "the GPU needs compute capability 7.5 or newer, and a driver at least as new as "
                    "the CUDA that the kernel was compiled with";
-        case CUDA_ERROR_CALL_REQUIRES_NEWER_DRIVER:
+        case error_call_requires_newer_driver:
         case CUDA_ERROR_UNSUPPORTED_PTX_VERSION:
         case CUDA_ERROR_JIT_COMPILER_NOT_FOUND: return "update the NVIDIA driver";
         case CUDA_ERROR_JIT_COMPILATION_DISABLED: return "unset CUDA_DISABLE_PTX_JIT";
@@ -87,7 +88,7 @@ limax_status status_of(CUresult result) {
     switch (int(result)) {
         case CUDA_ERROR_OUT_OF_MEMORY: return LIMAX_OUT_OF_MEMORY;
         case CUDA_ERROR_STUB_LIBRARY:
-        case CUDA_ERROR_CALL_REQUIRES_NEWER_DRIVER:
+        case error_call_requires_newer_driver:
         case CUDA_ERROR_DEVICE_UNAVAILABLE:
         case CUDA_ERROR_NO_DEVICE:
         case CUDA_ERROR_INVALID_DEVICE:

@@ -123,7 +123,7 @@ const char* name_of(kernel_origin origin) {
 }
 
 allowed_origins origins_of_environment() {
-    const char* list = std::getenv("LIMAX_KERNELS");
+    const char* list = secure_getenv("LIMAX_KERNELS");
     if (!list || !*list) return {};
     allowed_origins allowed{false, false, false};
     std::istringstream words(list);

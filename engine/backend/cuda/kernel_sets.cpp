@@ -1,12 +1,27 @@
 // kernel_sets.cpp: from a scene to the defines of its kernels.
 #include "backend/cuda/kernel_sets.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace limax::cuda {
 
 namespace {
+
+// Voxels of a block beyond which no plan is worth making: it would not fit.
+constexpr int64_t most_cubes_of_block = 512;
+// Blocks that every GPU with clusters can put into one.
+constexpr int most_blocks_of_cluster = 8;
+
+// LIMAX_CUDA_PATH=grid sends small lattices over the grid path too, so that tests can compare both.
+bool grid_path_asked_for() {
+    const char* path = std::getenv("LIMAX_CUDA_PATH");
+    if (!path || !*path || std::string(path) == "auto") return false;
+    if (std::string(path) == "grid") return true;
+    fail(LIMAX_INVALID_ARGUMENT, format("LIMAX_CUDA_PATH is '%s'; it must be auto or grid", path));
+}
 
 std::string names_of_effects(const scene& scene) {
     std::string names;
@@ -66,20 +81,37 @@ std::string scene_kernels::describe() const {
     const function_facts facts = step_->facts("limax_advance");
     nlohmann::ordered_json text;
     text["device"] = "cuda";
-    text["path"] = "block";
+    text["path"] = on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
+    if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
     text["effects"] = names_of_effects(setup_->scene);
     text["precision"] = name_of_precision(setup_->options.precision);
     text["origin"] = name_of(step_->binary().origin);
     text["seconds"] = step_->binary().seconds;
     text["architecture"] = step_->binary().architecture;
-    text["threads"] = shape_.threads;
+    text["threads"] = on_grid_ ? grid_.threads : shape_.threads;
     text["registers"] = facts.registers;
     text["spilled"] = facts.spilled;
-    text["shared_bytes"] = shape_.shared_bytes + std::size_t(facts.shared);
-    text["blocks_of_multiprocessor"] =
-        step_->blocks_of_multiprocessor("limax_advance", shape_.threads, shape_.shared_bytes);
+    const std::size_t shared = on_grid_ ? grid_.shared_bytes : shape_.shared_bytes;
+    text["shared_bytes"] = shared + std::size_t(facts.shared);
+    text["blocks_of_multiprocessor"] = step_->blocks_of_multiprocessor(
+        "limax_advance", on_grid_ ? grid_.threads : shape_.threads, shared);
+    if (on_grid_) text["tiles"] = grid_.tiles;
     text["instructions"] = facts.instructions;
     return text.dump();
+}
+
+bool scene_kernels::double_springs() const { return setup_->options.precision == LIMAX_DOUBLE; }
+
+scene_kernels::grid_memory scene_kernels::memory_of_robot() const {
+    if (!on_grid_) return {};
+    const std::size_t seen = damped ? 6 : 3;  // values of a mass, as `exchanged` of kernels/grid.h
+    return {2 * seen * std::size_t(setup_->grid.sites()), std::size_t(grid_.tiles) * tile_parts, 1};
+}
+
+unsigned scene_kernels::most_robots() const { return blocks_at_once_; }
+
+int scene_kernels::blocks_of_robot(unsigned robots) const {
+    return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
 }
 
 scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
@@ -90,38 +122,69 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
     out.actuated = setup.scene.has(effects::index_of<effects::actuation>);
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
-    out.plan = team.plan_of(setup.grid);
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
                         setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene).c_str(),
                         name_of_precision(setup.options.precision));
 
+    // The path must not hang on the effects: it is chosen for all of them.
     const kernel_needs needs{setup.options.precision, out.spring_columns, out.damped};
-    const auto shape =
-        shape_block(*out.plan, setup.grid, needs, gpu.device().shared_memory_of_block);
-    if (!shape) fail(LIMAX_INTERNAL, "lattice too large for a block");
-    out.shape_ = *shape;
+    const kernel_needs most{setup.options.precision, 4, true};
+    const std::size_t shared = gpu.device().shared_memory_of_block;
+    const int most_cluster =
+        std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
+    out.on_grid_ = true;
+    for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path_asked_for();
+         ++cluster) {
+        const int layers = (setup.grid.nz + cluster - 1) / cluster;
+        if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
+        const auto plan = team.plan_of(setup.grid, cluster);
+        if (!shape_block(*plan, most, shared)) continue;
+        out.on_grid_ = false;
+        out.plan = plan;
+        out.shape_ = *shape_block(*plan, needs, shared);
+    }
+    if (out.on_grid_) out.grid_ = shape_grid(setup.grid, needs);
 
     const auto number = [](auto value) { return std::to_string(value); };
     const std::map<std::string, std::string> of_scene = {
         {"LIMAX_EFFECTS", number(setup.scene.mask())},
         {"LIMAX_PRECISION", number(setup.options.precision)},
         {"LIMAX_LEAPFROG", number(setup.options.integrator == LIMAX_LEAPFROG ? 1 : 0)}};
-    kernel_set step{"step", of_scene}, measure{"measure", of_scene};
-    for (const auto& [name, value] : std::initializer_list<std::pair<const char*, int64_t>>{
-             {"LIMAX_NX", setup.grid.nx},
-             {"LIMAX_NY", setup.grid.ny},
-             {"LIMAX_NZ", setup.grid.nz},
-             {"LIMAX_ROW", out.plan->row},
-             {"LIMAX_PLANE", out.plan->plane},
-             {"LIMAX_CUBE_SLOTS", out.plan->cube_slots},
-             {"LIMAX_RIM_SLOTS", out.plan->rim_slots},
-             {"LIMAX_THREADS", shape->threads},
-             {"LIMAX_BLOCKS", shape->blocks},
-             {"LIMAX_CUBE_HELD", shape->cube_held},
-             {"LIMAX_SHARED_BYTES", int64_t(shape->shared_bytes)}})
+    kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
+    const auto define = [&](const char* name, auto value) {
         step.defines.emplace(name, number(value));
+    };
+    define("LIMAX_NX", setup.grid.nx);
+    define("LIMAX_NY", setup.grid.ny);
+    define("LIMAX_NZ", setup.grid.nz);
+    if (out.on_grid_) {
+        define("LIMAX_TILE_X", out.grid_.tile[0]);
+        define("LIMAX_TILE_Y", out.grid_.tile[1]);
+        define("LIMAX_TILE_Z", out.grid_.tile[2]);
+        define("LIMAX_THREADS", out.grid_.threads);
+        define("LIMAX_BLOCKS", out.grid_.blocks);
+        define("LIMAX_SHARED_BYTES", out.grid_.shared_bytes);
+    } else {
+        define("LIMAX_ROW", out.plan->row);
+        define("LIMAX_PLANE", out.plan->plane);
+        define("LIMAX_CLUSTER", out.plan->cluster);
+        define("LIMAX_LAYERS", out.plan->layers);
+        define("LIMAX_CUBE_SLOTS", out.plan->cube_slots);
+        define("LIMAX_RIM_SLOTS", out.plan->rim_slots);
+        define("LIMAX_MASS_SLOTS", out.plan->mass_slots);
+        define("LIMAX_THREADS", out.shape_.threads);
+        define("LIMAX_BLOCKS", out.shape_.blocks);
+        define("LIMAX_CUBE_HELD", out.shape_.cube_held);
+        define("LIMAX_SHARED_BYTES", out.shape_.shared_bytes);
+    }
     out.step_ = kernels.load(step);
-    out.step_->allow_shared_memory("limax_advance", shape->shared_bytes);
+    out.step_->allow_shared_memory("limax_advance",
+                                   out.on_grid_ ? out.grid_.shared_bytes : out.shape_.shared_bytes);
+    if (out.on_grid_)
+        out.blocks_at_once_ =
+            unsigned(gpu.device().multiprocessors) *
+            unsigned(std::max(1, out.step_->blocks_of_multiprocessor(
+                                     "limax_advance", out.grid_.threads, out.grid_.shared_bytes)));
     bool measures = false;
     for (int kind = 0; kind < sample_kinds; ++kind)
         measures |= !taken_by_step(kind) && setup.options.record[kind] > 0;

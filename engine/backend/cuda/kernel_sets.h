@@ -5,6 +5,7 @@
 #include <string>
 
 #include "backend/cuda/device.h"
+#include "backend/cuda/grid_plan.h"
 #include "backend/cuda/kernels/records.h"
 
 namespace limax::cuda {
@@ -23,12 +24,37 @@ public:
     template <class R>
     measure_launch<R> measure_arguments() const;
 
+    // Memory that robots on the grid path need besides, in elements of spring_real, of double and
+    // of unsigned; all 0 on the block path.
+    struct grid_memory {
+        std::size_t exchange = 0, parts = 0, arrived = 0;  // of one robot
+    };
+    grid_memory memory_of_robot() const;
+    // Whether springs are computed in double.
+    bool double_springs() const;
+    // Robots that one launch can step.
+    unsigned most_robots() const;
+
     template <class R>
     void launch_step(const context& gpu, const stream& stream, const step_launch<R>& arguments,
                      unsigned robots) const {
-        launch(gpu, step_->function("limax_advance"),
-               {robots, unsigned(shape_.threads), shape_.shared_bytes}, stream, doing_, arguments);
+        const auto cluster = unsigned(plan->cluster);
+        launch_shape shape{robots * cluster, unsigned(shape_.threads), shape_.shared_bytes};
+        shape.cluster = cluster;
+        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
     }
+    // The same on the grid path, where `robots` are at most most_robots() and arguments.arrived is
+    // all 0.
+    template <class R, class F>
+    void launch_grid(const context& gpu, const stream& stream, grid_launch<R, F> arguments,
+                     unsigned robots) const {
+        arguments.blocks_of_robot = blocks_of_robot(robots);
+        launch_shape shape{robots * unsigned(arguments.blocks_of_robot), unsigned(grid_.threads),
+                           grid_.shared_bytes};
+        shape.cooperative = true;
+        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
+    }
+    bool on_grid() const { return on_grid_; }
     template <class R>
     void launch_measure(const context& gpu, const stream& stream,
                         const measure_launch<R>& arguments, unsigned robots) const {
@@ -43,9 +69,14 @@ private:
     friend scene_kernels load_scene(const simulation_setup&, gpu_team&, const context&,
                                     kernel_library&);
 
+    int blocks_of_robot(unsigned robots) const;
+
     const simulation_setup* setup_ = nullptr;
+    bool on_grid_ = false;
+    unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
     std::shared_ptr<const kernel_module> step_, measure_;
     block_shape shape_;
+    grid_shape grid_;
     std::string doing_;
 };
 

@@ -4,6 +4,8 @@
 #   LIMAX_WITH_CUDA       whether the CUDA engine is built
 #   LIMAX_CUDA_INCLUDE    where cuda.h and nvrtc.h lie
 #   LIMAX_CUDA_SOURCES    generated sources with what is embedded
+#   LIMAX_KERNEL_OPTIONS  what kernels are compiled with
+#   LIMAX_NVRTC_FOLDER    where the toolkit has NVRTC, or empty
 # Nothing of CUDA is linked: the driver and NVRTC are opened at run time.
 
 set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
@@ -13,7 +15,7 @@ set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
 set(LIMAX_LAW_TEXTS
     limax.h
     base/portable.h base/math.h base/random.h
-    body/lattice.h body/spring_laws.h
+    body/lattice.h body/body_laws.h body/spring_laws.h
     genome/network.h genome/breeding.h
     physics/integrator.h physics/bound.h)
 set(LIMAX_LAW_FOLDERS physics/effects backend/cuda/kernels)
@@ -53,10 +55,17 @@ if(NOT nvcc_says MATCHES "release ([0-9]+)\\.([0-9]+)" OR CMAKE_MATCH_1 LESS 12)
 endif()
 set(nvcc_version "${CMAKE_MATCH_1}.${CMAKE_MATCH_2}")
 
-# nvcc may be a link, or a wrapper of a distribution
-file(REAL_PATH "${LIMAX_NVCC}" nvcc_real)
-get_filename_component(toolkit "${nvcc_real}" DIRECTORY)
-get_filename_component(toolkit "${toolkit}" DIRECTORY)
+# nvcc may be a link or a wrapper: it tells by itself where its toolkit lies
+set(trial "${CMAKE_CURRENT_BINARY_DIR}/kernels/trial")
+file(WRITE "${trial}.cu" "#include <cmath>\n#include <cstdint>\n#include <cstring>\n__global__ void trial() {}\n")
+execute_process(COMMAND ${LIMAX_NVCC} --dryrun -cubin -o ${trial}.cubin ${trial}.cu
+    OUTPUT_VARIABLE nvcc_says ERROR_VARIABLE nvcc_says)
+if(nvcc_says MATCHES "TOP=([^\n]+)")
+    file(REAL_PATH "${CMAKE_MATCH_1}" toolkit)
+else()
+    file(REAL_PATH "${LIMAX_NVCC}" toolkit)
+    get_filename_component(toolkit "${toolkit}/../.." ABSOLUTE)
+endif()
 file(GLOB toolkit_targets "${toolkit}/targets/${CMAKE_SYSTEM_PROCESSOR}-linux" "${toolkit}/targets/*-linux")
 set(toolkit_include_hints "${toolkit}/include")
 set(toolkit_library_hints "${toolkit}/lib64")
@@ -71,6 +80,9 @@ if(NOT LIMAX_CUDA_INCLUDE OR NOT EXISTS "${LIMAX_CUDA_INCLUDE}/cuda.h")
 endif()
 # NVRTC is also looked for here at run time, after the loader's own search
 find_path(LIMAX_NVRTC_FOLDER NAMES libnvrtc.so.13 libnvrtc.so.12 HINTS ${toolkit_library_hints})
+if(NOT LIMAX_NVRTC_FOLDER)
+    set(LIMAX_NVRTC_FOLDER "")
+endif()
 
 # Capabilities of this nvcc: the lowest of each major version from 7.5 up.
 execute_process(COMMAND ${LIMAX_NVCC} --list-gpu-code OUTPUT_VARIABLE nvcc_codes ERROR_QUIET)
@@ -108,8 +120,6 @@ endif()
 
 # Whether nvcc works at all, with the compiler of this build or else with its own choice.
 list(GET capabilities 0 first_capability)
-set(trial "${CMAKE_CURRENT_BINARY_DIR}/kernels/trial")
-file(WRITE "${trial}.cu" "#include <cmath>\n#include <cstdint>\n#include <cstring>\n__global__ void trial() {}\n")
 set(nvcc_works FALSE)
 foreach(host_compiler "-ccbin=${CMAKE_CXX_COMPILER}" "")
     set(LIMAX_NVCC_COMMAND ${LIMAX_NVCC} ${host_compiler} ${LIMAX_KERNEL_OPTIONS})
@@ -157,9 +167,6 @@ foreach(folder ${LIMAX_LAW_FOLDERS})
     list(APPEND texts ${found})
 endforeach()
 foreach(text ${texts})
-    if(NOT EXISTS "${engine_folder}/${text}")
-        continue() # TEMPORARY
-    endif()
     string(MAKE_C_IDENTIFIER "limax_text_${text}" symbol)
     embed("${engine_folder}/${text}" ${symbol})
     string(APPEND headers_text "        {\"${text}\", ${symbol}},\n")

@@ -17,6 +17,7 @@ public:
     explicit shared_library(const char* name, std::string* why = nullptr)
         : handle_(dlopen(name, RTLD_NOW | RTLD_LOCAL)), name_(name) {
         if (handle_ || !why) return;
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): glibc keeps the message per thread
         const char* reason = dlerror();
         *why = reason ? reason : std::string(name) + " cannot be opened";
     }

@@ -141,8 +141,10 @@ public:
         : block_(context, size * sizeof(T), what) {}
 
     // As kernels read it; never to be followed on the host.
+    // NOLINTBEGIN(performance-no-int-to-ptr): the driver gives addresses as numbers
     T* data() { return reinterpret_cast<T*>(block_.address()); }
     const T* data() const { return reinterpret_cast<const T*>(block_.address()); }
+    // NOLINTEND(performance-no-int-to-ptr)
     std::size_t size() const { return block_.bytes() / sizeof(T); }
 
     // As device_block's, in elements.

@@ -50,6 +50,7 @@ kernel_module::kernel_module(const context& context, std::shared_ptr<const kerne
     // PTX is compiled by the driver, which tells here what it does not like
     char log[4096] = "";
     CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): the driver takes numbers in the place of pointers
     void* values[] = {log, reinterpret_cast<void*>(sizeof log)};
     const CUresult result =
         api.module_load_data_ex(&handle_, binary_->bytes.c_str(), 2, options, values);

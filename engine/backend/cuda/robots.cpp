@@ -18,6 +18,8 @@ using clock = std::chrono::steady_clock;
 constexpr int64_t never = INT64_MAX;
 // Steps of the first launch, before it is known how long one takes.
 constexpr int64_t first_steps = 64;
+// Of one launch, so that an interrupt does not wait longer.
+constexpr double most_seconds = 0.05;
 
 double whole_origin_steps(double distance) {
     return origin_step * std::floor(distance / origin_step + 0.5);
@@ -45,6 +47,8 @@ public:
 
     void prepare() override;
     void advance(double seconds, int64_t steps) override;
+    void enqueue(double seconds) override;
+    void collect() override;
     bool finished() const override { return prepared_ && running_.empty(); }
     int64_t samples(int32_t robot, int32_t kind) const override {
         return prepared_ ? records_[local_[robot]].taken[kind] : 0;
@@ -60,7 +64,10 @@ private:
     void lay_out_samples();
     void take_records();
     void end_robot(std::size_t local);
-    void run_slice(int64_t most);
+    int64_t steps_in(double seconds) const;
+    void enqueue_slice(int64_t most);
+    void collect_slice();
+    void step_robots(const step_launch<R>& launch);
     int64_t most_steps_left() const;
     R* column_of(std::vector<R>& state, int column) { return state.data() + column * sites_; }
 
@@ -82,6 +89,9 @@ private:
     device_memory<cell_entry> device_cells_;
     device_memory<float> mass_, springs_;
     device_memory<R> state_;
+    device_memory<char> exchange_;  // of spring_real
+    device_memory<double> parts_;
+    device_memory<unsigned> arrived_;
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
     std::vector<int32_t> running_;                  // places in robots_
@@ -89,12 +99,14 @@ private:
     std::vector<schedule> plans_;                   // [robot]
     array<double> samples_[sample_kinds];           // what device_samples_ held last
     bool fetched_[sample_kinds] = {};
+    int64_t slice_ = 0;            // steps that were sent to the GPU and not collected
     double seconds_per_step_ = 0;  // of all running robots
 };
 
 template <class R>
 void robots_on_gpu<R>::prepare() {
     if (prepared_) return;
+    setup_.fetch_bodies();
     const std::size_t count = robots_.size();
     scene_ = load_scene(setup_, *team_, gpu_, kernels_);
     const int64_t spring_size = scene_.spring_columns * direction_count * sites_;
@@ -105,12 +117,26 @@ void robots_on_gpu<R>::prepare() {
     device_running_ = device_memory<int32_t>(gpu_, count, "the list" + of_robots);
     device_ranks_ = device_memory<int32_t>(gpu_, count * sites_, "the sites" + of_robots);
     mass_ = device_memory<float>(gpu_, count * sites_, "the masses" + of_robots);
-    springs_ = device_memory<float>(gpu_, count * spring_size, "the springs" + of_robots);
+    // a cell on the high side of the lattice reads a little beyond the last column
+    const std::size_t beyond = std::size_t(setup_.grid.step(direction{1, 1, 1}));
+    springs_ = device_memory<float>(gpu_, count * spring_size + beyond, "the springs" + of_robots);
     state_ = device_memory<R>(gpu_, count * state_size, "the state" + of_robots);
-    device_cells_ = device_memory<cell_entry>(gpu_, scene_.plan->cells.size(), "the plan");
-    device_masses_ = device_memory<int32_t>(gpu_, scene_.plan->masses.size(), "the plan");
-    device_cells_.upload(scene_.plan->cells.data(), scene_.plan->cells.size(), stream_);
-    device_masses_.upload(scene_.plan->masses.data(), scene_.plan->masses.size(), stream_);
+    if (scene_.on_grid()) {
+        const auto memory = scene_.memory_of_robot();
+        const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
+        exchange_ =
+            device_memory<char>(gpu_, count * memory.exchange * real, "the exchange" + of_robots);
+        parts_ = device_memory<double>(gpu_, count * memory.parts, "the sums" + of_robots);
+        arrived_ =
+            device_memory<unsigned>(gpu_, count * memory.arrived, "the barriers" + of_robots);
+        springs_.clear(stream_);
+    } else {
+        const block_plan& plan = *scene_.plan;
+        device_cells_ = device_memory<cell_entry>(gpu_, plan.cells.size(), "the plan");
+        device_masses_ = device_memory<int32_t>(gpu_, plan.masses.size(), "the plan");
+        device_cells_.upload(plan.cells.data(), plan.cells.size(), stream_);
+        device_masses_.upload(plan.masses.data(), plan.masses.size(), stream_);
+    }
     records_ = pinned<robot_record>(gpu_, count, "the records" + of_robots);
     mass_sites_.resize(count);
     plans_.resize(count);
@@ -238,6 +264,25 @@ int64_t robots_on_gpu<R>::most_steps_left() const {
     return most;
 }
 
+// Steps that take about `seconds`, as far as is known.
+template <class R>
+int64_t robots_on_gpu<R>::steps_in(double seconds) const {
+    if (!(seconds_per_step_ > 0)) return first_steps;
+    return std::clamp<int64_t>(int64_t(seconds / seconds_per_step_), 1, most_steps_left() + 1);
+}
+
+template <class R>
+void robots_on_gpu<R>::enqueue(double seconds) {
+    prepare();
+    if (running_.empty() || interrupted()) return;
+    enqueue_slice(steps_in(seconds));
+}
+
+template <class R>
+void robots_on_gpu<R>::collect() {
+    if (slice_ > 0) collect_slice();
+}
+
 template <class R>
 void robots_on_gpu<R>::advance(double seconds, int64_t steps) {
     prepare();
@@ -245,31 +290,53 @@ void robots_on_gpu<R>::advance(double seconds, int64_t steps) {
     const auto left = [&] {
         return seconds - std::chrono::duration<double>(clock::now() - begin).count();
     };
-    if (steps > 0) {
-        // in launches that end often enough for an interrupt
-        for (int64_t done = 0; done < steps && !running_.empty() && !interrupted();) {
-            const int64_t now =
-                std::min(steps - done, seconds_per_step_ > 0
-                                           ? std::max<int64_t>(1, int64_t(0.05 / seconds_per_step_))
-                                           : first_steps);
-            run_slice(now);
-            done += now;
-        }
-        return;
-    }
+    int64_t done = 0;
     while (!running_.empty() && !interrupted()) {
-        const double remaining = left();
-        if (remaining <= 0) return;
-        int64_t now = first_steps;
-        if (seconds_per_step_ > 0) now = int64_t(remaining / seconds_per_step_);
-        // a rest that is too short for a step is not worth a launch
-        if (now < 1 && left() < seconds) return;
-        run_slice(std::max<int64_t>(1, std::min(now, most_steps_left() + 1)));
+        // in launches that end often enough for an interrupt
+        int64_t now = steps_in(most_seconds);
+        if (steps > 0) {
+            now = std::min(now, steps - done);
+            if (now == 0) return;
+        } else {
+            const double remaining = left();
+            // a rest that is too short for a step is not worth a launch
+            if (remaining <= 0 || (done > 0 && remaining < seconds_per_step_)) return;
+            now = std::min(now, steps_in(remaining));
+        }
+        enqueue_slice(now);
+        collect_slice();
+        done += now;
     }
 }
 
+// Steps all running robots: in one launch, or, where several blocks share a robot and have to wait
+// for each other, in as many as fit the GPU one after the other.
 template <class R>
-void robots_on_gpu<R>::run_slice(int64_t most) {
+void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
+    const auto robots = unsigned(running_.size());
+    if (!scene_.on_grid()) {
+        scene_.launch_step(gpu_, stream_, launch, robots);
+        return;
+    }
+    arrived_.clear(stream_);
+    const auto on_grid = [&](auto* exchange) {
+        for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
+            grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
+                launch, exchange, parts_.data(), arrived_.data(), 0};
+            arguments.step.running += first;
+            scene_.launch_grid(gpu_, stream_, arguments,
+                               std::min(robots - first, scene_.most_robots()));
+        }
+    };
+    if (scene_.double_springs())
+        on_grid(reinterpret_cast<double*>(exchange_.data()));
+    else
+        on_grid(reinterpret_cast<float*>(exchange_.data()));
+}
+
+template <class R>
+void robots_on_gpu<R>::enqueue_slice(int64_t most) {
+    slice_ = most;
     device_running_.upload(running_.data(), running_.size(), stream_);
     step_launch<R> launch = scene_.template step_arguments<R>();
     launch.records = device_records_.data();
@@ -298,14 +365,18 @@ void robots_on_gpu<R>::run_slice(int64_t most) {
                 pauses = std::max(pauses, 1 + (most + 1) / plans_[i].every[kind]);
     start_.record(stream_);
     for (int64_t k = 0; k <= pauses; ++k) {
-        scene_.launch_step(gpu_, stream_, launch, unsigned(running_.size()));
+        step_robots(launch);
         if (pauses > 0) scene_.launch_measure(gpu_, stream_, measure, unsigned(running_.size()));
         launch.most = 0;
     }
     end_.record(stream_);
     device_records_.download(records_.data(), records_.size(), stream_);
+}
+
+template <class R>
+void robots_on_gpu<R>::collect_slice() {
     stream_.synchronize("stepping robots");
-    seconds_per_step_ = end_.seconds_since(start_) / double(most);
+    seconds_per_step_ = end_.seconds_since(start_) / double(std::exchange(slice_, 0));
     std::fill(std::begin(fetched_), std::end(fetched_), false);
     take_records();
 }

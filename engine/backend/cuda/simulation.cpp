@@ -16,6 +16,8 @@ public:
     cuda_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);
 
     limax_progress advance(double seconds, int64_t steps) override;
+    void enqueue(double seconds) override;
+    limax_progress collect() override;
     const limax_outcome* outcomes() const override { return outcomes_.data(); }
     void trace(int32_t robot, int32_t kind, const double** data, int64_t* samples,
                int64_t* width) const override;
@@ -76,6 +78,15 @@ void cuda_simulation::on_all_gpus(const std::function<void(gpu_robots&)>& work) 
 
 limax_progress cuda_simulation::advance(double seconds, int64_t steps) {
     on_all_gpus([&](gpu_robots& part) { part.advance(seconds, steps); });
+    return progress();
+}
+
+void cuda_simulation::enqueue(double seconds) {
+    on_all_gpus([&](gpu_robots& part) { part.enqueue(seconds); });
+}
+
+limax_progress cuda_simulation::collect() {
+    on_all_gpus([&](gpu_robots& part) { part.collect(); });
     return progress();
 }
 

@@ -72,7 +72,8 @@ constexpr bool all_hooks_match(list<E...>) {
     return (hooks_match<E>() && ...);
 }
 static_assert(all_hooks_match(all{}),
-              "an effect declares a hook without its law, or has a law that it does not declare");
+              "an effect declares a hook without its law (an impulse also needs in_contact_only), "
+              "or has a law that it does not declare");
 #endif
 
 }  // namespace limax::effects

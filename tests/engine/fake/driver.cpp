@@ -4,7 +4,6 @@
 
 #include <cuda.h>
 
-#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -15,7 +14,12 @@ namespace {
 limax::test::fake_driver fake;
 std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
 thread_local CUcontext current = nullptr;
-char the_context;
+char something;  // that handles point to
+
+// Memory of the pretended GPU is the host's.
+void* bytes_at(CUdeviceptr address) {
+    return reinterpret_cast<void*>(address);  // NOLINT(performance-no-int-to-ptr)
+}
 
 // Whether this call is the one that was told to fail.
 bool fails(const char* function) {
@@ -96,7 +100,7 @@ CUresult cuDeviceTotalMem(std::size_t* bytes, CUdevice) {
 CUresult cuDevicePrimaryCtxRetain(CUcontext* context, CUdevice) {
     BEGIN(cuDevicePrimaryCtxRetain);
     ++fake.contexts;
-    *context = reinterpret_cast<CUcontext>(&the_context);
+    *context = reinterpret_cast<CUcontext>(&something);
     return CUDA_SUCCESS;
 }
 CUresult cuDevicePrimaryCtxRelease(CUdevice) {
@@ -134,7 +138,7 @@ CUresult cuMemFree(CUdeviceptr address) {
     BEGIN_IN_CONTEXT(cuMemFree);
     fake.held -= blocks.at(address);
     blocks.erase(address);
-    std::free(reinterpret_cast<void*>(address));
+    std::free(bytes_at(address));
     return CUDA_SUCCESS;
 }
 CUresult cuMemAllocHost(void** data, std::size_t bytes) {
@@ -151,28 +155,29 @@ CUresult cuMemFreeHost(void* data) {
 }
 CUresult cuMemcpyHtoDAsync(CUdeviceptr to, const void* from, std::size_t bytes, CUstream) {
     BEGIN_IN_CONTEXT(cuMemcpyHtoDAsync);
-    std::memcpy(reinterpret_cast<void*>(to), from, bytes);
+    std::memcpy(bytes_at(to), from, bytes);
     return CUDA_SUCCESS;
 }
 CUresult cuMemcpyDtoHAsync(void* to, CUdeviceptr from, std::size_t bytes, CUstream) {
     BEGIN_IN_CONTEXT(cuMemcpyDtoHAsync);
-    std::memcpy(to, reinterpret_cast<const void*>(from), bytes);
+    std::memcpy(to, bytes_at(from), bytes);
     return CUDA_SUCCESS;
 }
 CUresult cuMemcpyDtoDAsync(CUdeviceptr to, CUdeviceptr from, std::size_t bytes, CUstream) {
     BEGIN_IN_CONTEXT(cuMemcpyDtoDAsync);
-    std::memcpy(reinterpret_cast<void*>(to), reinterpret_cast<const void*>(from), bytes);
+    std::memcpy(bytes_at(to), bytes_at(from), bytes);
     return CUDA_SUCCESS;
 }
 CUresult cuMemsetD8Async(CUdeviceptr to, unsigned char value, std::size_t bytes, CUstream) {
     BEGIN_IN_CONTEXT(cuMemsetD8Async);
-    std::memset(reinterpret_cast<void*>(to), value, bytes);
+    std::memset(bytes_at(to), value, bytes);
     return CUDA_SUCCESS;
 }
 
 CUresult cuStreamCreate(CUstream* stream, unsigned) {
     BEGIN_IN_CONTEXT(cuStreamCreate);
-    *stream = reinterpret_cast<CUstream>(std::uintptr_t(++fake.streams));
+    ++fake.streams;
+    *stream = reinterpret_cast<CUstream>(&something);
     return CUDA_SUCCESS;
 }
 CUresult cuStreamDestroy(CUstream) {
@@ -194,7 +199,8 @@ CUresult cuStreamWaitEvent(CUstream, CUevent, unsigned) {
 }
 CUresult cuEventCreate(CUevent* event, unsigned) {
     BEGIN_IN_CONTEXT(cuEventCreate);
-    *event = reinterpret_cast<CUevent>(std::uintptr_t(++fake.events));
+    ++fake.events;
+    *event = reinterpret_cast<CUevent>(&something);
     return CUDA_SUCCESS;
 }
 CUresult cuEventDestroy(CUevent) {
@@ -225,10 +231,12 @@ CUresult cuModuleLoadDataEx(CUmodule* module, const void* image, unsigned count,
     BEGIN_IN_CONTEXT(cuModuleLoadDataEx);
     if (fake.refused_image &&
         std::memcmp(image, fake.refused_image, std::strlen(fake.refused_image)) == 0) {
-        if (count > 0) std::strcpy(static_cast<char*>(values[0]), "the fake driver's log");
+        const char log[] = "the fake driver's log";
+        if (count > 0) std::memcpy(values[0], log, sizeof log);
         return CUDA_ERROR_UNSUPPORTED_PTX_VERSION;
     }
-    *module = reinterpret_cast<CUmodule>(std::uintptr_t(++fake.modules));
+    ++fake.modules;
+    *module = reinterpret_cast<CUmodule>(&something);
     return CUDA_SUCCESS;
 }
 CUresult cuModuleUnload(CUmodule) {
@@ -239,7 +247,7 @@ CUresult cuModuleUnload(CUmodule) {
 CUresult cuModuleGetFunction(CUfunction* function, CUmodule, const char* name) {
     BEGIN_IN_CONTEXT(cuModuleGetFunction);
     if (std::strcmp(name, "absent") == 0) return CUDA_ERROR_NOT_FOUND;
-    *function = reinterpret_cast<CUfunction>(&the_context);
+    *function = reinterpret_cast<CUfunction>(&something);
     return CUDA_SUCCESS;
 }
 CUresult cuFuncGetAttribute(int* value, CUfunction_attribute which, CUfunction) {

@@ -128,6 +128,19 @@ struct step_launch {
     mass_params<R> params;
 };
 
+// What a launch of the grid kernel works on besides: several blocks share a robot.
+template <class R, class F>
+struct grid_launch {
+    step_launch<R> step;
+    F* exchange;        // masses as springs see them, [robot][2][value][site]
+    double* parts;      // of sums over all masses, [robot][tile][tile_part]
+    unsigned* arrived;  // blocks that came to a barrier so far, [robot]
+    int blocks_of_robot;
+};
+// Parts of a tile: mass times position along each axis, masses that touch the ground, broken
+// limits.
+enum tile_part { part_moment = 0, part_touching = 3, part_broken = 4, tile_parts = 5 };
+
 // What a launch of the measure kernel works on: one block for each robot.
 template <class R>
 struct measure_launch {

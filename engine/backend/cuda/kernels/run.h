@@ -54,9 +54,10 @@ __device__ inline bool center_wanted(const robot_record& record, int64_t step) {
 
 // Where the origin goes, and what else hangs on the centre of mass: marks and samples. `moment` is
 // the sum of mass times position along each axis, kg m. Returns whether the origin moved, by
-// `shift`.
+// `shift`. Of several blocks that keep the same record one `writes` the samples.
 __device__ inline bool note_center(const launch_arguments& launch, robot_record& record,
-                                   int64_t step, const double moment[3], double shift[3]) {
+                                   int64_t step, const double moment[3], double shift[3],
+                                   bool writes) {
     const bool sampled = step == record.next_sample[sample_center];
     double* const sample = launch.samples[sample_center] + record.offset[sample_center] +
                            3 * record.taken[sample_center];
@@ -71,7 +72,7 @@ __device__ inline bool note_center(const launch_arguments& launch, robot_record&
         if (step == record.settle_steps) record.center[0][axis] = center;
         if (step == middle_step(record)) record.center[1][axis] = center;
         if (step == record.steps) record.center[2][axis] = center;
-        if (sampled) sample[axis] = center;
+        if (sampled && writes) sample[axis] = center;
     }
     if (sampled) {
         ++record.taken[sample_center];
@@ -81,9 +82,11 @@ __device__ inline bool note_center(const launch_arguments& launch, robot_record&
 }
 
 __device__ inline void note_contact(const launch_arguments& launch, robot_record& record,
-                                    double touching) {
-    launch.samples[sample_contact][record.offset[sample_contact] + record.taken[sample_contact]++] =
-        touching / record.masses;
+                                    double touching, bool writes) {
+    double* const sample = launch.samples[sample_contact] + record.offset[sample_contact] +
+                           record.taken[sample_contact];
+    if (writes) *sample = touching / record.masses;
+    ++record.taken[sample_contact];
     record.next_sample[sample_contact] += record.every[sample_contact];
 }
 

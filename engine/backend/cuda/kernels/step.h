@@ -1,9 +1,12 @@
-// step.h: whole runs of robots that fit a block: one block per robot, the time loop inside. Springs
-// dealt out by cells.h, their parameters in registers; positions and the velocities that forces
-// read in shared memory. Compiled for one scene (scene.h), lattice (springs.h) and plan of the
-// block (block_plan.h):
+// step.h: whole runs of robots that fit the shared memory of a block, or of a cluster of blocks
+// that share the lattice in slabs along z: one block or cluster per robot, the time loop inside.
+// Springs dealt out by cells.h, their parameters in registers; positions and the velocities that
+// forces read in shared memory. Compiled for one scene (scene.h), lattice (springs.h) and plan of
+// the block (block_plan.h):
 //   LIMAX_ROW, LIMAX_PLANE             places between neighbours along y and z in shared memory
+//   LIMAX_CLUSTER, LIMAX_LAYERS        blocks of a robot, layers of places in each
 //   LIMAX_CUBE_SLOTS, LIMAX_RIM_SLOTS  slots of cells
+//   LIMAX_MASS_SLOTS                   slots of masses
 //   LIMAX_THREADS, LIMAX_BLOCKS        threads of a block, blocks of a multiprocessor
 //   LIMAX_CUBE_HELD                    springs of a cube whose parameters registers hold
 //   LIMAX_SHARED_BYTES                 dynamic shared memory of a block
@@ -11,28 +14,39 @@
 #pragma once
 
 #include "backend/cuda/kernels/block_memory.h"
+#include "backend/cuda/kernels/cluster.h"
 #include "backend/cuda/kernels/run.h"
 #include "backend/cuda/kernels/springs.h"
 
 namespace limax::cuda {
 
-constexpr int places = LIMAX_PLANE * (LIMAX_NZ + 1);
+constexpr int places = LIMAX_PLANE * LIMAX_LAYERS;
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
 LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
 // Warps take slots in turn. A round that has a cube keeps parameters for one on every thread.
 constexpr int cell_rounds = rounds(LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS, warps);
 constexpr int cube_rounds = rounds(LIMAX_CUBE_SLOTS, warps);
 constexpr int rim_rounds = cell_rounds - cube_rounds;
-constexpr int mass_slots = rounds(sites, 32), mass_rounds = rounds(mass_slots, warps);
+constexpr int mass_rounds = rounds(LIMAX_MASS_SLOTS, warps);
 
 // How far a corner lies from its cell in shared memory.
 LIMAX_LAW constexpr int corner_place(int number) {
     return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
 }
+// The lowest layer of voxels of a block.
+__device__ inline int first_layer(int rank) { return rank * LIMAX_NZ / cluster_blocks; }
 __device__ inline int place_of(int site) {
     const int row = site / (LIMAX_NX + 1);
-    return site % (LIMAX_NX + 1) + row % (LIMAX_NY + 1) * LIMAX_ROW +
-           row / (LIMAX_NY + 1) * LIMAX_PLANE;
+    const int layer = row / (LIMAX_NY + 1) - first_layer(cluster_rank());
+    return site % (LIMAX_NX + 1) + row % (LIMAX_NY + 1) * LIMAX_ROW + layer * LIMAX_PLANE;
+}
+// The masses of a block's lowest layer are also the topmost that the block below sees: how far
+// their places there lie from those here, 0 for a mass that no other block sees.
+__device__ inline int place_below(int place) {
+    if (cluster_blocks == 1) return 0;
+    const int rank = cluster_rank();
+    if (rank == 0 || place >= LIMAX_PLANE) return 0;
+    return (first_layer(rank) - first_layer(rank - 1)) * LIMAX_PLANE;
 }
 
 // Parameters of the springs of one cell: the first in registers, and those for which registers are
@@ -59,7 +73,10 @@ struct block_memory {
     private_columns<places> own;
     spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
     effects::actuation::moment<spring_real> now;  // of the muscles
-    double part[3][warps];                        // of sums over all masses
+    double part[4][warps];                        // of sums over all masses
+    double of_block[4][cluster_blocks];           // the same, of every block
+    double sum_of[4];                             // and of all
+    int broken[3][cluster_blocks];                // limits, by block
     double shift[3];                              // of the origin, m
     int moved;                                    // whether any of it is not 0
     robot_record record;
@@ -110,15 +127,24 @@ __device__ inline void load_rim(Set&& set, const float* columns, const cell_entr
 
 // ---- masses ----
 
-__device__ inline force force_on(int place, const block_memory& shared) {
-    force total = shared.sum.load(place);
+__device__ inline void add_sums(force& total, const block_memory& shared, int first, int place) {
 #pragma unroll
-    for (int c = 1; c < corners; ++c) {
+    for (int c = first; c < first + 4; ++c) {
         const force part = shared.sum.load(c * places + place);
         total.x += part.x;
         total.y += part.y;
         total.z += part.z;
     }
+}
+// The sums on the upper corners of the cells below may be another block's.
+__device__ inline force force_on(int place, block_memory& shared) {
+    force total{};
+    add_sums(total, shared, 0, place);
+    const int below = place_below(place);
+    if (below == 0)
+        add_sums(total, shared, 4, place);
+    else
+        add_sums(total, in_block(shared, cluster_rank() - 1), 4, place + below);
     return total;
 }
 
@@ -126,6 +152,8 @@ __device__ inline force force_on(int place, const block_memory& shared) {
 __device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
     shared.at.store(place, corner_of(m));
     shared.own.store(place, m);
+    if (const int below = place_below(place); below != 0)
+        in_block(shared, cluster_rank() - 1).at.store(place + below, corner_of(m));
 }
 // Takes back what publish() stored.
 __device__ inline void recall(mass_state& m, int place, const block_memory& shared) {
@@ -136,22 +164,55 @@ __device__ inline void recall(mass_state& m, int place, const block_memory& shar
 // This block's robot and its state, found anew at both ends of a launch so that no register holds
 // them meanwhile.
 __device__ inline int64_t robot_of(const launch_arguments& launch) {
-    return launch.running[blockIdx.x];
+    return launch.running[blockIdx.x / cluster_blocks];
 }
 __device__ inline mass_real* state_of(const launch_arguments& launch) {
     return launch.state + robot_of(launch) * (state_columns * sites);
 }
 
-// Parts of a sum over all masses by warp, and their sum, in an order that depends on the number of
-// threads alone.
+// The site of this thread's mass in round k.
+__device__ inline int site_of(const launch_arguments& launch, int k) {
+    return launch.masses[cluster_rank() * (LIMAX_MASS_SLOTS * 32) + k * threads + threadIdx.x];
+}
+
+// Sums over all masses of a robot, in an order that depends on the numbers of threads and blocks
+// alone: by warp, by block, by cluster.
 __device__ inline void add_over_warp(double value, double part[warps]) {
     value = sum_over_warp(value);
     if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
 }
-__device__ inline double sum_of_warps(const double part[warps]) {
-    double sum = part[0];
-    for (int warp = 1; warp < warps; ++warp) sum += part[warp];
-    return sum;
+// Adds up parts first .. first + count - 1 for the first thread of every block.
+__device__ inline void add_over_blocks(block_memory& shared, int first, int count) {
+    __syncthreads();
+    if (threadIdx.x == 0)
+        for (int i = first; i < first + count; ++i) {
+            double sum = shared.part[i][0];
+            for (int warp = 1; warp < warps; ++warp) sum += shared.part[i][warp];
+            if constexpr (cluster_blocks == 1)
+                shared.sum_of[i] = sum;
+            else
+                for (int block = 0; block < cluster_blocks; ++block)
+                    in_block(shared, block).of_block[i][cluster_rank()] = sum;
+        }
+    if constexpr (cluster_blocks == 1) return;
+    meet_cluster();
+    if (threadIdx.x == 0)
+        for (int i = first; i < first + count; ++i) {
+            double sum = shared.of_block[i][0];
+            for (int block = 1; block < cluster_blocks; ++block) sum += shared.of_block[i][block];
+            shared.sum_of[i] = sum;
+        }
+}
+// Whether any thread of any block says so. `use` tells apart what is asked at the same step.
+__device__ inline bool any_of_robot(block_memory& shared, int use, int value) {
+    const int here = __syncthreads_or(value);
+    if constexpr (cluster_blocks == 1) return here != 0;
+    if (threadIdx.x < cluster_blocks)
+        in_block(shared, int(threadIdx.x)).broken[use][cluster_rank()] = here;
+    meet_cluster();
+    int any = 0;
+    for (int block = 0; block < cluster_blocks; ++block) any |= shared.broken[use][block];
+    return any != 0;
 }
 
 }  // namespace limax::cuda
@@ -162,7 +223,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     using namespace limax::cuda;
     extern __shared__ __align__(16) char memory[];
     block_memory& shared = *reinterpret_cast<block_memory*>(memory);
-    const int thread = threadIdx.x;
+    const int thread = threadIdx.x, rank = cluster_rank();
 
     // ---- what this thread owns ----
 
@@ -189,13 +250,15 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 on_rim(place[k], cube[k]);
         }
     };
+    const cell_entry* cells = launch.cells + rank * ((LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS) * 32);
+    const int32_t* mass_sites = launch.masses + rank * (LIMAX_MASS_SLOTS * 32);
     const float* columns =
         launch.springs + robot_of(launch) * (spring_columns * direction_count * sites);
 #pragma unroll
     for (int k = 0; k < cell_rounds; ++k) {
         const int slot = k * warps + thread / 32;
         const cell_entry cell = slot < LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS
-                                    ? launch.cells[k * threads + thread]
+                                    ? cells[k * threads + thread]
                                     : cell_entry{-1, 0};
         place[k] = place_of_cell(cell);
         if (cell.site < 0) continue;
@@ -212,7 +275,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
 #pragma unroll
     for (int k = 0; k < mass_rounds; ++k) {
         const int slot = k * warps + thread / 32;
-        const int site = slot < mass_slots ? launch.masses[k * threads + thread] : -1;
+        const int site = slot < LIMAX_MASS_SLOTS ? mass_sites[k * threads + thread] : -1;
         mass_place[k] = site < 0 ? -1 : place_of(site);
         if (site < 0) continue;
         load_mass(mass[k], next_velocity[k], launch.mass[robot_of(launch) * sites + site],
@@ -234,7 +297,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     __syncthreads();
     // nothing is left to do in this slice
     if (record.begun && shared.stop <= record.step) {
-        copy_record(launch.records[robot_of(launch)], record, thread, threads);
+        if (rank == 0) copy_record(launch.records[robot_of(launch)], record, thread, threads);
         return;
     }
     const mass_real dt = mass_real(record.time_step);
@@ -252,6 +315,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         if (thread == threads - 1) shared.now = now;
     };
 
+    // every block has laid out its memory before another writes there
+    meet_cluster();
     // A slice ends between kick and drift, where both velocities are at hand.
     const bool begun = record.begun;
     each_mass([&](int k) {
@@ -261,7 +326,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             publish(mass[k], mass_place[k], shared);
     });
     tell_time(record.step + begun);
-    __syncthreads();
+    meet_cluster();
 
     // `record.step` is the step of the last event, `since_event` how long ago that was.
     int since_event = begun, until_event = begun;
@@ -287,9 +352,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                             launch, set, [&](int c) { return shared.at.load(rim_corner(at, c)); });
                     });
                 if (too_long) broken |= limit_stretch;
-                if (__syncthreads_or(broken)) {
-                    const bool nonfinite = __syncthreads_or(broken & limit_nonfinite);
-                    const bool speed = __syncthreads_or(broken & limit_speed);
+                if (any_of_robot(shared, 0, broken)) {
+                    const bool nonfinite = any_of_robot(shared, 1, broken & limit_nonfinite);
+                    const bool speed = any_of_robot(shared, 2, broken & limit_speed);
                     if (thread == 0) note_divergence(record, step, nonfinite, speed);
                     break;
                 }
@@ -308,13 +373,10 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     });
                     add_over_warp(moment, shared.part[axis]);
                 }
-                __syncthreads();
-                if (thread == 0) {
-                    const double moment[3] = {sum_of_warps(shared.part[0]),
-                                              sum_of_warps(shared.part[1]),
-                                              sum_of_warps(shared.part[2])};
-                    shared.moved = note_center(launch, record, step, moment, shared.shift);
-                }
+                add_over_blocks(shared, 0, 3);
+                if (thread == 0)
+                    shared.moved =
+                        note_center(launch, record, step, shared.sum_of, shared.shift, rank == 0);
                 __syncthreads();
                 if (shared.moved) {
                     each_mass([&](int k) {
@@ -333,10 +395,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                         touching +=
                             mass[k].mass > mass_real(0) && double(mass[k].position[2]) < height;
                     });
-                    __syncthreads();
-                    add_over_warp(touching, shared.part[0]);
-                    __syncthreads();
-                    if (thread == 0) note_contact(launch, record, sum_of_warps(shared.part[0]));
+                    add_over_warp(touching, shared.part[3]);
+                    add_over_blocks(shared, 3, 1);
+                    if (thread == 0) note_contact(launch, record, shared.sum_of[3], rank == 0);
                 }
             }
             __syncthreads();
@@ -345,7 +406,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             half_kick = leapfrog && step == 0;
             since_event = 0;
             until_event = int(next_event(record, step, shared.stop) - step);
-            __syncthreads();
+            meet_cluster();
         }
 
         // ---- one step: forces of springs, then everything on masses ----
@@ -369,7 +430,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                                 sum);
                     });
             });
-        __syncthreads();
+        meet_cluster();
         each_mass([&](int k) {
             recall(mass[k], mass_place[k], shared);
             begin_mass(mass[k], force_on(mass_place[k], shared), params,
@@ -381,8 +442,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         });
         if (last) {
             each_mass([&](int k) {
-                store_next_velocity(next_velocity[k],
-                                    state_of(launch) + launch.masses[k * threads + thread], sites);
+                store_next_velocity(next_velocity[k], state_of(launch) + site_of(launch, k), sites);
             });
             if (thread == 0) {
                 record.begun = 1;
@@ -392,14 +452,15 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         }
         ++since_event;
         tell_time(record.step + since_event);
-        __syncthreads();
+        meet_cluster();
     }
 
     // ---- back to where the next slice, or the host, finds it ----
     each_mass([&](int k) {
         recall(mass[k], mass_place[k], shared);
-        store_mass(mass[k], state_of(launch) + launch.masses[k * threads + thread], sites);
+        store_mass(mass[k], state_of(launch) + site_of(launch, k), sites);
     });
-    __syncthreads();
-    copy_record(launch.records[robot_of(launch)], record, thread, threads);
+    // no block ends while another may still reach into its memory
+    meet_cluster();
+    if (rank == 0) copy_record(launch.records[robot_of(launch)], record, thread, threads);
 }

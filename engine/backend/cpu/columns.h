@@ -1,0 +1,132 @@
+// columns.h: where the masses and springs of one robot lie in memory: columns of its own, those
+// that its thread lends it for a step, and what its springs see of its masses. SI units.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "backend/cpu/passes.h"
+
+namespace limax::cpu {
+
+inline int64_t longest_step(const lattice& grid) { return grid.step(direction{1, 1, 1}); }
+
+// Memory that a step writes before it reads it; one per thread, for robots of one precision.
+class scratch {
+public:
+    explicit scratch(const lattice& grid)
+        : count_(padded(grid.sites())),
+          longest_step_(padded(longest_step(grid))),
+          memory_(7 * (count_ + longest_step_)) {}
+
+    // Points the scratch columns of a robot here.
+    template <class S, class F>
+    void lend(mass_arrays<S>& masses, spring_arrays<F>& springs) {
+        auto next = reinterpret_cast<char*>(memory_.data());
+        const auto take = [&]<class R>(R*& to) {
+            to = reinterpret_cast<R*>(next) + longest_step_;  // what lies before it stays zero
+            next += (count_ + longest_step_) * int64_t(sizeof(R));
+        };
+        for (F*& transfer : springs.transfer) take(transfer);
+        for (F*& force : springs.force) take(force);
+        for (int axis = 0; axis < 3; ++axis) {
+            if constexpr (sizeof(S) == sizeof(F))
+                masses.force[axis] = springs.force[axis];
+            else
+                take(masses.force[axis]);
+        }
+        take(masses.normal);
+    }
+
+private:
+    int64_t count_, longest_step_;
+    array<double> memory_;
+};
+
+// State in S, forces of springs in F: S itself, or float below double for `mixed`. All masses lie
+// at 0 at first, at rest. The body must outlive it.
+template <class S, class F, bool compensated>
+class robot_columns {
+public:
+    static constexpr bool mixed = sizeof(S) != sizeof(F);
+
+    mass_arrays<S> masses{};
+    spring_arrays<F> springs{};
+
+    // `predicted`: forces read another velocity than u.
+    robot_columns(const spring_body& body, bool predicted) {
+        const int64_t count = body.count;
+        // far ends of padded springs are read past the last column's end
+        const int64_t column = count + padded(longest_step(body.grid));
+        const int columns =
+            3 * (3 + (predicted ? 1 : 0) + (compensated ? 2 : 0)) + (sizeof(S) == 8 ? 2 : 1);
+        memory_ = array<S>(columns * column);
+        if constexpr (mixed) rounded_ = array<F>(6 * column);
+        S* next = memory_.data();
+        const auto take = [&] { return std::exchange(next, next + column); };
+
+        masses.count = springs.count = count;
+        for (int axis = 0; axis < 3; ++axis) {
+            masses.position[axis] = take();
+            masses.velocity[axis] = take();
+            masses.next_velocity[axis] = take();
+            masses.predicted[axis] = predicted ? take() : masses.velocity[axis];
+            masses.lost_position[axis] = compensated ? take() : nullptr;
+            masses.lost_velocity[axis] = compensated ? take() : nullptr;
+        }
+        S* inverse_mass = take();
+        for (int64_t site = 0; site < count; ++site)
+            inverse_mass[site] = body.mass[site] > 0 ? S(1) / S(body.mass[site]) : S(0);
+        masses.inverse_mass = inverse_mass;
+        if constexpr (sizeof(S) == sizeof(float)) {
+            masses.mass = body.mass.data();
+        } else {
+            S* mass = take();
+            std::copy(body.mass.begin(), body.mass.end(), mass);
+            masses.mass = mass;
+        }
+
+        for (int d = 0; d < direction_count; ++d) {
+            springs.step[d] = body.grid.step(directions[d]);
+            springs.used[d] = padded(std::max<int64_t>(0, body.grid.sites() - springs.step[d]));
+            springs.rest[d] = F(body.rest[d]);
+        }
+        springs.stiffness = body.stiffness.data();
+        springs.damping = body.damping.data();
+        springs.sine = body.sine.data();
+        springs.cosine = body.cosine.data();
+    }
+
+    // Lets the springs see the masses where they are now.
+    void show_springs(const pass_table& passes) {
+        [[maybe_unused]] const int64_t column = int64_t(rounded_.size()) / 6;
+        for (int axis = 0; axis < 3; ++axis) {
+            if constexpr (mixed) {
+                F *x = rounded_.data() + axis * column, *p = x + 3 * column;
+                passes.narrow(masses.count, masses.position[axis], x);
+                passes.narrow(masses.count, masses.predicted[axis], p);
+                springs.position[axis] = x;
+                springs.velocity[axis] = p;
+            } else {
+                springs.position[axis] = masses.position[axis];
+                springs.velocity[axis] = masses.predicted[axis];
+            }
+        }
+    }
+
+    // Gives the masses the sums of their springs' forces.
+    void take_forces(const pass_table& passes) {
+        if constexpr (mixed)
+            for (int axis = 0; axis < 3; ++axis)
+                passes.widen(masses.count, springs.force[axis], masses.force[axis]);
+    }
+
+    // What springs alone need goes back.
+    void release_springs() { rounded_ = array<F>(); }
+
+private:
+    array<S> memory_;   // all columns of masses that are not the thread's
+    array<F> rounded_;  // x and p, [3] each, as springs see them where that is not as they are
+};
+
+}  // namespace limax::cpu

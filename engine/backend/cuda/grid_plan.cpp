@@ -1,0 +1,57 @@
+// grid_plan.cpp: tiles as large as shared memory likes them and as equal as the lattice allows.
+#include "backend/cuda/grid_plan.h"
+
+#include <algorithm>
+
+#include "backend/cuda/kernels/cells.h"
+#include "limax.h"
+
+namespace limax::cuda {
+
+namespace {
+
+// Sites of a tile along an axis: 9 leave room for two blocks on a multiprocessor of the largest
+// GPUs; each side computes one layer of cells for its neighbour.
+constexpr int most_tile = 9;
+constexpr int fewest_threads = 128, most_threads = 256, lanes = 32;
+constexpr std::size_t shared_slack = 512;
+
+int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
+
+}  // namespace
+
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs) {
+    grid_shape shape;
+    shape.tiles = 1;
+    std::size_t window = 1;
+    int masses = 1, cells = 1;
+    const int along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
+    for (int axis = 0; axis < 3; ++axis) {
+        const int tile = rounds(along[axis], rounds(along[axis], most_tile));
+        shape.tile[axis] = tile;
+        shape.tiles *= rounds(along[axis], tile);
+        window *= std::size_t(tile + 2);
+        masses *= tile;
+        cells *= tile + 1;
+    }
+    // the number of threads that leaves the fewest without a cell
+    double best = 0;
+    for (int threads = most_threads; threads >= fewest_threads; threads -= lanes) {
+        const double share = double(cells) / (threads * rounds(cells, threads));
+        if (share <= best) continue;
+        best = share;
+        shape.threads = threads;
+    }
+    const bool double_springs = needs.precision == LIMAX_DOUBLE;
+    shape.blocks = double_springs ? 1 : 512 / shape.threads;
+    const std::size_t spring_real = double_springs ? 8 : 4;
+    // tile_memory of kernels/grid.h, which asserts that this suffices
+    shape.shared_bytes =
+        (window * (needs.shares_velocity ? 6 : 3) + std::size_t(masses) * 3 * corners) *
+            spring_real +
+        std::size_t(shape.threads / lanes) * tile_parts * sizeof(double) + sizeof(robot_record) +
+        shared_slack;
+    return shape;
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,21 @@
+// grid_plan.h: how a lattice that no block could hold is cut into tiles. A function of lattice,
+// precision and effects alone.
+#pragma once
+
+#include <array>
+
+#include "backend/cuda/block_plan.h"
+
+namespace limax::cuda {
+
+struct grid_shape {
+    std::array<int, 3> tile{};  // sites along x, y, z
+    int tiles = 0;              // of a robot
+    int threads = 0;            // of a block
+    int blocks = 0;             // of a multiprocessor that its registers are shared out for
+    std::size_t shared_bytes = 0;
+};
+
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs);
+
+}  // namespace limax::cuda

@@ -1,0 +1,80 @@
+--- agreement.lua: how near a GPU must come to the CPU, and whether it does. SI units.
+
+local bodies = require "limax.bench.bodies"
+local engine = require "limax.engine"
+local host = require "limax.host"
+
+local agreement = {}
+
+--- Steps that `tolerance` speaks of, s: long enough to fall, touch and be bent, well before chaos.
+agreement.SETTLE, agreement.DURATION, agreement.TIME_STEP = 0.05, 0.1, 1e-4
+
+--- How far two devices may be apart after 1500 steps, m. Every law is the same text on both and
+--- every rounding is written out, so that they differ by the order in which the forces on a mass
+--- are summed, and by nothing else. How far that carries (measured on an H200, here times ten): in
+--- double the last bits stay the last bits. In fp32 places are kept to 6e-8 m at a metre; 1500
+--- steps pile up roundings to 1e-6 m, and where masses hit the ground without damping, one that
+--- touches a step earlier or later carries them to 2e-5 m. `compensated` keeps the sums and rounds
+--- the forces, and `mixed` rounds the forces alone.
+---@param precision string
+---@param scene table
+---@return number
+function agreement.tolerance(precision, scene)
+  if precision == "double" then return 2e-14 end
+  if precision == "single" and scene.ground and not scene.damping then return 2e-4 end
+  return 1.1e-5
+end
+
+-- Positions and velocities of all robots at the end, flat.
+local function last_state(population, materials, precision, device)
+  local simulation = engine.simulation(population, materials, engine.scene(bodies.ALL), {
+    precision = precision, time_step = agreement.TIME_STEP, settle = agreement.SETTLE,
+    duration = agreement.DURATION }, device)
+  simulation:run()
+  local places, text = {}, {}
+  for robot = 1, population.count do
+    local status = simulation:outcome(robot).status
+    assert(status == "done", status)
+    for k, view in ipairs { simulation:state(robot) } do
+      for _, row in ipairs(view:table()) do
+        for _, value in ipairs(row) do
+          if k == 1 then places[#places + 1] = value end
+          text[#text + 1] = ("%a"):format(value)
+        end
+      end
+    end
+  end
+  simulation:free()
+  return places, host.sha256(table.concat(text, " "))
+end
+
+--- Holds a device against the CPU, all effects at work, and raises where they are too far apart.
+---@param materials limax.materials
+---@param device limax.device
+---@param lattices integer[][]
+---@param precisions string[]
+---@return table<string, string> hashes of the last state on the device, by "5x5x5 single"
+---@return number worst distance over what is allowed, 0 to 1
+function agreement.check(materials, device, lattices, precisions)
+  local cpu, hashes, worst = engine.device "cpu", {}, 0
+  for _, lattice in ipairs(lattices) do
+    local population = bodies.population(materials, lattice, 2)
+    for _, precision in ipairs(precisions) do
+      local name = ("%dx%dx%d %s"):format(lattice[1], lattice[2], lattice[3], precision)
+      local got, hash = last_state(population, materials, precision, device)
+      local expected = last_state(population, materials, precision, cpu)
+      local allowed, off = agreement.tolerance(precision, bodies.ALL), 0
+      for i, value in ipairs(expected) do off = math.max(off, math.abs(got[i] - value)) end
+      if not (off <= allowed) then
+        error(("%s: a mass is %.3g m from where the CPU has it after %g s; %.3g m are allowed: "
+          .. "nothing is timed"):format(name, off, agreement.SETTLE + agreement.DURATION, allowed),
+          0)
+      end
+      hashes[name], worst = hash, math.max(worst, off / allowed)
+    end
+    population:free()
+  end
+  return hashes, worst
+end
+
+return agreement

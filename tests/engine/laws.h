@@ -1,0 +1,100 @@
+// laws.h: which headers are laws, and a kernel that calls every one of them, for the tests of what
+// compiles where.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace limax::test {
+
+// By their names below engine/, sorted.
+inline std::vector<std::string> law_headers() {
+    std::vector<std::string> names = {
+        "base/portable.h",   "base/math.h",        "base/random.h",
+        "body/lattice.h",    "body/spring_laws.h", "genome/network.h",
+        "genome/breeding.h", "physics/bound.h",    "physics/integrator.h"};
+    for (const auto& entry : std::filesystem::directory_iterator(
+             std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
+        names.push_back("physics/effects/" + entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+inline std::string including(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += "#include \"" + name + "\"\n";
+    return text;
+}
+
+// Device code with every law in it, each effect's in both precisions. An effect that is new comes
+// in by itself.
+inline const char* const kernel_of_every_law = R"(
+using namespace limax;
+
+struct whole_scene {
+    double value[effects::all::count][8];
+    __device__ bool has(int) const { return true; }
+    __device__ const double* values(int effect) const { return value[effect]; }
+};
+
+template <class R>
+__device__ R every_effect(const whole_scene& scene, R x) {
+    using namespace limax::effects;
+    const double origin[3] = {2, 0, -2};
+    const actuation::clock clock = actuation::make_clock(scene.values(index_of<actuation>), 1e-4);
+    const auto rate = actuation::rate_at(clock, int64_t(x), 1e-4);
+    const auto now = actuation::at<R>(clock, int64_t(x), 1e-4);
+    spring_state<R> spring{x, x, x, x, x, x, x};
+    const node_state<R> node{{x, x, x}, {x, x, x}, x, x};
+    node_force<R> force{};
+    vector<R> velocity{x, x, x};
+    R sum = R(rate.sine + rate.cosine);
+    for_each([&]<class E>(E) {
+        if constexpr (bool(E::hooks & hook_rest)) spring.rest = E::rest(now, spring);
+        if constexpr (bool(E::hooks & hook_pair)) sum = E::pair(spring, sum);
+        if constexpr (requires { E::template make<R>(nullptr, nullptr); }) {
+            const double* values = scene.values(index_of<E>);
+            auto params = E::template make<R>(values, origin);
+            if constexpr (requires { E::follow(params, values, origin); })
+                E::follow(params, values, origin);
+            if constexpr (bool(E::hooks & hook_node)) E::node(params, node, force);
+            if constexpr (bool(E::hooks & hook_impulse))
+                velocity = E::impulse(params, node, velocity, force.normal, x);
+            if constexpr (bool(E::hooks & hook_energy)) sum += E::energy(params, node);
+        } else if constexpr (bool(E::hooks & hook_energy)) {
+            sum += E::energy(spring);
+        }
+    });
+    R lost = 0;
+    const R after = kick<true>(velocity.x, force.total.x, x, x, lost) +
+                    kick<false>(velocity.y, force.total.y, x, x, lost);
+    sum += drift<true>(x, after, x, lost) + drift<false>(x, after, x, lost);
+    return sum + predict(velocity.z, after, x) + lost + inverse_length(x);
+}
+
+extern "C" __global__ void every_law(double* out, const __grid_constant__ whole_scene scene,
+                                     const __grid_constant__ voxel_body body,
+                                     const spring_constants constants,
+                                     const __grid_constant__ network_shape shape,
+                                     const __grid_constant__ random_key key) {
+    const int i = int(threadIdx.x);
+    const int x = i % body.grid.nx, y = i / body.grid.nx, z = 0;
+    const direction d = direction_at(i % direction_count);
+    const spring_parameters spring =
+        spring_between(body, x, y, z, d, site_mass(body, x, y, z),
+                       site_mass(body, x + d.x, y + d.y, z + d.z),
+                       [&](int64_t voxel) { return share_of(body, voxel); });
+    double sum = double(spring.stiffness + spring.damping + spring.sine + spring.cosine);
+    sum += stable_step_of_mass(scene, i % 2 == 0, body.grid, constants, i, out[i]);
+    sum += every_effect(scene, float(out[i])) + every_effect(scene, out[i]);
+    const float gene = initial_gene(key, uint32_t(i), 0.1);
+    sum += child_gene({0.1, 0.1, 0.4}, key, uint32_t(i), gene, float(sum));
+    sum += random_uniform(key, uint32_t(i)) + random_integer(key, uint32_t(i), 5);
+    sum += weight_unit(add_input(gene, hidden_unit(gene), float(sum))) + shape.genes();
+    out[i] = exponential(sum) + double(wins(gene, 0.5f));
+}
+)";
+
+}  // namespace limax::test

@@ -1,0 +1,274 @@
+// population_home_test.cpp: where a population's arrays are, and what crosses to a device and back,
+// with a device of this test's own that works on the host and counts.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "failure.h"
+#include "robots.h"
+
+using namespace limax::test;
+using limax::population;
+
+namespace {
+
+// Copies between host and device, of everything.
+struct traffic {
+    int sent_genomes = 0, sent_bodies = 0, fetched_genomes = 0, fetched_bodies = 0, cleared = 0;
+    bool operator==(const traffic&) const = default;
+};
+
+struct copied_bodies final : limax::resident_bodies {
+    copied_bodies(const population& robots, traffic& seen) : seen(seen) {
+        const auto voxels_of_all = std::size_t(robots.grid().voxels() * robots.count());
+        voxels.assign(robots.voxels(), robots.voxels() + voxels_of_all);
+        weights.assign(robots.weights(), robots.weights() + 3 * voxels_of_all);
+    }
+    void fetch(uint8_t* to, float* to_weights) const override {
+        ++seen.fetched_bodies;
+        std::copy(voxels.begin(), voxels.end(), to);
+        std::copy(weights.begin(), weights.end(), to_weights);
+    }
+    traffic& seen;
+    std::vector<uint8_t> voxels;
+    std::vector<float> weights;
+};
+
+// Its memory is a population that stays on the host.
+struct pretended_home final : limax::residence {
+    explicit pretended_home(const population& robots)
+        : twin(grid_of(robots).data(), robots.count(), robots.code()) {
+        // what nobody has set yet is no zero
+        std::fill_n(twin.genomes(), twin.genes() * twin.count(), std::nanf(""));
+        std::fill_n(twin.voxels(), twin.grid().voxels() * twin.count(), uint8_t(77));
+    }
+    static std::array<int32_t, 3> grid_of(const population& robots) {
+        return {robots.grid().nx, robots.grid().ny, robots.grid().nz};
+    }
+    std::size_t genes() const { return std::size_t(twin.genes()); }
+    std::size_t voxels() const { return std::size_t(twin.grid().voxels()); }
+
+    void clear_genomes() override {
+        ++seen.cleared;
+        std::fill_n(twin.genomes(), twin.genes() * twin.count(), 0.0f);
+    }
+    void clear_bodies() override {
+        ++seen.cleared;
+        std::fill_n(twin.voxels(), voxels() * twin.count(), uint8_t(0));
+        std::fill_n(twin.weights(), 3 * voxels() * twin.count(), 0.0f);
+    }
+    void send_genomes(const float* from) override {
+        ++seen.sent_genomes;
+        std::copy_n(from, genes() * twin.count(), twin.genomes());
+    }
+    void send_bodies(const uint8_t* from, const float* weights) override {
+        ++seen.sent_bodies;
+        std::copy_n(from, voxels() * twin.count(), twin.voxels());
+        std::copy_n(weights, 3 * voxels() * twin.count(), twin.weights());
+    }
+    void fetch_genomes(float* to, int32_t first, int32_t count) const override {
+        ++seen.fetched_genomes;
+        const population& from = twin;
+        std::copy_n(from.genomes() + first * genes(), count * genes(), to);
+    }
+    void initialize(int32_t first, int32_t count) override {
+        twin.initialize(first, count, in_order);
+    }
+    void breed(const limax::residence& parents, const int32_t* pairs,
+               const limax_breeding& breeding, int32_t first, int32_t count) override {
+        std::vector<int32_t> all(2 * std::size_t(twin.count()));
+        std::copy_n(pairs, 2 * count, all.begin() + 2 * first);
+        twin.breed(dynamic_cast<const pretended_home&>(parents).twin, all.data(), breeding,
+                   in_order, first, count);
+    }
+    void express(int32_t first, int32_t count, limax_body* bodies) override {
+        twin.express(paper(), false, limax::cpu::choose_passes(nullptr).express, in_order, first,
+                     count);
+        std::copy_n(twin.bodies() + first, count, bodies);
+        for (int32_t k = 0; k < count; ++k) bodies[k].status = LIMAX_BODY_UNKNOWN;
+    }
+    void count_same(const int32_t* robots, int32_t count, int64_t* same) const override {
+        const population& from = twin;
+        for (std::size_t v = 0; v < voxels(); ++v) {
+            int64_t counts[256] = {};
+            for (int32_t k = 0; k < count; ++k) ++counts[from.voxels()[robots[k] * voxels() + v]];
+            same[v] = 0;
+            for (const int64_t n : counts) same[v] += n * n;
+        }
+    }
+    void sum_squares(const int32_t* robots, int32_t count, double* squares) const override {
+        const population& from = twin;
+        for (std::size_t gene = 0; gene < genes(); ++gene) {
+            double mean = 0;
+            for (int32_t k = 0; k < count; ++k) mean += from.genomes()[robots[k] * genes() + gene];
+            mean /= count;
+            squares[gene] = 0;
+            for (int32_t k = 0; k < count; ++k) {
+                const double off = from.genomes()[robots[k] * genes() + gene] - mean;
+                squares[gene] += off * off;
+            }
+        }
+    }
+    std::shared_ptr<const limax::resident_bodies> bodies() const override {
+        return std::make_shared<copied_bodies>(twin, seen);
+    }
+
+    population twin;
+    mutable traffic seen;
+};
+
+std::shared_ptr<pretended_home> move_out(const population& robots) {
+    auto home = std::make_shared<pretended_home>(robots);
+    robots.move_to(home);
+    return home;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "generations on a device are those of the host, and nothing crosses that nobody asks for") {
+    population host_parents = make(20), host_children = make(20);
+    population parents = make(20), children = make(20);
+    const auto home = move_out(parents), nursery = move_out(children);
+    const auto pairs = some_pairs(20, 20);
+    const auto set = everyone(20);
+    for (int generation = 0; generation < 3; ++generation) {
+        for (population* robots : {&host_parents, &parents}) {
+            if (generation == 0) robots->initialize(0, 20, in_order);
+            robots->express(paper(), true, limax::cpu::choose_passes(nullptr).express, in_order, 0,
+                            20);
+        }
+        host_children.breed(host_parents, pairs.data(), some_breeding(), in_order, 0, 20);
+        children.breed(parents, pairs.data(), some_breeding(), in_order, 0, 20);
+        const limax_diversity a = host_parents.diversity(set.data(), 20),
+                              b = parents.diversity(set.data(), 20);
+        CHECK(std::memcmp(&a, &b, sizeof a) == 0);
+        CHECK(std::memcmp(parents.bodies(), host_parents.bodies(), 20 * sizeof(limax_body)) == 0);
+        CHECK(parents.bodies_at_home());
+        CHECK(home->seen == traffic{});
+        CHECK(nursery->seen == traffic{});
+        host_parents.breed(host_children, pairs.data(), some_breeding(), in_order, 0, 20);
+        parents.breed(children, pairs.data(), some_breeding(), in_order, 0, 20);
+    }
+    CHECK(parents.bodies()[0].status == LIMAX_BODY_UNKNOWN);  // bred, not expressed
+    const population& seen = parents;
+    const population& expected = host_parents;
+    std::vector<float> some(3 * std::size_t(seen.genes()));
+    seen.read_genomes(5, 3, some.data());
+    CHECK(std::memcmp(some.data(), expected.genomes() + 5 * seen.genes(), 4 * some.size()) == 0);
+    CHECK(home->seen == traffic{0, 0, 1, 0, 0});
+    // reading once brings everything here, and the device keeps counting
+    CHECK(same_genomes(seen, expected));
+    CHECK(same_genomes(seen, expected));
+    CHECK(home->seen == traffic{0, 0, 2, 0, 0});
+    children.breed(seen, pairs.data(), some_breeding(), in_order, 0, 20);
+    CHECK(home->seen == traffic{0, 0, 2, 0, 0});
+    CHECK(refused([&] { seen.read_genomes(18, 3, some.data()); }) ==
+          "robots 19 to 21 do not all exist; there are 20");
+}
+
+TEST_CASE("what was there before the move, and what was written since, counts on the device") {
+    population robots = make(4), expected = make(4), children = make(4);
+    for (population* each : {&robots, &expected}) each->initialize(0, 4, in_order);
+    const auto home = move_out(robots);
+    express_all(robots);
+    express_all(expected);
+    CHECK(home->seen == traffic{1, 0, 0, 0, 0});
+    express_all(robots);
+    CHECK(home->seen == traffic{1, 0, 0, 0, 0});
+
+    // a pointer that somebody holds may be written through at any time
+    float* genes = robots.genomes();
+    for (const float value : {0.5f, -0.5f}) {
+        for (population* each : {&robots, &expected}) {
+            (each == &robots ? genes : expected.genomes())[7] = value;
+            express_all(*each);
+        }
+        CHECK(same_bodies(static_cast<const population&>(robots), expected));
+    }
+    CHECK(home->seen.sent_genomes == 3);
+    CHECK(home->seen.fetched_genomes == 0);
+
+    // the same of bodies: the host's count until the device writes them
+    CHECK(robots.bodies_at_home());
+    robots.voxels()[3] = uint8_t(robots.voxels()[3] == 1 ? 2 : 1);
+    CHECK_FALSE(robots.bodies_at_home());
+    robots.check(paper(), false, 0, 4);
+    CHECK(robots.bodies()[0].hash == limax::body_hash(robots.grid(), robots.voxels()));
+    const auto set = everyone(4);
+    (void)robots.diversity(set.data(), 4);
+    CHECK_FALSE(robots.bodies_at_home());
+    // a device that writes some robots gets the others as the host has them
+    const std::vector<uint8_t> before(robots.voxels(), robots.voxels() + 60);
+    robots.express(paper(), false, nullptr, nullptr, 1, 3);
+    CHECK(home->seen.sent_bodies == 1);
+    CHECK(robots.bodies_at_home());
+    CHECK(std::memcmp(robots.voxels(), before.data(), 60) == 0);
+}
+
+TEST_CASE("robots that a device never wrote are as the host would have them: 0") {
+    population robots = make(5);
+    const auto home = move_out(robots);
+    robots.initialize(1, 2, in_order);
+    robots.express(paper(), false, nullptr, nullptr, 1, 2);
+    CHECK(home->seen == traffic{0, 0, 0, 0, 2});
+    const population& seen = robots;
+    for (const int32_t robot : {0, 3, 4}) {
+        for (int32_t gene = 0; gene < seen.genes(); ++gene)
+            REQUIRE(seen.genomes()[robot * seen.genes() + gene] == 0);
+        for (int voxel = 0; voxel < 60; ++voxel) REQUIRE(seen.voxels()[robot * 60 + voxel] == 0);
+        CHECK(seen.bodies()[robot].status == LIMAX_BODY_UNKNOWN);
+    }
+    CHECK(seen.bodies()[1].status != LIMAX_BODY_UNKNOWN);
+}
+
+TEST_CASE("a population that moves back, or elsewhere, is the same") {
+    population robots = make(6), expected = make(6), children = make(6),
+               expected_children = make(6);
+    for (population* each : {&robots, &expected}) each->initialize(0, 6, in_order);
+    std::weak_ptr<pretended_home> left = move_out(robots);
+    express_all(robots);
+    express_all(expected);
+    const auto next = move_out(robots);
+    CHECK(left.expired());
+    CHECK(same_bodies(static_cast<const population&>(robots), expected));
+    CHECK(next->seen == traffic{});
+    express_all(robots);
+    CHECK(next->seen == traffic{1, 0, 0, 0, 0});
+
+    // parents on a device, children on the host
+    const auto pairs = some_pairs(6, 6);
+    children.breed(robots, pairs.data(), some_breeding(), in_order, 0, 6);
+    expected_children.breed(expected, pairs.data(), some_breeding(), in_order, 0, 6);
+    CHECK(same_genomes(children, expected_children));
+    // and the other way round
+    const auto nursery = move_out(children);
+    children.breed(expected, pairs.data(), some_breeding(), in_order, 2, 4);
+    expected_children.breed(expected, pairs.data(), some_breeding(), in_order, 2, 4);
+    CHECK(same_genomes(static_cast<const population&>(children), expected_children));
+
+    robots.move_to(nullptr);
+    CHECK(robots.home() == nullptr);
+    CHECK_FALSE(robots.bodies_at_home());
+    CHECK(same_genomes(static_cast<const population&>(robots), expected));
+    CHECK(same_bodies(static_cast<const population&>(robots), expected));
+    express_all(robots);
+    CHECK(same_bodies(static_cast<const population&>(robots), expected));
+}
+
+TEST_CASE("refusals on a device are those of the host, and change nothing") {
+    population robots = make(3), others = make(3);
+    const auto home = move_out(robots), other_home = move_out(others);
+    const auto pairs = some_pairs(3, 3);
+    CHECK(refused([&] { robots.initialize(0, 4, in_order); }) ==
+          "robots 1 to 4 do not all exist; there are 3");
+    CHECK(refused([&] { robots.express(paper(), false, nullptr, nullptr, 2, 2); }) ==
+          "robots 3 to 4 do not all exist; there are 3");
+    limax_breeding breeding = some_breeding();
+    breeding.mutation_rate = 2;
+    CHECK(refused([&] { robots.breed(others, pairs.data(), breeding, in_order, 0, 3); }) ==
+          "mutation_rate is 2; it must be 0 to 1");
+    CHECK(home->seen == traffic{});
+    CHECK(other_home->seen == traffic{});
+}
