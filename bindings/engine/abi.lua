@@ -48,4 +48,12 @@ function abi.check(status, what)
   error(message, 0)
 end
 
+--- A pointer of the engine's, which is null where what it points to could not be brought here.
+---@param pointer ffi.cdata*
+---@param what string the call, put in front of the text
+function abi.pointer(pointer, what)
+  if pointer == nil then abi.check(C.LIMAX_NO_DEVICE, what) end
+  return pointer
+end
+
 return abi

@@ -32,6 +32,13 @@ local WEIGHTS = { "stiffness", "amplitude", "phase" }
 ---@field robots integer
 ---@field material_shares number[] of each material over all voxels, the empty one first
 
+local function voxels_of(handle, what)
+  return abi.pointer(C.limax_population_voxels(handle), what)
+end
+local function weights_of(handle, what)
+  return abi.pointer(C.limax_population_weights(handle), what)
+end
+
 -- Calls `take(offset, value)` for each voxel of `given`: a flat list (x runs fastest, then y, then
 -- z), or nested lists or a view [x][y][z].
 local function each_voxel(what, given, lattice, take)
@@ -118,7 +125,7 @@ return function(class)
     local handle, robot = index(self, "population:voxels", i)
     local n = self.lattice
     return view.new {
-      what = "voxels", data = C.limax_population_voxels(handle) + robot * self.voxels_each,
+      what = "voxels", data = voxels_of(handle, "population:voxels") + robot * self.voxels_each,
       element = "uint8_t", shape = { n[1], n[2], n[3] }, strides = { 1, n[1], n[1] * n[2] },
       life = self.bodies_life, owner = self,
     }
@@ -131,7 +138,7 @@ return function(class)
     local handle, robot = index(self, "population:weights", i)
     local n, each = self.lattice, self.voxels_each
     return view.new {
-      what = "weights", data = C.limax_population_weights(handle) + 3 * robot * each,
+      what = "weights", data = weights_of(handle, "population:weights") + 3 * robot * each,
       element = "float", shape = { 3, n[1], n[2], n[3] },
       strides = { each, 1, n[1], n[1] * n[2] }, life = self.bodies_life, owner = self,
     }
@@ -185,8 +192,8 @@ return function(class)
         each_voxel("weights." .. name, given, self.lattice, take)
       end
     end
-    ffi.copy(C.limax_population_voxels(handle) + robot * each, new_voxels, each)
-    ffi.copy(C.limax_population_weights(handle) + 3 * robot * each, new_weights,
+    ffi.copy(voxels_of(handle, "population:set_body") + robot * each, new_voxels, each)
+    ffi.copy(weights_of(handle, "population:set_body") + 3 * robot * each, new_weights,
       3 * each * ffi.sizeof "float")
     object.end_views(self.bodies_life, "a body of its population was set")
   end

@@ -74,12 +74,17 @@ function methods:free(why)
   object.end_views(self.bodies_life, why or "its population was freed")
 end
 
-local function genomes_of(self, what)
+local function coded(self, what)
   local handle = object.handle(what, self, class)
   if self.genes == 0 then
     fault.raise(what .. ": this population has no genomes, for it was made without an encoding")
   end
-  return C.limax_population_genomes(handle)
+  return handle
+end
+
+-- The engine's own genomes, to be written: those of a GPU come here for it, and go back.
+local function genomes_of(self, what)
+  return abi.pointer(C.limax_population_genomes(coded(self, what)), what)
 end
 
 --- Draws the initial genomes: weights N(0, 1 / fan_in) times the encoding's initial_scale, biases
@@ -87,7 +92,7 @@ end
 ---@param first integer|nil
 ---@param count integer|nil
 function methods:initialize(first, count)
-  genomes_of(self, "population:initialize")
+  coded(self, "population:initialize")
   object.end_views(self.life, "its population was initialized")
   in_ranges("population:initialize", self.count, first, count, function(at, robots)
     abi.check(C.limax_population_initialize(self.handle, at, robots), "population:initialize")
@@ -113,7 +118,7 @@ end
 ---@param count integer|nil
 function methods:express(table_of_materials, options, first, count)
   local what = "population:express"
-  genomes_of(self, what)
+  coded(self, what)
   local muscle, given = reading(self, what, table_of_materials, options,
     { "require_muscle", "device" })
   local target = device.handle(what, given.device)
@@ -167,8 +172,8 @@ end
 ---@param on limax.device|nil
 function methods:breed(parents, pairs_of_parents, options, on)
   local what = "population:breed"
-  genomes_of(self, what)
-  genomes_of(parents, what .. ": parents")
+  coded(self, what)
+  coded(parents, what .. ": parents")
   arguments.known(what, arguments.table(what, options), BREEDING)
   local list = pairs_of_indices(what, pairs_of_parents, self.count, parents.count)
   local breeding = ffi.new "limax_breeding"
@@ -202,8 +207,11 @@ end
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function methods:genomes_bytes()
-  local genomes = genomes_of(self, "population:genomes_bytes")
-  return ffi.string(genomes, self.count * self.genes * ffi.sizeof "float")
+  local what = "population:genomes_bytes"
+  local handle = coded(self, what)
+  local genomes = ffi.new("float[?]", self.count * self.genes)
+  abi.check(C.limax_population_read_genomes(handle, 0, self.count, genomes), what)
+  return ffi.string(genomes, ffi.sizeof(genomes))
 end
 
 --- Writes all genomes, from what genomes_bytes gave.

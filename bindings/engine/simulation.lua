@@ -138,6 +138,14 @@ end
 ---@field steps_total number
 ---@field spring_steps number springs times steps done
 
+local function progress_of(out)
+  return {
+    done = out.done, robots = out.robots,
+    finished = out.finished ~= 0, interrupted = out.interrupted ~= 0,
+    steps = out.steps, steps_total = out.steps_total, spring_steps = out.spring_steps,
+  }
+end
+
 --- Does whole steps for about `seconds` of wall time, or at most `steps` steps of each robot.
 ---@param seconds number
 ---@param steps integer|nil
@@ -150,11 +158,7 @@ function methods:advance(seconds, steps)
   if host.clock() > deadline then fault.raise(deadline_text) end
   local out = ffi.new "limax_progress"
   abi.check(C.limax_simulation_advance(handle, seconds, steps, out), what)
-  return {
-    done = out.done, robots = out.robots,
-    finished = out.finished ~= 0, interrupted = out.interrupted ~= 0,
-    steps = out.steps, steps_total = out.steps_total, spring_steps = out.spring_steps,
-  }
+  return progress_of(out)
 end
 
 --- Advances several simulations for about `seconds` of wall time in all, so that small ones can
@@ -166,11 +170,16 @@ local function advance_together(simulations, seconds)
   local what = "advance_together"
   arguments.table(what .. ": simulations", simulations)
   arguments.number(what .. ": seconds", seconds)
-  local progress = {}
+  if host.clock() > deadline then fault.raise(deadline_text) end
+  local count = #simulations
+  local handles = ffi.new("limax_simulation *[?]", count)
+  local out = ffi.new("limax_progress[?]", count)
   for i, each in ipairs(simulations) do
-    object.handle(("%s: simulations[%d]"):format(what, i), each, class)
-    progress[i] = each:advance(seconds / #simulations)
+    handles[i - 1] = object.handle(("%s: simulations[%d]"):format(what, i), each, class)
   end
+  abi.check(C.limax_simulations_advance(handles, count, seconds, out), what)
+  local progress = {}
+  for i = 1, count do progress[i] = progress_of(out[i - 1]) end
   return progress
 end
 

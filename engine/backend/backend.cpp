@@ -29,16 +29,19 @@ void set_interrupted(bool stop) { stop_flag.store(stop, std::memory_order_relaxe
 
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa) {
     require_range("threads", threads, 0, 1024, "");
-    if (name == "cpu") return cpu::make_cpu_device(threads, isa);
 #if defined(LIMAX_WITH_CUDA)
-    if (name == "auto" && !cuda::why_no_cuda_device().empty())
-        return cpu::make_cpu_device(threads, isa);
-    if (name == "auto" || name == "cuda") return cuda::make_cuda_device(threads, isa);
+    const std::string why = cuda::why_no_cuda_device();
 #else
-    if (name == "auto") return cpu::make_cpu_device(threads, isa);
-    if (name == "cuda")
-        fail(LIMAX_NO_DEVICE, "device 'cuda': this build has no CUDA engine; use 'cpu' or 'auto'");
+    const std::string why = "this build has no CUDA engine";
 #endif
+    if (name == "cpu" || (name == "auto" && !why.empty()))
+        return cpu::make_cpu_device(threads, isa, why.empty() ? "not asked for" : why);
+    if (name == "auto" || name == "cuda") {
+        if (!why.empty()) fail(LIMAX_NO_DEVICE, "device 'cuda': " + why + "; use 'cpu' or 'auto'");
+#if defined(LIMAX_WITH_CUDA)
+        return cuda::make_cuda_device(threads, isa);
+#endif
+    }
     fail(LIMAX_INVALID_ARGUMENT,
          format("device is '%s'; it must be auto, cpu or cuda", name.c_str()));
 }

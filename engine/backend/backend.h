@@ -86,7 +86,7 @@ public:
 
     // Room for a population of `count` robots; null where populations stay on the host: always on
     // the CPU, and on a GPU that has no memory left for it.
-    virtual std::shared_ptr<residence> reside(std::shared_ptr<const encoding> /*code*/,
+    virtual std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& /*code*/,
                                               int32_t /*count*/) {
         return nullptr;
     }

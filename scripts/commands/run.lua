@@ -13,6 +13,7 @@ local resume = require "limax.resume"
 local run_folder = require "limax.run_folder"
 local script = require "limax.script"
 local tally = require "limax.tally"
+local together = require "limax.together"
 
 local command = {
   summary = "run an experiment, or continue one",
@@ -28,6 +29,9 @@ local command = {
       text = "CPU threads; LIMAX_THREADS, else one per core" },
     { name = "repetition", argument = "R", kind = "integer", minimum = 1,
       text = "compute this repetition alone, with the same bytes" },
+    { name = "together",
+      text = "several repetitions at a time, with the same bytes; what a GPU does anyway" },
+    { name = "apart", text = "one repetition after the other, on a GPU too" },
     { name = "resume", argument = "DIR", text = "continue the run in this folder" },
     { name = "changed", text = "with --resume: go on although script or configuration differ" },
     { name = "quiet", short = "q", text = "no progress, nothing at the end; warnings stay" },
@@ -41,6 +45,8 @@ command.is_experiment = experiments.is
 local function or_refuse(status, call, ...)
   local ok, value = failure.attempt(call, ...)
   if ok then return value end
+  local broken = failure.of_machine(value)
+  if broken == "device" or broken == "defect" then status = 1 end
   failure.raise(failure.status(value) or status, failure.bare(value))
 end
 
@@ -67,6 +73,7 @@ local function announce(session, experiment, device)
   local first, last = session.first, session.last
   local which = "repetition " .. first
   if first ~= last then which = ("repetitions %d to %d"):format(first, last) end
+  if session.together then which = which .. " together" end
   local where = device.kind
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
   io.stderr:write(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
@@ -106,26 +113,57 @@ local function reopen(session, arguments)
   return experiment
 end
 
--- Runs the repetitions that are left.
-local function compute(session, experiment, run, run_options)
-  local config, folder = experiment.config, session.folder
-  local done = folder.checkpoint
+-- Whether a repetition has its last generation.
+local function is_whole(session, config, repetition)
+  local last = session.last_generations[repetition]
+  return last ~= nil and last + 1 >= config.generations
+end
+
+-- Gives the turn to the first repetition that is not whole: its lines are the next ones.
+local function pass_turn(session, config)
   for repetition = session.first, session.last do
-    local old = {}
-    if done and repetition <= done.repetition then
-      old = folder:generations(repetition, history.genomes_kept)
-      for _, generation in ipairs(old) do
-        session.tally:add(repetition, history.decode(generation.text, "population"))
-      end
+    session.folder:take_turn(repetition)
+    if not is_whole(session, config, repetition) then return end
+  end
+end
+
+-- A repetition that stands where its last whole generation left it.
+local function begin(session, experiment, run_options, repetition)
+  local run = session.first_run
+  session.first_run = nil
+  if not run or run.repetition ~= repetition then
+    run_options.repetition = repetition
+    run = evolve.start(experiment, run_options)
+  end
+  run.folder = session.folder
+  local old = session.folder:generations(repetition, history.genomes_kept)
+  if #old > 0 then run:restore(old, session.scores_stand) end
+  return run
+end
+
+-- Runs the repetitions that are left.
+local function compute(session, experiment, run_options)
+  local config, folder = experiment.config, session.folder
+  for repetition = session.first, session.last do
+    for _, generation in ipairs(folder:generations(repetition, 0)) do
+      session.tally:add(repetition, history.decode(generation.text, "population"))
     end
-    if #old < config.generations then
-      run_options.repetition = repetition
-      run = run and run.repetition == repetition and run or evolve.start(experiment, run_options)
-      run.folder = folder
-      if #old > 0 then run:restore(old, session.scores_stand) end
-      run:finish()
-      run = nil
-    end
+  end
+  local function ended(repetition)
+    session.last_generations[repetition] = config.generations - 1
+    pass_turn(session, config)
+  end
+  pass_turn(session, config)
+  if session.together then
+    together.run { repetitions = session.left,
+      at_once = together.at_once(run_options.device, config.population), ended = ended,
+      begin = function(repetition) return begin(session, experiment, run_options, repetition) end,
+      on_progress = run_options.on_progress }
+    return
+  end
+  for _, repetition in ipairs(session.left) do
+    begin(session, experiment, run_options, repetition):finish()
+    ended(repetition)
   end
 end
 
@@ -143,6 +181,9 @@ local function show_end(session, device)
 end
 
 local function execute(session, experiment, arguments)
+  if arguments.together and arguments.apart then
+    failure.raise(2, "--together and --apart exclude each other")
+  end
   if arguments.resume then
     experiment = reopen(session, arguments)
   else
@@ -153,13 +194,24 @@ local function execute(session, experiment, arguments)
   local device = or_refuse(1, engine.device, arguments.device or "auto",
     { threads = arguments.threads })
 
+  session.last_generations = session.folder and session.folder:last_generations() or {}
+  session.left = {}
+  for repetition = session.first, session.last do
+    if not is_whole(session, experiment.config, repetition) then
+      table.insert(session.left, repetition)
+    end
+  end
+  session.together = #session.left > 1 and not arguments.apart
+    and (arguments.together or device.kind == "cuda")
+
   local slower = passes.warning(device:describe())
   if slower then session.notes[#session.notes + 1] = "CPU passes: " .. slower end
   local total = experiment.config.generations * (session.last - session.first + 1)
   local before = session.folder and #session.folder:lines "metrics" or 0
   session.progress = progress.new { total = total, done = before, quiet = session.quiet,
     repetitions = experiment.config.repetitions }
-  local run_options = { repetition = session.first, device = device,
+  local run_options = { repetition = session.left[1] or session.first, device = device,
+    wait = session.together and together.wait or nil,
     say = function(text)
       session.tally:hear(text)
       session.progress:say(text)
@@ -170,7 +222,7 @@ local function execute(session, experiment, arguments)
       session.progress:generation(entry, seconds)
     end }
   -- everything that the engine may refuse is tried before a folder is made
-  local run = or_refuse(2, evolve.start, experiment, run_options)
+  session.first_run = or_refuse(2, evolve.start, experiment, run_options)
   if not session.folder then
     local path = arguments.out or run_folder.next_free(experiment.config.name)
     hold(session, run_folder.create(path, experiment,
@@ -180,7 +232,7 @@ local function execute(session, experiment, arguments)
   session.folder:write_environment(device)
   announce(session, experiment, device)
   for _, note in ipairs(session.notes) do session.progress:say(note) end
-  compute(session, experiment, run, run_options)
+  compute(session, experiment, run_options)
   show_end(session, device)
   return 0
 end
@@ -202,7 +254,13 @@ local function aftermath(session, value, trace)
     return 130
   end
   if failure.status(value) then error(value, 0) end
-  io.stderr:write("limax: ", trace, "\n")
+  if failure.of_machine(value) then
+    -- nothing is wrong with the script: it goes on as it is
+    io.stderr:write("limax: ", failure.bare(value), "\n")
+    if folder then io.stderr:write("continue with: ", folder:resume_command(), "\n") end
+    return 1
+  end
+  io.stderr:write("limax: ", failure.first_trace(value) or trace, "\n")
   if folder then
     -- mending changes the script, which a resume refuses unless it is told
     io.stderr:write("when it is mended, continue with: ", folder:resume_command(), " --changed\n")

@@ -32,6 +32,7 @@ Run.__index = Run
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) hears warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
+---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
 ---@field on_generation? fun(entry: table, seconds: table) after each generation
 
 local evolve = {}
@@ -56,7 +57,7 @@ function evolve.start(experiment, options)
 
   local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
     device = device, folder = folder, out = options.out, on_progress = options.on_progress,
-    on_generation = options.on_generation, history = {}, said = {} }, Run)
+    wait = options.wait, on_generation = options.on_generation, history = {}, said = {} }, Run)
   self.say_aloud = options.say or function(text) io.stderr:write(text, "\n") end
   self.options = settings.engine_options(config.simulation, config.record)
   self.scene = engine.scene(config.scene)
@@ -204,6 +205,17 @@ function Run:finish()
   return self.history
 end
 
+--- Advances a simulation to its end.
+---@param simulation limax.simulation
+---@param on_progress? fun(progress: table)
+function Run:advance(simulation, on_progress)
+  if self.wait then
+    self.wait(simulation)
+  else
+    simulation:run(on_progress)
+  end
+end
+
 -- What follows a scored generation; `population:breed` calls it.
 function Run:next_generation(robots, choice)
   if not robots.closed then
@@ -306,6 +318,7 @@ function Run:supervise(robots)
   local ok, proposal, reason = failure.attempt(supervisor.call, self.history, random,
     self.limits)
   if not ok then
+    if failure.of_machine(proposal) then error(proposal, 0) end
     local message = "the supervisor failed: " .. failure.bare(proposal)
     self:say(("before generation %d %s; parameters stay"):format(generation, message),
       message)

@@ -101,4 +101,20 @@ function failure.attempt(call, ...)
   return finish(xpcall(call, trace, ...))
 end
 
+-- message -> the traceback of where it was raised first
+local traces = {}
+
+--- Raises what `failure.attempt` caught, with the traceback that it had.
+---@param value any
+---@param traceback string|nil
+function failure.raise_again(value, traceback)
+  if type(value) == "string" then traces[value] = traceback end
+  error(value, 0)
+end
+
+--- The first traceback of an error that was raised again; nil for others.
+---@param value any
+---@return string|nil
+function failure.first_trace(value) return type(value) == "string" and traces[value] or nil end
+
 return failure

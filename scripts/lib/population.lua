@@ -95,7 +95,7 @@ function Population:simulate(on_progress)
     local began = host.clock()
     local simulation = engine.simulation(self.engine, self.materials, run.scene, run.options,
       run.device, mask)
-    simulation:run(on_progress or run.on_progress)
+    run:advance(simulation, on_progress or run.on_progress)
     for i, record in ipairs(self.records) do
       if mask[i] then
         local outcome = finite(simulation:outcome(i))
@@ -184,7 +184,7 @@ function Population:standard_score()
   for i = 1, #self do mask[i] = i == best end
   local simulation = engine.simulation(self.engine, run.first_materials, run.scene, run.options,
     run.device, mask)
-  simulation:run()
+  run:advance(simulation)
   local outcome = simulation:outcome(best)
   local score
   if outcome.status == "done" then

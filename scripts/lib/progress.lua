@@ -95,11 +95,12 @@ function Progress:draw(state)
   self.drawn = host.clock()
 end
 
---- Called while robots are simulated, with the engine's progress.
+--- Called while robots are simulated, with the engine's progress; where several repetitions share
+--- the device, with `spring_rate` of all.
 ---@param state table
 function Progress:robots(state)
   local now = host.clock()
-  self.spring_steps = state.spring_steps
+  self.spring_steps, self.shared_rate = state.spring_steps, state.spring_rate
   if self.bar and now - self.drawn >= between then self:draw(state) end
 end
 
@@ -108,7 +109,9 @@ end
 ---@param seconds table
 function Progress:generation(entry, seconds)
   self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
-  if self.spring_steps and seconds.simulate > 0 then
+  if self.shared_rate then
+    self.spring_rate = self.shared_rate
+  elseif self.spring_steps and seconds.simulate > 0 then
     self.spring_rate = self.spring_steps / seconds.simulate
   end
   if self.bar then

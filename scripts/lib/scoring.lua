@@ -51,6 +51,8 @@ end
 ---@return string|nil trace
 function scoring.call(call, robot)
   local ok, value, cases = failure.attempt(call, robot)
+  -- a fitness may simulate: that the device failed is nothing that a robot is to blame for
+  if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then return nil, nil, "the fitness failed: " .. tostring(value), false, cases end
   local message, excusable = complaint(value, cases)
   if message then return nil, nil, message, excusable end

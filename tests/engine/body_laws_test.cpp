@@ -4,7 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <array>
 #include <random>
 #include <vector>
 
@@ -29,23 +28,27 @@ TEST_CASE("owners around a site are those of the lattice's rule") {
 
 TEST_CASE("masses and springs counted by owners around sites are those of the walk") {
     std::mt19937 random(5);
-    for (const auto [nx, ny, nz, filled] : {std::array{1, 1, 1, 1}, std::array{5, 4, 3, 2},
-                                            std::array{7, 1, 2, 3}, std::array{6, 6, 6, 8}}) {
-        const lattice grid{nx, ny, nz};
+    struct example {
+        lattice grid;
+        unsigned one_in;  // voxels that are filled
+    };
+    for (const example& given : {example{{1, 1, 1}, 1}, example{{5, 4, 3}, 2},
+                                 example{{7, 1, 2}, 3}, example{{6, 6, 6}, 8}}) {
+        const lattice& grid = given.grid;
         std::vector<uint8_t> voxels;
-        for (int64_t v = 0; v < grid.voxels(); ++v) voxels.push_back(random() % filled == 0);
+        for (int64_t v = 0; v < grid.voxels(); ++v) voxels.push_back(random() % given.one_in == 0);
         int32_t masses = 0, springs = 0;
         for_each_site(grid, [&](int x, int y, int z) {
             int around = 0;
             for (int bit = 0; bit < 8; ++bit) {
                 const int i = x - 1 + (bit & 1), j = y - 1 + (bit >> 1 & 1), k = z - 1 + (bit >> 2);
-                if (i >= 0 && j >= 0 && k >= 0 && i < nx && j < ny && k < nz)
+                if (i >= 0 && j >= 0 && k >= 0 && i < grid.nx && j < grid.ny && k < grid.nz)
                     around |= voxels[std::size_t(grid.voxel(i, j, k))] << bit;
             }
             masses += around != 0;
             for (const direction& d : directions) springs += (around & owners_around(d)) != 0;
         });
-        const int32_t size[3] = {nx, ny, nz};
+        const int32_t size[3] = {grid.nx, grid.ny, grid.nz};
         CHECK(masses == count_masses(size, voxels.data()));
         CHECK(springs == count_springs(size, voxels.data()));
     }
@@ -54,8 +57,8 @@ TEST_CASE("masses and springs counted by owners around sites are those of the wa
 TEST_CASE("the hash is the one that run folders hold") {
     // splitmix64's first number from the state 0
     CHECK(scramble(0x9e3779b97f4a7c15) == 0xe220a8397b1dcdaf);
-    std::vector<uint8_t> voxels;
-    for (int v = 0; v < 60; ++v) voxels.push_back(uint8_t(v % 5));
+    std::vector<uint8_t> voxels(60);
+    for (std::size_t v = 0; v < 60; ++v) voxels[v] = uint8_t(v % 5);
     CHECK(body_hash({5, 4, 3}, voxels.data()) == 0xf5510fcd1063e7a6);
     CHECK(body_hash({3, 4, 5}, voxels.data()) != body_hash({5, 4, 3}, voxels.data()));
     voxels.back() ^= 1;  // in a turn that is not full

@@ -4,9 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "backend/cuda/device.h"
-#include "failure.h"
-#include "stage.h"
+#include "cuda_sets.h"
 
 // What makes the kernel's text a function of the host: a block of one thread, which waits for
 // nobody and whose sums nobody else adds to.
@@ -40,9 +38,8 @@ float memory[10000];  // of a block
 // also the name of an integrator
 #undef LIMAX_LEAPFROG
 
-using limax::test::failure;
+using limax::test::checked_setup;
 using limax::test::stage;
-using limax::test::trace_of;
 
 namespace {
 
@@ -63,12 +60,6 @@ stage landing() {
     return scene;
 }
 constexpr int64_t landing_steps = 3000;
-
-limax::simulation_setup ready(const stage& scene) {
-    limax::simulation_setup setup = scene.copy();
-    for (limax_body& body : setup.bodies) body.status = LIMAX_BODY_VALID;
-    return setup;
-}
 
 // Both sums in single precision, in another order.
 constexpr double tolerance = 2e-5;  // m
@@ -96,7 +87,7 @@ void check_centers(const stage& scene, const std::vector<double>& center) {
 TEST_CASE("the reconstruction's kernel ends where a simulation ends") {
     const stage scene = landing();
     const limax::cuda::listed_population all =
-        limax::cuda::list_population(ready(scene), [](int count, const auto& work) {
+        limax::cuda::list_population(checked_setup(scene), [](int count, const auto& work) {
             for (int i = 0; i < count; ++i) work(i);
         });
     REQUIRE(all.robots.size() == 4);
@@ -116,7 +107,7 @@ TEST_CASE("the reconstruction's kernel ends where a simulation ends") {
 
 TEST_CASE("the reconstruction takes its own options and valid bodies alone") {
     const auto refused = [](const auto& change) {
-        auto setup = ready(landing());
+        auto setup = checked_setup(landing());
         change(setup);
         return limax::test::refused([&] { limax::cuda::list_population(setup, nullptr); });
     };
@@ -141,14 +132,14 @@ TEST_CASE("the reconstruction on a GPU ends where a simulation ends") {
     const auto device = limax::cuda::make_cuda_device(1, "");
     stage scene = landing();
     const limax::cuda::reconstructed_run run =
-        limax::cuda::run_reconstruction(ready(scene), device->each(), landing_steps);
+        limax::cuda::run_reconstruction(checked_setup(scene), device->each(), landing_steps);
     CHECK(run.seconds > 0);
     CHECK(run.seconds < 10);
     check_centers(scene, run.center);
 
     // 21 x 21 x 21 masses take more shared memory than any block has
     const stage large({20, 20, 20});
-    auto setup = ready(large);
+    auto setup = checked_setup(large);
     setup.options.integrator = LIMAX_SYMPLECTIC_EULER;
     setup.options.precision = LIMAX_SINGLE;
     CHECK(limax::test::refused([&] {

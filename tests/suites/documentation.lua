@@ -83,7 +83,12 @@ local function real_runs(t)
     { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
   run("wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
-  return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong" }
+  -- the second repetition has a generation when the first one fails
+  run("ahead", PLAIN:gsub("FITNESS",
+    "function(robot) return robot.generation == 0 and robot:distance() or 0 / 0 end"),
+    { "ahead.lua", "--out", "ahead", "--together" }, 1)
+  return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
+    ahead = base .. "/ahead" }
 end
 
 local function files_below(folder, before, list)
@@ -115,7 +120,7 @@ suite:test("a run folder holds the files and fields that the page names", functi
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
   local seen, folders = {}, real_runs(t)
-  for _, run in ipairs { "rich", "plain", "wrong" } do
+  for _, run in ipairs { "rich", "plain", "wrong", "ahead" } do
     for _, name in ipairs(files_below(folders[run])) do
       local listed = listed_as(name)
       seen[listed] = seen[listed] or {}

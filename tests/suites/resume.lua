@@ -124,48 +124,175 @@ suite:test("one repetition alone equals the same one among three", { limit = 60 
 end)
 
 -- Ends a run by a signal at random moments, and goes on each time, until `kills` signals have hit.
-local function survives(t, signal, kills)
+-- Each process takes one of `ways` ("--apart", "--together"). Returns how often lines waited for
+-- their turn when a signal hit. On the CPU, which is ready before the first signal.
+local function survives(t, signal, kills, ways)
   local folder = t:folder()
   write_experiment(folder, 30, 2)
-  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
-  local random = engine.random(7, 1, "user", signal == "INT" and 1 or 2, 0)
-  local hit, attempt = 0, 0
+  local on_cpu = { "--device", "cpu", "-q" }
+  completes(t, folder, { "run", "tiny.lua", "--out", "whole", "--apart", unpack(on_cpu) })
+  local random = engine.random(7, 1, "user", signal == "INT" and 1 or 2, #ways)
+  local hit, attempt, waited = 0, 0, 0
   while hit < kills do
     attempt = attempt + 1
     local name = "broken" .. attempt
-    local arguments = { "run", "tiny.lua", "-q", "--out", name }
+    local arguments = { "run", "tiny.lua", "--out", name, unpack(on_cpu) }
     local done
     repeat
+      table.insert(arguments, ways[1 + random:integer(#ways)])
       done = run(folder, arguments, { signal = signal, after = 0.03 + 0.25 * random:uniform() })
       if done.status ~= 0 then
         t:equal(done.status, signal == "INT" and 130 or 137)
         hit = hit + 1
         if host.file.exists(folder .. "/" .. name) then whole(t, folder .. "/" .. name) end
+        if host.file.exists(folder .. "/" .. name .. "/r02/metrics.jsonl") then
+          waited = waited + 1
+        end
       end
       if host.file.exists(folder .. "/" .. name .. "/config.json") then
         if done.status == 130 then
           t:ok(done.stderr:find("limax run --resume " .. name, 1, true), done.stderr)
         end
-        arguments = { "run", "--resume", name, "-q" }
+        arguments = { "run", "--resume", name, unpack(on_cpu) }
       elseif host.file.exists(folder .. "/" .. name) then
         -- killed before it was a run: such a folder is nobody's
         attempt = attempt + 1
         name = "broken" .. attempt
-        arguments = { "run", "tiny.lua", "-q", "--out", name }
+        arguments = { "run", "tiny.lua", "--out", name, unpack(on_cpu) }
       end
     until done.status == 0 or hit >= kills
     if done.status ~= 0 then completes(t, folder, arguments) end
     same_run(t, folder .. "/" .. name, folder .. "/whole")
   end
-  t:note(("%d signals in %d runs"):format(hit, attempt))
+  t:note(("%d signals in %d runs; %d times lines waited"):format(hit, attempt, waited))
+  return waited
 end
 
-suite:test("SIGINT at random moments changes no byte", { limit = 120 }, function(t)
-  survives(t, "INT", 20)
-end)
+for _, signal in ipairs { "INT", "KILL" } do
+  suite:test(("SIG%s at random moments changes no byte"):format(signal), { limit = 120 },
+    function(t) t:equal(survives(t, signal, 20, { "--apart" }), 0) end)
 
-suite:test("SIGKILL at random moments changes no byte", { limit = 120 }, function(t)
-  survives(t, "KILL", 20)
+  suite:test(("SIG%s changes no byte of repetitions that advance together"):format(signal),
+    { limit = 120 }, function(t)
+      t:ok(survives(t, signal, 10, { "--together", "--together", "--apart" }) > 0)
+    end)
+end
+
+suite:test("repetitions together and one after the other give the same bytes", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 4, 5)
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "apart", "--apart" })
+    local done = completes(t, folder, { "run", "tiny.lua", "--out", "together", "--together" })
+    t:ok(done.stderr:find("repetitions 1 to 5 together", 1, true), done.stderr)
+    same_run(t, folder .. "/together", folder .. "/apart")
+    -- two at least are on their way at a time: the second begins before the first ends
+    local first, second = done.stderr:find "repetition 1  generation 3",
+      done.stderr:find "repetition 2  generation 0"
+    t:ok(second < first, done.stderr)
+    for _, way in ipairs { "--together", "--apart" } do
+      local words = { "run", "tiny.lua", "-q", "--repetition", "2", "--out", "alone" .. way, way }
+      completes(t, folder, words)
+      for _, path in ipairs(files(folder .. "/alone" .. way, "/r02")) do
+        t:ok(source.read(folder .. "/alone" .. way .. path)
+          == source.read(folder .. "/apart" .. path), path)
+      end
+    end
+  end)
+
+suite:test("more generations of several repetitions, and a signal on the way", { limit = 60 },
+  function(t)
+    -- ready before the signal
+    local folder, on_cpu = t:folder(), { "--device", "cpu", "-q" }
+    write_experiment(folder, 6, 3)
+    for _, way in ipairs { "--apart", "--together" } do
+      local name = "r" .. way
+      completes(t, folder,
+        { "run", "tiny.lua", "--out", name, "--set", "generations=3", way, unpack(on_cpu) })
+      local more = { "run", "--resume", name, "--changed", "--set", "generations=6", way,
+        unpack(on_cpu) }
+      repeat
+        local done = run(folder, more, { signal = "KILL", after = 0.25 })
+        more = { "run", "--resume", name, way, unpack(on_cpu) }
+        t:ok(done.status == 0 or done.status == 137, done.stderr)
+        -- what is there is never computed again
+        local seen = {}
+        for line in source.read(folder .. "/" .. name .. "/metrics.jsonl"):gmatch "[^\n]+" do
+          local entry = host.json.decode(line)
+          local key = entry.repetition .. ":" .. entry.generation
+          t:ok(not seen[key], key .. " is there twice")
+          seen[key] = true
+        end
+      until done.status == 0
+    end
+    same_run(t, folder .. "/r--together", folder .. "/r--apart")
+  end)
+
+-- What the engine says when a GPU fails, put into the second of the simulations that follow the
+-- third generation; only while the environment asks for it.
+local BROKEN = [[
+local engine, failure = require "limax.engine", require "limax.failure"
+local made, real = 0, engine.simulation
+engine.simulation = function(...)
+  local simulation = real(...)
+  local robots = (...).count
+  if robots > 1 then made = made + 1 end
+  if os.getenv "LIMAX_TEST_BREAK" and made == 4 then
+    simulation.advance = function()
+      local text = "simulation:advance: CUDA: cuLaunchKernel failed while stepping robots: "
+        .. "CUDA_ERROR_ILLEGAL_ADDRESS"
+      failure.note_machine(text, "device")
+      error(text, 0)
+    end
+  end
+  return simulation
+end
+]]
+
+suite:test("a device that fails leaves the last whole generation and names the way on",
+  { limit = 60 }, function(t)
+    local folder = t:folder()
+    write_experiment(folder, 6, 2)
+    local path = folder .. "/tiny.lua"
+    assert(host.file.write_atomic(path, BROKEN .. source.read(path)))
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+    for _, way in ipairs { "--apart", "--together" } do
+      local name = "r" .. way
+      local done = run(folder, { "run", "tiny.lua", "-q", "--out", name, way },
+        { before = "LIMAX_TEST_BREAK=1" })
+      t:equal(done.status, 1)
+      -- no trace: the script is not at fault
+      local last = done.stderr:match "\n(limax: .*)$" or done.stderr
+      t:ok(last:find "^limax: simulation:advance: CUDA: [^\n]*CUDA_ERROR_ILLEGAL_ADDRESS\n", last)
+      t:ok(last:find "ADDRESS\ncontinue with: [^\n]*limax run %-%-resume r%-%-%l+\n$", last)
+      local status = host.json.decode(source.read(folder .. "/" .. name .. "/STATUS"))
+      t:equal(status.state, "failed")
+      t:ok(status.message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), status.message)
+      t:ok(status.generation ~= nil)
+      completes(t, folder, { "run", "--resume", name, "-q", way })
+      same_run(t, folder .. "/" .. name, folder .. "/whole")
+    end
+  end)
+
+suite:test("a fitness is not blamed for a device that fails", { limit = 60 }, function(t)
+  local folder = t:folder()
+  -- what is simulated for one robot alone fails
+  local text = BROKEN:gsub("made == 4", "robots == 1") .. [[
+local limax = require "limax"
+return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 3,
+  repetitions = 1, simulation = { duration = 0.2, settle = 0 }, supervisor = "fixed",
+  genome = { require_muscle = false },
+  fitness = function(robot)
+    if robot.generation == 1 then robot:simulate { duration = 0.1 } end
+    return robot:distance()
+  end }
+]]
+  assert(host.file.write_atomic(folder .. "/own.lua", text))
+  local done = run(folder, { "run", "own.lua", "-q", "--out", "r" },
+    { before = "LIMAX_TEST_BREAK=1" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "^limax: .*CUDA_ERROR_ILLEGAL_ADDRESS\ncontinue with: ", done.stderr)
+  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).generation, 0)
 end)
 
 suite:test("a changed script or configuration is refused with the difference", { limit = 60 },

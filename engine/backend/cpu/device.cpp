@@ -25,7 +25,7 @@ std::string processor_name() {
 
 class cpu_device final : public device {
 public:
-    cpu_device(int threads, const char* isa)
+    cpu_device(int threads, const char* isa, const std::string& why_not_cuda)
         : passes_(choose_passes(isa)),
           team_(std::make_shared<thread_team>(threads > 0 ? threads : usable_cores())),
           each_([team = team_](int count, const std::function<void(int)>& work) {
@@ -40,7 +40,7 @@ public:
         text["cores"] = usable_cores();
         text["compiler"] = LIMAX_COMPILER;
         text["build"] = LIMAX_BUILD_TYPE;
-        text["cuda"] = "this build has no CUDA engine";
+        text["cuda"] = why_not_cuda;
         description_ = text.dump();
     }
     const char* describe() const override { return description_.c_str(); }
@@ -59,8 +59,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<device> make_cpu_device(int threads, const char* isa) {
-    return std::make_unique<cpu_device>(threads, isa);
+std::unique_ptr<device> make_cpu_device(int threads, const char* isa,
+                                        const std::string& why_not_cuda) {
+    return std::make_unique<cpu_device>(threads, isa, why_not_cuda);
 }
 
 }  // namespace limax::cpu

@@ -11,23 +11,14 @@
 
 #include "physics/integrator.h"
 #include "physics/measure.h"
+#include "physics/origin.h"
 
 namespace limax::cpu {
 
 namespace {
 
-// Steps between looks at limits and origin: part of the result, so a constant.
-constexpr int64_t check_interval = 64;
 // Sites moved between looks at the clock and the stop flag: well under a millisecond.
 constexpr int64_t sites_per_look = 16384;
-// The robot's own origin follows when its centre of mass is farther away than this on an axis, by
-// whole multiples of a step that fp32 subtracts exactly, m.
-constexpr double origin_reach = 4.0, origin_step = 2.0;
-
-double whole_origin_steps(double distance) {
-    return origin_step * std::floor(distance / origin_step + 0.5);
-}
-
 // S, F and `compensated` as in robot_columns.
 template <class S, class F, bool compensated>
 class robot_run final : public robot {
@@ -178,9 +169,8 @@ template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::recenter() {
     bool moved = false;
     for (int axis = 0; axis < 3; ++axis) {
-        const double away = center_of_mass(body_, masses_.position[axis]);
-        if (std::fabs(away) <= origin_reach) continue;
-        const double shift = whole_origin_steps(away);
+        const double shift = origin_shift(center_of_mass(body_, masses_.position[axis]));
+        if (shift == 0.0) continue;
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
             S carried = compensated ? masses_.lost_position[axis][site] : S(0);

@@ -13,7 +13,7 @@ namespace {
 class cuda_device final : public device {
 public:
     cuda_device(const driver& driver, int threads, const char* isa)
-        : host_(cpu::make_cpu_device(threads, isa)),
+        : host_(cpu::make_cpu_device(threads, isa, "")),
           team_(std::make_shared<gpu_team>(driver, threads)) {
         auto text = nlohmann::ordered_json::parse(host_->describe());
         text["kind"] = "cuda";
@@ -42,9 +42,9 @@ public:
     std::unique_ptr<simulation> simulate(simulation_setup setup) override {
         return make_simulation(std::move(setup), team_);
     }
-    std::shared_ptr<residence> reside(std::shared_ptr<const encoding> code,
+    std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& code,
                                       int32_t count) override {
-        return make_residence(team_, std::move(code), count);
+        return make_residence(team_, code, count);
     }
     bool houses(const residence& home) const override { return lives_with(home, *team_); }
 

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "body/springs.h"
+
 namespace limax::cuda {
 
 namespace {
@@ -72,6 +74,27 @@ measure_launch<R> scene_kernels::measure_arguments() const {
     return launch;
 }
 
+template <class R>
+prepare_launch<R> scene_kernels::prepare_arguments() const {
+    const limax_simulation_options& options = setup_->options;
+    prepare_launch<R> launch{};
+    launch.grid = setup_->grid;
+    launch.summed = options.sharing == LIMAX_SHARING_SUM;
+    launch.edge = options.edge;
+    for (int axis = 0; axis < 3; ++axis) {
+        launch.position[axis] = options.position[axis];
+        launch.origin[axis] = whole_origin_steps(options.position[axis]);
+        launch.velocity[axis] = options.velocity[axis];
+    }
+    launch.scene = step_arguments<R>().scene;
+    static_assert(sizeof launch.materials / sizeof *launch.materials >= LIMAX_MAX_MATERIALS);
+    for (std::size_t i = 0; i < setup_->materials.size(); ++i)
+        launch.materials[i] = law_of(setup_->materials[i]);
+    return launch;
+}
+
+template prepare_launch<float> scene_kernels::prepare_arguments<float>() const;
+template prepare_launch<double> scene_kernels::prepare_arguments<double>() const;
 template step_launch<float> scene_kernels::step_arguments<float>() const;
 template step_launch<double> scene_kernels::step_arguments<double>() const;
 template measure_launch<float> scene_kernels::measure_arguments<float>() const;
@@ -185,6 +208,7 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
             unsigned(gpu.device().multiprocessors) *
             unsigned(std::max(1, out.step_->blocks_of_multiprocessor(
                                      "limax_advance", out.grid_.threads, out.grid_.shared_bytes)));
+    out.prepare_ = kernels.load(kernel_set{"prepare", of_scene});
     bool measures = false;
     for (int kind = 0; kind < sample_kinds; ++kind)
         measures |= !taken_by_step(kind) && setup.options.record[kind] > 0;

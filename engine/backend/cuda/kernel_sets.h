@@ -24,6 +24,14 @@ public:
     template <class R>
     measure_launch<R> measure_arguments() const;
 
+    template <class R>
+    prepare_launch<R> prepare_arguments() const;
+    template <class R>
+    void launch_prepare(const context& gpu, const stream& stream,
+                        const prepare_launch<R>& arguments, unsigned robots) const {
+        launch(gpu, prepare_->function("limax_prepare"), {robots, 512}, stream, doing_, arguments);
+    }
+
     // Memory that robots on the grid path need besides, in elements of spring_real, of double and
     // of unsigned; all 0 on the block path.
     struct grid_memory {
@@ -74,7 +82,7 @@ private:
     const simulation_setup* setup_ = nullptr;
     bool on_grid_ = false;
     unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
-    std::shared_ptr<const kernel_module> step_, measure_;
+    std::shared_ptr<const kernel_module> step_, measure_, prepare_;
     block_shape shape_;
     grid_shape grid_;
     std::string doing_;

@@ -13,11 +13,10 @@ set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
 
 # Texts that a kernel may include, by their names below engine/. They include each other only.
 set(LIMAX_LAW_TEXTS
-    limax.h
     base/portable.h base/math.h base/random.h
     body/lattice.h body/body_laws.h body/spring_laws.h
     genome/network.h genome/breeding.h
-    physics/integrator.h physics/bound.h)
+    physics/integrator.h physics/bound.h physics/origin.h)
 set(LIMAX_LAW_FOLDERS physics/effects backend/cuda/kernels)
 
 # What nvcc and NVRTC are both given: every rounding is the one that the text writes.

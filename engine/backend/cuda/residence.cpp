@@ -315,7 +315,8 @@ void gpu_residence::sum_squares(const int32_t* robots, int32_t count, double* sq
 }
 
 std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
-                                          std::shared_ptr<const encoding> code, int32_t count) {
+                                          const std::shared_ptr<const encoding>& code,
+                                          int32_t count) {
     try {
         return std::make_shared<gpu_residence>(std::move(team), code, count);
     } catch (const cuda_error& problem) {

@@ -38,7 +38,8 @@ private:
 
 // Null where the GPU has no memory left for it.
 std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
-                                          std::shared_ptr<const encoding> code, int32_t count);
+                                          const std::shared_ptr<const encoding>& code,
+                                          int32_t count);
 
 // Whether it is on a GPU of this team.
 bool lives_with(const residence& home, const gpu_team& team);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "backend/cuda/kernel_sets.h"
+#include "backend/cuda/residence.h"
 #include "backend/summary.h"
 
 namespace limax::cuda {
@@ -20,10 +21,6 @@ constexpr int64_t never = INT64_MAX;
 constexpr int64_t first_steps = 64;
 // Of one launch, so that an interrupt does not wait longer.
 constexpr double most_seconds = 0.05;
-
-double whole_origin_steps(double distance) {
-    return origin_step * std::floor(distance / origin_step + 0.5);
-}
 
 // R: the real of the masses.
 template <class R>
@@ -60,7 +57,10 @@ public:
     std::string describe() override;
 
 private:
-    void prepare_robot(std::size_t local, float* mass, float* springs, int32_t* ranks, R* state);
+    void allocate(std::size_t count);
+    void make_springs(std::size_t count);
+    void plan_robot(std::size_t local, const prepared_robot& prepared);
+    const std::vector<int32_t>& sites_of(std::size_t local);
     void lay_out_samples();
     void take_records();
     void end_robot(std::size_t local);
@@ -95,7 +95,7 @@ private:
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
     std::vector<int32_t> running_;                  // places in robots_
-    std::vector<std::vector<int32_t>> mass_sites_;  // [robot][mass]
+    std::vector<std::vector<int32_t>> mass_sites_;  // [robot][mass], empty until it is asked for
     std::vector<schedule> plans_;                   // [robot]
     array<double> samples_[sample_kinds];           // what device_samples_ held last
     bool fetched_[sample_kinds] = {};
@@ -106,21 +106,35 @@ private:
 template <class R>
 void robots_on_gpu<R>::prepare() {
     if (prepared_) return;
-    setup_.fetch_bodies();
     const std::size_t count = robots_.size();
     scene_ = load_scene(setup_, *team_, gpu_, kernels_);
-    const int64_t spring_size = scene_.spring_columns * direction_count * sites_;
-    const int64_t state_size = scene_.state_columns * sites_;
+    allocate(count);
+    make_springs(count);
+    lay_out_samples();
+    device_records_.upload(records_.data(), count, stream_);
+    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
+    // long runs first, so that the last ones to end are short
+    std::stable_sort(running_.begin(), running_.end(),
+                     [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });
+    stream_.synchronize("preparing robots");
+    prepared_ = true;
+}
 
+template <class R>
+void robots_on_gpu<R>::allocate(std::size_t count) {
     const std::string of_robots = format(" of %zu robots", count);
+    const std::size_t sites = std::size_t(sites_);
+    const std::size_t spring_size = std::size_t(scene_.spring_columns) * direction_count * sites;
     device_records_ = device_memory<robot_record>(gpu_, count, "the records" + of_robots);
     device_running_ = device_memory<int32_t>(gpu_, count, "the list" + of_robots);
-    device_ranks_ = device_memory<int32_t>(gpu_, count * sites_, "the sites" + of_robots);
-    mass_ = device_memory<float>(gpu_, count * sites_, "the masses" + of_robots);
-    // a cell on the high side of the lattice reads a little beyond the last column
-    const std::size_t beyond = std::size_t(setup_.grid.step(direction{1, 1, 1}));
+    device_ranks_ = device_memory<int32_t>(gpu_, count * sites, "the sites" + of_robots);
+    mass_ = device_memory<float>(gpu_, count * sites, "the masses" + of_robots);
+    // on the grid path a cell on the high side of the lattice reads a little beyond the last column
+    const std::size_t beyond =
+        scene_.on_grid() ? std::size_t(setup_.grid.step(direction{1, 1, 1})) : 0;
     springs_ = device_memory<float>(gpu_, count * spring_size + beyond, "the springs" + of_robots);
-    state_ = device_memory<R>(gpu_, count * state_size, "the state" + of_robots);
+    state_ = device_memory<R>(gpu_, count * std::size_t(scene_.state_columns) * sites,
+                              "the state" + of_robots);
     if (scene_.on_grid()) {
         const auto memory = scene_.memory_of_robot();
         const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
@@ -140,73 +154,59 @@ void robots_on_gpu<R>::prepare() {
     records_ = pinned<robot_record>(gpu_, count, "the records" + of_robots);
     mass_sites_.resize(count);
     plans_.resize(count);
-
-    // as many robots at a time as pass through a few megabytes of memory that the GPU can read
-    constexpr std::size_t staging_bytes = 64u << 20;
-    const std::size_t robot_bytes =
-        (spring_size + sites_) * sizeof(float) + sites_ * sizeof(int32_t) + state_size * sizeof(R);
-    const std::size_t lot = std::clamp<std::size_t>(staging_bytes / robot_bytes, 1, count);
-    pinned<float> mass(gpu_, lot * sites_, "staging"), springs(gpu_, lot * spring_size, "staging");
-    pinned<int32_t> ranks(gpu_, lot * sites_, "staging");
-    pinned<R> state(gpu_, lot * state_size, "staging");
-    for (std::size_t first = 0; first < count; first += lot) {
-        const std::size_t many = std::min(lot, count - first);
-        team_->threads().for_each(int(many), [&](int i) {
-            prepare_robot(first + i, mass.data() + i * sites_, springs.data() + i * spring_size,
-                          ranks.data() + i * sites_, state.data() + i * state_size);
-        });
-        mass_.upload(mass.data(), many * sites_, stream_, first * sites_);
-        springs_.upload(springs.data(), many * spring_size, stream_, first * spring_size);
-        device_ranks_.upload(ranks.data(), many * sites_, stream_, first * sites_);
-        state_.upload(state.data(), many * state_size, stream_, first * state_size);
-        stream_.synchronize("sending bodies to the GPU");
-    }
-    lay_out_samples();
-    device_records_.upload(records_.data(), count, stream_);
-    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
-    // long runs first, so that the last ones to end are short
-    std::stable_sort(running_.begin(), running_.end(),
-                     [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });
-    stream_.synchronize("sending bodies to the GPU");
-    prepared_ = true;
 }
 
-// Fills one robot's part of the columns, its record and its outcome.
+// Makes springs, masses and the first state on the GPU, from bodies that live there or are sent.
 template <class R>
-void robots_on_gpu<R>::prepare_robot(std::size_t local, float* mass, float* springs, int32_t* ranks,
-                                     R* state) {
-    const int32_t robot = robots_[local];
-    const lattice& grid = setup_.grid;
-    const int64_t voxels = grid.voxels();
+void robots_on_gpu<R>::make_springs(std::size_t count) {
+    prepare_launch<R> launch = scene_.template prepare_arguments<R>();
+    device_memory<uint8_t> voxels;
+    device_memory<float> weights;
+    const auto* bodies = dynamic_cast<const gpu_bodies*>(setup_.resident.get());
+    if (bodies && &bodies->place().gpu == &gpu_) {
+        launch.voxels = bodies->voxels();
+        launch.weights = bodies->weights();
+    } else {
+        setup_.fetch_bodies();
+        voxels = device_memory<uint8_t>(gpu_, setup_.voxels.size(), "the voxels of a population");
+        weights = device_memory<float>(gpu_, setup_.weights.size(), "the weights of a population");
+        voxels.upload(setup_.voxels.data(), setup_.voxels.size(), stream_);
+        weights.upload(setup_.weights.data(), setup_.weights.size(), stream_);
+        launch.voxels = voxels.data();
+        launch.weights = weights.data();
+    }
+    device_running_.upload(robots_.data(), count, stream_);
+    device_memory<prepared_robot> device_prepared(gpu_, count, "what is known of robots");
+    pinned<prepared_robot> prepared(gpu_, count, "what is known of robots");
+    launch.robots = device_running_.data();
+    launch.prepared = device_prepared.data();
+    launch.mass = mass_.data();
+    launch.springs = springs_.data();
+    launch.ranks = device_ranks_.data();
+    launch.state = state_.data();
+    scene_.launch_prepare(gpu_, stream_, launch, unsigned(count));
+    device_prepared.download(prepared.data(), count, stream_);
+    stream_.synchronize("preparing robots");
+    for (std::size_t i = 0; i < count; ++i) plan_robot(i, prepared[i]);
+}
+
+// Fills one robot's record and its outcome.
+template <class R>
+void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepared) {
     const limax_simulation_options& options = setup_.options;
-    const spring_body body(body_description{
-        grid, setup_.voxels.data() + robot * voxels, setup_.weights.data() + 3 * robot * voxels,
-        setup_.materials.data(), options.edge, limax_sharing(options.sharing), scene_.damped,
-        scene_.actuated});
+    const int32_t robot = robots_[local];
     limax_outcome& outcome = outcomes_[robot];
-    outcome.time_step_bound =
-        time_step_bound(body, setup_.scene, limax_integrator(options.integrator));
+    outcome.time_step_bound = prepared.time_step_bound;
     const schedule plan = make_schedule(options, outcome.time_step_bound);
     plans_[local] = plan;
-
-    std::copy_n(body.mass.begin(), sites_, mass);
-    float* out = springs;
-    for (const array<float>* column : {&body.stiffness, &body.damping, &body.sine, &body.cosine}) {
-        if (column->size() == 0) continue;
-        for (int d = 0; d < direction_count; ++d, out += sites_)
-            std::copy_n(column->begin() + d * body.count, sites_, out);
-    }
-    std::fill_n(ranks, sites_, -1);
-    mass_sites_[local].assign(body.sites.begin(), body.sites.begin() + body.masses);
-    for (int32_t i = 0; i < body.masses; ++i) ranks[body.sites[i]] = i;
 
     robot_record& record = records_[local];
     record = {};
     record.time_step = plan.time_step;
     record.settle_steps = plan.settle_steps;
     record.steps = plan.steps;
-    record.total_mass = body.total_mass;
-    record.masses = body.masses;
+    record.total_mass = prepared.total_mass;
+    record.masses = prepared.masses;
     record.status = robot_running;
     if (scene_.actuated) {
         const effects::actuation::clock muscles = effects::actuation::make_clock(
@@ -218,29 +218,29 @@ void robots_on_gpu<R>::prepare_robot(std::size_t local, float* mass, float* spri
         record.every[kind] = plan.every[kind];
         record.next_sample[kind] = plan.every[kind] ? plan.settle_steps : never;
     }
-
-    std::fill_n(state, scene_.state_columns * sites_, R(0));
-    const int along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
         record.origin[axis] = whole_origin_steps(options.position[axis]);
-        R* x = state + (column_position + axis) * sites_;
-        R* u = state + (column_velocity + axis) * sites_;
-        for (int64_t site = 0; site < sites_; ++site) {
-            const int64_t index[3] = {site % along[0], site / along[0] % along[1],
-                                      site / (int64_t(along[0]) * along[1])};
-            x[site] = R((options.position[axis] - record.origin[axis]) +
-                        options.edge * double(index[axis] - body.corner[axis]));
-            u[site] = mass[site] > 0 ? R(options.velocity[axis]) : R(0);
-        }
-    }
 
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;
     outcome.time_step = plan.time_step;
     outcome.time = -double(plan.settle_steps) * plan.time_step;
-    outcome.masses = body.masses;
-    outcome.springs = body.springs;
-    outcome.mass = body.total_mass;
+    outcome.masses = prepared.masses;
+    outcome.springs = setup_.bodies[std::size_t(robot)].springs;
+    outcome.mass = prepared.total_mass;
+}
+
+// Sites of a robot's masses, [mass].
+template <class R>
+const std::vector<int32_t>& robots_on_gpu<R>::sites_of(std::size_t local) {
+    std::vector<int32_t>& at = mass_sites_[local];
+    if (!at.empty()) return at;
+    std::vector<int32_t> ranks(static_cast<std::size_t>(sites_));
+    device_ranks_.download(ranks.data(), ranks.size(), stream_, local * ranks.size());
+    stream_.synchronize("fetching a robot's sites");
+    for (std::size_t site = 0; site < ranks.size(); ++site)
+        if (ranks[site] >= 0) at.push_back(int32_t(site));
+    return at;
 }
 
 template <class R>
@@ -430,7 +430,7 @@ const double* robots_on_gpu<R>::trace(int32_t robot, int32_t kind) {
 
 template <class R>
 const int32_t* robots_on_gpu<R>::sites(int32_t robot) {
-    return prepared_ ? mass_sites_[local_[robot]].data() : nullptr;
+    return prepared_ ? sites_of(local_[robot]).data() : nullptr;
 }
 
 template <class R>
@@ -440,7 +440,7 @@ void robots_on_gpu<R>::place(int32_t robot, const double* positions, const doubl
     robot_record& record = records_[local];
     if (record.step > 0 || record.begun)
         fail(LIMAX_INVALID_ARGUMENT, "a robot can only be placed before its first step");
-    const std::vector<int32_t>& at = mass_sites_[local];
+    const std::vector<int32_t>& at = sites_of(local);
     const std::size_t masses = at.size();
     for (std::size_t i = 0; i < 3 * masses; ++i)
         if ((positions && !std::isfinite(positions[i])) ||
@@ -480,7 +480,7 @@ void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocitie
     // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n
     const bool between =
         setup_.options.integrator == LIMAX_LEAPFROG && record.step > 0 && record.begun;
-    const std::vector<int32_t>& at = mass_sites_[local];
+    const std::vector<int32_t>& at = sites_of(local);
     for (std::size_t i = 0; i < at.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
             if (positions)

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "backend/cuda/device.h"
-#include "body/springs.h"
 #include "physics/time_step.h"
 
 namespace limax::cuda {

@@ -9,16 +9,18 @@ local hashes = {}
 
 local SCHEMA = "limax.bench_hashes/1"
 
-local function path_of(model)
-  return ("%s/scripts/lib/bench/hashes/%s.json"):format(host.home, (model:gsub("[^%w%-]", "_")))
+local function path_of(model, folder)
+  return ("%s/%s.json"):format(folder or host.home .. "/scripts/lib/bench/hashes",
+    (model:gsub("[^%w%-]", "_")))
 end
 
 --- Compares with what is stored for a GPU model; a difference raises.
 ---@param model string the GPU's name
 ---@param found table<string, string> hash of each scene
+---@param folder string|nil where hashes are; limax's own if left out
 ---@return string text for the user
-function hashes.check(model, found)
-  local path = path_of(model)
+function hashes.check(model, found, folder)
+  local path = path_of(model, folder)
   local text = source.read(path)
   if not text then return ("no stored hash for this GPU model (%s)"):format(model) end
   local stored, message = host.json.decode(text, path)
@@ -49,9 +51,10 @@ end
 --- Keeps hashes for a GPU model.
 ---@param model string
 ---@param found table<string, string>
+---@param folder string|nil
 ---@return string path
-function hashes.store(model, found)
-  local path = path_of(model)
+function hashes.store(model, found, folder)
+  local path = path_of(model, folder)
   local fine, message = host.file.mkdir(path:match "^(.*)/")
   if fine then
     fine, message = host.file.write_atomic(path, host.json.encode({ schema = SCHEMA, gpu = model,

@@ -11,6 +11,7 @@ struct fake_driver {
     int gpus = 1;
     int capability = 90;
     std::size_t memory = 1000000;  // bytes of its GPU
+    int shared_memory_of_block = 232448;
     // The next call of the function of this (plain) name answers `result`; null for none.
     const char* failing = nullptr;
     int result = 0;

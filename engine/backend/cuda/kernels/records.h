@@ -2,16 +2,11 @@
 // layout, read by both. Includes laws alone. SI units.
 #pragma once
 
-#include "body/lattice.h"
+#include "body/spring_laws.h"
 #include "physics/effects/all.h"
+#include "physics/origin.h"
 
 namespace limax::cuda {
-
-// Steps between looks at limits and origin: part of the result, so a constant.
-inline constexpr int check_interval = 64;
-// The robot's own origin follows when its centre of mass is farther away than this on an axis, by
-// whole multiples of a step that fp32 subtracts exactly, m.
-inline constexpr double origin_reach = 4.0, origin_step = 2.0;
 
 // Most components that the fields of one effect have.
 inline constexpr int most_values = 8;
@@ -38,14 +33,6 @@ enum divergence : int32_t {
     divergence_speed = 2,
     divergence_stretch = 3
 };
-
-// How far the origin moves along an axis for a centre of mass at `away` from it, m.
-LIMAX_LAW double origin_shift(double away) {
-    if (!(absolute(away) > origin_reach)) return 0.0;
-    const double steps = away / origin_step + 0.5;
-    const double whole = double(int64_t(steps));
-    return origin_step * (whole > steps ? whole - 1.0 : whole);
-}
 
 // One robot: its plan, written by the host, and how far it is, written by the step kernel.
 struct robot_record {
@@ -140,6 +127,33 @@ struct grid_launch {
 // Parts of a tile: mass times position along each axis, masses that touch the ground, broken
 // limits.
 enum tile_part { part_moment = 0, part_touching = 3, part_broken = 4, tile_parts = 5 };
+
+// What becomes known of a robot when its springs are made.
+struct prepared_robot {
+    double total_mass;       // kg
+    double time_step_bound;  // s
+    int32_t corner[3];       // lowest site of its bounding box
+    int32_t masses;
+};
+
+// What a launch of the prepare kernel works on: one block for each robot.
+template <class R>
+struct prepare_launch {
+    const int32_t* robots;  // places in the population
+    const uint8_t* voxels;  // of the population, [robot][voxel]
+    const float* weights;   // [robot][3][voxel]
+    prepared_robot* prepared;
+    float* mass;  // this and the following as in step_launch and measure_launch
+    float* springs;
+    int32_t* ranks;
+    R* state;
+    lattice grid;
+    int32_t summed;  // stiffness is the sum over a spring's owners
+    double edge;     // h, m
+    double position[3], origin[3], velocity[3];
+    scene_values scene;
+    material_law materials[16];
+};
 
 // What a launch of the measure kernel works on: one block for each robot.
 template <class R>

@@ -1,0 +1,114 @@
+// prepare.h: from voxels and weights to what the step kernels run on: masses, springs, the bound on
+// the time step, the body where it starts. One block per robot; the laws, and so the bits, are
+// those of spring_body and time_step_bound(). Compiled for one scene (scene.h). SI units.
+#pragma once
+
+#include "backend/cuda/kernels/scene.h"
+#include "physics/bound.h"
+
+namespace limax::cuda {
+
+constexpr int prepare_threads = 512;
+
+// A scene as the law of the bound asks for it.
+struct bounded_scene {
+    const scene_values& scene;
+    __device__ bool has(int effect) const { return LIMAX_EFFECTS >> effect & 1; }
+    __device__ const double* values(int effect) const { return scene.value[effect]; }
+};
+
+using prepare_arguments = prepare_launch<mass_real>;
+
+}  // namespace limax::cuda
+
+extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
+    limax_prepare(const __grid_constant__ limax::cuda::prepare_arguments launch) {
+    using namespace limax;
+    using namespace limax::cuda;
+    __shared__ prepared_robot prepared;
+    __shared__ unsigned long long least_step;  // s, as bits: of numbers above 0 their order
+    const int64_t robot = blockIdx.x, from = launch.robots[robot];
+    const lattice grid = launch.grid;
+    const int64_t voxels = grid.voxels(), sites = grid.sites();
+    const voxel_body body{grid,
+                          launch.voxels + from * voxels,
+                          launch.weights + from * 3 * voxels,
+                          launch.materials,
+                          launch.edge,
+                          launch.summed != 0};
+    float* const mass = launch.mass + robot * sites;
+    float* const columns = launch.springs + robot * (spring_columns * direction_count) * sites;
+    int32_t* const ranks = launch.ranks + robot * sites;
+    mass_real* const state = launch.state + robot * state_columns * sites;
+    if (threadIdx.x == 0) {
+        prepared = {0.0, 0.0, {grid.nx, grid.ny, grid.nz}, 0};
+        least_step = ~0ull;
+    }
+    __syncthreads();
+
+    // calls visit(site, x, y, z) for this thread's sites
+    const auto each_site = [&](const auto& visit) {
+        for (int64_t site = threadIdx.x; site < sites; site += prepare_threads) {
+            const int64_t row = site / (grid.nx + 1);
+            visit(site, int(site % (grid.nx + 1)), int(row % (grid.ny + 1)),
+                  int(row / (grid.ny + 1)));
+        }
+    };
+
+    each_site([&](int64_t site, int x, int y, int z) {
+        const float m = site_mass(body, x, y, z);
+        mass[site] = m;
+        if (!(m > 0.0f)) return;
+        atomicMin(&prepared.corner[0], x);
+        atomicMin(&prepared.corner[1], y);
+        atomicMin(&prepared.corner[2], z);
+    });
+    __syncthreads();
+    // one thread adds up, in the order of the sites; the others go on with the springs
+    if (threadIdx.x == 0)
+        for (int64_t site = 0; site < sites; ++site) {
+            const float m = mass[site];
+            ranks[site] = m > 0.0f ? prepared.masses++ : -1;
+            prepared.total_mass += m;
+        }
+    for (int64_t slot = threadIdx.x; slot < direction_count * sites; slot += prepare_threads) {
+        const int64_t site = slot % sites, row = site / (grid.nx + 1);
+        const direction d = direction_at(int(slot / sites));
+        const int64_t far = site + grid.step(d);
+        const spring_parameters spring =
+            spring_between(body, int(site % (grid.nx + 1)), int(row % (grid.ny + 1)),
+                           int(row / (grid.ny + 1)), d, mass[site], far < sites ? mass[far] : 0.0f,
+                           [&](int64_t voxel) { return share_of(body, voxel); });
+        columns[slot] = spring.stiffness;
+        if constexpr (damped) columns[direction_count * sites + slot] = spring.damping;
+        if constexpr (actuated) {
+            columns[(spring_columns - 2) * direction_count * sites + slot] = spring.sine;
+            columns[(spring_columns - 1) * direction_count * sites + slot] = spring.cosine;
+        }
+    }
+    __syncthreads();
+
+    const spring_constants springs{columns, damped ? columns + direction_count * sites : nullptr,
+                                   sites};
+    each_site([&](int64_t site, int x, int y, int z) {
+        const bool used = mass[site] > 0.0f;
+        if (used)
+            atomicMin(&least_step,
+                      bits_as<unsigned long long>(stable_step_of_mass(
+                          bounded_scene{launch.scene}, leapfrog, grid, springs, site, mass[site])));
+        const int at[3] = {x, y, z};
+        for (int column = 0; column < state_columns; ++column)
+            state[column * sites + site] = mass_real(0);
+        for (int axis = 0; axis < 3; ++axis) {
+            state[(column_position + axis) * sites + site] =
+                mass_real((launch.position[axis] - launch.origin[axis]) +
+                          launch.edge * double(at[axis] - prepared.corner[axis]));
+            if (used)
+                state[(column_velocity + axis) * sites + site] = mass_real(launch.velocity[axis]);
+        }
+    });
+    __syncthreads();
+    if (threadIdx.x != 0) return;
+    prepared.time_step_bound = bits_as<double>(least_step);
+    launch.prepared[robot] = prepared;
+}

@@ -1,0 +1,108 @@
+// cuda_sets.h: which kernel the engine asks for, for a scene on a lattice and a pretended GPU, and
+// what a compiler makes of it. No GPU is needed.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "backend/cuda/kernel_sets.h"
+#include "environment.h"
+#include "failure.h"
+#include "fake/machine.h"
+#include "stage.h"
+
+namespace limax::test {
+
+// What a block of such a GPU has of shared memory, bytes.
+inline int shared_memory_of(int capability) {
+    return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
+}
+
+inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
+
+// A setup without robots, whose scene has the effects of `mask`.
+inline simulation_setup setup_of(unsigned mask, int precision, int integrator,
+                                 const lattice& grid) {
+    simulation_setup setup;
+    setup.options = default_options();
+    setup.options.precision = precision;
+    setup.options.integrator = integrator;
+    setup.grid = grid;
+    for (std::size_t i = 1; i < effect_entries().size(); ++i)
+        if (mask >> i & 1u) setup.scene.add(effect_entries()[i].name);
+    return setup;
+}
+// A stage's setup with bodies that count as checked.
+inline simulation_setup checked_setup(const stage& bodies) {
+    simulation_setup setup = bodies.copy();
+    const int32_t size[3] = {setup.grid.nx, setup.grid.ny, setup.grid.nz};
+    for (int i = 0; i < setup.count; ++i) {
+        const uint8_t* voxels = setup.voxels.data() + i * setup.grid.voxels();
+        setup.bodies[i].status = LIMAX_BODY_VALID;
+        setup.bodies[i].masses = count_masses(size, voxels);
+        setup.bodies[i].springs = count_springs(size, voxels);
+    }
+    return setup;
+}
+
+// A machine whose GPU is pretended and on which no kernel may come from anywhere: so each is asked
+// for in vain, by its title.
+class asking_machine {
+public:
+    explicit asking_machine(int capability = 90)
+        : path_("LIMAX_CUDA_PATH"),
+          machine_(fake_driver{.capability = capability,
+                               .shared_memory_of_block = shared_memory_of(capability)}),
+          team_(*machine_.api, 1),
+          kernels_(team_.places().front()->gpu, {false, false, false}) {
+        path_.unset();
+    }
+
+    // The kernel that steps robots of this setup.
+    cuda::kernel_set step_of(const simulation_setup& setup) {
+        const std::string text = failure(LIMAX_NO_DEVICE, [&] {
+            cuda::load_scene(setup, team_, team_.places().front()->gpu, kernels_);
+        });
+        const std::string before = ": '", after = "' was not built with limax";
+        const std::size_t begin = text.find(before), end = text.find(after);
+        CAPTURE(text);
+        REQUIRE(begin < end);
+        REQUIRE(end != std::string::npos);
+        return cuda::kernel_set::of_title(
+            text.substr(begin + before.size(), end - begin - before.size()));
+    }
+
+private:
+    environment_variable path_;
+    fake_machine machine_;
+    cuda::gpu_team team_;
+    cuda::kernel_library kernels_;
+};
+
+// Null where NVRTC is not to be had, and then says so.
+inline const cuda::compiler* found_compiler() {
+    std::string why;
+    const cuda::compiler* nvrtc = cuda::compiler::get(&why);
+    if (!nvrtc) MESSAGE("skipped: ", why);
+    return nvrtc;
+}
+
+// What the engine itself would compile a set to, with further options. `log` may be null.
+inline std::string compiled(const cuda::compiler& nvrtc, const cuda::kernel_set& set,
+                            const std::string& architecture,
+                            const std::vector<std::string>& more = {}, std::string* log = nullptr) {
+    std::vector<std::string> options = cuda::kernel_options();
+    options.insert(options.end(), more.begin(), more.end());
+    return nvrtc.compile(set.text(), cuda::kernel_headers(), architecture, options, log);
+}
+
+// Tests that compile for minutes: LIMAX_TESTS=full runs them too, -ts=full --no-skip them alone.
+inline bool skips_long_tests() {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): before any thread
+    const char* which = std::getenv("LIMAX_TESTS");
+    return !which || std::string(which) != "full";
+}
+
+}  // namespace limax::test
