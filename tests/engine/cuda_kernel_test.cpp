@@ -16,12 +16,14 @@
 
 #include "backend/cuda/embedded.h"
 #include "backend/cuda/kernel.h"
+#include "cuda_compiler.h"
 #include "environment.h"
 #include "failure.h"
 
 namespace fs = std::filesystem;
 using namespace limax::cuda;
 using limax::test::failure;
+using limax::test::found_compiler;
 
 namespace {
 
@@ -39,13 +41,6 @@ const std::vector<header> small_headers = {{"scale.h", "#define SCALE 3.0f\n"}};
 
 // A set of the tree's that needs no define and holds no kernel.
 const kernel_set plain_set{"cells", {}};
-
-const compiler* found_compiler() {
-    std::string why;
-    const compiler* nvrtc = compiler::get(&why);
-    if (!nvrtc) MESSAGE("skipped: ", why);
-    return nvrtc;
-}
 
 std::string compiled(const compiler& nvrtc, const std::string& architecture) {
     std::string log;

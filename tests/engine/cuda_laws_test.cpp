@@ -3,9 +3,11 @@
 #include <doctest/doctest.h>
 
 #include "backend/cuda/embedded.h"
+#include "cuda_compiler.h"
 #include "laws.h"
 
 using namespace limax::cuda;
+using limax::test::found_compiler;
 using limax::test::including;
 using limax::test::law_headers;
 
@@ -17,13 +19,6 @@ std::string compiled(const compiler& nvrtc, const std::string& text, std::string
     // any will do: the newest is the strictest about what it no longer knows
     const std::string architecture = "sm_" + std::to_string(nvrtc.capabilities().back());
     return nvrtc.compile(text, embedded_headers(), architecture, kernel_options(), &log);
-}
-
-const compiler* found_compiler() {
-    std::string why;
-    const compiler* nvrtc = compiler::get(&why);
-    if (!nvrtc) MESSAGE("skipped: ", why);
-    return nvrtc;
 }
 
 }  // namespace

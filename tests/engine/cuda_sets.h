@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "backend/cuda/kernel_sets.h"
+#include "cuda_compiler.h"
 #include "environment.h"
 #include "failure.h"
 #include "fake/machine.h"
@@ -80,14 +81,6 @@ private:
     cuda::gpu_team team_;
     cuda::kernel_library kernels_;
 };
-
-// Null where NVRTC is not to be had, and then says so.
-inline const cuda::compiler* found_compiler() {
-    std::string why;
-    const cuda::compiler* nvrtc = cuda::compiler::get(&why);
-    if (!nvrtc) MESSAGE("skipped: ", why);
-    return nvrtc;
-}
 
 // What the engine itself would compile a set to, with further options. `log` may be null.
 inline std::string compiled(const cuda::compiler& nvrtc, const cuda::kernel_set& set,

@@ -41,3 +41,5 @@ suite:test("misuse is refused at its line", function(t)
   there("reconstruction: population: expected a population, got nil",
     function() engine.reconstruction(nil, materials, scene, OPTIONS, STEPS, cpu) end)
 end)
+
+return suite

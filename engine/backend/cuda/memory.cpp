@@ -2,6 +2,9 @@
 // nothing can be given back any more, and the error itself was raised where it showed.
 #include "backend/cuda/memory.h"
 
+#include <cmath>
+#include <cstdlib>
+
 namespace limax::cuda {
 
 std::atomic<uint64_t>& gpu_bytes_held() {
@@ -142,12 +145,30 @@ double event::seconds_since(const event& start) const {
 
 // ---- memory of a GPU ----
 
+namespace {
+
+// LIMAX_CUDA_MEMORY: the most that limax takes of each GPU, in GB; all that there is without it.
+double memory_limit() {
+    const char* text = std::getenv("LIMAX_CUDA_MEMORY");
+    if (!text || !*text) return HUGE_VAL;
+    char* end = nullptr;
+    const double limit = std::strtod(text, &end);
+    if (*end != 0 || !(limit > 0))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("LIMAX_CUDA_MEMORY is '%s'; it must be a number of GB above 0", text));
+    return 1e9 * limit;
+}
+
+}  // namespace
+
 device_block::device_block(const context& context, std::size_t bytes, const std::string& what)
     : context_(&context) {
     if (bytes == 0) return;
     const auto here = context.current();
     const driver& api = context.api();
-    const CUresult result = api.mem_alloc(&address_, bytes);
+    CUresult result = CUDA_ERROR_OUT_OF_MEMORY;
+    if (double(context.bytes_held_) + double(bytes) <= memory_limit())
+        result = api.mem_alloc(&address_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(
             LIMAX_OUT_OF_MEMORY,

@@ -192,8 +192,9 @@ reconstructed_run run_reconstruction(const simulation_setup& setup, const parall
     const std::size_t shared_bytes =
         std::size_t(most_masses) * reconstructed_values * sizeof(float);
     // the muscles' moment lies there too
-    const std::size_t most = std::size_t(gpu.device().shared_memory_of_block) -
-                             sizeof(effects::actuation::moment<float>);
+    constexpr std::size_t moment_bytes = 16;
+    static_assert(sizeof(effects::actuation::moment<float>) <= moment_bytes);
+    const std::size_t most = gpu.device().shared_memory_of_block - moment_bytes;
     if (shared_bytes > most)
         fail(LIMAX_INVALID_ARGUMENT,
              format("the reconstruction of the paper's scheme keeps a body in a block's shared "

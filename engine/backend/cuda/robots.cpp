@@ -42,7 +42,8 @@ public:
         for (std::size_t i = 0; i < robots_.size(); ++i) local_[robots_[i]] = int32_t(i);
     }
 
-    void prepare() override;
+    void wake() override;
+    void sleep() override;
     void advance(double seconds, int64_t steps) override;
     void enqueue(double seconds) override;
     void collect() override;
@@ -58,7 +59,10 @@ public:
 
 private:
     void allocate(std::size_t count);
-    void make_springs(std::size_t count);
+    void release();
+    void fetch_samples(int32_t kind);
+    pinned<prepared_robot> make_springs(std::size_t count);
+    void plan_robots(const pinned<prepared_robot>& made);
     void plan_robot(std::size_t local, const prepared_robot& prepared);
     const std::vector<int32_t>& sites_of(std::size_t local);
     void lay_out_samples();
@@ -81,7 +85,8 @@ private:
     event start_, end_;
     const int64_t sites_;
     std::vector<int32_t> local_;  // place in robots_ of each robot of the setup
-    bool prepared_ = false;
+    bool prepared_ = false;       // what follows from the bodies is known
+    bool awake_ = false;          // everything is on the GPU
 
     scene_kernels scene_;
     device_memory<robot_record> device_records_;
@@ -89,6 +94,7 @@ private:
     device_memory<cell_entry> device_cells_;
     device_memory<float> mass_, springs_;
     device_memory<R> state_;
+    std::vector<R> saved_state_;    // what state_ held before sleep()
     device_memory<char> exchange_;  // of spring_real
     device_memory<double> parts_;
     device_memory<unsigned> arrived_;
@@ -104,20 +110,55 @@ private:
 };
 
 template <class R>
-void robots_on_gpu<R>::prepare() {
-    if (prepared_) return;
+void robots_on_gpu<R>::wake() {
+    if (awake_) return;
     const std::size_t count = robots_.size();
-    scene_ = load_scene(setup_, *team_, gpu_, kernels_);
-    allocate(count);
-    make_springs(count);
-    lay_out_samples();
-    device_records_.upload(records_.data(), count, stream_);
-    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
-    // long runs first, so that the last ones to end are short
-    std::stable_sort(running_.begin(), running_.end(),
-                     [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });
-    stream_.synchronize("preparing robots");
-    prepared_ = true;
+    if (!prepared_) scene_ = load_scene(setup_, *team_, gpu_, kernels_);
+    try {
+        allocate(count);
+        const pinned<prepared_robot> made = make_springs(count);
+        if (!prepared_) {
+            plan_robots(made);
+        } else {
+            state_.upload(saved_state_.data(), saved_state_.size(), stream_);
+        }
+        lay_out_samples();
+        device_records_.upload(records_.data(), count, stream_);
+        stream_.synchronize("preparing robots");
+    } catch (...) {
+        release();
+        throw;
+    }
+    saved_state_ = {};
+    prepared_ = awake_ = true;
+}
+
+template <class R>
+void robots_on_gpu<R>::sleep() {
+    if (!awake_) return;
+    for (int kind = 0; kind < sample_kinds; ++kind) fetch_samples(kind);
+    saved_state_.resize(state_.size());
+    state_.download(saved_state_.data(), saved_state_.size(), stream_);
+    stream_.synchronize("making room for other robots");
+    release();
+}
+
+// Gives back what lies on the GPU.
+template <class R>
+void robots_on_gpu<R>::release() {
+    awake_ = false;
+    device_records_ = {};
+    device_running_ = {};
+    device_ranks_ = {};
+    device_masses_ = {};
+    device_cells_ = {};
+    mass_ = {};
+    springs_ = {};
+    state_ = {};
+    exchange_ = {};
+    parts_ = {};
+    arrived_ = {};
+    for (device_memory<double>& samples : device_samples_) samples = {};
 }
 
 template <class R>
@@ -151,14 +192,11 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         device_cells_.upload(plan.cells.data(), plan.cells.size(), stream_);
         device_masses_.upload(plan.masses.data(), plan.masses.size(), stream_);
     }
-    records_ = pinned<robot_record>(gpu_, count, "the records" + of_robots);
-    mass_sites_.resize(count);
-    plans_.resize(count);
 }
 
 // Makes springs, masses and the first state on the GPU, from bodies that live there or are sent.
 template <class R>
-void robots_on_gpu<R>::make_springs(std::size_t count) {
+pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
     prepare_launch<R> launch = scene_.template prepare_arguments<R>();
     device_memory<uint8_t> voxels;
     device_memory<float> weights;
@@ -187,7 +225,20 @@ void robots_on_gpu<R>::make_springs(std::size_t count) {
     scene_.launch_prepare(gpu_, stream_, launch, unsigned(count));
     device_prepared.download(prepared.data(), count, stream_);
     stream_.synchronize("preparing robots");
-    for (std::size_t i = 0; i < count; ++i) plan_robot(i, prepared[i]);
+    return prepared;
+}
+
+template <class R>
+void robots_on_gpu<R>::plan_robots(const pinned<prepared_robot>& made) {
+    const std::size_t count = robots_.size();
+    records_ = pinned<robot_record>(gpu_, count, format("the records of %zu robots", count));
+    mass_sites_.resize(count);
+    plans_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) plan_robot(i, made[i]);
+    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
+    // long runs first, so that the last ones to end are short
+    std::stable_sort(running_.begin(), running_.end(),
+                     [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });
 }
 
 // Fills one robot's record and its outcome.
@@ -254,6 +305,7 @@ void robots_on_gpu<R>::lay_out_samples() {
         if (size == 0) continue;
         device_samples_[kind] = device_memory<double>(
             gpu_, size, format("record: the traces of %zu robots", robots_.size()));
+        if (prepared_) device_samples_[kind].upload(samples_[kind].data(), size, stream_);
     }
 }
 
@@ -273,7 +325,7 @@ int64_t robots_on_gpu<R>::steps_in(double seconds) const {
 
 template <class R>
 void robots_on_gpu<R>::enqueue(double seconds) {
-    prepare();
+    wake();
     if (running_.empty() || interrupted()) return;
     enqueue_slice(steps_in(seconds));
 }
@@ -285,7 +337,7 @@ void robots_on_gpu<R>::collect() {
 
 template <class R>
 void robots_on_gpu<R>::advance(double seconds, int64_t steps) {
-    prepare();
+    wake();
     const clock::time_point begin = clock::now();
     const auto left = [&] {
         return seconds - std::chrono::duration<double>(clock::now() - begin).count();
@@ -415,16 +467,21 @@ void robots_on_gpu<R>::end_robot(std::size_t local) {
     summarize(samples, outcome);
 }
 
+// Brings one kind of trace to the host, always to the same place: views of it live on.
+template <class R>
+void robots_on_gpu<R>::fetch_samples(int32_t kind) {
+    if (!awake_ || fetched_[kind]) return;
+    const device_memory<double>& from = device_samples_[kind];
+    if (samples_[kind].size() == 0) samples_[kind] = array<double>(from.size());
+    from.download(samples_[kind].data(), from.size(), stream_);
+    stream_.synchronize("fetching traces");
+    fetched_[kind] = true;
+}
+
 template <class R>
 const double* robots_on_gpu<R>::trace(int32_t robot, int32_t kind) {
     if (!prepared_) return nullptr;
-    const device_memory<double>& from = device_samples_[kind];
-    if (samples_[kind].size() == 0) samples_[kind] = array<double>(from.size());
-    if (!fetched_[kind]) {
-        from.download(samples_[kind].data(), from.size(), stream_);
-        stream_.synchronize("fetching traces");
-        fetched_[kind] = true;
-    }
+    fetch_samples(kind);
     return samples_[kind].data() + records_[local_[robot]].offset[kind];
 }
 
@@ -435,7 +492,7 @@ const int32_t* robots_on_gpu<R>::sites(int32_t robot) {
 
 template <class R>
 void robots_on_gpu<R>::place(int32_t robot, const double* positions, const double* velocities) {
-    prepare();
+    wake();
     const std::size_t local = local_[robot];
     robot_record& record = records_[local];
     if (record.step > 0 || record.begun)
@@ -471,7 +528,7 @@ void robots_on_gpu<R>::place(int32_t robot, const double* positions, const doubl
 
 template <class R>
 void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocities) {
-    prepare();
+    wake();
     const std::size_t local = local_[robot];
     const robot_record& record = records_[local];
     std::vector<R> state(scene_.state_columns * sites_);
@@ -495,15 +552,15 @@ void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocitie
 
 template <class R>
 std::string robots_on_gpu<R>::describe() {
-    prepare();
+    wake();
     return scene_.describe();
 }
 
 }  // namespace
 
-std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
-                                        std::shared_ptr<gpu_team> team, gpu_place& place,
-                                        limax_outcome* outcomes) {
+std::unique_ptr<gpu_robots> make_batch(const simulation_setup& setup, std::vector<int32_t> robots,
+                                       std::shared_ptr<gpu_team> team, gpu_place& place,
+                                       limax_outcome* outcomes) {
     const bool twice =
         setup.options.precision == LIMAX_DOUBLE || setup.options.precision == LIMAX_MIXED;
     if (twice)
