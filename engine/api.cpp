@@ -352,6 +352,15 @@ limax_status limax_population_read_genomes(const limax_population* population, i
         population->it.read_genomes(first, count, out);
     });
 }
+limax_status limax_population_text(const limax_population* population, int32_t robot,
+                                   const char* letters, char* out) {
+    return guard([&] {
+        require(population, "population");
+        require(letters, "letters");
+        require(out, "out");
+        population->it.write_text(robot, letters, out);
+    });
+}
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count) {
     return guard([&] {

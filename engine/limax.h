@@ -204,10 +204,16 @@ uint8_t* limax_population_voxels(
 float* limax_population_weights(
     limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
 const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
-/* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it leaves
- * a GPU's genomes there, for nobody can write to them. */
+/* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it
+ * leaves a GPU's genomes there, for nobody can write to them. */
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out);
+
+/* The voxels of a robot as text: a letter for each, from `letters` [16] by material index, lines
+ * along x, an empty line between layers, the lowest first; ends in a zero. `out` holds
+ * (nx + 1) ny nz + nz characters. Like the genomes' copy it leaves a GPU's bodies there. */
+limax_status limax_population_text(const limax_population* population, int32_t robot,
+                                   const char* letters, char* out);
 
 /* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times
  * initial_scale, biases 0. */

@@ -131,6 +131,21 @@ return function(class)
     }
   end
 
+  --- The voxels of robot i as text: a letter for each, lines along x, an empty line between layers,
+  --- the lowest first.
+  ---@param i integer
+  ---@param letters string of all materials, the empty one first
+  ---@return string
+  function methods:text(i, letters)
+    local handle, robot = index(self, "population:text", i)
+    arguments.text("population:text: letters", letters)
+    local n = self.lattice
+    local all = ffi.new("char[?]", C.LIMAX_MAX_MATERIALS, letters)
+    local out = ffi.new("char[?]", (n[1] + 1) * n[2] * n[3] + n[3])
+    abi.check(C.limax_population_text(handle, robot, all, out), "population:text")
+    return ffi.string(out)
+  end
+
   --- Weights of robot i: stiffness, amplitude and phase of each voxel, 0 to 1.
   ---@param i integer
   ---@return limax.view [3][x][y][z]

@@ -171,6 +171,21 @@ void population::forget(int32_t first, int32_t count) {
         bodies_[std::size_t(robot)] = limax_body{};
 }
 
+void population::write_text(int32_t robot, const char* letters, char* out) const {
+    require_robots(robot, 1);
+    const uint8_t* voxel = voxels() + robot * grid_.voxels();
+    for (int z = 0; z < grid_.nz; ++z) {
+        for (int y = 0; y < grid_.ny; ++y) {
+            for (int x = 0; x < grid_.nx; ++x)
+                *out++ = letters[*voxel++ & (LIMAX_MAX_MATERIALS - 1)];
+            *out++ = '\n';
+        }
+        *out++ = '\n';
+    }
+    // the last line ends the text
+    out[-2] = 0;
+}
+
 void population::initialize(int32_t first, int32_t count, const parallel_for& each) {
     require_genomes();
     require_robots(first, count);

@@ -53,6 +53,10 @@ public:
 
     // What follows is done where the population lives; `each` and `pass` are for the host.
 
+    // The voxels of one robot: a letter for each, from `letters` [LIMAX_MAX_MATERIALS], lines along
+    // x, an empty line between layers; ends in a zero. `out` holds (nx + 1) ny nz + nz characters.
+    void write_text(int32_t robot, const char* letters, char* out) const;
+
     // Initial genomes. Bodies of these robots become unknown.
     void initialize(int32_t first, int32_t count, const parallel_for& each);
 

@@ -101,11 +101,23 @@ end
 
 -- ---- bodies of an engine's population -----------------------------------------------------------
 
--- Letter of each stored material index.
-local function letters_of(materials)
+--- What is asked of a table of materials for every robot of a population, asked once.
+---@param materials limax.materials
+---@return table
+function body.known(materials)
+  local known = { names = {}, per_site = {}, same = nil }
   local letters = {}
-  for i = 1, materials.count do letters[i - 1] = materials:get(i).letter end
-  return letters
+  for m = 1, materials.count do
+    local material = materials:get(m)
+    letters[m], known.names[m] = material.letter, material.name
+    if material.kind ~= "empty" then
+      known.per_site[m - 1] = material.mass_per_site
+      if known.same == nil then known.same = material.mass_per_site end
+      if known.same ~= material.mass_per_site then known.same = false end
+    end
+  end
+  known.letters = table.concat(letters)
+  return known
 end
 
 --- The whole lattice of one robot as letters.
@@ -114,26 +126,15 @@ end
 ---@param materials limax.materials
 ---@return string
 function body.letters(population, i, materials)
-  local voxels, letters = population:voxels(i):table(), letters_of(materials)
-  local layers = {}
-  for z = 1, #voxels[1][1] do
-    layers[z] = {}
-    for y = 1, #voxels[1] do
-      local line = {}
-      for x = 1, #voxels do line[x] = letters[voxels[x][y][z]] end
-      layers[z][y] = table.concat(line)
-    end
-  end
-  return body.text(layers)
+  return population:text(i, body.known(materials).letters)
 end
 
--- Mass of a body, kg: each used site weighs the mean of its voxels' mass_per_site.
-local function mass_of(voxels, materials)
-  local per_site = {}
-  for i = 1, materials.count do
-    local material = materials:get(i)
-    per_site[i - 1] = material.kind ~= "empty" and material.mass_per_site or nil
-  end
+-- Mass of a body, kg: each used site weighs the mean of its voxels' mass_per_site. Where that is
+-- the same for all materials, as in the paper's, the sites need not be looked at.
+local function mass_of(population, i, facts, known)
+  if known.same then return facts.masses * known.same end
+  local per_site = known.per_site
+  local voxels = population:voxels(i):table()
   local total = 0
   for x = 1, #voxels + 1 do
     for y = 1, #voxels[1] + 1 do
@@ -166,14 +167,16 @@ end
 ---@param population limax.population
 ---@param i integer
 ---@param materials limax.materials
+---@param known table|nil body.known(materials), for many robots
 ---@return limax.body.record
-function body.record(population, i, materials)
+function body.record(population, i, materials, known)
+  known = known or body.known(materials)
   local facts, counts = population:body(i), {}
-  for m = 1, materials.count do counts[materials:get(m).name] = facts.counts[m] end
-  return { letters = body.letters(population, i, materials), hash = facts.hash,
+  for m, name in ipairs(known.names) do counts[name] = facts.counts[m] end
+  return { letters = population:text(i, known.letters), hash = facts.hash,
     voxels = facts.voxels, masses = facts.masses, springs = facts.springs,
     size = { facts.size[1], facts.size[2], facts.size[3] }, counts = counts,
-    mass = mass_of(population:voxels(i):table(), materials) }
+    mass = mass_of(population, i, facts, known) }
 end
 
 -- ---- what a script sees -------------------------------------------------------------------------

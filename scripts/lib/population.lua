@@ -55,11 +55,11 @@ end
 --- record of an elite
 ---@return table[]
 function population.records(engine_population, materials, make)
-  local records = {}
+  local records, known = {}, body.known(materials)
   for i = 1, engine_population.count do
     local record = make(i)
     record.schema = "limax.population/1"
-    record.body = record.body or body.record(engine_population, i, materials)
+    record.body = record.body or body.record(engine_population, i, materials, known)
     records[i] = record
   end
   return records

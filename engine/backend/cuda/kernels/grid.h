@@ -324,7 +324,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     const double sum = sum_over_warp(part[i]);
                     if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
                 }
-                const int together = int(__reduce_or_sync(0xffffffffu, unsigned(broken)));
+                int together = broken;
+                for (int distance = 16; distance > 0; distance /= 2)
+                    together |= __shfl_xor_sync(0xffffffffu, together, distance);
                 if (thread % 32 == 0) shared.part[part_broken][thread / 32] = together;
                 __syncthreads();
                 if (thread < tile_parts) {
