@@ -11,7 +11,7 @@ agreement.SETTLE, agreement.DURATION, agreement.TIME_STEP = 0.05, 0.1, 1e-4
 
 --- How far two devices may be apart after 1500 steps, m. Every law is the same text on both and
 --- every rounding is written out, so that they differ by the order in which the forces on a mass
---- are summed and by the last bit of an inverse length, and by nothing else. In double the last bits
+--- are summed and by the last bit of an inverse length, and by nothing else. In double last bits
 --- stay the last bits (2e-15 m measured on an H200): that is what holds the laws to each other. In
 --- fp32 places are kept to 6e-8 m at a metre and 1500 steps pile up roundings to 1e-6 m; on the
 --- ground, a mass that touches a step earlier or later carries them to 3e-5 m, in `compensated`
