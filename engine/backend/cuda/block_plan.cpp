@@ -25,7 +25,7 @@ constexpr int64_t padding_share = 6;
 // adds eight sums of one and a half, and reads and writes three.
 constexpr int64_t accesses_of_corner = 9, accesses_of_mass = 36;
 // Warps of a block beyond which a thread has too few registers for a spring.
-constexpr int most_warps = 16;
+constexpr int most_warps = 16, most_warps_of_double = 8;
 // Bytes of shared memory for the few values that a block has besides columns, and their alignment.
 constexpr std::size_t shared_slack = 512;
 // Layouts that are worth the search for better lanes.
@@ -221,7 +221,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
     const int warps = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
-    if (warps > most_warps) return std::nullopt;
+    if (warps > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
 
     // A scheduler shares 512 registers of a lane among its warps: three of them have 168 each, two
     // 255, four 128. Measured: three are best where the block is small enough.
