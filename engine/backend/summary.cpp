@@ -1,54 +1,20 @@
-// summary.cpp: sums over samples in ascending order.
+// summary.cpp: from the laws' summary to the interface's.
 #include "backend/summary.h"
-
-#include <algorithm>
-#include <cmath>
 
 namespace limax {
 
-namespace {
+static_assert(trace_center == LIMAX_TRACE_CENTER_OF_MASS && trace_contact == LIMAX_TRACE_CONTACT &&
+              trace_energy == LIMAX_TRACE_ENERGY && trace_strain == LIMAX_TRACE_STRAIN);
 
-double mean(const trace_samples& trace, int64_t width, int64_t column) {
-    double sum = 0;
-    for (int64_t s = 0; s < trace.count; ++s) sum += trace.data[s * width + column];
-    return sum / double(trace.count);
-}
-
-}  // namespace
-
-bool summarized(int32_t kind) {
-    return kind != LIMAX_TRACE_POSITION && kind != LIMAX_TRACE_VELOCITY;
-}
-
-void summarize(const trace_samples* samples, limax_outcome& outcome) {
-    if (const trace_samples& path = samples[LIMAX_TRACE_CENTER_OF_MASS]; path.count) {
-        outcome.path_length = outcome.height = 0;
-        for (int64_t s = 1; s < path.count; ++s) {
-            const double* at = path.data + 3 * s;
-            const double x = at[0] - at[-3], y = at[1] - at[-2];
-            outcome.path_length += std::sqrt(x * x + y * y);
-            outcome.height = std::max(outcome.height, at[2] - path.data[2]);
-        }
-    }
-    if (const trace_samples& contact = samples[LIMAX_TRACE_CONTACT]; contact.count)
-        outcome.contact = mean(contact, 1, 0);
-    if (const trace_samples& energy = samples[LIMAX_TRACE_ENERGY]; energy.count) {
-        outcome.kinetic = mean(energy, 4, 0);
-        outcome.elastic = mean(energy, 4, 1);
-        // trapezoids over the samples
-        outcome.muscle_work = 0;
-        for (int64_t s = 1; s < energy.count; ++s) {
-            const double before = std::max(0.0, energy.data[4 * s - 1]);
-            const double after = std::max(0.0, energy.data[4 * s + 3]);
-            outcome.muscle_work += 0.5 * energy.interval * (before + after);
-        }
-    }
-    if (const trace_samples& strain = samples[LIMAX_TRACE_STRAIN]; strain.count) {
-        outcome.strain = mean(strain, 2, 0);
-        outcome.strain_most = 0;
-        for (int64_t s = 0; s < strain.count; ++s)
-            outcome.strain_most = std::max(outcome.strain_most, strain.data[2 * s + 1]);
-    }
+void keep_summary(const trace_summary& summary, limax_outcome& outcome) {
+    outcome.path_length = summary.path_length;
+    outcome.height = summary.height;
+    outcome.contact = summary.contact;
+    outcome.kinetic = summary.kinetic;
+    outcome.elastic = summary.elastic;
+    outcome.muscle_work = summary.muscle_work;
+    outcome.strain = summary.strain;
+    outcome.strain_most = summary.strain_most;
 }
 
 }  // namespace limax

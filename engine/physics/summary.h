@@ -24,7 +24,7 @@ LIMAX_LAW path_summary summarize_path(const trace_samples& path) {
     for (int64_t s = 1; s < path.count; ++s) {
         const double* at = path.data + 3 * s;
         const double x = at[0] - at[-3], y = at[1] - at[-2];
-        out.length += square_root(fma(x, x, y * y));
+        out.length += square_root(x * x + y * y);
         out.height = larger(at[2] - path.data[2], out.height);
     }
     return out;
@@ -54,9 +54,32 @@ LIMAX_LAW double largest_strain(const trace_samples& strain) {
     return most;
 }
 
-// All summaries of an outcome that its traces allow; `samples` is [kind].
+// Kinds of traces that are summarised, as in limax_trace_kind.
+enum summarized_trace { trace_center = 0, trace_contact = 3, trace_energy = 4, trace_strain = 5 };
+
+// The summaries of an outcome; NaN where their trace is not recorded.
 struct trace_summary {
     double path_length, height, contact, kinetic, elastic, muscle_work, strain, strain_most;
 };
+LIMAX_LAW trace_summary summarize_traces(const trace_samples* samples) {
+    const double none = bits_as<double>(uint64_t(0x7ff8) << 48);
+    trace_summary out{none, none, none, none, none, none, none, none};
+    if (samples[trace_center].count) {
+        const path_summary path = summarize_path(samples[trace_center]);
+        out.path_length = path.length;
+        out.height = path.height;
+    }
+    if (samples[trace_contact].count) out.contact = mean_of_column(samples[trace_contact], 1, 0);
+    if (samples[trace_energy].count) {
+        out.kinetic = mean_of_column(samples[trace_energy], 4, 0);
+        out.elastic = mean_of_column(samples[trace_energy], 4, 1);
+        out.muscle_work = work_of_muscles(samples[trace_energy]);
+    }
+    if (samples[trace_strain].count) {
+        out.strain = mean_of_column(samples[trace_strain], 2, 0);
+        out.strain_most = largest_strain(samples[trace_strain]);
+    }
+    return out;
+}
 
 }  // namespace limax

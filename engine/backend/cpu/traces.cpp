@@ -14,10 +14,10 @@ traces::traces(const schedule& plan, int64_t masses) : time_step_(plan.time_step
 }
 
 void traces::summarize(limax_outcome& outcome) const {
-    trace_samples samples[LIMAX_TRACE_KINDS];
+    trace_samples samples[LIMAX_TRACE_KINDS] = {};
     for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         samples[kind] = {data_[kind].data(), taken_[kind], double(every_[kind]) * time_step_};
-    limax::summarize(samples, outcome);
+    keep_summary(summarize_traces(samples), outcome);
 }
 
 }  // namespace limax::cpu

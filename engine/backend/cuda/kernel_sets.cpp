@@ -208,6 +208,7 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
             unsigned(gpu.device().multiprocessors) *
             unsigned(std::max(1, out.step_->blocks_of_multiprocessor(
                                      "limax_advance", out.grid_.threads, out.grid_.shared_bytes)));
+    out.summarize_ = kernels.load(kernel_set{"summarize", {}});
     out.prepare_ = kernels.load(kernel_set{"prepare", of_scene});
     bool measures = false;
     for (int kind = 0; kind < sample_kinds; ++kind)

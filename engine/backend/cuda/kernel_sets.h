@@ -32,6 +32,12 @@ public:
         launch(gpu, prepare_->function("limax_prepare"), {robots, 512}, stream, doing_, arguments);
     }
 
+    void launch_summarize(const context& gpu, const stream& stream,
+                          const summarize_launch& arguments) const {
+        launch(gpu, summarize_->function("limax_summarize"),
+               {unsigned(arguments.count + 63) / 64, 64}, stream, "summarizing traces", arguments);
+    }
+
     // Memory that robots on the grid path need besides, in elements of spring_real, of double and
     // of unsigned; all 0 on the block path.
     struct grid_memory {
@@ -82,7 +88,7 @@ private:
     const simulation_setup* setup_ = nullptr;
     bool on_grid_ = false;
     unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
-    std::shared_ptr<const kernel_module> step_, measure_, prepare_;
+    std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
     block_shape shape_;
     grid_shape grid_;
     std::string doing_;

@@ -67,7 +67,7 @@ private:
     const std::vector<int32_t>& sites_of(std::size_t local);
     void lay_out_samples();
     void take_records();
-    void end_robot(std::size_t local);
+    void end_robots(const std::vector<int32_t>& ended);
     int64_t steps_in(double seconds) const;
     void enqueue_slice(int64_t most);
     void collect_slice();
@@ -447,24 +447,33 @@ void robots_on_gpu<R>::take_records() {
         std::copy_n(record.center[2], 3, outcome.center_end);
         if (record.status != robot_running) ended.push_back(i);
     }
-    for (const int32_t i : ended) end_robot(i);
+    if (!ended.empty()) end_robots(ended);
     std::erase_if(running_, [&](int32_t i) { return records_[i].status != robot_running; });
 }
 
 template <class R>
-void robots_on_gpu<R>::end_robot(std::size_t local) {
-    const robot_record& record = records_[local];
-    const int32_t robot = robots_[local];
-    limax_outcome& outcome = outcomes_[robot];
-    outcome.status = record.status;
-    outcome.reason = record.reason;
-    trace_samples samples[sample_kinds] = {};
-    for (int kind = 0; kind < sample_kinds; ++kind) {
-        if (!summarized(kind) || record.taken[kind] == 0) continue;
-        samples[kind] = {trace(robot, kind), record.taken[kind],
-                         double(record.every[kind]) * record.time_step};
+void robots_on_gpu<R>::end_robots(const std::vector<int32_t>& ended) {
+    const std::size_t count = ended.size();
+    device_running_.upload(ended.data(), count, stream_);
+    device_memory<trace_summary> device_summaries(gpu_, count, "the summaries of traces");
+    pinned<trace_summary> summaries(gpu_, count, "the summaries of traces");
+    summarize_launch launch{device_records_.data(),
+                            device_running_.data(),
+                            device_summaries.data(),
+                            {},
+                            int32_t(count)};
+    for (int kind = 0; kind < sample_kinds; ++kind)
+        launch.samples[kind] = device_samples_[kind].data();
+    scene_.launch_summarize(gpu_, stream_, launch);
+    device_summaries.download(summaries.data(), count, stream_);
+    stream_.synchronize("summarizing traces");
+    for (std::size_t k = 0; k < count; ++k) {
+        const robot_record& record = records_[ended[k]];
+        limax_outcome& outcome = outcomes_[robots_[ended[k]]];
+        outcome.status = record.status;
+        outcome.reason = record.reason;
+        keep_summary(summaries[k], outcome);
     }
-    summarize(samples, outcome);
 }
 
 // Brings one kind of trace to the host, always to the same place: views of it live on.

@@ -5,6 +5,7 @@
 #include "body/spring_laws.h"
 #include "physics/effects/all.h"
 #include "physics/origin.h"
+#include "physics/summary.h"
 
 namespace limax::cuda {
 
@@ -168,6 +169,15 @@ struct measure_launch {
     lattice grid;
     double rest[3];
     scene_values scene;
+};
+
+// What a launch of the summarize kernel works on.
+struct summarize_launch {
+    const robot_record* records;
+    const int32_t* ended;      // robots
+    trace_summary* summaries;  // [place in `ended`]
+    const double* samples[sample_kinds];
+    int32_t count;  // of `ended`
 };
 
 // Columns of a robot's state: three axes each, in this order; the last two in `compensated` alone.
