@@ -99,8 +99,8 @@ local function reconstruction_row(materials, device, model)
   for axis = 1, 3 do
     local off = math.abs(centers[1][axis] - simulation:outcome(1).center_end[axis])
     if not (off <= allowed) then
-      error(("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: it is not timed")
-        :format(off, allowed), 0)
+      error(("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: "
+        .. "it is not timed"):format(off, allowed), 0)
     end
   end
   local masses, springs = simulation:outcome(1).masses, simulation:outcome(1).springs
@@ -146,9 +146,9 @@ function gpu.run(how)
   how.say "(reg.: registers of a thread; sp.: bytes that it spills; b.: blocks of a multiprocessor)"
   local plain = reconstruction_row(materials, device, model)
   rows[#rows + 1] = plain
-  how.say(("a reconstruction of the paper's scheme (a thread per spring, then per mass; shared-memory "
-    .. "float atomics are our assumption), %d robots, symplectic Euler, single: %.3g springs/s"):format(
-    plain.robots, plain.springs_per_second))
+  how.say(("a reconstruction of the paper's scheme (a thread per spring, then per mass; "
+    .. "shared-memory float atomics are our assumption), %d robots, symplectic Euler, single: "
+    .. "%.3g springs/s"):format(plain.robots, plain.springs_per_second))
   how.say(("the fastest row of all effects above is %.1f times that"):format(
     best / plain.springs_per_second))
   how.say(paper.beside(best))

@@ -21,14 +21,14 @@ function fixture.robots(count, seed)
 end
 
 --- A full block of expanding muscle and what it did in 0.2 s.
-function fixture.simulated(record)
+function fixture.simulated(record, device)
   local population = engine.population { lattice = fixture.LATTICE, count = 1 }
   local voxels = {}
   for i = 1, 24 do voxels[i] = "e" end
   population:set_body(1, voxels, nil, fixture.MATERIALS)
   population:check(fixture.MATERIALS)
   local simulation = engine.simulation(population, fixture.MATERIALS, engine.scene(fixture.ALL),
-    { duration = 0.2, record = record })
+    { duration = 0.2, record = record }, device)
   simulation:run()
   return simulation
 end
