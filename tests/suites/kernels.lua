@@ -19,7 +19,10 @@ local host = require "limax.host"
 local materials = engine.materials "paper"
 local device = engine.device "cuda"
 local population = bodies.population(materials, { 5, 5, 5 }, 12, { hollow = true })
-local simulation = engine.simulation(population, materials, engine.scene(bodies.ALL), {
+local scene = {}
+for name in (os.getenv "EFFECTS" or ""):gmatch "%a+" do scene[name] = true end
+local simulation = engine.simulation(population, materials,
+  engine.scene(next(scene) and scene or bodies.ALL), {
   time_step = 1e-4, duration = 0.1, settle = 0.02, record = { center_of_mass = 50, energy = 50 } },
   device)
 simulation:run()
@@ -31,6 +34,7 @@ for robot = 1, population.count do
 end
 local how = simulation:describe()
 print(host.json.encode { hash = host.sha256(table.concat(parts, "\n")), origin = how.origin,
+  effects = how.effects, made_for = how.made_for,
   gpus = #device:describe().gpus })
 ]]
 
@@ -68,6 +72,21 @@ suite:test("built with limax, compiled or cached, a kernel gives the same bits",
     -- after a wipe
     local wiped = simulate(t, t:folder(), cache_in(t:folder()) .. " LIMAX_KERNELS=cached,compiled")
     t:equal(wiped, compiled)
+  end)
+
+suite:test("without a compiler the smallest kernel that covers a scene serves it, with its bits",
+  { devices = { "cuda" }, limit = 120 }, function(t)
+    need_compiler(t)
+    local folder = t:folder()
+    for _, effects in ipairs { "gravity", "gravity,ground", "damping,actuation" } do
+      local environment = cache_in(folder) .. " EFFECTS=" .. effects .. " LIMAX_KERNELS="
+      local compiled = simulate(t, folder, environment .. "compiled")
+      local covering = simulate(t, folder, environment .. "ahead-of-time")
+      t:equal({ compiled.made_for, covering.origin }, { nil, "ahead of time" })
+      t:equal(covering.effects, compiled.effects)
+      t:equal(covering.made_for, "springs, damping, actuation, gravity, ground, friction")
+      t:equal(covering.hash, compiled.hash)
+    end
   end)
 
 suite:test("one GPU gives the bits of all", { devices = { "cuda" } }, function(t)

@@ -25,13 +25,26 @@ bool grid_path_asked_for() {
     fail(LIMAX_INVALID_ARGUMENT, format("LIMAX_CUDA_PATH is '%s'; it must be auto or grid", path));
 }
 
-std::string names_of_effects(const scene& scene) {
+std::string names_of_effects(unsigned mask) {
     std::string names;
     effects::for_each([&]<class E>(E) {
-        if (scene.has(effects::index_of<E>))
-            names += (names.empty() ? "" : ", ") + std::string(E::name);
+        if (mask & effects::bit<E>) names += (names.empty() ? "" : ", ") + std::string(E::name);
     });
     return names;
+}
+
+// Effects that a kernel may have and a scene lack: with these values, and with springs that have no
+// damping and no amplitude, they change no bit. Null for an effect that cannot be silenced.
+const double* silent_values(int effect) {
+    using namespace effects;
+    // a plane far below everything; no acceleration; no friction; any frequency
+    static constexpr double ground_below[] = {1.0, 0.0, -1e30}, none[] = {0.0, 0.0, 0.0},
+                            muscles[] = {1.0, 0.0};
+    if (effect == index_of<ground>) return ground_below;
+    if (effect == index_of<actuation>) return muscles;
+    if (effect == index_of<damping> || effect == index_of<gravity> || effect == index_of<friction>)
+        return none;
+    return nullptr;
 }
 
 const char* name_of_precision(int32_t precision) {
@@ -56,10 +69,11 @@ step_launch<R> scene_kernels::step_arguments() const {
         constexpr int index = effects::index_of<E>;
         int components = 0;
         for (int f = 0; f < E::field_count; ++f) components += E::fields[f].components;
-        if (components > 0)
-            std::copy_n(setup.scene.values(index), components, launch.scene.value[index]);
+        const double* values = setup.scene.values(index);
+        if (!setup.scene.has(index) && silent_values(index)) values = silent_values(index);
+        if (components > 0) std::copy_n(values, components, launch.scene.value[index]);
         if constexpr (acts_on_masses<E>)
-            launch.params.template of<E>() = E::template make<R>(setup.scene.values(index), origin);
+            launch.params.template of<E>() = E::template make<R>(values, origin);
     });
     return launch;
 }
@@ -80,6 +94,7 @@ prepare_launch<R> scene_kernels::prepare_arguments() const {
     prepare_launch<R> launch{};
     launch.grid = setup_->grid;
     launch.summed = options.sharing == LIMAX_SHARING_SUM;
+    launch.effects = int32_t(setup_->scene.mask());
     launch.edge = options.edge;
     for (int axis = 0; axis < 3; ++axis) {
         launch.position[axis] = options.position[axis];
@@ -106,7 +121,8 @@ std::string scene_kernels::describe() const {
     text["device"] = "cuda";
     text["path"] = on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
     if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
-    text["effects"] = names_of_effects(setup_->scene);
+    text["effects"] = names_of_effects(setup_->scene.mask());
+    if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
     text["precision"] = name_of_precision(setup_->options.precision);
     text["origin"] = name_of(step_->binary().origin);
     text["seconds"] = step_->binary().seconds;
@@ -137,16 +153,18 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
     return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
 }
 
-scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
-                         kernel_library& kernels) {
+// The kernels made for the effects of `mask`, which include the scene's.
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, gpu_team& team,
+                           const context& gpu, kernel_library& kernels) {
     scene_kernels out;
     out.setup_ = &setup;
-    out.damped = setup.scene.has(effects::index_of<effects::damping>);
-    out.actuated = setup.scene.has(effects::index_of<effects::actuation>);
+    out.mask_ = mask;
+    out.damped = mask & effects::bit<effects::damping>;
+    out.actuated = mask & effects::bit<effects::actuation>;
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
-                        setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene).c_str(),
+                        setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
                         name_of_precision(setup.options.precision));
 
     // The path must not hang on the effects: it is chosen for all of them.
@@ -170,7 +188,7 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
 
     const auto number = [](auto value) { return std::to_string(value); };
     const std::map<std::string, std::string> of_scene = {
-        {"LIMAX_EFFECTS", number(setup.scene.mask())},
+        {"LIMAX_EFFECTS", number(mask)},
         {"LIMAX_PRECISION", number(setup.options.precision)},
         {"LIMAX_LEAPFROG", number(setup.options.integrator == LIMAX_LEAPFROG ? 1 : 0)}};
     kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
@@ -215,6 +233,33 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
         measures |= !taken_by_step(kind) && setup.options.record[kind] > 0;
     if (measures) out.measure_ = kernels.load(measure);
     return out;
+}
+
+scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
+                         kernel_library& kernels) {
+    const unsigned wanted = setup.scene.mask();
+    try {
+        return load_kernels(setup, wanted, team, gpu, kernels);
+    } catch (const error& problem) {
+        if (problem.status() != LIMAX_NO_DEVICE) throw;
+        // Nothing can be compiled: the fewest effects besides that were built with limax will do.
+        std::vector<unsigned> larger_sets;
+        for (unsigned mask = 0; mask < 1u << effects::all::count; ++mask) {
+            bool fits = (mask & wanted) == wanted && mask != wanted;
+            for (int effect = 0; effect < effects::all::count; ++effect)
+                fits &= !((mask & ~wanted) >> effect & 1u) || silent_values(effect) != nullptr;
+            if (fits) larger_sets.push_back(mask);
+        }
+        std::stable_sort(larger_sets.begin(), larger_sets.end(), [](unsigned a, unsigned b) {
+            return __builtin_popcount(a) < __builtin_popcount(b);
+        });
+        for (const unsigned mask : larger_sets) try {
+                return load_kernels(setup, mask, team, gpu, kernels);
+            } catch (const error& other) {
+                if (other.status() != LIMAX_NO_DEVICE) throw;
+            }
+        throw;
+    }
 }
 
 }  // namespace limax::cuda

@@ -80,12 +80,13 @@ public:
     std::string describe() const;
 
 private:
-    friend scene_kernels load_scene(const simulation_setup&, gpu_team&, const context&,
-                                    kernel_library&);
+    friend scene_kernels load_kernels(const simulation_setup&, unsigned, gpu_team&, const context&,
+                                      kernel_library&);
 
     int blocks_of_robot(unsigned robots) const;
 
     const simulation_setup* setup_ = nullptr;
+    unsigned mask_ = 0;  // effects that the kernels were made for
     bool on_grid_ = false;
     unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
     std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
@@ -94,8 +95,9 @@ private:
     std::string doing_;
 };
 
-// Loads, and compiles where needed, what a simulation of this setup runs on. The path follows from
-// lattice and precision alone.
+// Loads, and compiles where needed, what a simulation of this setup runs on. Where nothing can be
+// compiled, kernels made for more effects serve, silenced, with the same bits. The path follows
+// from lattice and precision alone.
 scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
                          kernel_library& kernels);
 

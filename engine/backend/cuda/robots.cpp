@@ -259,7 +259,7 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     record.total_mass = prepared.total_mass;
     record.masses = prepared.masses;
     record.status = robot_running;
-    if (scene_.actuated) {
+    if (setup_.scene.has(effects::index_of<effects::actuation>)) {
         const effects::actuation::clock muscles = effects::actuation::make_clock(
             setup_.scene.values(effects::index_of<effects::actuation>), plan.time_step);
         record.phase_per_step = muscles.per_step;

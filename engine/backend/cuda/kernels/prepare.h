@@ -10,10 +10,11 @@ namespace limax::cuda {
 
 constexpr int prepare_threads = 512;
 
-// A scene as the law of the bound asks for it.
+// A scene as the law of the bound asks for it. It may have fewer effects than the kernel.
 struct bounded_scene {
     const scene_values& scene;
-    __device__ bool has(int effect) const { return LIMAX_EFFECTS >> effect & 1; }
+    int32_t effects;
+    __device__ bool has(int effect) const { return effects >> effect & 1; }
     __device__ const double* values(int effect) const { return scene.value[effect]; }
 };
 
@@ -80,10 +81,15 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
                            int(row / (grid.ny + 1)), d, mass[site], far < sites ? mass[far] : 0.0f,
                            [&](int64_t voxel) { return share_of(body, voxel); });
         columns[slot] = spring.stiffness;
-        if constexpr (damped) columns[direction_count * sites + slot] = spring.damping;
+        if constexpr (damped)
+            columns[direction_count * sites + slot] =
+                launch.effects & effects::bit<effects::damping> ? spring.damping : 0.0f;
         if constexpr (actuated) {
-            columns[(spring_columns - 2) * direction_count * sites + slot] = spring.sine;
-            columns[(spring_columns - 1) * direction_count * sites + slot] = spring.cosine;
+            const bool moves = launch.effects & effects::bit<effects::actuation>;
+            columns[(spring_columns - 2) * direction_count * sites + slot] =
+                moves ? spring.sine : 0.0f;
+            columns[(spring_columns - 1) * direction_count * sites + slot] =
+                moves ? spring.cosine : 0.0f;
         }
     }
     __syncthreads();
@@ -93,9 +99,9 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
     each_site([&](int64_t site, int x, int y, int z) {
         const bool used = mass[site] > 0.0f;
         if (used)
-            atomicMin(&least_step,
-                      bits_as<unsigned long long>(stable_step_of_mass(
-                          bounded_scene{launch.scene}, leapfrog, grid, springs, site, mass[site])));
+            atomicMin(&least_step, bits_as<unsigned long long>(stable_step_of_mass(
+                                       bounded_scene{launch.scene, launch.effects}, leapfrog, grid,
+                                       springs, site, mass[site])));
         const int at[3] = {x, y, z};
         for (int column = 0; column < state_columns; ++column)
             state[column * sites + site] = mass_real(0);

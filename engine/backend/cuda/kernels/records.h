@@ -149,8 +149,9 @@ struct prepare_launch {
     int32_t* ranks;
     R* state;
     lattice grid;
-    int32_t summed;  // stiffness is the sum over a spring's owners
-    double edge;     // h, m
+    int32_t summed;   // stiffness is the sum over a spring's owners
+    int32_t effects;  // bits of the scene's, which the kernel's include
+    double edge;      // h, m
     double position[3], origin[3], velocity[3];
     scene_values scene;
     material_law materials[16];
