@@ -3,8 +3,10 @@
 
 namespace limax {
 
-static_assert(trace_center == LIMAX_TRACE_CENTER_OF_MASS && trace_contact == LIMAX_TRACE_CONTACT &&
-              trace_energy == LIMAX_TRACE_ENERGY && trace_strain == LIMAX_TRACE_STRAIN);
+static_assert(int(trace_center) == int(LIMAX_TRACE_CENTER_OF_MASS) &&
+              int(trace_contact) == int(LIMAX_TRACE_CONTACT) &&
+              int(trace_energy) == int(LIMAX_TRACE_ENERGY) &&
+              int(trace_strain) == int(LIMAX_TRACE_STRAIN));
 
 void keep_summary(const trace_summary& summary, limax_outcome& outcome) {
     outcome.path_length = summary.path_length;
