@@ -44,11 +44,9 @@ namespace limax::cuda {
     f(stream_destroy, cuStreamDestroy);                                          \
     f(stream_synchronize, cuStreamSynchronize);                                  \
     f(stream_query, cuStreamQuery);                                              \
-    f(stream_wait_event, cuStreamWaitEvent);                                     \
     f(event_create, cuEventCreate);                                              \
     f(event_destroy, cuEventDestroy);                                            \
     f(event_record, cuEventRecord);                                              \
-    f(event_query, cuEventQuery);                                                \
     f(event_synchronize, cuEventSynchronize);                                    \
     f(event_elapsed_time, cuEventElapsedTime);                                   \
     f(module_load_data_ex, cuModuleLoadDataEx);                                  \
@@ -56,7 +54,6 @@ namespace limax::cuda {
     f(module_get_function, cuModuleGetFunction);                                 \
     f(func_get_attribute, cuFuncGetAttribute);                                   \
     f(func_set_attribute, cuFuncSetAttribute);                                   \
-    f(launch_kernel, cuLaunchKernel);                                            \
     f(launch_kernel_ex, cuLaunchKernelEx);                                       \
     f(occupancy_max_active_blocks, cuOccupancyMaxActiveBlocksPerMultiprocessor); \
     f(occupancy_max_active_clusters, cuOccupancyMaxActiveClusters)
