@@ -18,7 +18,11 @@ local engine = require "limax.engine"
 local host = require "limax.host"
 local materials = engine.materials "paper"
 local device = engine.device "cuda"
-local population = bodies.population(materials, { 5, 5, 5 }, 12, { hollow = true })
+local lattice = {}
+for voxels in (os.getenv "LATTICE" or "5 5 5"):gmatch "%d+" do
+  lattice[#lattice + 1] = tonumber(voxels)
+end
+local population = bodies.population(materials, lattice, 12, { hollow = true })
 local scene = {}
 for name in (os.getenv "EFFECTS" or ""):gmatch "%a+" do scene[name] = true end
 local simulation = engine.simulation(population, materials,
@@ -34,7 +38,7 @@ for robot = 1, population.count do
 end
 local how = simulation:describe()
 print(host.json.encode { hash = host.sha256(table.concat(parts, "\n")), origin = how.origin,
-  effects = how.effects, made_for = how.made_for,
+  effects = how.effects, made_for = how.made_for, any_lattice = how.any_lattice,
   gpus = #device:describe().gpus })
 ]]
 
@@ -86,6 +90,20 @@ suite:test("without a compiler the smallest kernel that covers a scene serves it
       t:equal(covering.effects, compiled.effects)
       t:equal(covering.made_for, "springs, damping, actuation, gravity, ground, friction")
       t:equal(covering.hash, compiled.hash)
+    end
+  end)
+
+suite:test("without a compiler a kernel for any lattice serves the others, with their bits",
+  { devices = { "cuda" }, limit = 120 }, function(t)
+    need_compiler(t)
+    local folder = t:folder()
+    for _, lattice in ipairs { "1 1 1", "4 7 3", "10 10 10", "20 6 9" } do
+      local environment = cache_in(folder) .. (" LATTICE='%s' LIMAX_KERNELS="):format(lattice)
+      local compiled = simulate(t, folder, environment .. "compiled")
+      local served = simulate(t, folder, environment .. "ahead-of-time")
+      t:equal({ compiled.any_lattice, served.any_lattice }, { nil, true })
+      t:equal({ compiled.origin, served.origin }, { "compiled", "ahead of time" })
+      t:equal(served.hash, compiled.hash)
     end
   end)
 

@@ -13,26 +13,29 @@ namespace {
 // Sites of a tile along an axis: 9 leave room for two blocks on a multiprocessor of the largest
 // GPUs; each side computes one layer of cells for its neighbour.
 constexpr int most_tile = 9;
+// What fits the 64 KB of the smallest GPUs, in fp32 and in fp64.
+constexpr int any_tile = 7, any_tile_of_double = 5;
 constexpr int fewest_threads = 128, most_threads = 256, lanes = 32;
 constexpr std::size_t shared_slack = 512;
 
 int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
 
-}  // namespace
+std::array<int, 3> sites_along(const lattice& grid) {
+    return {grid.nx + 1, grid.ny + 1, grid.nz + 1};
+}
 
-grid_shape shape_grid(const lattice& grid, const kernel_needs& needs) {
+grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& tile,
+                    const kernel_needs& needs) {
     grid_shape shape;
+    shape.tile = tile;
     shape.tiles = 1;
     std::size_t window = 1;
     int masses = 1, cells = 1;
-    const int along[3] = {grid.nx + 1, grid.ny + 1, grid.nz + 1};
     for (int axis = 0; axis < 3; ++axis) {
-        const int tile = rounds(along[axis], rounds(along[axis], most_tile));
-        shape.tile[axis] = tile;
-        shape.tiles *= rounds(along[axis], tile);
-        window *= std::size_t(tile + 2);
-        masses *= tile;
-        cells *= tile + 1;
+        shape.tiles *= rounds(along[axis], tile[axis]);
+        window *= std::size_t(tile[axis] + 2);
+        masses *= tile[axis];
+        cells *= tile[axis] + 1;
     }
     // the number of threads that leaves the fewest without a cell
     double best = 0;
@@ -52,6 +55,26 @@ grid_shape shape_grid(const lattice& grid, const kernel_needs& needs) {
         std::size_t(shape.threads / lanes) * tile_parts * sizeof(double) + sizeof(robot_record) +
         shared_slack;
     return shape;
+}
+
+}  // namespace
+
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
+                      std::size_t most_shared_bytes) {
+    const auto along = sites_along(grid);
+    for (int most = most_tile;; --most) {
+        // as equal as the lattice allows
+        std::array<int, 3> tile;
+        for (int axis = 0; axis < 3; ++axis)
+            tile[axis] = rounds(along[axis], rounds(along[axis], most));
+        const grid_shape shape = shape_of(along, tile, needs);
+        if (shape.shared_bytes <= most_shared_bytes || most == 1) return shape;
+    }
+}
+
+grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs) {
+    const int tile = needs.precision == LIMAX_DOUBLE ? any_tile_of_double : any_tile;
+    return shape_of(sites_along(grid), {tile, tile, tile}, needs);
 }
 
 }  // namespace limax::cuda

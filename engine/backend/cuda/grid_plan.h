@@ -1,5 +1,5 @@
-// grid_plan.h: how a lattice that no block could hold is cut into tiles. A function of lattice,
-// precision and effects alone.
+// grid_plan.h: how a lattice that no block could hold is cut into tiles. No bit of a trajectory
+// hangs on it.
 #pragma once
 
 #include <array>
@@ -16,6 +16,12 @@ struct grid_shape {
     std::size_t shared_bytes = 0;
 };
 
-grid_shape shape_grid(const lattice& grid, const kernel_needs& needs);
+// Tiles for a kernel that is compiled for this lattice, on a GPU whose blocks have at most
+// `most_shared_bytes`.
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
+                      std::size_t most_shared_bytes);
+
+// The tiles of a kernel that serves every lattice on every GPU, here for this lattice.
+grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs);
 
 }  // namespace limax::cuda

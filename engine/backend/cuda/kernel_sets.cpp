@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "body/springs.h"
 
@@ -45,6 +46,25 @@ const double* silent_values(int effect) {
     if (effect == index_of<damping> || effect == index_of<gravity> || effect == index_of<friction>)
         return none;
     return nullptr;
+}
+
+// Effects of kernels built with limax that include those of `wanted`, and otherwise only such as
+// can be silenced: the fewest first.
+std::vector<unsigned> covering_masks(unsigned wanted) {
+    std::set<unsigned> found;
+    for (const kernel_set& set : ahead_of_time_sets()) {
+        if (set.entry != "step" && set.entry != "grid") continue;
+        const auto mask = unsigned(std::stoul(set.defines.at("LIMAX_EFFECTS")));
+        bool fits = (mask & wanted) == wanted;
+        for (int effect = 0; effect < effects::all::count; ++effect)
+            fits &= !((mask & ~wanted) >> effect & 1u) || silent_values(effect) != nullptr;
+        if (fits) found.insert(mask);
+    }
+    std::vector<unsigned> masks(found.begin(), found.end());
+    std::stable_sort(masks.begin(), masks.end(), [](unsigned a, unsigned b) {
+        return __builtin_popcount(a) < __builtin_popcount(b);
+    });
+    return masks;
 }
 
 const char* name_of_precision(int32_t precision) {
@@ -123,6 +143,7 @@ std::string scene_kernels::describe() const {
     if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
     text["effects"] = names_of_effects(setup_->scene.mask());
     if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
+    if (any_lattice_) text["any_lattice"] = true;
     text["precision"] = name_of_precision(setup_->options.precision);
     text["origin"] = name_of(step_->binary().origin);
     text["seconds"] = step_->binary().seconds;
@@ -153,12 +174,12 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
     return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
 }
 
-// The kernels made for the effects of `mask`, which include the scene's.
-scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, gpu_team& team,
-                           const context& gpu, kernel_library& kernels) {
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool any_lattice,
+                           gpu_team& team, const context& gpu, kernel_library& kernels) {
     scene_kernels out;
     out.setup_ = &setup;
     out.mask_ = mask;
+    out.any_lattice_ = any_lattice;
     out.damped = mask & effects::bit<effects::damping>;
     out.actuated = mask & effects::bit<effects::actuation>;
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
@@ -174,8 +195,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, gpu_tea
     const int most_cluster =
         std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
     out.on_grid_ = true;
-    for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path_asked_for();
-         ++cluster) {
+    const bool grid_path = any_lattice || grid_path_asked_for();
+    for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup.grid.nz + cluster - 1) / cluster;
         if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
         const auto plan = team.plan_of(setup.grid, cluster);
@@ -184,7 +205,9 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, gpu_tea
         out.plan = plan;
         out.shape_ = *shape_block(*plan, needs, shared);
     }
-    if (out.on_grid_) out.grid_ = shape_grid(setup.grid, needs);
+    if (out.on_grid_)
+        out.grid_ =
+            any_lattice ? shape_any_grid(setup.grid, needs) : shape_grid(setup.grid, needs, shared);
 
     const auto number = [](auto value) { return std::to_string(value); };
     const std::map<std::string, std::string> of_scene = {
@@ -195,9 +218,11 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, gpu_tea
     const auto define = [&](const char* name, auto value) {
         step.defines.emplace(name, number(value));
     };
-    define("LIMAX_NX", setup.grid.nx);
-    define("LIMAX_NY", setup.grid.ny);
-    define("LIMAX_NZ", setup.grid.nz);
+    if (!any_lattice) {
+        define("LIMAX_NX", setup.grid.nx);
+        define("LIMAX_NY", setup.grid.ny);
+        define("LIMAX_NZ", setup.grid.nz);
+    }
     if (out.on_grid_) {
         define("LIMAX_TILE_X", out.grid_.tile[0]);
         define("LIMAX_TILE_Y", out.grid_.tile[1]);
@@ -239,25 +264,16 @@ scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const co
                          kernel_library& kernels) {
     const unsigned wanted = setup.scene.mask();
     try {
-        return load_kernels(setup, wanted, team, gpu, kernels);
+        return load_kernels(setup, wanted, false, team, gpu, kernels);
     } catch (const error& problem) {
         if (problem.status() != LIMAX_NO_DEVICE) throw;
-        // Nothing can be compiled: the fewest effects besides that were built with limax will do.
-        std::vector<unsigned> larger_sets;
-        for (unsigned mask = 0; mask < 1u << effects::all::count; ++mask) {
-            bool fits = (mask & wanted) == wanted && mask != wanted;
-            for (int effect = 0; effect < effects::all::count; ++effect)
-                fits &= !((mask & ~wanted) >> effect & 1u) || silent_values(effect) != nullptr;
-            if (fits) larger_sets.push_back(mask);
-        }
-        std::stable_sort(larger_sets.begin(), larger_sets.end(), [](unsigned a, unsigned b) {
-            return __builtin_popcount(a) < __builtin_popcount(b);
-        });
-        for (const unsigned mask : larger_sets) try {
-                return load_kernels(setup, mask, team, gpu, kernels);
-            } catch (const error& other) {
-                if (other.status() != LIMAX_NO_DEVICE) throw;
-            }
+        // Nothing can be compiled: what was built with limax for more effects or lattices will do.
+        for (const bool any_lattice : {false, true})
+            for (const unsigned mask : covering_masks(wanted)) try {
+                    return load_kernels(setup, mask, any_lattice, team, gpu, kernels);
+                } catch (const error& other) {
+                    if (other.status() != LIMAX_NO_DEVICE) throw;
+                }
         throw;
     }
 }

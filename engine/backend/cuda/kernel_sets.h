@@ -75,19 +75,18 @@ public:
         launch(gpu, measure_->function("limax_measure"), {robots, 256}, stream, doing_, arguments);
     }
 
-    // JSON object: path, effects, origin, registers, spilled, shared_bytes, threads,
-    // blocks_of_multiprocessor, instructions, architecture.
+    // JSON object: see limax_simulation_describe().
     std::string describe() const;
 
 private:
-    friend scene_kernels load_kernels(const simulation_setup&, unsigned, gpu_team&, const context&,
-                                      kernel_library&);
+    friend scene_kernels load_kernels(const simulation_setup&, unsigned, bool, gpu_team&,
+                                      const context&, kernel_library&);
 
     int blocks_of_robot(unsigned robots) const;
 
     const simulation_setup* setup_ = nullptr;
     unsigned mask_ = 0;  // effects that the kernels were made for
-    bool on_grid_ = false;
+    bool on_grid_ = false, any_lattice_ = false;
     unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
     std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
     block_shape shape_;
@@ -95,9 +94,14 @@ private:
     std::string doing_;
 };
 
-// Loads, and compiles where needed, what a simulation of this setup runs on. Where nothing can be
-// compiled, kernels made for more effects serve, silenced, with the same bits. The path follows
-// from lattice and precision alone.
+// The kernels made for the effects of `mask`, which include the scene's, and for this lattice or,
+// on the grid path, for any. Raises LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool any_lattice,
+                           gpu_team& team, const context& gpu, kernel_library& kernels);
+
+// Loads, and compiles where needed, what a simulation of this setup runs on. The path follows from
+// lattice and precision alone. Where nothing can be compiled, kernels built for more effects serve,
+// silenced, and for any lattice those of the grid path: with the same bits.
 scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
                          kernel_library& kernels);
 

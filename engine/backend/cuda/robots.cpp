@@ -374,7 +374,7 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     const auto on_grid = [&](auto* exchange) {
         for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
             grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
-                launch, exchange, parts_.data(), arrived_.data(), 0};
+                launch, exchange, parts_.data(), arrived_.data(), setup_.grid, 0};
             arguments.step.running += first;
             scene_.launch_grid(gpu_, stream_, arguments,
                                std::min(robots - first, scene_.most_robots()));

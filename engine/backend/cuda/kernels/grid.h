@@ -1,7 +1,8 @@
 // grid.h: whole runs of robots that no block could hold: their masses lie in tiles in global
 // memory, several blocks share a robot and meet once a step. Each tile also computes the springs
 // that cross into it, so that no force is exchanged; sums over a mass have the order of cells.h, so
-// trajectories are those of step.h. Compiled for one scene (scene.h) and lattice (springs.h):
+// trajectories are those of step.h. Compiled for one scene (scene.h) and for one lattice or any
+// (springs.h):
 //   LIMAX_TILE_X, LIMAX_TILE_Y, LIMAX_TILE_Z  sites of a tile
 //   LIMAX_THREADS, LIMAX_BLOCKS               threads of a block, blocks of a multiprocessor
 //   LIMAX_SHARED_BYTES                        dynamic shared memory of a block
@@ -15,10 +16,7 @@
 namespace limax::cuda {
 
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
-constexpr int along_x = LIMAX_NX + 1, along_y = LIMAX_NY + 1, along_z = LIMAX_NZ + 1;
 constexpr int tile_x = LIMAX_TILE_X, tile_y = LIMAX_TILE_Y, tile_z = LIMAX_TILE_Z;
-constexpr int tiles_x = (along_x + tile_x - 1) / tile_x, tiles_y = (along_y + tile_y - 1) / tile_y,
-              tiles_z = (along_z + tile_z - 1) / tile_z, tiles = tiles_x * tiles_y * tiles_z;
 constexpr int tile_masses = tile_x * tile_y * tile_z;
 // The window of a tile reaches one site beyond it on every side.
 constexpr int window_x = tile_x + 2, window_y = tile_y + 2, window_z = tile_z + 2;
@@ -48,13 +46,21 @@ static_assert(sizeof(tile_memory) <= LIMAX_SHARED_BYTES);
 // A place in the lattice.
 struct place {
     int x, y, z;
-    __device__ bool inside() const {
-        return x >= 0 && y >= 0 && z >= 0 && x < along_x && y < along_y && z < along_z;
+    __device__ bool inside(const site_grid& grid) const {
+        return x >= 0 && y >= 0 && z >= 0 && x < grid.x && y < grid.y && z < grid.z;
     }
-    __device__ int site() const { return x + along_x * (y + along_y * z); }
+    __device__ int site(const site_grid& grid) const { return grid.at(x, y, z); }
 };
 
-__device__ inline place tile_base(int tile) {
+// Tiles of the lattice along an axis.
+__device__ constexpr int tiles_along(int sites, int of_tile) {
+    return (sites + of_tile - 1) / of_tile;
+}
+__device__ constexpr int tiles_of(const site_grid& grid) {
+    return tiles_along(grid.x, tile_x) * tiles_along(grid.y, tile_y) * tiles_along(grid.z, tile_z);
+}
+__device__ inline place tile_base(const site_grid& grid, int tile) {
+    const int tiles_x = tiles_along(grid.x, tile_x), tiles_y = tiles_along(grid.y, tile_y);
     return {tile % tiles_x * tile_x, tile / tiles_x % tiles_y * tile_y,
             tile / (tiles_x * tiles_y) * tile_z};
 }
@@ -63,17 +69,19 @@ using grid_arguments = grid_launch<mass_real, spring_real>;
 
 // Calls visit(site, index within the tile, its x, y, z there) for this thread's masses of a tile.
 template <class Visit>
-__device__ inline void each_site(int tile, const Visit& visit) {
-    const place base = tile_base(tile);
+__device__ inline void each_site(const site_grid& grid, int tile, const Visit& visit) {
+    const place base = tile_base(grid, tile);
     for (int index = threadIdx.x; index < tile_masses; index += threads) {
         const place at{base.x + index % tile_x, base.y + index / tile_x % tile_y,
                        base.z + index / (tile_x * tile_y)};
-        if (at.inside()) visit(at.site(), index);
+        if (at.inside(grid)) visit(at.site(grid), index);
     }
 }
 
 // Other blocks write what is read here: the reads go to the memory that all share.
-__device__ inline corner exchanged_corner(const spring_real* column, int site) {
+__device__ inline corner exchanged_corner(const site_grid& grid, const spring_real* column,
+                                          int site) {
+    const int sites = grid.count();
     corner c{};
     c.x = __ldcg(column + site);
     c.y = __ldcg(column + sites + site);
@@ -85,7 +93,9 @@ __device__ inline corner exchanged_corner(const spring_real* column, int site) {
     }
     return c;
 }
-__device__ inline void exchange_corner(spring_real* column, int site, const corner& c) {
+__device__ inline void exchange_corner(const site_grid& grid, spring_real* column, int site,
+                                       const corner& c) {
+    const int sites = grid.count();
     column[site] = c.x;
     column[sites + site] = c.y;
     column[2 * sites + site] = c.z;
@@ -113,17 +123,21 @@ __device__ inline void meet(unsigned* arrived, int blocks) {
 }
 
 // Parameters of a cube's springs. They never change and lie far away, so most are asked for at once
-// and early; registers do not suffice for all.
+// and early; registers do not suffice for all, and for fewer where they also hold the lattice.
 struct fetched_springs {
-    static constexpr int early = 10;
+    static constexpr int early = site_grid::known ? 10 : 6;
     spring_parameters held[early];
+    const site_grid& grid;
     const float* columns;
     int site;
+
+    __device__ fetched_springs(const site_grid& sites, const float* of_robot)
+        : grid(sites), columns(of_robot) {}
 
     __device__ spring_parameters load(int i) const {
         const cube_spring s = cube_spring_at(i);
         spring_parameters out;
-        out.load(columns, s.direction * sites + site + corner_site(s.near));
+        out.load(grid, columns, s.direction * grid.count() + site + grid.corner(s.near));
         return out;
     }
     __device__ void fetch(int cell) {
@@ -146,17 +160,16 @@ struct tile_cell {
     place at, within;
     int in_window, in_tile;
 
-    __device__ tile_cell(int tile, int index)
+    __device__ tile_cell(const site_grid& grid, int tile, int index)
         : within{index % cells_x - 1, index / cells_x % cells_y - 1,
                  index / (cells_x * cells_y) - 1} {
-        const place base = tile_base(tile);
+        const place base = tile_base(grid, tile);
         at = {base.x + within.x, base.y + within.y, base.z + within.z};
         in_window = (within.x + 1) + window_x * ((within.y + 1) + window_y * (within.z + 1));
         in_tile = within.x + tile_x * (within.y + tile_y * within.z);
     }
-    __device__ bool reaches(int c) const {
-        return at.x + (c & 1) < along_x && at.y + (c >> 1 & 1) < along_y &&
-               at.z + (c >> 2) < along_z;
+    __device__ bool reaches(const site_grid& grid, int c) const {
+        return at.x + (c & 1) < grid.x && at.y + (c >> 1 & 1) < grid.y && at.z + (c >> 2) < grid.z;
     }
     __device__ bool ends_in_tile(int c) const {
         const int x = within.x + (c & 1), y = within.y + (c >> 1 & 1), z = within.z + (c >> 2);
@@ -166,36 +179,36 @@ struct tile_cell {
 
 // Forces on the masses of a tile, of all springs that end in it. Asks for the first parameters,
 // then for the masses around, then waits for both.
-__device__ inline void tile_forces(const launch_arguments& launch, const float* columns,
-                                   const spring_real* seen, int tile, tile_memory& shared) {
-    fetched_springs springs;
-    springs.columns = columns;
+__device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
+                                   const float* columns, const spring_real* seen, int tile,
+                                   tile_memory& shared) {
+    fetched_springs springs(grid, columns);
     const auto fetch = [&](int index) {
         if (index >= tile_cells) return;
-        const tile_cell cell(tile, index);
-        if (cell.at.inside()) springs.fetch(cell.at.site());
+        const tile_cell cell(grid, tile, index);
+        if (cell.at.inside(grid)) springs.fetch(cell.at.site(grid));
     };
     fetch(threadIdx.x);
-    const place base = tile_base(tile);
+    const place base = tile_base(grid, tile);
     for (int index = threadIdx.x; index < window; index += threads) {
         const place at{base.x + index % window_x - 1, base.y + index / window_x % window_y - 1,
                        base.z + index / (window_x * window_y) - 1};
-        if (at.inside()) shared.at.store(index, exchanged_corner(seen, at.site()));
+        if (at.inside(grid)) shared.at.store(index, exchanged_corner(grid, seen, at.site(grid)));
     }
     __syncthreads();
     for (int index = threadIdx.x; index < tile_cells; index += threads) {
-        const tile_cell cell(tile, index);
+        const tile_cell cell(grid, tile, index);
         const auto store = [&](int c, const force& sum) {
-            if (cell.ends_in_tile(c) && cell.reaches(c))
+            if (cell.ends_in_tile(c) && cell.reaches(grid, c))
                 shared.sum.store(c * tile_masses + cell.in_tile + tile_corner(c), sum);
         };
-        if (cell.at.inside()) {
+        if (cell.at.inside(grid)) {
             // A spring to a corner that does not exist has no stiffness, and is given no length.
             cube_forces(
                 launch, springs, shared.now,
                 [&](int c) {
                     return shared.at.load(cell.in_window +
-                                          (cell.reaches(c) ? window_corner(c) : 0));
+                                          (cell.reaches(grid, c) ? window_corner(c) : 0));
                 },
                 store);
         } else {
@@ -232,6 +245,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     const int thread = threadIdx.x;
     const int blocks = arguments.blocks_of_robot, block = blockIdx.x % blocks;
     const int64_t robot = launch.running[blockIdx.x / blocks];
+    const site_grid grid(arguments.grid);
+    const int sites = grid.count(), tiles = tiles_of(grid);
 
     const float* columns = launch.springs + robot * (spring_columns * direction_count * sites);
     const float* masses = launch.mass + robot * sites;
@@ -269,13 +284,13 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     const auto keep = [&](const mass_state& m, int site, int which) {
         store_mass(m, state + site, sites);
         if (keeps_prediction) store_next_velocity(m.predicted, state + site, sites);
-        exchange_corner(column_of(which), site, corner_of(m));
+        exchange_corner(grid, column_of(which), site, corner_of(m));
     };
 
     // ---- A slice ends between kick and drift, where both velocities are at hand. ----
     const bool begun = record.begun;
     each_tile([&](int tile) {
-        each_site(tile, [&](int site, int) {
+        each_site(grid, tile, [&](int site, int) {
             mass_state m;
             mass_real next_velocity[3];
             load_mass(m, next_velocity, masses[site], state + site, sites);
@@ -300,8 +315,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             each_tile([&](int tile) {
                 double part[tile_parts] = {};
                 int broken = 0;
-                each_site(tile, [&](int site, int) {
-                    const corner c = exchanged_corner(seen, site);
+                each_site(grid, tile, [&](int site, int) {
+                    const corner c = exchanged_corner(grid, seen, site);
                     mass_state m;
                     recall(m, site, c);
                     for (int axis = 0; axis < 3; ++axis)
@@ -314,8 +329,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                         const float stiffness = columns[d * sites + site];
                         if (!(stiffness > 0.0f)) continue;
                         const direction along = direction_at(d);
-                        const int far = site + along.x + along_x * (along.y + along_y * along.z);
-                        if (stretched(stiffness, c, exchanged_corner(seen, far), launch,
+                        const int far = site + grid.at(along.x, along.y, along.z);
+                        if (stretched(stiffness, c, exchanged_corner(grid, seen, far), launch,
                                       length_class(d)))
                             broken |= limit_stretch;
                     }
@@ -370,9 +385,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 __syncthreads();
                 if (shared.moved) {
                     each_tile([&](int tile) {
-                        each_site(tile, [&](int site, int) {
+                        each_site(grid, tile, [&](int site, int) {
                             mass_state m;
-                            recall(m, site, exchanged_corner(seen, site));
+                            recall(m, site, exchanged_corner(grid, seen, site));
                             shift_mass(m, shared.shift);
                             keep(m, site, side);
                         });
@@ -398,8 +413,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
 
         // ---- one step ----
         each_tile([&](int tile) {
-            tile_forces(launch, columns, column_of(side), tile, shared);
-            each_site(tile, [&](int site, int index) {
+            tile_forces(grid, launch, columns, column_of(side), tile, shared);
+            each_site(grid, tile, [&](int site, int index) {
                 const int in_window =
                     (index % tile_x + 1) + window_x * ((index / tile_x % tile_y + 1) +
                                                        window_y * (index / (tile_x * tile_y) + 1));

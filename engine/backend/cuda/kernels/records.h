@@ -123,6 +123,7 @@ struct grid_launch {
     F* exchange;        // masses as springs see them, [robot][2][value][site]
     double* parts;      // of sums over all masses, [robot][tile][tile_part]
     unsigned* arrived;  // blocks that came to a barrier so far, [robot]
+    lattice grid;
     int blocks_of_robot;
 };
 // Parts of a tile: mass times position along each axis, masses that touch the ground, broken

@@ -1,5 +1,5 @@
 // springs.h: the springs of a cell in a kernel: their parameters, their forces, whether they are
-// too long. Compiled for one lattice:
+// too long. Compiled for one lattice, or, where these are not defined, for any:
 //   LIMAX_NX, LIMAX_NY, LIMAX_NZ  voxels
 // SI units.
 #pragma once
@@ -9,22 +9,35 @@
 
 namespace limax::cuda {
 
-inline constexpr int sites = (LIMAX_NX + 1) * (LIMAX_NY + 1) * (LIMAX_NZ + 1);
-
-// How far a corner lies from its cell in the lattice's numbering of sites.
-LIMAX_LAW constexpr int corner_site(int number) {
-    return (number & 1) + (number >> 1 & 1) * (LIMAX_NX + 1) +
-           (number >> 2) * (LIMAX_NX + 1) * (LIMAX_NY + 1);
-}
+// The lattice's sites along each axis: constants in a kernel for one lattice, else what its launch
+// says.
+struct site_grid {
+#if defined(LIMAX_NX)
+    static constexpr bool known = true;
+    static constexpr int x = LIMAX_NX + 1, y = LIMAX_NY + 1, z = LIMAX_NZ + 1;
+    LIMAX_LAW constexpr explicit site_grid(const lattice& /*grid*/) {}
+#else
+    static constexpr bool known = false;
+    int x, y, z;
+    LIMAX_LAW constexpr explicit site_grid(const lattice& grid)
+        : x(grid.nx + 1), y(grid.ny + 1), z(grid.nz + 1) {}
+#endif
+    LIMAX_LAW constexpr int count() const { return x * y * z; }
+    LIMAX_LAW constexpr int at(int i, int j, int k) const { return i + x * (j + y * k); }
+    // How far a corner lies from its cell in the lattice's numbering of sites.
+    LIMAX_LAW constexpr int corner(int number) const {
+        return at(number & 1, number >> 1 & 1, number >> 2);
+    }
+};
 
 // Parameters of one spring, as its columns are sorted: k, then c, then A and B.
 struct alignas(spring_columns == 4 ? 16 : spring_columns == 2 ? 8 : 4) spring_parameters {
     float value[spring_columns];
 
-    __device__ void load(const float* columns, int slot) {
+    __device__ void load(const site_grid& grid, const float* columns, int slot) {
 #pragma unroll
         for (int i = 0; i < spring_columns; ++i)
-            value[i] = columns[i * (direction_count * sites) + slot];
+            value[i] = columns[i * (direction_count * grid.count()) + slot];
     }
     __device__ effects::spring_state<spring_real> at_rest(spring_real rest) const {
         effects::spring_state<spring_real> spring{};

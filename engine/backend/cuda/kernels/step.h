@@ -20,6 +20,7 @@
 
 namespace limax::cuda {
 
+constexpr int sites = site_grid(lattice{}).count();
 constexpr int places = LIMAX_PLANE * LIMAX_LAYERS;
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
 LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
@@ -36,9 +37,10 @@ LIMAX_LAW constexpr int corner_place(int number) {
 // The lowest layer of voxels of a block.
 __device__ inline int first_layer(int rank) { return rank * LIMAX_NZ / cluster_blocks; }
 __device__ inline int place_of(int site) {
-    const int row = site / (LIMAX_NX + 1);
-    const int layer = row / (LIMAX_NY + 1) - first_layer(cluster_rank());
-    return site % (LIMAX_NX + 1) + row % (LIMAX_NY + 1) * LIMAX_ROW + layer * LIMAX_PLANE;
+    constexpr site_grid grid{lattice{}};
+    const int row = site / grid.x;
+    const int layer = row / grid.y - first_layer(cluster_rank());
+    return site % grid.x + row % grid.y * LIMAX_ROW + layer * LIMAX_PLANE;
 }
 // The masses of a block's lowest layer are also the topmost that the block below sees: how far
 // their places there lie from those here, 0 for a mass that no other block sees.
@@ -105,21 +107,23 @@ __device__ inline int rim_corner(const cell_place& place, int c) {
 
 template <class Set>
 __device__ inline void load_cube(Set&& set, const float* columns, const cell_entry& cell) {
+    constexpr site_grid grid{lattice{}};
 #pragma unroll
     for (int i = 0; i < cube_springs; ++i) {
         const cube_spring s = cube_spring_at(i);
-        set[i].load(columns, s.direction * sites + cell.site + corner_site(s.near));
+        set[i].load(grid, columns, s.direction * sites + cell.site + grid.corner(s.near));
     }
 }
 template <class Set>
 __device__ inline void load_rim(Set&& set, const float* columns, const cell_entry& cell) {
+    constexpr site_grid grid{lattice{}};
     const int first = cell.axes & -cell.axes;
     const bool bar = cell.axes == first;
 #pragma unroll
     for (int i = 0; i < rim_springs; ++i) {
-        const int near = rim_near(i) ? corner_site(first) : 0;
+        const int near = rim_near(i) ? grid.corner(first) : 0;
         if (i == 0 || !bar)
-            set[i].load(columns, rim_direction(cell.axes, i) * sites + cell.site + near);
+            set[i].load(grid, columns, rim_direction(cell.axes, i) * sites + cell.site + near);
         else
             set[i] = {};
     }
