@@ -250,7 +250,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     shape.shared_bytes = places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
                          places * own * mass_real +
                          in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
-                         std::size_t(warps + plan.cluster) * 4 * sizeof(double) +
+                         std::size_t(warps + plan.cluster) * sum_parts * sizeof(int64_t) +
                          sizeof(robot_record) + shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;

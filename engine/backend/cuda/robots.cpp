@@ -96,7 +96,7 @@ private:
     device_memory<R> state_;
     std::vector<R> saved_state_;    // what state_ held before sleep()
     device_memory<char> exchange_;  // of spring_real
-    device_memory<double> parts_;
+    device_memory<int64_t> parts_;
     device_memory<unsigned> arrived_;
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
@@ -181,7 +181,7 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
         exchange_ =
             device_memory<char>(gpu_, count * memory.exchange * real, "the exchange" + of_robots);
-        parts_ = device_memory<double>(gpu_, count * memory.parts, "the sums" + of_robots);
+        parts_ = device_memory<int64_t>(gpu_, count * memory.parts, "the sums" + of_robots);
         arrived_ =
             device_memory<unsigned>(gpu_, count * memory.arrived, "the barriers" + of_robots);
         springs_.clear(stream_);

@@ -34,7 +34,8 @@ struct tile_memory {
     corner_columns<window> at;
     sum_columns<tile_masses> sum;
     effects::actuation::moment<spring_real> now;  // of the muscles
-    double part[tile_parts][warps];
+    int64_t part[tile_parts][warps];
+    int64_t sum_of[tile_parts];
     double shift[3];  // of the origin, m
     int moved, broken;
     double touching;
@@ -104,6 +105,11 @@ __device__ inline void exchange_corner(const site_grid& grid, spring_real* colum
         column[4 * sites + site] = c.vy;
         column[5 * sites + site] = c.vz;
     }
+}
+
+// Joins one more part of a sum of kind `which`.
+__device__ inline void add_part(int64_t& sum, int which, int64_t part) {
+    sum = which == sum_broken ? sum | part : sum + part;
 }
 
 // Waits until all blocks of the robot have come here; what they wrote before is then visible.
@@ -252,7 +258,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     const float* masses = launch.mass + robot * sites;
     mass_real* const state = launch.state + robot * (state_columns * sites);
     spring_real* const exchange = arguments.exchange + robot * (2 * exchanged * sites);
-    double* const parts = arguments.parts + robot * (tiles * tile_parts);
+    int64_t* const parts = arguments.parts + robot * (tiles * tile_parts);
     unsigned* const arrived = arguments.arrived + robot;
 
     copy_record(shared.record, launch.records[robot], thread, threads);
@@ -312,16 +318,18 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const bool contact = grounded && step == record.next_sample[sample_contact];
             const double height = contact ? ground_height(launch, record) : 0.0;
             const spring_real* const seen = column_of(side);
+            const double of_total = 1.0 / record.total_mass;
             each_tile([&](int tile) {
-                double part[tile_parts] = {};
+                int64_t part[sum_parts] = {};
                 int broken = 0;
                 each_site(grid, tile, [&](int site, int) {
                     const corner c = exchanged_corner(grid, seen, site);
                     mass_state m;
                     recall(m, site, c);
                     for (int axis = 0; axis < 3; ++axis)
-                        part[part_moment + axis] += double(m.mass) * double(m.position[axis]);
-                    part[part_touching] +=
+                        add_to_center(part + sum_center + 2 * axis, double(m.mass) * of_total,
+                                      double(m.position[axis]));
+                    part[sum_touching] +=
                         contact && m.mass > mass_real(0) && double(m.position[2]) < height;
                     if (!limited) return;
                     broken |= broken_by_mass(m, launch);
@@ -335,40 +343,35 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                             broken |= limit_stretch;
                     }
                 });
-                for (int i = 0; i < part_broken; ++i) {
-                    const double sum = sum_over_warp(part[i]);
+                for (int i = 0; i < sum_parts; ++i) {
+                    const int64_t sum = sum_over_warp(part[i]);
                     if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
                 }
                 int together = broken;
                 for (int distance = 16; distance > 0; distance /= 2)
                     together |= __shfl_xor_sync(0xffffffffu, together, distance);
-                if (thread % 32 == 0) shared.part[part_broken][thread / 32] = together;
+                if (thread % 32 == 0) shared.part[sum_broken][thread / 32] = together;
                 __syncthreads();
                 if (thread < tile_parts) {
-                    double sum = 0;
-                    int flags = 0;
-                    for (int warp = 0; warp < warps; ++warp) {
-                        sum += shared.part[thread][warp];
-                        flags |= int(shared.part[thread][warp]);
-                    }
-                    parts[tile * tile_parts + thread] = thread == part_broken ? flags : sum;
+                    int64_t sum = 0;
+                    for (int warp = 0; warp < warps; ++warp)
+                        add_part(sum, thread, shared.part[thread][warp]);
+                    parts[tile * tile_parts + thread] = sum;
                 }
                 __syncthreads();
             });
             meet(arrived, blocks);
-            // every block adds up all tiles in the same order
+            // every block adds up all tiles
             if (thread < tile_parts) {
-                double sum = 0;
-                int flags = 0;
-                for (int tile = 0; tile < tiles; ++tile) {
-                    const double part = __ldcg(parts + tile * tile_parts + thread);
-                    sum += part;
-                    flags |= int(part);
-                }
-                shared.part[thread][0] = thread == part_broken ? flags : sum;
+                int64_t sum = 0;
+                for (int tile = 0; tile < tiles; ++tile)
+                    add_part(sum, thread,
+                             int64_t(__ldcg(reinterpret_cast<const long long*>(
+                                 parts + tile * tile_parts + thread))));
+                shared.sum_of[thread] = sum;
             }
             __syncthreads();
-            const int broken = int(shared.part[part_broken][0]);
+            const int broken = int(shared.sum_of[sum_broken]);
             if (broken != 0) {
                 if (thread == 0)
                     note_divergence(record, step, broken & limit_nonfinite, broken & limit_speed);
@@ -377,10 +380,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             if (center_wanted(record, step)) {
                 __syncthreads();
                 if (thread == 0) {
-                    const double moment[3] = {shared.part[0][0], shared.part[1][0],
-                                              shared.part[2][0]};
                     shared.moved =
-                        note_center(launch, record, step, moment, shared.shift, block == 0);
+                        note_center(launch, record, step, shared.sum_of, shared.shift, block == 0);
                 }
                 __syncthreads();
                 if (shared.moved) {
@@ -399,7 +400,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             if (contact) {
                 __syncthreads();
                 if (thread == 0)
-                    note_contact(launch, record, shared.part[part_touching][0], block == 0);
+                    note_contact(launch, record, shared.sum_of[sum_touching], block == 0);
             }
             __syncthreads();
             if (thread == 0) record.step = step;

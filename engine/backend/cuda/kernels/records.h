@@ -121,14 +121,15 @@ template <class R, class F>
 struct grid_launch {
     step_launch<R> step;
     F* exchange;        // masses as springs see them, [robot][2][value][site]
-    double* parts;      // of sums over all masses, [robot][tile][tile_part]
+    int64_t* parts;     // of sums over all masses, [robot][tile][tile_parts]
     unsigned* arrived;  // blocks that came to a barrier so far, [robot]
     lattice grid;
     int blocks_of_robot;
 };
-// Parts of a tile: mass times position along each axis, masses that touch the ground, broken
-// limits.
-enum tile_part { part_moment = 0, part_touching = 3, part_broken = 4, tile_parts = 5 };
+// Sums over all masses of a robot: two words of the centre of mass along each axis, masses that
+// touch the ground. Whole numbers add up to the same in any order, so that no path and no number of
+// threads or blocks changes a bit. The grid path gathers the limits that are broken with them.
+enum sum_part { sum_center = 0, sum_touching = 6, sum_parts = 7, sum_broken = 7, tile_parts = 8 };
 
 // What becomes known of a robot when its springs are made.
 struct prepared_robot {

@@ -52,11 +52,23 @@ __device__ inline bool center_wanted(const robot_record& record, int64_t step) {
            step == record.next_sample[sample_center];
 }
 
-// Where the origin goes, and what else hangs on the centre of mass: marks and samples. `moment` is
-// the sum of mass times position along each axis, kg m. Returns whether the origin moved, by
-// `shift`. Of several blocks that keep the same record one `writes` the samples.
+// A mass's part of the centre of mass along an axis, `share` of the robot's mass times its place,
+// as two words: 2^-32 m, and what is left in 2^-64 m.
+__device__ inline void add_to_center(int64_t words[2], double share, double place) {
+    const double scaled = share * place * 0x1p32;
+    const int64_t whole = static_cast<int64_t>(scaled);
+    words[0] += whole;
+    words[1] += static_cast<int64_t>((scaled - static_cast<double>(whole)) * 0x1p32);
+}
+__device__ inline double center_of(const int64_t words[2]) {
+    return (static_cast<double>(words[0]) + static_cast<double>(words[1]) * 0x1p-32) * 0x1p-32;
+}
+
+// Where the origin goes, and what else hangs on the centre of mass: marks and samples. `sums` are
+// those of sum_part. Returns whether the origin moved, by `shift`. Of several blocks that keep the
+// same record one `writes` the samples.
 __device__ inline bool note_center(const launch_arguments& launch, robot_record& record,
-                                   int64_t step, const double moment[3], double shift[3],
+                                   int64_t step, const int64_t sums[sum_parts], double shift[3],
                                    bool writes) {
     const bool sampled = step == record.next_sample[sample_center];
     double* const sample = launch.samples[sample_center] + record.offset[sample_center] +
@@ -64,7 +76,7 @@ __device__ inline bool note_center(const launch_arguments& launch, robot_record&
     bool moved = false;
 #pragma unroll 1
     for (int axis = 0; axis < 3; ++axis) {
-        const double away = moment[axis] / record.total_mass;
+        const double away = center_of(sums + sum_center + 2 * axis);
         const double center = record.origin[axis] + away;
         shift[axis] = step % check_interval == 0 ? origin_shift(away) : 0.0;
         moved |= shift[axis] != 0.0;
@@ -82,10 +94,10 @@ __device__ inline bool note_center(const launch_arguments& launch, robot_record&
 }
 
 __device__ inline void note_contact(const launch_arguments& launch, robot_record& record,
-                                    double touching, bool writes) {
+                                    int64_t touching, bool writes) {
     double* const sample = launch.samples[sample_contact] + record.offset[sample_contact] +
                            record.taken[sample_contact];
-    if (writes) *sample = touching / record.masses;
+    if (writes) *sample = double(touching) / record.masses;
     ++record.taken[sample_contact];
     record.next_sample[sample_contact] += record.every[sample_contact];
 }
@@ -129,7 +141,7 @@ __device__ inline effects::actuation::moment<spring_real> moment_at(const launch
         record.time_step);
 }
 
-__device__ inline double sum_over_warp(double value) {
+__device__ inline int64_t sum_over_warp(int64_t value) {
     for (int distance = 16; distance > 0; distance /= 2)
         value += __shfl_xor_sync(0xffffffffu, value, distance);
     return value;

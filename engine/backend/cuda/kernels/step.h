@@ -75,9 +75,9 @@ struct block_memory {
     private_columns<places> own;
     spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
     effects::actuation::moment<spring_real> now;  // of the muscles
-    double part[4][warps];                        // of sums over all masses
-    double of_block[4][cluster_blocks];           // the same, of every block
-    double sum_of[4];                             // and of all
+    int64_t part[sum_parts][warps];               // of sums over all masses
+    int64_t of_block[sum_parts][cluster_blocks];  // the same, of every block
+    int64_t sum_of[sum_parts];                    // and of all
     int broken[3][cluster_blocks];                // limits, by block
     double shift[3];                              // of the origin, m
     int moved;                                    // whether any of it is not 0
@@ -179,9 +179,8 @@ __device__ inline int site_of(const launch_arguments& launch, int k) {
     return launch.masses[cluster_rank() * (LIMAX_MASS_SLOTS * 32) + k * threads + threadIdx.x];
 }
 
-// Sums over all masses of a robot, in an order that depends on the numbers of threads and blocks
-// alone: by warp, by block, by cluster.
-__device__ inline void add_over_warp(double value, double part[warps]) {
+// Sums over all masses of a robot: by warp, by block, by cluster.
+__device__ inline void add_over_warp(int64_t value, int64_t part[warps]) {
     value = sum_over_warp(value);
     if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
 }
@@ -190,7 +189,7 @@ __device__ inline void add_over_blocks(block_memory& shared, int first, int coun
     __syncthreads();
     if (threadIdx.x == 0)
         for (int i = first; i < first + count; ++i) {
-            double sum = shared.part[i][0];
+            int64_t sum = shared.part[i][0];
             for (int warp = 1; warp < warps; ++warp) sum += shared.part[i][warp];
             if constexpr (cluster_blocks == 1)
                 shared.sum_of[i] = sum;
@@ -202,7 +201,7 @@ __device__ inline void add_over_blocks(block_memory& shared, int first, int coun
     meet_cluster();
     if (threadIdx.x == 0)
         for (int i = first; i < first + count; ++i) {
-            double sum = shared.of_block[i][0];
+            int64_t sum = shared.of_block[i][0];
             for (int block = 1; block < cluster_blocks; ++block) sum += shared.of_block[i][block];
             shared.sum_of[i] = sum;
         }
@@ -364,20 +363,23 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 }
             }
             if (center_wanted(record, step)) {
+                const double of_total = 1.0 / record.total_mass;
                 // one axis at a time: registers are scarce here
 #pragma unroll 1
                 for (int axis = 0; axis < 3; ++axis) {
-                    double moment = 0;
+                    int64_t words[2] = {};
                     each_mass([&](int k) {
                         recall(mass[k], mass_place[k], shared);
                         const mass_real* x = mass[k].position;
-                        moment += double(mass[k].mass) * double(axis == 0   ? x[0]
-                                                                : axis == 1 ? x[1]
-                                                                            : x[2]);
+                        add_to_center(words, double(mass[k].mass) * of_total,
+                                      double(axis == 0   ? x[0]
+                                             : axis == 1 ? x[1]
+                                                         : x[2]));
                     });
-                    add_over_warp(moment, shared.part[axis]);
+                    for (int word = 0; word < 2; ++word)
+                        add_over_warp(words[word], shared.part[sum_center + 2 * axis + word]);
                 }
-                add_over_blocks(shared, 0, 3);
+                add_over_blocks(shared, sum_center, 6);
                 if (thread == 0)
                     shared.moved =
                         note_center(launch, record, step, shared.sum_of, shared.shift, rank == 0);
@@ -393,15 +395,16 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             if constexpr (grounded) {
                 if (step == record.next_sample[sample_contact]) {
                     const double height = ground_height(launch, record);
-                    double touching = 0;
+                    int64_t touching = 0;
                     each_mass([&](int k) {
                         recall(mass[k], mass_place[k], shared);
                         touching +=
                             mass[k].mass > mass_real(0) && double(mass[k].position[2]) < height;
                     });
-                    add_over_warp(touching, shared.part[3]);
-                    add_over_blocks(shared, 3, 1);
-                    if (thread == 0) note_contact(launch, record, shared.sum_of[3], rank == 0);
+                    add_over_warp(touching, shared.part[sum_touching]);
+                    add_over_blocks(shared, sum_touching, 1);
+                    if (thread == 0)
+                        note_contact(launch, record, shared.sum_of[sum_touching], rank == 0);
                 }
             }
             __syncthreads();
