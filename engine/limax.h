@@ -430,9 +430,10 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
 
 /* JSON object: what the steps of this simulation run on: `device`, and for cpu `passes`, for cuda
  * `path`, `effects`, `precision`, `origin` of the kernel (ahead of time, cached, compiled) and the
- * `seconds` that took, `made_for` if it was made for more effects, `any_lattice` if it was made for
- * every lattice, `architecture`, `threads`, `registers`, `spilled` (bytes), `shared_bytes`,
- * `blocks_of_multiprocessor`, `instructions`. Alive until the next call for this simulation. */
+ * `seconds` that took, `form` (made for many robots of a multiprocessor, for one alone, or for any
+ * lattice), `made_for` if it was made for more effects, `architecture`, `threads`, `registers`,
+ * `spilled` (bytes), `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Alive until the
+ * next call for this simulation. */
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
 
 /* ---- comparison ------------------------------------------------------------------------------ */

@@ -62,17 +62,16 @@ public:
     }
 
     // The kernel that steps robots of this setup.
-    cuda::kernel_set step_of(const simulation_setup& setup) { return asked_for(setup, false); }
-    // The one that steps them, whatever their lattice, where nothing can be compiled.
-    cuda::kernel_set last_resort_of(const simulation_setup& setup) {
-        return asked_for(setup, true);
+    cuda::kernel_set step_of(const simulation_setup& setup,
+                             cuda::kernel_form form = cuda::kernel_form::many) {
+        return asked_for(setup, form);
     }
 
 private:
-    cuda::kernel_set asked_for(const simulation_setup& setup, bool any_lattice) {
+    cuda::kernel_set asked_for(const simulation_setup& setup, cuda::kernel_form form) {
         const std::string text = failure(LIMAX_NO_DEVICE, [&] {
-            cuda::load_kernels(setup, setup.scene.mask(), any_lattice, team_,
-                               team_.places().front()->gpu, kernels_);
+            cuda::load_kernels(setup, setup.scene.mask(), form, team_, team_.places().front()->gpu,
+                               kernels_);
         });
         const std::string before = ": '", after = "' was not built with limax";
         const std::size_t begin = text.find(before), end = text.find(after);

@@ -38,7 +38,7 @@ for robot = 1, population.count do
 end
 local how = simulation:describe()
 print(host.json.encode { hash = host.sha256(table.concat(parts, "\n")), origin = how.origin,
-  effects = how.effects, made_for = how.made_for, any_lattice = how.any_lattice,
+  effects = how.effects, made_for = how.made_for, form = how.form,
   gpus = #device:describe().gpus })
 ]]
 
@@ -101,7 +101,7 @@ suite:test("without a compiler a kernel for any lattice serves the others, with 
       local environment = cache_in(folder) .. (" LATTICE='%s' LIMAX_KERNELS="):format(lattice)
       local compiled = simulate(t, folder, environment .. "compiled")
       local served = simulate(t, folder, environment .. "ahead-of-time")
-      t:equal({ compiled.any_lattice, served.any_lattice }, { nil, true })
+      t:equal({ compiled.form, served.form }, { "alone", "any lattice" })
       t:equal({ compiled.origin, served.origin }, { "compiled", "ahead of time" })
       t:equal(served.hash, compiled.hash)
     end

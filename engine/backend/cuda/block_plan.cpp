@@ -26,6 +26,8 @@ constexpr int64_t padding_share = 6;
 constexpr int64_t accesses_of_corner = 9, accesses_of_mass = 36;
 // Warps of a block beyond which a thread has too few registers for a spring.
 constexpr int most_warps = 16, most_warps_of_double = 8;
+// And beyond which the block of a lone robot would have fewer registers for each than it needs.
+constexpr int most_warps_alone = 8;
 // Bytes of shared memory for the few values that a block has besides columns, and their alignment.
 constexpr std::size_t shared_slack = 512;
 // Layouts that are worth the search for better lanes.
@@ -217,17 +219,23 @@ block_plan plan_with(const lattice& grid, int cluster, int row, int plane, bool 
 }  // namespace
 
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
-                                       std::size_t most_shared_bytes) {
+                                       std::size_t most_shared_bytes, company robots) {
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
-    const int warps = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
-    if (warps > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
+    const int warps_of_many = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
+    if (warps_of_many > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
+    const int warps_of_one = std::max(plan.cube_slots + plan.rim_slots, plan.mass_slots);
+    const bool alone = robots == company::alone && warps_of_one <= most_warps_alone;
+    const int warps = alone ? warps_of_one : warps_of_many;
 
     // A scheduler shares 512 registers of a lane among its warps: three of them have 168 each, two
     // 255, four 128. Measured: three are best where the block is small enough.
     block_shape shape;
     shape.threads = warps * lanes;
-    shape.blocks = double_springs ? std::max(1, 8 / warps) : warps <= 6 ? 12 / warps : 1;
+    shape.blocks = alone            ? 1
+                   : double_springs ? std::max(1, 8 / warps)
+                   : warps <= 6     ? 12 / warps
+                                    : 1;
     const int warps_of_scheduler = (warps * shape.blocks + 3) / 4;
     // What keeps spills under 64 bytes.
     shape.cube_held = double_springs            ? 0
@@ -250,7 +258,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     shape.shared_bytes = places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
                          places * own * mass_real +
                          in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
-                         std::size_t(warps + plan.cluster) * sum_parts * sizeof(int64_t) +
+                         std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) +
                          sizeof(robot_record) + shared_slack;
     if (shape.shared_bytes > most_shared_bytes) return std::nullopt;
     return shape;

@@ -45,9 +45,14 @@ struct block_shape {
     std::size_t shared_bytes = 0;
 };
 
+// How many robots share a multiprocessor: many keep it busy with few warps each; one alone has as
+// many warps as it has slots, so that its step is short. No bit hangs on it.
+enum class company { many, alone };
+
 // Null where the plan's part of a robot is too large for a block with `most_shared_bytes`.
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
-                                       std::size_t most_shared_bytes);
+                                       std::size_t most_shared_bytes,
+                                       company robots = company::many);
 
 // Wavefronts of shared memory that one step of the plan takes: what plan_block() keeps
 // small, and the least that its slots could take.

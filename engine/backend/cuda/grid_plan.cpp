@@ -52,7 +52,7 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
     shape.shared_bytes =
         (window * (needs.shares_velocity ? 6 : 3) + std::size_t(masses) * 3 * corners) *
             spring_real +
-        std::size_t(shape.threads / lanes) * tile_parts * sizeof(int64_t) + sizeof(robot_record) +
+        std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) + sizeof(robot_record) +
         shared_slack;
     return shape;
 }

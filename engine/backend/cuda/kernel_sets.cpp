@@ -67,6 +67,15 @@ std::vector<unsigned> covering_masks(unsigned wanted) {
     return masks;
 }
 
+const char* name_of(kernel_form form) {
+    switch (form) {
+        case kernel_form::many: return "many";
+        case kernel_form::alone: return "alone";
+        case kernel_form::any_lattice: return "any lattice";
+    }
+    return "";
+}
+
 const char* name_of_precision(int32_t precision) {
     static const char* const names[] = {"single", "compensated", "mixed", "double"};
     return names[precision];
@@ -143,7 +152,7 @@ std::string scene_kernels::describe() const {
     if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
     text["effects"] = names_of_effects(setup_->scene.mask());
     if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
-    if (any_lattice_) text["any_lattice"] = true;
+    text["form"] = name_of(form_);
     text["precision"] = name_of_precision(setup_->options.precision);
     text["origin"] = name_of(step_->binary().origin);
     text["seconds"] = step_->binary().seconds;
@@ -165,7 +174,7 @@ bool scene_kernels::double_springs() const { return setup_->options.precision ==
 scene_kernels::grid_memory scene_kernels::memory_of_robot() const {
     if (!on_grid_) return {};
     const std::size_t seen = damped ? 6 : 3;  // values of a mass, as `exchanged` of kernels/grid.h
-    return {2 * seen * std::size_t(setup_->grid.sites()), std::size_t(grid_.tiles) * tile_parts, 1};
+    return {2 * seen * std::size_t(setup_->grid.sites()), 2 * grid_sums, 1};
 }
 
 unsigned scene_kernels::most_robots() const { return blocks_at_once_; }
@@ -174,12 +183,12 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
     return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
 }
 
-scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool any_lattice,
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
                            gpu_team& team, const context& gpu, kernel_library& kernels) {
     scene_kernels out;
     out.setup_ = &setup;
     out.mask_ = mask;
-    out.any_lattice_ = any_lattice;
+    out.form_ = form;
     out.damped = mask & effects::bit<effects::damping>;
     out.actuated = mask & effects::bit<effects::actuation>;
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
@@ -195,7 +204,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool an
     const int most_cluster =
         std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
     out.on_grid_ = true;
-    const bool grid_path = any_lattice || grid_path_asked_for();
+    const bool grid_path = form == kernel_form::any_lattice || grid_path_asked_for();
     for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup.grid.nz + cluster - 1) / cluster;
         if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
@@ -203,11 +212,14 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool an
         if (!shape_block(*plan, most, shared)) continue;
         out.on_grid_ = false;
         out.plan = plan;
-        out.shape_ = *shape_block(*plan, needs, shared);
+        const auto many = shape_block(*plan, needs, shared);
+        out.shape_ = form == kernel_form::alone
+                         ? shape_block(*plan, needs, shared, company::alone).value_or(*many)
+                         : *many;
     }
     if (out.on_grid_)
-        out.grid_ =
-            any_lattice ? shape_any_grid(setup.grid, needs) : shape_grid(setup.grid, needs, shared);
+        out.grid_ = form == kernel_form::any_lattice ? shape_any_grid(setup.grid, needs)
+                                                     : shape_grid(setup.grid, needs, shared);
 
     const auto number = [](auto value) { return std::to_string(value); };
     const std::map<std::string, std::string> of_scene = {
@@ -218,7 +230,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool an
     const auto define = [&](const char* name, auto value) {
         step.defines.emplace(name, number(value));
     };
-    if (!any_lattice) {
+    if (form != kernel_form::any_lattice) {
         define("LIMAX_NX", setup.grid.nx);
         define("LIMAX_NY", setup.grid.ny);
         define("LIMAX_NZ", setup.grid.nz);
@@ -260,17 +272,20 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool an
     return out;
 }
 
-scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
-                         kernel_library& kernels) {
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
+                         const context& gpu, kernel_library& kernels) {
     const unsigned wanted = setup.scene.mask();
+    const bool alone = robots <= std::size_t(gpu.device().multiprocessors);
+    const kernel_form best = alone ? kernel_form::alone : kernel_form::many;
     try {
-        return load_kernels(setup, wanted, false, team, gpu, kernels);
+        return load_kernels(setup, wanted, best, team, gpu, kernels);
     } catch (const error& problem) {
         if (problem.status() != LIMAX_NO_DEVICE) throw;
-        // Nothing can be compiled: what was built with limax for more effects or lattices will do.
-        for (const bool any_lattice : {false, true})
+        // Nothing can be compiled: what was built with limax for more effects, more robots or
+        // more lattices will do.
+        for (const kernel_form form : {best, kernel_form::many, kernel_form::any_lattice})
             for (const unsigned mask : covering_masks(wanted)) try {
-                    return load_kernels(setup, mask, any_lattice, team, gpu, kernels);
+                    return load_kernels(setup, mask, form, team, gpu, kernels);
                 } catch (const error& other) {
                     if (other.status() != LIMAX_NO_DEVICE) throw;
                 }

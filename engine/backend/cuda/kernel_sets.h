@@ -10,6 +10,10 @@
 
 namespace limax::cuda {
 
+// What a kernel for steps is made for: many robots of this lattice on each multiprocessor, one of
+// them, or robots of any lattice, on the grid path.
+enum class kernel_form { many, alone, any_lattice };
+
 // The kernels of one simulation on one GPU.
 class scene_kernels {
 public:
@@ -41,7 +45,7 @@ public:
     // Memory that robots on the grid path need besides, in elements of spring_real, of double and
     // of unsigned; all 0 on the block path.
     struct grid_memory {
-        std::size_t exchange = 0, parts = 0, arrived = 0;  // of one robot
+        std::size_t exchange = 0, sums = 0, arrived = 0;  // of one robot
     };
     grid_memory memory_of_robot() const;
     // Whether springs are computed in double.
@@ -79,14 +83,15 @@ public:
     std::string describe() const;
 
 private:
-    friend scene_kernels load_kernels(const simulation_setup&, unsigned, bool, gpu_team&,
+    friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, gpu_team&,
                                       const context&, kernel_library&);
 
     int blocks_of_robot(unsigned robots) const;
 
     const simulation_setup* setup_ = nullptr;
     unsigned mask_ = 0;  // effects that the kernels were made for
-    bool on_grid_ = false, any_lattice_ = false;
+    bool on_grid_ = false;
+    kernel_form form_ = kernel_form::many;
     unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
     std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
     block_shape shape_;
@@ -94,15 +99,15 @@ private:
     std::string doing_;
 };
 
-// The kernels made for the effects of `mask`, which include the scene's, and for this lattice or,
-// on the grid path, for any. Raises LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
-scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, bool any_lattice,
+// The kernels made for the effects of `mask`, which include the scene's, in this form. Raises
+// LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
                            gpu_team& team, const context& gpu, kernel_library& kernels);
 
-// Loads, and compiles where needed, what a simulation of this setup runs on. The path follows from
-// lattice and precision alone. Where nothing can be compiled, kernels built for more effects serve,
-// silenced, and for any lattice those of the grid path: with the same bits.
-scene_kernels load_scene(const simulation_setup& setup, gpu_team& team, const context& gpu,
-                         kernel_library& kernels);
+// Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
+// from lattice and precision alone. Where nothing can be compiled, kernels built with limax for
+// more effects, silenced, in whatever form, serve with the same bits.
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
+                         const context& gpu, kernel_library& kernels);
 
 }  // namespace limax::cuda

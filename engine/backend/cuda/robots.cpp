@@ -96,7 +96,7 @@ private:
     device_memory<R> state_;
     std::vector<R> saved_state_;    // what state_ held before sleep()
     device_memory<char> exchange_;  // of spring_real
-    device_memory<int64_t> parts_;
+    device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
@@ -113,7 +113,7 @@ template <class R>
 void robots_on_gpu<R>::wake() {
     if (awake_) return;
     const std::size_t count = robots_.size();
-    if (!prepared_) scene_ = load_scene(setup_, *team_, gpu_, kernels_);
+    if (!prepared_) scene_ = load_scene(setup_, count, *team_, gpu_, kernels_);
     try {
         allocate(count);
         const pinned<prepared_robot> made = make_springs(count);
@@ -156,7 +156,7 @@ void robots_on_gpu<R>::release() {
     springs_ = {};
     state_ = {};
     exchange_ = {};
-    parts_ = {};
+    sums_ = {};
     arrived_ = {};
     for (device_memory<double>& samples : device_samples_) samples = {};
 }
@@ -181,7 +181,8 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
         exchange_ =
             device_memory<char>(gpu_, count * memory.exchange * real, "the exchange" + of_robots);
-        parts_ = device_memory<int64_t>(gpu_, count * memory.parts, "the sums" + of_robots);
+        sums_ =
+            device_memory<unsigned long long>(gpu_, count * memory.sums, "the sums" + of_robots);
         arrived_ =
             device_memory<unsigned>(gpu_, count * memory.arrived, "the barriers" + of_robots);
         springs_.clear(stream_);
@@ -371,10 +372,11 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
         return;
     }
     arrived_.clear(stream_);
+    sums_.clear(stream_);
     const auto on_grid = [&](auto* exchange) {
         for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
             grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
-                launch, exchange, parts_.data(), arrived_.data(), setup_.grid, 0};
+                launch, exchange, sums_.data(), arrived_.data(), setup_.grid, 0};
             arguments.step.running += first;
             scene_.launch_grid(gpu_, stream_, arguments,
                                std::min(robots - first, scene_.most_robots()));

@@ -34,8 +34,8 @@ struct tile_memory {
     corner_columns<window> at;
     sum_columns<tile_masses> sum;
     effects::actuation::moment<spring_real> now;  // of the muscles
-    int64_t part[tile_parts][warps];
-    int64_t sum_of[tile_parts];
+    int64_t part[grid_sums][warps];
+    int64_t sum_of[grid_sums];
     double shift[3];  // of the origin, m
     int moved, broken;
     double touching;
@@ -105,11 +105,6 @@ __device__ inline void exchange_corner(const site_grid& grid, spring_real* colum
         column[4 * sites + site] = c.vy;
         column[5 * sites + site] = c.vz;
     }
-}
-
-// Joins one more part of a sum of kind `which`.
-__device__ inline void add_part(int64_t& sum, int which, int64_t part) {
-    sum = which == sum_broken ? sum | part : sum + part;
 }
 
 // Waits until all blocks of the robot have come here; what they wrote before is then visible.
@@ -253,12 +248,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     const int64_t robot = launch.running[blockIdx.x / blocks];
     const site_grid grid(arguments.grid);
     const int sites = grid.count(), tiles = tiles_of(grid);
+    int event = 0;  // of this launch
 
     const float* columns = launch.springs + robot * (spring_columns * direction_count * sites);
     const float* masses = launch.mass + robot * sites;
     mass_real* const state = launch.state + robot * (state_columns * sites);
     spring_real* const exchange = arguments.exchange + robot * (2 * exchanged * sites);
-    int64_t* const parts = arguments.parts + robot * (tiles * tile_parts);
     unsigned* const arrived = arguments.arrived + robot;
 
     copy_record(shared.record, launch.records[robot], thread, threads);
@@ -319,9 +314,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const double height = contact ? ground_height(launch, record) : 0.0;
             const spring_real* const seen = column_of(side);
             const double of_total = 1.0 / record.total_mass;
+            int64_t part[grid_sums] = {};
             each_tile([&](int tile) {
-                int64_t part[sum_parts] = {};
-                int broken = 0;
                 each_site(grid, tile, [&](int site, int) {
                     const corner c = exchanged_corner(grid, seen, site);
                     mass_state m;
@@ -332,49 +326,47 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     part[sum_touching] +=
                         contact && m.mass > mass_real(0) && double(m.position[2]) < height;
                     if (!limited) return;
-                    broken |= broken_by_mass(m, launch);
+                    const int broken = broken_by_mass(m, launch);
+                    part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
+                    part[sum_speed] += broken & limit_speed ? 1 : 0;
                     for (int d = 0; d < direction_count; ++d) {
                         const float stiffness = columns[d * sites + site];
                         if (!(stiffness > 0.0f)) continue;
                         const direction along = direction_at(d);
                         const int far = site + grid.at(along.x, along.y, along.z);
-                        if (stretched(stiffness, c, exchanged_corner(grid, seen, far), launch,
-                                      length_class(d)))
-                            broken |= limit_stretch;
+                        part[sum_stretch] +=
+                            stretched(stiffness, c, exchanged_corner(grid, seen, far), launch,
+                                      length_class(d));
                     }
                 });
-                for (int i = 0; i < sum_parts; ++i) {
-                    const int64_t sum = sum_over_warp(part[i]);
-                    if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
-                }
-                int together = broken;
-                for (int distance = 16; distance > 0; distance /= 2)
-                    together |= __shfl_xor_sync(0xffffffffu, together, distance);
-                if (thread % 32 == 0) shared.part[sum_broken][thread / 32] = together;
-                __syncthreads();
-                if (thread < tile_parts) {
-                    int64_t sum = 0;
-                    for (int warp = 0; warp < warps; ++warp)
-                        add_part(sum, thread, shared.part[thread][warp]);
-                    parts[tile * tile_parts + thread] = sum;
-                }
-                __syncthreads();
             });
-            meet(arrived, blocks);
-            // every block adds up all tiles
-            if (thread < tile_parts) {
-                int64_t sum = 0;
-                for (int tile = 0; tile < tiles; ++tile)
-                    add_part(sum, thread,
-                             int64_t(__ldcg(reinterpret_cast<const long long*>(
-                                 parts + tile * tile_parts + thread))));
-                shared.sum_of[thread] = sum;
+            for (int i = 0; i < grid_sums; ++i) {
+                const int64_t sum = sum_over_warp(part[i]);
+                if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
             }
             __syncthreads();
-            const int broken = int(shared.sum_of[sum_broken]);
-            if (broken != 0) {
+            // one of two sets of sums; the other, which all blocks have read, starts again at 0
+            unsigned long long* const sums = arguments.sums + (2 * robot + event % 2) * grid_sums;
+            unsigned long long* const next =
+                arguments.sums + (2 * robot + (event + 1) % 2) * grid_sums;
+            ++event;
+            if (thread < grid_sums) {
+                int64_t sum = 0;
+                for (int warp = 0; warp < warps; ++warp) sum += shared.part[thread][warp];
+                atomicAdd(sums + thread, static_cast<unsigned long long>(sum));
+            }
+            meet(arrived, blocks);
+            if (thread < grid_sums) {
+                shared.sum_of[thread] = static_cast<int64_t>(__ldcg(sums + thread));
+                if (block == 0) next[thread] = 0;
+            }
+            __syncthreads();
+            if (shared.sum_of[sum_nonfinite] + shared.sum_of[sum_speed] +
+                    shared.sum_of[sum_stretch] !=
+                0) {
                 if (thread == 0)
-                    note_divergence(record, step, broken & limit_nonfinite, broken & limit_speed);
+                    note_divergence(record, step, shared.sum_of[sum_nonfinite] != 0,
+                                    shared.sum_of[sum_speed] != 0);
                 break;
             }
             if (center_wanted(record, step)) {
@@ -408,7 +400,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             half_kick = leapfrog && step == 0;
             since_event = 0;
             until_event = int(next_event(record, step, shared.stop) - step);
-            // what the parts held is not overwritten before every block has read it
+            // the next event's sums are 0 before any block adds to them
             meet(arrived, blocks);
         }
 

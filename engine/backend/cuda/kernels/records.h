@@ -120,16 +120,24 @@ struct step_launch {
 template <class R, class F>
 struct grid_launch {
     step_launch<R> step;
-    F* exchange;        // masses as springs see them, [robot][2][value][site]
-    int64_t* parts;     // of sums over all masses, [robot][tile][tile_parts]
-    unsigned* arrived;  // blocks that came to a barrier so far, [robot]
+    F* exchange;               // masses as springs see them, [robot][2][value][site]
+    unsigned long long* sums;  // over all masses, modulo 2^64, [robot][2][grid_sums]
+    unsigned* arrived;         // blocks that came to a barrier so far, [robot]
     lattice grid;
     int blocks_of_robot;
 };
 // Sums over all masses of a robot: two words of the centre of mass along each axis, masses that
-// touch the ground. Whole numbers add up to the same in any order, so that no path and no number of
-// threads or blocks changes a bit. The grid path gathers the limits that are broken with them.
-enum sum_part { sum_center = 0, sum_touching = 6, sum_parts = 7, sum_broken = 7, tile_parts = 8 };
+// touch the ground; on the grid path also masses and springs that break a limit. Whole numbers add
+// up to the same in any order, so that no path and no number of threads or blocks changes a bit.
+enum sum_over_masses {
+    sum_center = 0,
+    sum_touching = 6,
+    block_sums = 7,
+    sum_nonfinite = 7,
+    sum_speed = 8,
+    sum_stretch = 9,
+    grid_sums = 10
+};
 
 // What becomes known of a robot when its springs are made.
 struct prepared_robot {

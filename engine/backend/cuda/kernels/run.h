@@ -65,10 +65,10 @@ __device__ inline double center_of(const int64_t words[2]) {
 }
 
 // Where the origin goes, and what else hangs on the centre of mass: marks and samples. `sums` are
-// those of sum_part. Returns whether the origin moved, by `shift`. Of several blocks that keep the
-// same record one `writes` the samples.
+// those of sum_over_masses. Returns whether the origin moved, by `shift`. Of several blocks that
+// keep the same record one `writes` the samples.
 __device__ inline bool note_center(const launch_arguments& launch, robot_record& record,
-                                   int64_t step, const int64_t sums[sum_parts], double shift[3],
+                                   int64_t step, const int64_t sums[block_sums], double shift[3],
                                    bool writes) {
     const bool sampled = step == record.next_sample[sample_center];
     double* const sample = launch.samples[sample_center] + record.offset[sample_center] +

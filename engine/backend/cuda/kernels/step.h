@@ -74,13 +74,13 @@ struct block_memory {
     sum_columns<places> sum;    // forces of springs
     private_columns<places> own;
     spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
-    effects::actuation::moment<spring_real> now;  // of the muscles
-    int64_t part[sum_parts][warps];               // of sums over all masses
-    int64_t of_block[sum_parts][cluster_blocks];  // the same, of every block
-    int64_t sum_of[sum_parts];                    // and of all
-    int broken[3][cluster_blocks];                // limits, by block
-    double shift[3];                              // of the origin, m
-    int moved;                                    // whether any of it is not 0
+    effects::actuation::moment<spring_real> now;   // of the muscles
+    int64_t part[block_sums][warps];               // of sums over all masses
+    int64_t of_block[block_sums][cluster_blocks];  // the same, of every block
+    int64_t sum_of[block_sums];                    // and of all
+    int broken[3][cluster_blocks];                 // limits, by block
+    double shift[3];                               // of the origin, m
+    int moved;                                     // whether any of it is not 0
     robot_record record;
     int64_t stop;  // last step of this launch
 };
