@@ -266,7 +266,7 @@ typedef struct limax_scene limax_scene;
 typedef struct limax_effect_info {
     const char* name;
     const char* summary;
-    const char* needs; /* comma-separated names of effects, or empty */
+    const char* needs; /* comma-separated names of effects, one of which must be there; or empty */
     int32_t fields;
     int32_t reserved;
 } limax_effect_info;
@@ -292,7 +292,7 @@ void limax_scene_free(limax_scene* scene);
 limax_status limax_scene_add(limax_scene* scene, const char* effect);
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count);
-/* Says whether every effect has what it needs. */
+/* Says whether every effect has one of those that it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 
 /* ---- simulation ------------------------------------------------------------------------------ */
@@ -314,7 +314,7 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_CENTER_OF_MASS = 0, /* [sample][3], m */
     LIMAX_TRACE_POSITION = 1,       /* [sample][mass][3], m */
     LIMAX_TRACE_VELOCITY = 2,       /* [sample][mass][3], m/s, at the sample's own time */
-    LIMAX_TRACE_CONTACT = 3,        /* [sample][1], share of the masses that touch the ground */
+    LIMAX_TRACE_CONTACT = 3,        /* [sample][1], share of the masses that touch a contact */
     LIMAX_TRACE_ENERGY =
         4, /* [sample][4]: kinetic, elastic, gravitational (J); power of the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
@@ -375,7 +375,7 @@ typedef struct limax_outcome {
     /* Summaries of recorded traces, from t = 0; NaN where the trace is not recorded. */
     double path_length; /* horizontal length of the centre of mass's path, m (center_of_mass) */
     double height;      /* highest centre of mass above its place at t = 0, m (center_of_mass) */
-    double contact;     /* mean share of masses on the ground (contact) */
+    double contact;     /* mean share of masses in contact (contact) */
     double kinetic;     /* mean, J (energy) */
     double elastic;     /* mean, J (energy) */
     double muscle_work; /* integral of the muscles' positive power, J (energy) */

@@ -28,7 +28,7 @@ local ALWAYS = "springs"
 ---@class limax.effect
 ---@field name string
 ---@field summary string
----@field needs string[] effects that must be there too
+---@field needs string[] effects, one of which must be there too; none if empty
 ---@field fields limax.field[]
 
 local function describe(effect)

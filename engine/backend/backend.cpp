@@ -90,9 +90,10 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         require_range(format("record.%s", kinds[kind]).c_str(), options.record[kind], 0, 100000,
                       "Hz");
-    if (options.record[LIMAX_TRACE_CONTACT] && !scene.has(effects::index_of<effects::ground>))
+    if (options.record[LIMAX_TRACE_CONTACT] && !(scene.mask() & effects::contact_bits))
         fail(LIMAX_INVALID_ARGUMENT,
-             "record.contact needs the effect 'ground', which the scene does not name");
+             format("record.contact needs the effect %s, which the scene does not name",
+                    one_of(effect_entries()[effects::index_of<effects::friction>].needs).c_str()));
     scene.check();
 }
 

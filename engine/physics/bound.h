@@ -46,8 +46,17 @@ template <class E>
 inline constexpr bool bounds_springs = (E::hooks & effects::hook_bound) != 0 &&
                                        (E::hooks & effects::hook_pair) != 0;
 template <class E>
-inline constexpr bool bounds_masses = (E::hooks & effects::hook_bound) != 0 &&
-                                      (E::hooks & effects::hook_pair) == 0;
+inline constexpr bool bounds_masses = effects::is_contact<E> ||
+                                      ((E::hooks & effects::hook_bound) != 0 &&
+                                       (E::hooks & effects::hook_pair) == 0);
+template <class E>
+LIMAX_LAW effects::stiffness_damping bound_of_mass(const typename E::template params<double>& p,
+                                                   double mass) {
+    if constexpr (effects::is_contact<E>)
+        return effects::contact_bound(p, mass);
+    else
+        return E::bound(p, mass);
+}
 
 // What the spring at `slot` adds to the sums of one of its ends.
 template <class Scene>
@@ -82,7 +91,7 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const la
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_masses<E>) {
             if (!scene.has(effects::index_of<E>)) return;
-            const effects::stiffness_damping most = E::bound(
+            const effects::stiffness_damping most = bound_of_mass<E>(
                 E::template make<double>(scene.values(effects::index_of<E>), origin), mass);
             sum.stiffness += most.stiffness;
             sum.damping += most.damping;

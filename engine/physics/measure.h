@@ -104,10 +104,10 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
                                       mass,
                                       1.0 / mass};
         for_each([&]<class E>(E) {
-            if constexpr (bool(E::hooks & hook_energy) && bool(E::hooks & hook_node)) {
+            if constexpr (stores_energy_on_masses<E>) {
                 if (!scene.has(index_of<E>)) return;
-                const double energy =
-                    E::energy(E::template make<double>(scene.values(index_of<E>), world), node);
+                const double energy = energy_of_mass<E>(
+                    E::template make<double>(scene.values(index_of<E>), world), node);
                 (same_type<E, gravity> ? result.gravitational : result.elastic) += energy;
             }
         });

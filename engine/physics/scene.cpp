@@ -1,8 +1,6 @@
 // scene.cpp: adding effects to a scene and checking their parameters.
 #include "physics/scene.h"
 
-#include <sstream>
-
 #include "base/error.h"
 
 namespace limax {
@@ -11,7 +9,12 @@ const std::vector<effect_entry>& effect_entries() {
     static const std::vector<effect_entry> entries = [] {
         std::vector<effect_entry> list;
         effects::for_each([&]<class E>(E) {
-            list.push_back({E::name, E::summary, E::needs, E::hooks, E::fields, E::field_count});
+            std::string needs;
+            effects::for_each([&]<class F>(F) {
+                if (F::hooks & E::needs)
+                    needs += (needs.empty() ? "" : ", ") + std::string(F::name);
+            });
+            list.push_back({E::name, E::summary, needs, E::hooks, E::fields, E::field_count});
         });
         return list;
     }();
@@ -32,6 +35,10 @@ int find_effect(const std::string& name) {
 }
 
 }  // namespace
+
+std::string one_of(const std::string& names) {
+    return names.find(',') == std::string::npos ? "'" + names + "'" : "one of " + names;
+}
 
 scene::scene() {
     for (const effect_entry& entry : effect_entries()) {
@@ -79,16 +86,14 @@ void scene::set(const std::string& effect, const std::string& name, const double
 }
 
 void scene::check() const {
-    const auto& entries = effect_entries();
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-        if (!has(static_cast<int>(i))) continue;
-        std::istringstream needs(entries[i].needs);
-        for (std::string need; std::getline(needs, need, ',');)
-            if (!has(find_effect(need)))
-                fail(LIMAX_INVALID_ARGUMENT,
-                     format("scene: effect '%s' needs '%s', which the scene does not name",
-                            entries[i].name, need.c_str()));
-    }
+    effects::for_each([&]<class E>(E) {
+        if (!has(effects::index_of<E>) || !E::needs) return;
+        if (mask_ & effects::bits_with(effects::all{}, E::needs)) return;
+        const std::string& needs = effect_entries()[effects::index_of<E>].needs;
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene: effect '%s' needs %s, which the scene does not name", E::name,
+                    one_of(needs).c_str()));
+    });
 }
 
 }  // namespace limax

@@ -13,7 +13,7 @@ namespace limax {
 struct effect_entry {
     const char* name;
     const char* summary;
-    const char* needs;  // comma-separated names, or empty
+    std::string needs;  // comma-separated names, one of which must be there; or empty
     unsigned hooks;
     const effects::field* fields;
     int field_count;
@@ -22,13 +22,16 @@ struct effect_entry {
 // Every effect, in the order of effects::all.
 const std::vector<effect_entry>& effect_entries();
 
+// "'ground'", or "one of ground, planes", for messages.
+std::string one_of(const std::string& names);
+
 class scene {
 public:
     scene();  // springs alone
 
     void add(const std::string& effect);
     void set(const std::string& effect, const std::string& field, const double* values, int count);
-    // Refuses a scene in which an effect lacks what it needs.
+    // Refuses a scene in which an effect has none of those that it needs.
     void check() const;
 
     bool has(int effect) const { return mask_ >> effect & 1u; }

@@ -42,7 +42,7 @@ TEST_CASE_TEMPLATE("parameters follow the origin as if they were made anew", R, 
     const double here[3] = {0, 0, 0}, there[3] = {6, -14, 998};
     int following = 0;
     for_each([&]<class E>(E) {
-        if constexpr (bool(E::hooks & (hook_node | hook_impulse))) {
+        if constexpr (acts_on_masses<E>) {
             const std::vector<double> values = default_values<E>();
             auto params = E::template make<R>(values.data(), here);
             if constexpr (requires { E::follow(params, values.data(), there); }) {
@@ -57,38 +57,124 @@ TEST_CASE_TEMPLATE("parameters follow the origin as if they were made anew", R, 
 }
 
 TEST_CASE_TEMPLATE(
-    "an impulse never reverses a velocity nor adds to it, and without contact leaves it alone "
-    "where "
-    "it says so",
+    "friction never reverses a slip nor adds to it, never changes what leaves or meets the "
+    "surface, "
+    "and without contact leaves the velocity alone",
     R, float, double) {
     draws draw;
     const double origin[3] = {0, 0, 0};
-    int impulses = 0;
+    const auto params = friction::make<R>(default_values<friction>().data(), origin);
+    const R inverse_mass = 10, h = R(1e-4);
+    const auto check = [&](auto direction_of) {
+        R reversed = 0, longer = 0, turned = 0;
+        bool touched = false;
+        for (int i = 0; i < 20000; ++i) {
+            // slips from 1e-12 to 10 m/s, loads from none to far more than stops any of them
+            const R scale = R(std::pow(10.0, 6.5 * draw() - 5.5));
+            const vector<R> v{scale * R(draw()), i % 7 ? scale * R(draw()) : R(0), R(draw())};
+            const R load = i % 5 ? R(std::pow(10.0, 4 * draw())) : R(1e6);
+            const auto normal = direction_of();
+            const vector<R> after = friction::slip(params, normal, load, inverse_mass, v, h);
+            const vector<R> slip = across(normal, v), left = across(normal, after);
+            reversed = larger(reversed, -dot(slip, left));
+            longer = larger(longer, square_root(dot(left, left)) - square_root(dot(slip, slip)));
+            turned = larger(turned, absolute(along(normal, after) - along(normal, v)));
+            touched |= !same_bytes(friction::slip(params, normal, R(0), inverse_mass, v, h), v);
+        }
+        // rounding of a velocity of some m/s, which is nothing where it is not turned
+        const R rounding =
+            same_type<decltype(direction_of()), up> ? R(0) : (sizeof(R) == 4 ? R(1e-5) : R(1e-13));
+        CHECK(reversed <= rounding);
+        CHECK(longer <= rounding);
+        CHECK(turned <= rounding);
+        CHECK(!touched);
+    };
+    check([] { return up{}; });
+    check([&] {
+        vector<R> n{R(draw()), R(draw()), R(draw())};
+        const R inverse = R(1) / square_root(dot(n, n));
+        return vector<R>{n.x * inverse, n.y * inverse, n.z * inverse};
+    });
+}
+
+TEST_CASE_TEMPLATE("friction on a surface that faces up is that of the same normal as a vector", R,
+                   float, double) {
+    draws draw;
+    const double origin[3] = {0, 0, 0};
+    const auto params = friction::make<R>(default_values<friction>().data(), origin);
+    R worst = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const vector<R> v{R(draw()), R(draw()), R(draw())};
+        const R load = R(std::pow(10.0, 4 * draw()));
+        const vector<R> flat = friction::slip(params, up{}, load, R(10), v, R(1e-4)),
+                        other = friction::slip(params, vector<R>{0, 0, 1}, load, R(10), v, R(1e-4));
+        worst = larger(worst, absolute(flat.x - other.x) + absolute(flat.y - other.y) +
+                                  absolute(flat.z - other.z));
+    }
+    CHECK(worst < (sizeof(R) == 4 ? R(1e-6) : R(1e-15)));
+}
+
+TEST_CASE("the force of an effect on a mass at rest is the gradient of its energy") {
+    draws draw;
+    const double origin[3] = {0, 0, 0};
+    int effects = 0;
     for_each([&]<class E>(E) {
-        if constexpr (bool(E::hooks & hook_impulse)) {
-            ++impulses;
+        if constexpr (stores_energy_on_masses<E>) {
+            ++effects;
             CAPTURE(E::name);
-            const std::vector<double> values = default_values<E>();
-            const auto params = E::template make<R>(values.data(), origin);
-            bool reversed = false, longer = false, touched = false;
-            for (int i = 0; i < 20000; ++i) {
-                // slips from 1e-12 to 10 m/s, loads from none to far more than stops any of them
-                const R scale = R(std::pow(10.0, 6.5 * draw() - 5.5));
-                const vector<R> v{scale * R(draw()), i % 7 ? scale * R(draw()) : R(0), R(draw())};
-                const node_state<R> node{{R(draw()), R(draw()), R(draw())}, v, R(0.1), R(10)};
-                const R load = i % 5 ? R(std::pow(10.0, 4 * draw())) : R(1e6);
-                const R h = R(1e-4);
-                const vector<R> after = E::impulse(params, node, v, load, h);
-                const auto against = [](R now, R then) { return then * now < R(0); };
-                reversed |= against(v.x, after.x) || against(v.y, after.y);
-                longer |= absolute(after.x) > absolute(v.x) || absolute(after.y) > absolute(v.y);
-                if (E::in_contact_only)
-                    touched |= !same_bytes(E::impulse(params, node, v, R(0), h), v);
+            const auto params = E::template make<double>(default_values<E>().data(), origin);
+            const double step = 1e-6;
+            double worst = 0, acted = 0;
+            for (int i = 0; i < 2000; ++i) {
+                const vector<double> at{2 * draw(), 2 * draw(), 2 * draw()};
+                const auto energy = [&](double x, double y, double z) {
+                    return energy_of_mass<E>(params, node_state<double>{{x, y, z}, {}, 0.1, 10});
+                };
+                vector<double> force{0, 0, 0};
+                add_force<E>(params, node_state<double>{at, {0, 0, 0}, 0.1, 10}, force);
+                const double slope[3] = {
+                    energy(at.x + step, at.y, at.z) - energy(at.x - step, at.y, at.z),
+                    energy(at.x, at.y + step, at.z) - energy(at.x, at.y - step, at.z),
+                    energy(at.x, at.y, at.z + step) - energy(at.x, at.y, at.z - step)};
+                const double size = std::sqrt(dot(force, force)) + 1;
+                worst = larger(worst, absolute(force.x + slope[0] / (2 * step)) / size);
+                worst = larger(worst, absolute(force.y + slope[1] / (2 * step)) / size);
+                worst = larger(worst, absolute(force.z + slope[2] / (2 * step)) / size);
+                acted = larger(acted, size - 1);
             }
-            CHECK(!reversed);
-            CHECK(!longer);
-            CHECK(!touched);
+            // a difference over 1e-6 m of energies of up to 1e5 J
+            CHECK(worst < 1e-4);
+            CHECK(acted > 0);
         }
     });
-    CHECK(impulses > 0);
+    CHECK(effects > 1);
+}
+
+TEST_CASE_TEMPLATE("wind brings a mass nearer to the air and never past it, whatever the step", R,
+                   float, double) {
+    draws draw;
+    const double origin[3] = {0, 0, 0};
+    bool past = false, away = false, idle = false;
+    for (int i = 0; i < 20000; ++i) {
+        const double values[4] = {draw(), draw(), draw(), std::pow(10.0, 6 * draw() - 3)};
+        const auto params = wind::make<R>(values, origin);
+        const vector<R> v{R(draw()), R(draw()), R(draw())};
+        const R h = R(std::pow(10.0, 3 * draw() - 3));
+        const vector<R> after = wind::impulse(params, node_state<R>{{}, v, R(0.1), R(10)}, v, h);
+        const R before = params.velocity.x - v.x, left = params.velocity.x - after.x;
+        // to a rounding of velocities of up to 1 m/s
+        const R rounding = sizeof(R) == 4 ? R(3e-7) : R(1e-15);
+        past |= before > R(0) ? left < -rounding : left > rounding;
+        away |= absolute(left) > absolute(before) + rounding;
+        idle |= absolute(before) > R(0.1) && values[3] * double(h) > 1e-2 &&
+                !(absolute(left) < absolute(before));
+    }
+    CHECK(!past);
+    CHECK(!away);
+    CHECK(!idle);
+    // a site that is not in use stays at rest
+    const double values[4] = {1, 2, 3, 1000};
+    const vector<R> still =
+        wind::impulse(wind::make<R>(values, origin), node_state<R>{}, vector<R>{0, 0, 0}, R(1));
+    CHECK(same_bytes(still, vector<R>{0, 0, 0}));
 }

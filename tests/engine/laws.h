@@ -48,7 +48,7 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     const auto now = actuation::at<R>(clock, int64_t(x), 1e-4);
     spring_state<R> spring{x, x, x, x, x, x, x};
     const node_state<R> node{{x, x, x}, {x, x, x}, x, x};
-    node_force<R> force{};
+    vector<R> force{};
     vector<R> velocity{x, x, x};
     R sum = R(rate.sine + rate.cosine);
     for_each([&]<class E>(E) {
@@ -59,17 +59,21 @@ __device__ R every_effect(const whole_scene& scene, R x) {
             auto params = E::template make<R>(values, origin);
             if constexpr (requires { E::follow(params, values, origin); })
                 E::follow(params, values, origin);
-            if constexpr (bool(E::hooks & hook_node)) E::node(params, node, force);
+            if constexpr (pushes_masses<E>) add_force<E>(params, node, force);
+            if constexpr (is_contact<E>)
+                velocity = after_friction<E, friction>(
+                    params, friction::make<R>(scene.values(index_of<friction>), origin), node,
+                    velocity, x);
             if constexpr (bool(E::hooks & hook_impulse))
-                velocity = E::impulse(params, node, velocity, force.normal, x);
-            if constexpr (bool(E::hooks & hook_energy)) sum += E::energy(params, node);
+                velocity = E::impulse(params, node, velocity, x);
+            if constexpr (stores_energy_on_masses<E>) sum += energy_of_mass<E>(params, node);
         } else if constexpr (bool(E::hooks & hook_energy)) {
             sum += E::energy(spring);
         }
     });
     R lost = 0;
-    const R after = kick<true>(velocity.x, force.total.x, x, x, lost) +
-                    kick<false>(velocity.y, force.total.y, x, x, lost);
+    const R after = kick<true>(velocity.x, force.x, x, x, lost) +
+                    kick<false>(velocity.y, force.y, x, x, lost);
     sum += drift<true>(x, after, x, lost) + drift<false>(x, after, x, lost);
     return sum + predict(velocity.z, after, x) + lost + inverse_length(x);
 }

@@ -415,3 +415,27 @@ TEST_CASE("a body dropped from 1 km rests at the penetration of one dropped from
     CHECK(std::fabs(pressed[1] - pressed[0]) <
           1e-6);  // m: fp32 within 4 m of the robot's own origin
 }
+
+TEST_CASE("a body in wind falls steadily at the air's velocity plus m g / c") {
+    for (const int precision : every_precision)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            stage body(lattice{1, 1, 1});
+            body.effects({"gravity", "wind"});
+            body.set("wind", "velocity", {2, -1, 0.5}).set("wind", "drag", {1});
+            body.setup.options.precision = precision;
+            body.setup.options.integrator = integrator;
+            body.setup.options.time_step = 1e-3;
+            body.setup.options.duration = 3;
+            const auto run = body.run();
+            const snapshot state = state_of(*run);
+            // every mass is 0.1 kg, rounded once: after 30 times m / c the start is forgotten
+            const double expected[3] = {2, -1, 0.5 - double(0.1f) * g};
+            // of all masses together: what springs do to each other is not in it
+            double mean[3] = {};
+            for (std::size_t i = 0; i < state.velocities.size(); ++i)
+                mean[i % 3] += state.velocities[i] / 8;
+            for (int axis = 0; axis < 3; ++axis)
+                CHECK(std::fabs(mean[axis] - expected[axis]) <
+                      (precision == LIMAX_DOUBLE ? 1e-11 : 2e-5));
+        }
+}

@@ -17,7 +17,7 @@ public:
     explicit scratch(const lattice& grid)
         : count_(padded(grid.sites())),
           longest_step_(padded(longest_step(grid))),
-          memory_(7 * (count_ + longest_step_)) {}
+          memory_(6 * (count_ + longest_step_)) {}
 
     // Points the scratch columns of a robot here.
     template <class S, class F>
@@ -35,7 +35,6 @@ public:
             else
                 take(masses.force[axis]);
         }
-        take(masses.normal);
     }
 
 private:

@@ -42,7 +42,6 @@ struct mass_arrays {
     const S* inverse_mass;  // 1/kg; 0 at a site that is not in use
     // Scratch of the thread, as above.
     S* force[3];  // N; the same memory as the springs' in equal precision
-    S* normal;    // N
 };
 
 // Adds the forces of all springs.
@@ -51,9 +50,11 @@ using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::mo
 // Adds the forces of one effect on the masses. `params` is the effect's own params<S>.
 template <class S>
 using node_pass = void (*)(const mass_arrays<S>&, const void* params);
-// Changes next_velocity by one effect's impulses over h.
+// Changes next_velocity by one effect's impulses over h, or by the friction of one contact.
 template <class S>
 using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
+template <class S>
+using slip_pass = void (*)(const mass_arrays<S>&, const void* contact, const void* friction, S h);
 template <class S>
 using kick_pass = void (*)(const mass_arrays<S>&, S h);
 // `share` as in predict(); not used without prediction.
@@ -91,7 +92,8 @@ struct spring_passes {
 template <class S>
 struct mass_passes {
     node_pass<S> node[effects::all::count];        // null where the effect has no such hook
-    impulse_pass<S> impulse[effects::all::count];  // likewise
+    slip_pass<S> slip[effects::all::count];        // null where the effect is no contact
+    impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
     kick_pass<S> kick[2];                          // [compensated]
     drift_pass<S> drift[2][2];                     // [compensated][predicted]
     mass_limit_pass<S> limit;

@@ -92,15 +92,14 @@ template <class R, class E>
 void node(const mass_arrays<R>& shared, const void* block) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
     const mass_arrays<R> robot = shared;
-    R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2], *normal = robot.normal;
+    R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2];
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
-        node_force<R> force{{fx[i], fy[i], fz[i]}, normal[i]};
-        E::node(params, node_at(robot, i), force);
-        fx[i] = force.total.x;
-        fy[i] = force.total.y;
-        fz[i] = force.total.z;
-        normal[i] = force.normal;
+        vector<R> force{fx[i], fy[i], fz[i]};
+        add_force<E>(params, node_at(robot, i), force);
+        fx[i] = force.x;
+        fy[i] = force.y;
+        fz[i] = force.z;
     }
 }
 
@@ -111,8 +110,25 @@ void impulse(const mass_arrays<R>& shared, const void* block, R h) {
     R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
-        const vector<R> after = E::impulse(params, node_at(robot, i),
-                                           vector<R>{wx[i], wy[i], wz[i]}, robot.normal[i], h);
+        const vector<R> after =
+            E::impulse(params, node_at(robot, i), vector<R>{wx[i], wy[i], wz[i]}, h);
+        wx[i] = after.x;
+        wy[i] = after.y;
+        wz[i] = after.z;
+    }
+}
+
+// The contact is found again, from the same numbers and so with the same bits.
+template <class R, class E>
+void slip(const mass_arrays<R>& shared, const void* block, const void* friction_block, R h) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const auto coefficients = *static_cast<const friction::params<R>*>(friction_block);
+    const mass_arrays<R> robot = shared;
+    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        const vector<R> after = after_friction<E, friction>(params, coefficients, node_at(robot, i),
+                                                            vector<R>{wx[i], wy[i], wz[i]}, h);
         wx[i] = after.x;
         wy[i] = after.y;
         wz[i] = after.z;
@@ -210,7 +226,8 @@ template <class R>
 constexpr mass_passes<R> make_mass_passes() {
     mass_passes<R> passes{};
     for_each([&]<class E>(E) {
-        if constexpr (E::hooks & hook_node) passes.node[index_of<E>] = node<R, E>;
+        if constexpr (pushes_masses<E>) passes.node[index_of<E>] = node<R, E>;
+        if constexpr (is_contact<E>) passes.slip[index_of<E>] = slip<R, E>;
         if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
     });
     passes.kick[0] = kick<R, false>;

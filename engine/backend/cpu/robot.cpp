@@ -1,9 +1,9 @@
 // robot.cpp: the order of one step, and what happens between steps.
 //
 // A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order
-// of effects::all; kick; impulses; drift. In `mixed` springs see x and p rounded to fp32, and their
-// sums are widened before anything on masses. "Begun" is the state between kick and drift, where
-// both velocities around t_n are at hand: samples are taken there.
+// of effects::all; kick; impulses, friction last; drift. In `mixed` springs see x and p rounded to
+// fp32, and their sums are widened before anything on masses. "Begun" is the state between kick and
+// drift, where both velocities around t_n are at hand: samples are taken there.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
@@ -52,6 +52,8 @@ private:
     void release_springs();
     void sample_due();
     void record(int kind);
+    // Whether the mass at a site lies below the surface of any contact.
+    bool touches(int32_t site) const;
     // Velocities at t_n, from those on both sides.
     void velocity_now(S* out[3]) const;
     double center(int axis) const {
@@ -102,8 +104,7 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
     outcome_.springs = body_.springs;
     outcome_.mass = body_.total_mass;
     effects::for_each([&]<class E>(E) {
-        if (setup.scene.has(effects::index_of<E>) &&
-            (E::hooks & (effects::hook_node | effects::hook_impulse)))
+        if (setup.scene.has(effects::index_of<E>) && effects::acts_on_masses<E>)
             active_.push_back({effects::index_of<E>, {}});
     });
     traces_ = traces(plan_, body_.masses);
@@ -136,7 +137,7 @@ template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::refresh_params() {
     for (active_effect& active : active_)
         effects::for_each([&]<class E>(E) {
-            if constexpr (bool(E::hooks & (effects::hook_node | effects::hook_impulse))) {
+            if constexpr (effects::acts_on_masses<E>) {
                 if (active.index != effects::index_of<E>) return;
                 const auto params = E::template make<S>(setup_.scene.values(active.index), origin_);
                 static_assert(sizeof params <= sizeof active.params);
@@ -193,7 +194,6 @@ void robot_run<S, F, compensated>::begin() {
     const unsigned resting = actuated_now() ? 0u : effects::bit<effects::actuation>;
     spring_passes_.pair[pair_variant(setup_.scene.mask() & ~resting)](springs_, moment());
     columns_.take_forces(passes_);
-    std::memset(masses_.normal, 0, count * sizeof(S));
     for (const active_effect& active : active_)
         if (const auto node = mass_passes_.node[active.index]) node(masses_, active.params);
     const double h = leapfrog_ && step_ == 0 ? 0.5 * plan_.time_step : plan_.time_step;
@@ -201,6 +201,12 @@ void robot_run<S, F, compensated>::begin() {
     for (const active_effect& active : active_)
         if (const auto impulse = mass_passes_.impulse[active.index])
             impulse(masses_, active.params, S(h));
+    // friction last: what it stops stays
+    for (const active_effect& active : active_)
+        if (active.index == effects::index_of<effects::friction>)
+            for (const active_effect& contact : active_)
+                if (const auto slip = mass_passes_.slip[contact.index])
+                    slip(masses_, contact.params, active.params, S(h));
     begun_ = true;
 }
 
@@ -230,6 +236,23 @@ void robot_run<S, F, compensated>::velocity_now(S* out[3]) const {
                     after = masses_.next_velocity[axis][site];
             out[axis][site] = between ? S(0.5) * (before + after) : before;
         }
+}
+
+template <class S, class F, bool compensated>
+bool robot_run<S, F, compensated>::touches(int32_t site) const {
+    const effects::vector<S> place{masses_.position[0][site], masses_.position[1][site],
+                                   masses_.position[2][site]};
+    bool found = false;
+    for (const active_effect& active : active_)
+        effects::for_each([&]<class E>(E) {
+            if constexpr (effects::is_contact<E>) {
+                if (active.index != effects::index_of<E>) return;
+                typename E::template params<S> params;
+                std::memcpy(&params, active.params, sizeof params);
+                found |= E::surface(params, place).depth > S(0);
+            }
+        });
+    return found;
 }
 
 template <class S, class F, bool compensated>
@@ -279,11 +302,8 @@ void robot_run<S, F, compensated>::record(int kind) {
                 }
             break;
         case LIMAX_TRACE_CONTACT: {
-            const double height =
-                setup_.scene.values(effects::index_of<effects::ground>)[2] - origin_[2];
             int64_t touching = 0;
-            for (int32_t i = 0; i < body_.masses; ++i)
-                touching += masses_.position[2][body_.sites[i]] < height;
+            for (int32_t i = 0; i < body_.masses; ++i) touching += touches(body_.sites[i]);
             out[0] = double(touching) / body_.masses;
             break;
         }

@@ -101,7 +101,7 @@ step_launch<R> scene_kernels::step_arguments() const {
         const double* values = setup.scene.values(index);
         if (!setup.scene.has(index) && silent_values(index)) values = silent_values(index);
         if (components > 0) std::copy_n(values, components, launch.scene.value[index]);
-        if constexpr (acts_on_masses<E>)
+        if constexpr (effects::acts_on_masses<E>)
             launch.params.template of<E>() = E::template make<R>(values, origin);
     });
     return launch;

@@ -91,7 +91,7 @@ void check_setup(const simulation_setup& setup) {
 mass_params<float> params_of(const simulation_setup& setup) {
     mass_params<float> params{};
     effects::for_each([&]<class E>(E) {
-        if constexpr (acts_on_masses<E>)
+        if constexpr (effects::acts_on_masses<E>)
             params.template of<E>() = E::template make<float>(
                 setup.scene.values(effects::index_of<E>), setup.options.position);
     });

@@ -12,7 +12,7 @@ struct actuation {
     static constexpr const char* name = "actuation";
     static constexpr const char* summary =
         "muscles lengthen and shorten their springs periodically";
-    static constexpr const char* needs = "";
+    static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_rest;
     static constexpr field fields[] = {
         {"frequency", "Hz", "of every muscle", 1, 0.001, 1000.0, {2.0, 0, 0}},

@@ -1,14 +1,16 @@
-// all.h: every effect there is, in the order in which their laws act. A new effect is a header and
-// a line here.
+// all.h: every effect there is, in the order in which their laws act within one hook. A new effect
+// is a header here and a place at the end of the list, so that the bits of the others stay.
 #pragma once
 
 #include "physics/effects/actuation.h"
+#include "physics/effects/contact.h"
 #include "physics/effects/damping.h"
 #include "physics/effects/effect.h"
 #include "physics/effects/friction.h"
 #include "physics/effects/gravity.h"
 #include "physics/effects/ground.h"
 #include "physics/effects/springs.h"
+#include "physics/effects/wind.h"
 
 namespace limax::effects {
 
@@ -17,7 +19,7 @@ struct list {
     static constexpr int count = sizeof...(E);
 };
 
-using all = list<springs, damping, actuation, gravity, ground, friction>;
+using all = list<springs, damping, actuation, gravity, ground, friction, wind>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -31,6 +33,18 @@ inline constexpr int index_of = index_in<E>(all{});
 
 template <class E>
 inline constexpr unsigned bit = 1u << index_of<E>;
+
+// Whether an effect has laws on masses, and so parameters for them.
+template <class E>
+inline constexpr bool acts_on_masses = (E::hooks &
+                                        (hook_node | hook_contact | hook_slip | hook_impulse)) != 0;
+
+// Bits of the effects that have one of these hooks.
+template <class... E>
+LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
+    return ((E::hooks & hooks ? bit<E> : 0u) | ... | 0u);
+}
+inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 
 // Calls visit(E{}) for each effect in order.
 template <class Visit, class... E>
@@ -49,13 +63,21 @@ template <class E>
 constexpr bool hooks_match() {
     constexpr bool has_rest = requires(spring_state<float> s) { E::rest({}, s); };
     constexpr bool has_pair = requires(spring_state<float> s) { E::pair(s, 0.0f); };
-    constexpr bool has_node = requires(node_state<float> s, node_force<float> f) {
+    constexpr bool has_node = requires(node_state<float> s, vector<float> f) {
         E::node(E::template make<float>(nullptr, nullptr), s, f);
     };
-    // an impulse also says where it acts
+    // a contact also has what its push follows from
+    constexpr bool has_contact = requires(vector<float> x) {
+        E::surface(E::template make<float>(nullptr, nullptr), x).depth > 0.0f;
+        E::template make<float>(nullptr, nullptr).stiffness;
+        E::template make<float>(nullptr, nullptr).damping_ratio;
+    };
+    constexpr bool has_slip = requires(vector<float> v) {
+        E::slip(E::template make<float>(nullptr, nullptr), up{}, 0.0f, 0.0f, v, 0.0f);
+        E::slip(E::template make<float>(nullptr, nullptr), v, 0.0f, 0.0f, v, 0.0f);
+    };
     constexpr bool has_impulse = requires(node_state<float> s, vector<float> v) {
-        bool(E::in_contact_only);
-        E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f, 0.0f);
+        E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f);
     };
     constexpr bool has_energy = requires(spring_state<double> s) { E::energy(s); }
     || requires(node_state<double> s) { E::energy(E::template make<double>(nullptr, nullptr), s); };
@@ -63,7 +85,8 @@ constexpr bool hooks_match() {
     || requires { E::bound(E::template make<double>(nullptr, nullptr), 1.0); };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_impulse * hook_impulse | has_energy * hook_energy |
-                               has_bound * hook_bound;
+                               has_bound * hook_bound | has_contact * hook_contact |
+                               has_slip * hook_slip;
     return found == E::hooks && found != 0;
 }
 
@@ -71,9 +94,10 @@ template <class... E>
 constexpr bool all_hooks_match(list<E...>) {
     return (hooks_match<E>() && ...);
 }
-static_assert(all_hooks_match(all{}),
-              "an effect declares a hook without its law (an impulse also needs in_contact_only), "
-              "or has a law that it does not declare");
+static_assert(
+    all_hooks_match(all{}),
+    "an effect declares a hook without its law (a contact's params also have stiffness and "
+    "damping_ratio), or has a law that it does not declare");
 #endif
 
 }  // namespace limax::effects

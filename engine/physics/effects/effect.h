@@ -1,14 +1,20 @@
 // effect.h: the contract of an effect. An effect is a struct in a header of its own: what it is
-// called, what it needs, its parameters with units and legal ranges, and laws under the names of
-// the hooks that it declares. May include base/ only.
+// called, which hooks it needs another effect to have, its parameters with units and legal ranges,
+// and laws under the names of the hooks that it declares. May include base/ only.
 //
 //   rest     R rest(moment, spring): a spring's rest length with its change, m
 //   pair     R pair(spring, tension): the tension with this force along the spring, N; positive
 //            pulls the ends together
-//   node     void node(params, node, force&): force on a mass, N; a contact also sets force.normal
-//   impulse  vector<R> impulse(params, node, velocity, normal, h): the velocity after an impulse
-//            that never reverses what it opposes, m/s; `in_contact_only` says that it leaves the
-//            velocity alone where `normal` is 0, so that a device may skip it there
+//   node     void node(params, node, force&): adds to the force on a mass, N
+//   contact  surface_point surface(params, position): how deep below its surface a place lies and
+//            the unit normal there, `up` or a vector. contact.h makes the push, its energy and its
+//            bound of it; params have a `stiffness` and a `damping_ratio`
+//   impulse  vector<R> impulse(params, node, velocity, h): the velocity after all forces and an
+//            impulse over h that never overshoots what it drives at, m/s
+//   slip     vector<R> slip(params, normal, push, inverse_mass, velocity, h): the velocity after
+//            the impulse of a contact across its normal, which never reverses what it opposes,
+//            m/s; asked for each contact in turn, after all
+//            other impulses, and leaves the velocity alone where `push` is 0
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
@@ -34,7 +40,9 @@ enum hook : unsigned {
     hook_node = 4,
     hook_impulse = 8,
     hook_energy = 16,
-    hook_bound = 32
+    hook_bound = 32,
+    hook_contact = 64,
+    hook_slip = 128
 };
 
 // One parameter of an effect: `components` numbers (1 or 3), each within [minimum, maximum].
@@ -71,13 +79,6 @@ struct node_state {
     vector<R> velocity;  // m/s, the velocity that forces read
     R mass;              // kg; 0 at a site that is not in use
     R inverse_mass;      // 1/kg; 0 at a site that is not in use
-};
-
-// What the laws of a mass add up to.
-template <class R>
-struct node_force {
-    vector<R> total;  // N
-    R normal;         // N, of a contact: what friction reads
 };
 
 // Contribution to the bound on the time step.

@@ -8,7 +8,7 @@ namespace limax::effects {
 struct gravity {
     static constexpr const char* name = "gravity";
     static constexpr const char* summary = "a constant acceleration, in any direction";
-    static constexpr const char* needs = "";
+    static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_node | hook_energy;
     static constexpr field fields[] = {
         {"acceleration", "m/s^2", "along x, y, z", 3, -1000.0, 1000.0, {0.0, 0.0, -9.81}}};
@@ -25,10 +25,10 @@ struct gravity {
     }
 
     template <class R>
-    LIMAX_LAW static void node(const params<R>& p, const node_state<R>& s, node_force<R>& force) {
-        force.total.x = fma(s.mass, p.acceleration.x, force.total.x);
-        force.total.y = fma(s.mass, p.acceleration.y, force.total.y);
-        force.total.z = fma(s.mass, p.acceleration.z, force.total.z);
+    LIMAX_LAW static void node(const params<R>& p, const node_state<R>& s, vector<R>& force) {
+        force.x = fma(s.mass, p.acceleration.x, force.x);
+        force.y = fma(s.mass, p.acceleration.y, force.y);
+        force.z = fma(s.mass, p.acceleration.z, force.z);
     }
 
     // -m g.x, J, in the coordinates of `s`.

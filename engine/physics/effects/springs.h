@@ -8,7 +8,7 @@ namespace limax::effects {
 struct springs {
     static constexpr const char* name = "springs";
     static constexpr const char* summary = "Hooke's law along every spring";
-    static constexpr const char* needs = "";
+    static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_pair | hook_energy | hook_bound;
     static constexpr int field_count = 0;
     static constexpr const field* fields = nullptr;

@@ -21,7 +21,9 @@ local function with_needs(infos, names)
   local scene = {}
   local function add(name)
     scene[name] = true
-    for _, need in ipairs(infos[name].needs) do add(need) end
+    -- any of those that it needs will do
+    local need = infos[name].needs[1]
+    if need then add(need) end
   end
   for _, name in ipairs(names) do add(name) end
   return scene

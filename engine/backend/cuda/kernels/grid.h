@@ -310,8 +310,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         if (since_event == until_event) {
             const int64_t step = record.step + since_event;
             const bool limited = step % check_interval == 0 || step == record.steps;
-            const bool contact = grounded && step == record.next_sample[sample_contact];
-            const double height = contact ? ground_height(launch, record) : 0.0;
+            const bool contact = touchable && step == record.next_sample[sample_contact];
             const spring_real* const seen = column_of(side);
             const double of_total = 1.0 / record.total_mass;
             int64_t part[grid_sums] = {};
@@ -323,8 +322,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     for (int axis = 0; axis < 3; ++axis)
                         add_to_center(part + sum_center + 2 * axis, double(m.mass) * of_total,
                                       double(m.position[axis]));
-                    part[sum_touching] +=
-                        contact && m.mass > mass_real(0) && double(m.position[2]) < height;
+                    part[sum_touching] += contact && touches(m, params);
                     if (!limited) return;
                     const int broken = broken_by_mass(m, launch);
                     part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;

@@ -112,8 +112,8 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
             mass,
             1.0 / mass};
         for_each([&]<class E>(E) {
-            if constexpr (has<E> && bool(E::hooks & hook_energy) && bool(E::hooks & hook_node)) {
-                const double energy = E::energy(
+            if constexpr (has<E> && stores_energy_on_masses<E>) {
+                const double energy = energy_of_mass<E>(
                     E::template make<double>(robot.launch.scene.value[index_of<E>], world), node);
                 (same_type<E, gravity> ? gravitational : elastic) += energy;
             }

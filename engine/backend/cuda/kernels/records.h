@@ -70,11 +70,7 @@ struct cell_entry {
 // The parameters of every effect on masses, made for an origin at 0; those of effects that a scene
 // lacks are never read. Kernels read them where they lie, in constant memory, but for what follows
 // the robot's origin.
-template <class E>
-inline constexpr bool acts_on_masses = (E::hooks & (effects::hook_node | effects::hook_impulse)) !=
-                                       0;
-
-template <class R, class E, bool acts = acts_on_masses<E>>
+template <class R, class E, bool acts = effects::acts_on_masses<E>>
 struct params_slot {};
 template <class R, class E>
 struct params_slot<R, E, true> {
@@ -127,7 +123,7 @@ struct grid_launch {
     int blocks_of_robot;
 };
 // Sums over all masses of a robot: two words of the centre of mass along each axis, masses that
-// touch the ground; on the grid path also masses and springs that break a limit. Whole numbers add
+// touch a contact; on the grid path also masses and springs that break a limit. Whole numbers add
 // up to the same in any order, so that no path and no number of threads or blocks changes a bit.
 enum sum_over_masses {
     sum_center = 0,

@@ -102,11 +102,6 @@ __device__ inline void note_contact(const launch_arguments& launch, robot_record
     record.next_sample[sample_contact] += record.every[sample_contact];
 }
 
-// Height of the ground above the robot's own origin, m.
-__device__ inline double ground_height(const launch_arguments& launch, const robot_record& record) {
-    return launch.scene.value[effects::index_of<effects::ground>][2] - record.origin[2];
-}
-
 __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
     if (!(m.mass > mass_real(0))) return;
 #pragma unroll

@@ -37,7 +37,7 @@ using mass_real = real_types<LIMAX_PRECISION>::mass;
 inline constexpr bool compensated = LIMAX_PRECISION == compensated_sums;
 inline constexpr bool leapfrog = LIMAX_LEAPFROG;
 inline constexpr bool damped = has<effects::damping>, actuated = has<effects::actuation>;
-inline constexpr bool grounded = has<effects::ground>;
+inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 // Neighbours need a mass's velocity only where a law along springs reads it.
 inline constexpr bool shares_velocity = damped;
 // The shared position is the mass's own, not a rounded copy.
@@ -58,7 +58,7 @@ using launch_arguments = step_launch<mass_real>;
 LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
                              const double* origin) {
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && acts_on_masses<E> &&
+        if constexpr (has<E> && effects::acts_on_masses<E> &&
                       requires { E::follow(params.template of<E>(), nullptr, nullptr); })
             E::follow(params.template of<E>(), scene.value[effects::index_of<E>], origin);
     });
@@ -126,27 +126,50 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
                                      {m.predicted[0], m.predicted[1], m.predicted[2]},
                                      m.mass,
                                      m.inverse_mass};
-    node_force<mass_real> total{{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)},
-                                mass_real(0)};
+    vector<mass_real> total{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)};
     for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & hook_node))
-            E::node(params.template of<E>(), node, total);
+        if constexpr (has<E> && pushes_masses<E>)
+            add_force<E>(params.template of<E>(), node, total);
     });
-    const mass_real all[3] = {total.total.x, total.total.y, total.total.z};
+    const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
                                                 m.lost_velocity[axis]);
+    vector<mass_real> after{next_velocity[0], next_velocity[1], next_velocity[2]};
     for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & hook_impulse)) {
-            if (E::in_contact_only && !(total.normal > mass_real(0))) return;
-            const vector<mass_real> after =
-                E::impulse(params.template of<E>(), node,
-                           {next_velocity[0], next_velocity[1], next_velocity[2]}, total.normal, h);
-            next_velocity[0] = after.x;
-            next_velocity[1] = after.y;
-            next_velocity[2] = after.z;
-        }
+        if constexpr (has<E> && bool(E::hooks & hook_impulse))
+            after = E::impulse(params.template of<E>(), node, after, h);
     });
+    // friction last: what it stops stays
+    for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & hook_slip))
+            for_each([&]<class C>(C) {
+                if constexpr (has<C> && is_contact<C>) {
+                    // most masses touch nothing
+                    const auto& contact = params.template of<C>();
+                    const auto point = C::surface(contact, node.position);
+                    const mass_real push = push_at(contact, point, node);
+                    if (push > mass_real(0))
+                        after = E::slip(params.template of<E>(), point.normal, push,
+                                        node.inverse_mass, after, h);
+                }
+            });
+    });
+    next_velocity[0] = after.x;
+    next_velocity[1] = after.y;
+    next_velocity[2] = after.z;
+}
+
+// Whether a mass lies below the surface of any contact.
+LIMAX_LAW bool touches(const mass_state& m, const scene_params& params) {
+    bool found = false;
+    effects::for_each([&]<class E>(E) {
+        if constexpr (has<E> && effects::is_contact<E>)
+            found |=
+                E::surface(params.template of<E>(), {m.position[0], m.position[1], m.position[2]})
+                    .depth > mass_real(0);
+    });
+    return found && m.mass > mass_real(0);
 }
 
 // On to t_n + dt with the velocity after the kick. `share` as in predict().

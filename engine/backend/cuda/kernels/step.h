@@ -392,14 +392,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     follow_origin(params, launch.scene, record.origin);
                 }
             }
-            if constexpr (grounded) {
+            if constexpr (touchable) {
                 if (step == record.next_sample[sample_contact]) {
-                    const double height = ground_height(launch, record);
                     int64_t touching = 0;
                     each_mass([&](int k) {
                         recall(mass[k], mass_place[k], shared);
-                        touching +=
-                            mass[k].mass > mass_real(0) && double(mass[k].position[2]) < height;
+                        touching += touches(mass[k], params);
                     });
                     add_over_warp(touching, shared.part[sum_touching]);
                     add_over_blocks(shared, sum_touching, 1);

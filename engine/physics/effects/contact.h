@@ -1,0 +1,147 @@
+// contact.h: what every contact shares: from how deep a mass lies below a surface to the force on
+// it, its energy and its bound, and what slides along a surface. SI units.
+//
+// A mass at depth d > 0 below a surface is pushed along the surface's unit normal n by
+//     N = max(0, k d - c v.n),   c = 2 zeta sqrt(k m):
+// a linear penalty with a dashpot that never pulls (a Kelvin-Voigt contact, cut off at 0).
+#pragma once
+
+#include "physics/effects/effect.h"
+
+namespace limax::effects {
+
+// The two parameters that every contact has, by these names in its params.
+inline constexpr field contact_stiffness = {
+    "stiffness", "N/m", "k, of each mass that touches", 1, 1.0, 1e9, {1e5, 0, 0}};
+inline constexpr field contact_damping_ratio = {
+    "damping_ratio", "1", "zeta, of each mass that touches", 1, 0.0, 2.0, {0.1, 0, 0}};
+
+// The normal of a surface that faces up: along +z. What is done along it or across it takes no
+// arithmetic on x and y.
+struct up {};
+
+template <class E>
+inline constexpr bool is_contact = (E::hooks & hook_contact) != 0;
+// Whether an effect adds to the forces on masses.
+template <class E>
+inline constexpr bool pushes_masses = (E::hooks & (hook_node | hook_contact)) != 0;
+
+// Where a mass lies relative to a surface. Direction is `up` or vector<R>.
+template <class R, class Direction>
+struct surface_point {
+    R depth;           // m; above 0 it touches
+    Direction normal;  // out of the surface
+};
+
+template <class R>
+LIMAX_LAW R dot(const vector<R>& a, const vector<R>& b) {
+    return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
+}
+
+// The part of a velocity along a normal.
+template <class R>
+LIMAX_LAW R along(up, const vector<R>& v) {
+    return v.z;
+}
+template <class R>
+LIMAX_LAW R along(const vector<R>& normal, const vector<R>& v) {
+    return dot(normal, v);
+}
+
+// The part of a velocity across a normal, and a velocity with `kept` (0 to 1) of that part left.
+// The velocity itself, bit for bit, where all of it is kept.
+template <class R>
+LIMAX_LAW vector<R> across(up, const vector<R>& v) {
+    return {v.x, v.y, R(0)};
+}
+template <class R>
+LIMAX_LAW vector<R> across(const vector<R>& normal, const vector<R>& v) {
+    const R out = dot(normal, v);
+    return {fma(-out, normal.x, v.x), fma(-out, normal.y, v.y), fma(-out, normal.z, v.z)};
+}
+template <class R>
+LIMAX_LAW vector<R> slowed_across(up, const vector<R>& v, const vector<R>& /*slip*/, R kept) {
+    return {v.x * kept, v.y * kept, v.z};
+}
+template <class R>
+LIMAX_LAW vector<R> slowed_across(const vector<R>& /*normal*/, const vector<R>& v,
+                                  const vector<R>& slip, R kept) {
+    const R change = kept - R(1);
+    return {fma(change, slip.x, v.x), fma(change, slip.y, v.y), fma(change, slip.z, v.z)};
+}
+
+// Adds a push along a normal to a force.
+template <class R>
+LIMAX_LAW void add_push(up, R push, vector<R>& force) {
+    force.z += push;
+}
+template <class R>
+LIMAX_LAW void add_push(const vector<R>& normal, R push, vector<R>& force) {
+    force.x = fma(push, normal.x, force.x);
+    force.y = fma(push, normal.y, force.y);
+    force.z = fma(push, normal.z, force.z);
+}
+
+// c, N s/m.
+template <class R>
+LIMAX_LAW R contact_damping(R stiffness, R damping_ratio, R mass) {
+    return R(2) * damping_ratio * square_root(stiffness * mass);
+}
+
+// N of a mass at a point of the surface of a contact with parameters `p`; 0 where it does not
+// touch.
+template <class P, class R, class Direction>
+LIMAX_LAW R push_at(const P& p, const surface_point<R, Direction>& point, const node_state<R>& s) {
+    const R damping = contact_damping(p.stiffness, p.damping_ratio, s.mass);
+    const R push =
+        larger(p.stiffness * point.depth - damping * along(point.normal, s.velocity), R(0));
+    return point.depth > R(0) ? push : R(0);
+}
+
+// k d^2 / 2 while d > 0, J.
+template <class E, class R>
+LIMAX_LAW R contact_energy(const typename E::template params<R>& p, const node_state<R>& s) {
+    const R d = E::surface(p, s.position).depth;
+    return d > R(0) && s.mass > R(0) ? R(0.5) * p.stiffness * d * d : R(0);
+}
+
+// Energy that an effect stores in a mass, J.
+template <class E>
+inline constexpr bool stores_energy_on_masses = is_contact<E> || ((E::hooks & hook_node) != 0 &&
+                                                                  (E::hooks & hook_energy) != 0);
+template <class E, class R>
+LIMAX_LAW R energy_of_mass(const typename E::template params<R>& p, const node_state<R>& s) {
+    if constexpr (is_contact<E>)
+        return contact_energy<E>(p, s);
+    else
+        return E::energy(p, s);
+}
+
+// Any mass may come to touch a surface. Its force has the gradient k n n^T and the damping c n n^T,
+// whose norms are k and c whatever n is.
+template <class P>
+LIMAX_LAW stiffness_damping contact_bound(const P& p, double mass) {
+    return {p.stiffness, contact_damping(p.stiffness, p.damping_ratio, mass)};
+}
+
+// Adds the force of an effect on one mass.
+template <class E, class R>
+LIMAX_LAW void add_force(const typename E::template params<R>& p, const node_state<R>& s,
+                         vector<R>& force) {
+    if constexpr (bool(E::hooks & hook_node)) E::node(p, s, force);
+    if constexpr (is_contact<E>) {
+        const auto point = E::surface(p, s.position);
+        add_push(point.normal, push_at(p, point, s), force);
+    }
+}
+
+// The velocity after the friction F of a contact E has acted for h.
+template <class E, class F, class R>
+LIMAX_LAW vector<R> after_friction(const typename E::template params<R>& contact,
+                                   const typename F::template params<R>& friction,
+                                   const node_state<R>& s, const vector<R>& velocity, R h) {
+    const auto point = E::surface(contact, s.position);
+    return F::slip(friction, point.normal, push_at(contact, point, s), s.inverse_mass, velocity, h);
+}
+
+}  // namespace limax::effects
