@@ -420,7 +420,8 @@ int32_t limax_effect_count(void) { return static_cast<int32_t>(limax::effect_ent
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
     return guard([&] {
         const limax::effect_entry& entry = entry_at(effect);
-        *out = {entry.name, entry.summary, entry.needs.c_str(), entry.field_count, 0};
+        *out = {entry.name, entry.summary, entry.needs.c_str(), entry.field_count,
+                entry.most_instances};
     });
 }
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out) {

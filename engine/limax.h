@@ -268,7 +268,7 @@ typedef struct limax_effect_info {
     const char* summary;
     const char* needs; /* comma-separated names of effects, one of which must be there; or empty */
     int32_t fields;
-    int32_t reserved;
+    int32_t instances; /* how often a scene may have it */
 } limax_effect_info;
 
 typedef struct limax_field_info {
@@ -288,8 +288,10 @@ limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info*
 
 limax_status limax_scene_create(limax_scene** out);
 void limax_scene_free(limax_scene* scene);
-/* Adds an effect with its defaults; adding it twice is an error. The order never matters. */
+/* Adds an effect with its defaults; adding it more often than it may be there is an error. The
+ * order never matters, nor does that of several instances of an effect. */
 limax_status limax_scene_add(limax_scene* scene, const char* effect);
+/* Sets a field of an effect that was added, of its latest instance. */
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count);
 /* Says whether every effect has one of those that it needs. */

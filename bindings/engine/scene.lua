@@ -1,6 +1,7 @@
 --- scene.lua: a scene is the list of its effects: `engine.scene { gravity = true, ground = {
 --- stiffness = 1e5 } }`. true takes an effect's defaults, a table changes some of its fields, false
---- or nothing leaves it out. The springs of the bodies act in every scene.
+--- or nothing leaves it out. An effect that may be there several times also takes a list of such
+--- tables, whose order changes no bit. The springs of the bodies act in every scene.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -29,6 +30,7 @@ local ALWAYS = "springs"
 ---@field name string
 ---@field summary string
 ---@field needs string[] effects, one of which must be there too; none if empty
+---@field instances integer how often a scene may have it
 ---@field fields limax.field[]
 
 local function describe(effect)
@@ -36,6 +38,7 @@ local function describe(effect)
   abi.check(C.limax_effect_describe(effect, info))
   local result = {
     name = ffi.string(info.name), summary = ffi.string(info.summary), needs = {}, fields = {},
+    instances = info.instances,
   }
   for need in ffi.string(info.needs):gmatch "[^,%s]+" do result.needs[#result.needs + 1] = need end
   for i = 1, info.fields do
@@ -61,8 +64,9 @@ local function effects()
 end
 
 -- Sets one field, and returns its value as scene:table() shows it.
-local function set(handle, effect, field, value)
-  local what = ("scene: %s.%s"):format(effect, field.name)
+-- `place` names the effect, and the instance where there may be several.
+local function set(handle, effect, place, field, value)
+  local what = ("scene: %s.%s"):format(place, field.name)
   local numbers
   if field.components == 1 then
     numbers = { arguments.number(what, value) }
@@ -74,18 +78,39 @@ local function set(handle, effect, field, value)
   return field.components == 1 and numbers[1] or numbers
 end
 
--- Adds one effect with the fields that `given` changes, and returns the values of all of them.
-local function add(handle, effect, given)
+-- Adds one effect, or an instance of it, with the fields that `given` changes, and returns the
+-- values of all of them.
+local function add(handle, effect, place, given)
   if effect.name ~= ALWAYS then abi.check(C.limax_scene_add(handle, effect.name)) end
   local resolved, known = {}, {}
   for i, field in ipairs(effect.fields) do known[i] = field.name end
-  if type(given) == "table" then arguments.known("scene: " .. effect.name, given, known) end
+  if type(given) == "table" then arguments.known("scene: " .. place, given, known) end
   for _, field in ipairs(effect.fields) do
     local value = type(given) == "table" and given[field.name] or nil
     if value ~= nil then
-      resolved[field.name] = set(handle, effect.name, field, value)
+      resolved[field.name] = set(handle, effect.name, place, field, value)
     else
       resolved[field.name] = field.components == 1 and field.value[1] or field.value
+    end
+  end
+  return resolved
+end
+
+-- Adds all instances of an effect that may be there several times: a list, or one as it is.
+local function add_all(handle, effect, given)
+  local list = type(given) == "table" and given[1] ~= nil and given or { given }
+  local resolved = {}
+  for i, one in ipairs(list) do
+    local place = ("%s[%d]"):format(effect.name, i)
+    if type(one) ~= "table" and one ~= true then
+      arguments.refuse("scene: " .. place, "a table of its fields", one)
+    end
+    resolved[i] = add(handle, effect, place, one)
+  end
+  for key in pairs(list) do
+    if list[key] ~= nil and resolved[key] == nil then
+      fault.raise(("scene: %s is a list; '%s' is no place in it"):format(effect.name,
+        tostring(key)))
     end
   end
   return resolved
@@ -113,7 +138,12 @@ local function scene(given)
       fault.raise(("scene: %s act in every scene and cannot be left out"):format(ALWAYS))
     end
     if value then
-      local resolved = add(self.handle, effect, value)
+      local resolved
+      if effect.instances > 1 then
+        resolved = add_all(self.handle, effect, value)
+      else
+        resolved = add(self.handle, effect, effect.name, value)
+      end
       if effect.name ~= ALWAYS then self.resolved[effect.name] = resolved end
     end
   end
@@ -123,20 +153,19 @@ end
 
 ---@class limax.scene : limax.object
 
---- The scene as a plain table: each effect with the value of every field. `engine.scene` accepts it
---- again.
+local function copied(value)
+  if type(value) ~= "table" then return value end
+  local copy = {}
+  for key, part in pairs(value) do copy[key] = copied(part) end
+  return copy
+end
+
+--- The scene as a plain table: each effect with the value of every field, or a list of such tables
+--- where there may be several. `engine.scene` accepts it again.
 ---@return table<string, table>
 function methods:table()
   object.handle("scene:table", self, class)
-  local result = {}
-  for effect, fields in pairs(self.resolved) do
-    local copy = {}
-    for name, value in pairs(fields) do
-      copy[name] = type(value) == "table" and { unpack(value) } or value
-    end
-    result[effect] = copy
-  end
-  return result
+  return copied(self.resolved)
 end
 
 return { class = class, scene = scene, effects = effects }

@@ -75,8 +75,32 @@ LIMAX_LAW void add_spring_bound(const Scene& scene, const spring_constants& spri
     });
 }
 
+// What all instances of an effect add to a mass: the largest sum over instances that can act on it
+// at once. Those that can are apart from none of the others, so no such sum is above the sum over
+// the instances that are not apart from one of them.
+template <class E, class Scene>
+LIMAX_LAW effects::stiffness_damping bound_of_instances(const Scene& scene, double mass) {
+    constexpr int index = effects::index_of<E>;
+    const double origin[3] = {0, 0, 0};
+    effects::stiffness_damping most{0, 0};
+    for (int i = 0; i < scene.instances(index); ++i) {
+        effects::stiffness_damping sum{0, 0};
+        for (int j = 0; j < scene.instances(index); ++j) {
+            const double* values = scene.values(index, j);
+            if constexpr (requires { E::apart(values, values); })
+                if (j != i && E::apart(scene.values(index, i), values)) continue;
+            const effects::stiffness_damping one =
+                bound_of_mass<E>(E::template make<double>(values, origin), mass);
+            sum.stiffness += one.stiffness;
+            sum.damping += one.damping;
+        }
+        most = {larger(most.stiffness, sum.stiffness), larger(most.damping, sum.damping)};
+    }
+    return most;
+}
+
 // The longest stable step that the mass at `site`, of `mass` kg, allows, s. `scene` has
-// `has(effect)` and `values(effect)`, the components of all fields of an effect.
+// `has(effect)`, `instances(effect)` and `values(effect, instance)`, the components of all fields.
 template <class Scene>
 LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const lattice& grid,
                                      const spring_constants& springs, int64_t site, double mass) {
@@ -87,12 +111,10 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const la
         if (site >= step) add_spring_bound(scene, springs, d * springs.stride + site - step, sum);
         add_spring_bound(scene, springs, d * springs.stride + site, sum);
     }
-    const double origin[3] = {0, 0, 0};
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_masses<E>) {
             if (!scene.has(effects::index_of<E>)) return;
-            const effects::stiffness_damping most = bound_of_mass<E>(
-                E::template make<double>(scene.values(effects::index_of<E>), origin), mass);
+            const effects::stiffness_damping most = bound_of_instances<E>(scene, mass);
             sum.stiffness += most.stiffness;
             sum.damping += most.damping;
         }

@@ -106,9 +106,10 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
         for_each([&]<class E>(E) {
             if constexpr (stores_energy_on_masses<E>) {
                 if (!scene.has(index_of<E>)) return;
-                const double energy = energy_of_mass<E>(
-                    E::template make<double>(scene.values(index_of<E>), world), node);
-                (same_type<E, gravity> ? result.gravitational : result.elastic) += energy;
+                for (int i = 0; i < scene.instances(index_of<E>); ++i)
+                    (same_type<E, gravity> ? result.gravitational : result.elastic) +=
+                        energy_of_mass<E>(
+                            E::template make<double>(scene.values(index_of<E>, i), world), node);
             }
         });
     }

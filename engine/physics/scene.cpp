@@ -1,6 +1,8 @@
 // scene.cpp: adding effects to a scene and checking their parameters.
 #include "physics/scene.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 
 namespace limax {
@@ -14,7 +16,8 @@ const std::vector<effect_entry>& effect_entries() {
                 if (F::hooks & E::needs)
                     needs += (needs.empty() ? "" : ", ") + std::string(F::name);
             });
-            list.push_back({E::name, E::summary, needs, E::hooks, E::fields, E::field_count});
+            list.push_back({E::name, E::summary, needs, E::hooks, E::fields, E::field_count,
+                            effects::most_instances<E>});
         });
         return list;
     }();
@@ -22,6 +25,18 @@ const std::vector<effect_entry>& effect_entries() {
 }
 
 namespace {
+
+std::vector<std::vector<double>> sorted(std::vector<std::vector<double>> instances) {
+    std::sort(instances.begin(), instances.end());
+    return instances;
+}
+
+// "scene.ground", or "scene.planes[2]" of an effect that may be there several times.
+std::string name_of_instance(int effect, std::size_t instance) {
+    const effect_entry& entry = effect_entries()[effect];
+    return entry.most_instances == 1 ? format("scene.%s", entry.name)
+                                     : format("scene.%s[%zu]", entry.name, instance + 1);
+}
 
 int find_effect(const std::string& name) {
     const auto& entries = effect_entries();
@@ -46,22 +61,33 @@ scene::scene() {
         for (int f = 0; f < entry.field_count; ++f)
             values.insert(values.end(), entry.fields[f].value,
                           entry.fields[f].value + entry.fields[f].components);
-        values_.push_back(values);
+        defaults_.push_back(values);
     }
+    given_.resize(defaults_.size());
+    sorted_.resize(defaults_.size());
     add(effects::springs::name);
 }
 
 void scene::add(const std::string& effect) {
     const int index = find_effect(effect);
-    if (has(index))
-        fail(LIMAX_INVALID_ARGUMENT, format("scene: effect '%s' is named twice", effect.c_str()));
+    const int most = effect_entries()[index].most_instances;
+    if (instances(index) == most)
+        fail(LIMAX_INVALID_ARGUMENT,
+             most == 1 ? format("scene: effect '%s' is named twice", effect.c_str())
+                       : format("scene.%s: at most %d of them are possible", effect.c_str(), most));
     mask_ |= 1u << index;
+    given_[index].push_back(defaults_[index]);
+    sorted_[index] = sorted(given_[index]);
 }
 
 void scene::set(const std::string& effect, const std::string& name, const double* values,
                 int count) {
     const int index = find_effect(effect);
     const effect_entry& entry = effect_entries()[index];
+    if (!has(index))
+        fail(LIMAX_INVALID_ARGUMENT, format("scene.%s.%s is set, but the scene does not name '%s'",
+                                            effect.c_str(), name.c_str(), effect.c_str()));
+    const std::string place = name_of_instance(index, given_[index].size() - 1);
     int offset = 0;
     std::string known;
     for (int f = 0; f < entry.field_count; ++f) {
@@ -73,23 +99,31 @@ void scene::set(const std::string& effect, const std::string& name, const double
         }
         if (count != field.components)
             fail(LIMAX_INVALID_ARGUMENT,
-                 format("scene.%s.%s has %d components, %d were given", effect.c_str(),
-                        name.c_str(), field.components, count));
+                 format("%s.%s has %d components, %d were given", place.c_str(), name.c_str(),
+                        field.components, count));
         for (int c = 0; c < count; ++c)
-            require_range(format("scene.%s.%s", effect.c_str(), name.c_str()).c_str(), values[c],
-                          field.minimum, field.maximum, field.unit);
-        std::copy(values, values + count, values_[index].begin() + offset);
+            require_range((place + "." + name).c_str(), values[c], field.minimum, field.maximum,
+                          field.unit);
+        // -0 becomes 0, so that equal values are equal bits
+        for (int c = 0; c < count; ++c) given_[index].back()[offset + c] = values[c] + 0.0;
+        sorted_[index] = sorted(given_[index]);
         return;
     }
-    fail(LIMAX_INVALID_ARGUMENT, format("scene.%s has no field '%s'; it has %s", effect.c_str(),
+    fail(LIMAX_INVALID_ARGUMENT, format("%s has no field '%s'; it has %s", place.c_str(),
                                         name.c_str(), known.empty() ? "none" : known.c_str()));
 }
 
 void scene::check() const {
     effects::for_each([&]<class E>(E) {
-        if (!has(effects::index_of<E>) || !E::needs) return;
+        constexpr int index = effects::index_of<E>;
+        if constexpr (requires { E::problem(given_[index][0].data()); })
+            for (std::size_t i = 0; i < given_[index].size(); ++i)
+                if (const char* problem = E::problem(given_[index][i].data()))
+                    fail(LIMAX_INVALID_ARGUMENT,
+                         format("%s: %s", name_of_instance(index, i).c_str(), problem));
+        if (!has(index) || !E::needs) return;
         if (mask_ & effects::bits_with(effects::all{}, E::needs)) return;
-        const std::string& needs = effect_entries()[effects::index_of<E>].needs;
+        const std::string& needs = effect_entries()[index].needs;
         fail(LIMAX_INVALID_ARGUMENT,
              format("scene: effect '%s' needs %s, which the scene does not name", E::name,
                     one_of(needs).c_str()));

@@ -17,6 +17,7 @@ struct effect_entry {
     unsigned hooks;
     const effects::field* fields;
     int field_count;
+    int most_instances;
 };
 
 // Every effect, in the order of effects::all.
@@ -29,19 +30,29 @@ class scene {
 public:
     scene();  // springs alone
 
+    // Adds an effect with its defaults; one that may be there several times gets an instance more.
     void add(const std::string& effect);
+    // Sets a field of an effect, of its latest instance.
     void set(const std::string& effect, const std::string& field, const double* values, int count);
-    // Refuses a scene in which an effect has none of those that it needs.
+    // Refuses a scene in which an effect has none of those that it needs, or values that do not go
+    // together.
     void check() const;
 
     bool has(int effect) const { return mask_ >> effect & 1u; }
     unsigned mask() const { return mask_; }
-    // Components of all fields of an effect, one after the other.
-    const double* values(int effect) const { return values_[effect].data(); }
+    int instances(int effect) const { return int(given_[effect].size()); }
+    // Components of all fields of an instance of an effect, one after the other; the defaults of an
+    // effect that is not there. Instances are sorted by their values, so that the order of adding
+    // changes no bit.
+    const double* values(int effect, int instance = 0) const {
+        return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
+    }
 
 private:
     unsigned mask_ = 0;
-    std::vector<std::vector<double>> values_;  // [effect][component]
+    std::vector<std::vector<double>> defaults_;             // [effect][component]
+    std::vector<std::vector<std::vector<double>>> given_;   // [effect][instance][component]
+    std::vector<std::vector<std::vector<double>>> sorted_;  // the same
 };
 
 }  // namespace limax

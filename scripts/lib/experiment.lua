@@ -237,7 +237,9 @@ local function resolved_lists(config)
     local own = lists.scene[effect.name] or {}
     lists.scene[effect.name] = own
     for _, field in ipairs(effect.fields) do
-      if field.components > 1 then own[field.name] = own[field.name] or field.value end
+      -- of an effect that may be there several times, the first: it may be written without a list
+      local first = type(own[1]) == "table" and own[1][field.name]
+      if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
     end
   end
   local allowed = lists.supervision.ranges or {}

@@ -103,7 +103,7 @@ TEST_CASE("scenes name what they lack and what does not exist") {
                   "there are springs, damping");
     CHECK(limax_scene_add(land, "friction") == LIMAX_OK);
     check_refused(limax_scene_add(land, "friction"), LIMAX_INVALID_ARGUMENT, "twice");
-    check_refused(limax_scene_check(land), LIMAX_INVALID_ARGUMENT, "needs 'ground'");
+    check_refused(limax_scene_check(land), LIMAX_INVALID_ARGUMENT, "needs one of ground");
     CHECK(limax_scene_add(land, "ground") == LIMAX_OK);
     CHECK(limax_scene_check(land) == LIMAX_OK);
     const double negative = -1, nan = std::nan("");

@@ -141,8 +141,10 @@ std::set<int> parameter_bytes() {
             reinterpret_cast<const char*>(&part) - reinterpret_cast<const char*>(&launch);
         for (std::size_t i = 0; i < sizeof part; ++i) bytes.insert(int(begin) + int(i));
     };
-    if constexpr (effects::acts_on_masses<E>) add(launch.params.template of<E>());
-    add(launch.scene.value[effects::index_of<E>]);
+    if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
+        add(launch.params.template of<E>());
+    const double* values = launch.scene.of(effects::index_of<E>);
+    for (int i = 0; i < effects::components<E> * effects::most_instances<E>; ++i) add(values[i]);
     return bytes;
 }
 

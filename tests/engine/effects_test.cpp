@@ -4,10 +4,12 @@
 #include <cstring>
 #include <vector>
 
+#include "failure.h"
 #include "physics/scene.h"
 
 using namespace limax;
 using namespace limax::effects;
+using limax::test::failure;
 
 namespace {
 
@@ -42,7 +44,8 @@ TEST_CASE_TEMPLATE("parameters follow the origin as if they were made anew", R, 
     const double here[3] = {0, 0, 0}, there[3] = {6, -14, 998};
     int following = 0;
     for_each([&]<class E>(E) {
-        if constexpr (acts_on_masses<E>) {
+        // what may be there several times is made anew
+        if constexpr (acts_on_masses<E> && !repeatable<E>) {
             const std::vector<double> values = default_values<E>();
             auto params = E::template make<R>(values.data(), here);
             if constexpr (requires { E::follow(params, values.data(), there); }) {
@@ -177,4 +180,55 @@ TEST_CASE_TEMPLATE("wind brings a mass nearer to the air and never past it, what
     const vector<R> still =
         wind::impulse(wind::make<R>(values, origin), node_state<R>{}, vector<R>{0, 0, 0}, R(1));
     CHECK(same_bytes(still, vector<R>{0, 0, 0}));
+}
+
+namespace {
+
+// A scene of planes, by their values in the order of the fields.
+scene planes_of(const std::vector<std::vector<double>>& planes) {
+    scene out;
+    for (const std::vector<double>& values : planes) {
+        out.add("planes");
+        out.set("planes", "stiffness", &values[0], 1);
+        out.set("planes", "damping_ratio", &values[1], 1);
+        out.set("planes", "normal", &values[2], 3);
+        out.set("planes", "offset", &values[5], 1);
+    }
+    return out;
+}
+
+}  // namespace
+
+TEST_CASE("the order in which instances are added changes nothing that a law sees") {
+    const std::vector<double> a{1e5, 0.1, 0, 0, 1, 0.5}, b{1e5, 0.1, 0, 0, 1, -0.5},
+        c{1e4, 0.1, 1, 0, 1, 0};
+    const scene one = planes_of({a, b, c}), other = planes_of({c, a, b});
+    REQUIRE(one.instances(index_of<planes>) == 3);
+    for (int i = 0; i < 3; ++i)
+        for (int v = 0; v < components<planes>; ++v)
+            CHECK(one.values(index_of<planes>, i)[v] == other.values(index_of<planes>, i)[v]);
+    // equal numbers are equal bits
+    const std::vector<double> minus{1e5, 0.1, -0.0, 0, 1, 0};
+    CHECK(!std::signbit(planes_of({minus}).values(index_of<planes>)[2]));
+}
+
+TEST_CASE("instances are counted, named in messages, and checked one by one") {
+    scene out = planes_of({{1e5, 0.1, 0, 0, 1, 0}});
+    out.add("planes");
+    const double negative = -1, nothing[3] = {0, 0, 0};
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] {
+              out.set("planes", "stiffness", &negative, 1);
+          }).find("scene.planes[2].stiffness") == 0);
+    out.set("planes", "normal", nothing, 3);
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { out.check(); }) ==
+          "scene.planes[2]: normal is 0: it has no direction");
+    while (out.instances(index_of<planes>) < most_instances<planes>) out.add("planes");
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { out.add("planes"); }) ==
+          "scene.planes: at most 16 of them are possible");
+    out.add("ground");
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { out.add("ground"); }) ==
+          "scene: effect 'ground' is named twice");
+    const double drag = 1;
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { out.set("wind", "drag", &drag, 1); }) ==
+          "scene.wind.drag is set, but the scene does not name 'wind'");
 }

@@ -36,7 +36,8 @@ using namespace limax;
 struct whole_scene {
     double value[effects::all::count][8];
     __device__ bool has(int) const { return true; }
-    __device__ const double* values(int effect) const { return value[effect]; }
+    __device__ int instances(int) const { return 1; }
+    __device__ const double* values(int effect, int = 0) const { return value[effect]; }
 };
 
 template <class R>

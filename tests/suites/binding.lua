@@ -60,7 +60,7 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.scene { ground = 3 } end)
   there("scene: gravity.acceleration: expected a list of 3 numbers, got -9.81",
     function() engine.scene { gravity = { acceleration = -9.81 } } end)
-  there("friction' needs 'ground'", function() engine.scene { friction = true } end)
+  there("friction' needs one of ground", function() engine.scene { friction = true } end)
   there("springs act in every scene", function() engine.scene { springs = false } end)
   there("stiffness", function() engine.scene { ground = { stiffness = -1 } } end)
   there("expected a scene, got a table", function() engine.simulation(p, MATERIALS, {}, {}) end)

@@ -34,9 +34,9 @@ public:
     const double* trace(int32_t kind) const override { return traces_.data(kind); }
 
 private:
-    // One effect of the scene with its parameters in this robot's coordinates.
+    // One instance of an effect of the scene with its parameters in this robot's coordinates.
     struct active_effect {
-        int index;
+        int index, instance;
         alignas(16) char params[64];
     };
 
@@ -104,8 +104,10 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
     outcome_.springs = body_.springs;
     outcome_.mass = body_.total_mass;
     effects::for_each([&]<class E>(E) {
-        if (setup.scene.has(effects::index_of<E>) && effects::acts_on_masses<E>)
-            active_.push_back({effects::index_of<E>, {}});
+        constexpr int index = effects::index_of<E>;
+        if (effects::acts_on_masses<E>)
+            for (int i = 0; i < setup.scene.instances(index); ++i)
+                active_.push_back({index, i, {}});
     });
     traces_ = traces(plan_, body_.masses);
     put_down();
@@ -139,7 +141,8 @@ void robot_run<S, F, compensated>::refresh_params() {
         effects::for_each([&]<class E>(E) {
             if constexpr (effects::acts_on_masses<E>) {
                 if (active.index != effects::index_of<E>) return;
-                const auto params = E::template make<S>(setup_.scene.values(active.index), origin_);
+                const auto params = E::template make<S>(
+                    setup_.scene.values(active.index, active.instance), origin_);
                 static_assert(sizeof params <= sizeof active.params);
                 std::memcpy(active.params, &params, sizeof params);
             }

@@ -96,13 +96,14 @@ step_launch<R> scene_kernels::step_arguments() const {
     launch.max_stretch = setup.options.max_stretch;
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
-        int components = 0;
-        for (int f = 0; f < E::field_count; ++f) components += E::fields[f].components;
-        const double* values = setup.scene.values(index);
-        if (!setup.scene.has(index) && silent_values(index)) values = silent_values(index);
-        if (components > 0) std::copy_n(values, components, launch.scene.value[index]);
-        if constexpr (effects::acts_on_masses<E>)
-            launch.params.template of<E>() = E::template make<R>(values, origin);
+        constexpr int components = effects::components<E>;
+        launch.scene.count[index] = setup.scene.instances(index);
+        for (int i = 0; i < setup.scene.instances(index); ++i)
+            std::copy_n(setup.scene.values(index, i), components, launch.scene.of(index, i));
+        if (!setup.scene.has(index) && silent_values(index))
+            std::copy_n(silent_values(index), components, launch.scene.of(index));
+        if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
+            launch.params.template of<E>() = E::template make<R>(launch.scene.of(index), origin);
     });
     return launch;
 }
@@ -227,6 +228,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
         {"LIMAX_PRECISION", number(setup.options.precision)},
         {"LIMAX_LEAPFROG", number(setup.options.integrator == LIMAX_LEAPFROG ? 1 : 0)}};
     kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
+    if (const uint64_t code = instances_code(setup.scene))
+        step.defines.emplace("LIMAX_INSTANCES", number(code));
     const auto define = [&](const char* name, auto value) {
         step.defines.emplace(name, number(value));
     };

@@ -79,6 +79,11 @@ void check_setup(const simulation_setup& setup) {
         fail(LIMAX_INVALID_ARGUMENT,
              "the reconstruction of the paper's scheme steps by symplectic Euler in single "
              "precision: integrator and precision must say so");
+    effects::for_each([&]<class E>(E) {
+        if (effects::repeatable<E> && setup.scene.has(effects::index_of<E>))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("the reconstruction of the paper's scheme knows no '%s'", E::name));
+    });
     for (std::size_t i = 0; i < setup.bodies.size(); ++i)
         if (!setup.mask[i] || setup.bodies[i].status != LIMAX_BODY_VALID)
             fail(LIMAX_INVALID_ARGUMENT,
@@ -91,7 +96,7 @@ void check_setup(const simulation_setup& setup) {
 mass_params<float> params_of(const simulation_setup& setup) {
     mass_params<float> params{};
     effects::for_each([&]<class E>(E) {
-        if constexpr (effects::acts_on_masses<E>)
+        if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
             params.template of<E>() = E::template make<float>(
                 setup.scene.values(effects::index_of<E>), setup.options.position);
     });

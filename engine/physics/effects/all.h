@@ -9,6 +9,7 @@
 #include "physics/effects/friction.h"
 #include "physics/effects/gravity.h"
 #include "physics/effects/ground.h"
+#include "physics/effects/planes.h"
 #include "physics/effects/springs.h"
 #include "physics/effects/wind.h"
 
@@ -19,7 +20,7 @@ struct list {
     static constexpr int count = sizeof...(E);
 };
 
-using all = list<springs, damping, actuation, gravity, ground, friction, wind>;
+using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -45,6 +46,29 @@ LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
     return ((E::hooks & hooks ? bit<E> : 0u) | ... | 0u);
 }
 inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
+
+// How often a scene may have an effect: as it says itself, or once.
+template <class E>
+LIMAX_LAW constexpr int find_most_instances() {
+    if constexpr (requires { E::most_instances; })
+        return E::most_instances;
+    else
+        return 1;
+}
+template <class E>
+inline constexpr int most_instances = find_most_instances<E>();
+template <class E>
+inline constexpr bool repeatable = most_instances<E> != 1;
+
+// Components of all fields of an effect.
+template <class E>
+LIMAX_LAW constexpr int count_components() {
+    int count = 0;
+    for (int f = 0; f < E::field_count; ++f) count += E::fields[f].components;
+    return count;
+}
+template <class E>
+inline constexpr int components = count_components<E>();
 
 // Calls visit(E{}) for each effect in order.
 template <class Visit, class... E>

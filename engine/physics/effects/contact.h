@@ -48,8 +48,7 @@ LIMAX_LAW R along(const vector<R>& normal, const vector<R>& v) {
     return dot(normal, v);
 }
 
-// The part of a velocity across a normal, and a velocity with `kept` (0 to 1) of that part left.
-// The velocity itself, bit for bit, where all of it is kept.
+// The part of a velocity across a normal.
 template <class R>
 LIMAX_LAW vector<R> across(up, const vector<R>& v) {
     return {v.x, v.y, R(0)};
@@ -59,6 +58,17 @@ LIMAX_LAW vector<R> across(const vector<R>& normal, const vector<R>& v) {
     const R out = dot(normal, v);
     return {fma(-out, normal.x, v.x), fma(-out, normal.y, v.y), fma(-out, normal.z, v.z)};
 }
+// The square of such a part, and `least` besides.
+template <class R>
+LIMAX_LAW R square_across(up, const vector<R>& slip, R least) {
+    return fma(slip.x, slip.x, fma(slip.y, slip.y, least));
+}
+template <class R>
+LIMAX_LAW R square_across(const vector<R>& /*normal*/, const vector<R>& slip, R least) {
+    return fma(slip.x, slip.x, fma(slip.y, slip.y, fma(slip.z, slip.z, least)));
+}
+// A velocity with `kept` (0 to 1) of its part across a normal left; itself, bit for bit, where all
+// of that is kept.
 template <class R>
 LIMAX_LAW vector<R> slowed_across(up, const vector<R>& v, const vector<R>& /*slip*/, R kept) {
     return {v.x * kept, v.y * kept, v.z};

@@ -23,7 +23,9 @@
 // `params<R> make(values, origin)`, which takes them from the components of all fields, one after
 // the other, and from the robot's own origin in the world (m). Where any of them depends on that
 // origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
-// engine/README.md shows a whole one.
+// An effect that a scene may have several times says so in `most_instances`; all its laws know one
+// instance, whose params are made anew where the origin moves. `const char* problem(values)` says
+// what is wrong with values that are each within range. engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An

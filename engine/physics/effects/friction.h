@@ -35,8 +35,7 @@ struct friction {
         // (m/s)^2: far below any speed that matters, so that a mass at rest has an inverse speed
         const R tiny = R(1e-30);
         const vector<R> sliding = across(normal, velocity);
-        const R squared =
-            fma(sliding.x, sliding.x, fma(sliding.y, sliding.y, fma(sliding.z, sliding.z, tiny)));
+        const R squared = square_across(normal, sliding, tiny);
         const R inverse = inverse_length(squared);
         const R speed = squared * inverse;
         const R available = push * h * inverse_mass;  // m/s per unit of mu

@@ -266,7 +266,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         return;
     }
     const mass_real dt = mass_real(record.time_step);
-    scene_params params = launch.params;
+    scene_params params(launch.params);
     follow_origin(params, launch.scene, record.origin);
 
     // which half of the exchange is being read

@@ -75,7 +75,7 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
     double kinetic = 0, elastic = 0, gravitational = 0, power = 0;
     actuation::moment<double> now{0, 0}, rate{0, 0};
     if (actuated && robot.record.step >= robot.record.settle_steps) {
-        const double* values = robot.launch.scene.value[index_of<actuation>];
+        const double* values = robot.launch.scene.of(index_of<actuation>);
         const actuation::clock clock{values[0], robot.record.ramp, robot.record.phase_per_step};
         const int64_t since = robot.record.step - robot.record.settle_steps;
         now = actuation::at<double>(clock, since, robot.record.time_step);
@@ -113,9 +113,12 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
             1.0 / mass};
         for_each([&]<class E>(E) {
             if constexpr (has<E> && stores_energy_on_masses<E>) {
-                const double energy = energy_of_mass<E>(
-                    E::template make<double>(robot.launch.scene.value[index_of<E>], world), node);
-                (same_type<E, gravity> ? gravitational : elastic) += energy;
+                const scene_values& scene = robot.launch.scene;
+                // an effect that the scene lacks stays, with values that store none
+                const int count = repeatable<E> ? scene.count[index_of<E>] : 1;
+                for (int i = 0; i < count; ++i)
+                    (same_type<E, gravity> ? gravitational : elastic) += energy_of_mass<E>(
+                        E::template make<double>(scene.of(index_of<E>, i), world), node);
             }
         });
     }

@@ -15,7 +15,10 @@ struct bounded_scene {
     const scene_values& scene;
     int32_t effects;
     __device__ bool has(int effect) const { return effects >> effect & 1; }
-    __device__ const double* values(int effect) const { return scene.value[effect]; }
+    __device__ int instances(int effect) const { return scene.count[effect]; }
+    __device__ const double* values(int effect, int instance) const {
+        return scene.of(effect, instance);
+    }
 };
 
 using prepare_arguments = prepare_launch<mass_real>;

@@ -90,6 +90,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS)
     const reconstructed_masses masses(memory, robot.masses);
     const int thread = threadIdx.x;
     const float dt = float(robot.time_step);
+    const scene_params params(launch.params);
 
     for (int i = thread; i < robot.masses; i += LIMAX_THREADS) {
         const int64_t at = robot.first_mass + i;
@@ -122,7 +123,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS)
         }
         __syncthreads();
         for (int i = thread; i < robot.masses; i += LIMAX_THREADS)
-            step_reconstructed_mass(masses, i, launch.params, dt);
+            step_reconstructed_mass(masses, i, params, dt);
         tell_time(step + 1);
         __syncthreads();
     }

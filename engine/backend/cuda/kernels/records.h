@@ -9,9 +9,6 @@
 
 namespace limax::cuda {
 
-// Most components that the fields of one effect have.
-inline constexpr int most_values = 8;
-
 // Kinds of samples, as in limax_trace_kind. The step kernel takes the centre of mass and the
 // contact by itself; at a step where another is due it pauses for the measure kernel.
 enum sample_kind {
@@ -56,9 +53,58 @@ struct robot_record {
     int32_t masses;
 };
 
-// A scene's parameters: the components of all fields of each effect, one after the other.
+// Where the components of the fields of an effect begin among those of all effects and instances.
+LIMAX_LAW constexpr int first_value(int effect) {
+    int first = 0, index = 0;
+    effects::for_each([&]<class E>(E) {
+        if (index++ < effect) first += effects::components<E> * effects::most_instances<E>;
+    });
+    return first;
+}
+LIMAX_LAW constexpr int components_of(int effect) {
+    int count = 0, index = 0;
+    effects::for_each([&]<class E>(E) {
+        if (index++ == effect) count = effects::components<E>;
+    });
+    return count;
+}
+
+// Numbers of instances of effects that may be there several times, packed into one, and taken out
+// again: 8 bits for each such effect in the order of effects::all.
+template <class E>
+LIMAX_LAW constexpr int instances_shift() {
+    int shift = 0, index = 0;
+    effects::for_each([&]<class F>(F) {
+        if (index++ < effects::index_of<E> && effects::repeatable<F>) shift += 8;
+    });
+    return shift;
+}
+template <class E>
+LIMAX_LAW constexpr int instances_in(uint64_t code) {
+    return int(code >> instances_shift<E>() & 255u);
+}
+template <class Scene>
+LIMAX_LAW uint64_t instances_code(const Scene& scene) {
+    uint64_t code = 0;
+    effects::for_each([&]<class E>(E) {
+        if (effects::repeatable<E>)
+            code |= uint64_t(scene.instances(effects::index_of<E>)) << instances_shift<E>();
+    });
+    return code;
+}
+
+// A scene's parameters: the components of all fields of each instance of each effect, one after the
+// other.
 struct scene_values {
-    double value[effects::all::count][most_values];
+    double value[first_value(effects::all::count)];
+    int32_t count[effects::all::count];  // instances; 0 of effects that the scene lacks
+
+    LIMAX_LAW const double* of(int effect, int instance = 0) const {
+        return value + first_value(effect) + instance * components_of(effect);
+    }
+    LIMAX_LAW double* of(int effect, int instance = 0) {
+        return value + first_value(effect) + instance * components_of(effect);
+    }
 };
 
 // One cell of the lattice (cells.h) and the axes along which it reaches: bits x = 1, y = 2, z = 4.
@@ -69,8 +115,8 @@ struct cell_entry {
 
 // The parameters of every effect on masses, made for an origin at 0; those of effects that a scene
 // lacks are never read. Kernels read them where they lie, in constant memory, but for what follows
-// the robot's origin.
-template <class R, class E, bool acts = effects::acts_on_masses<E>>
+// the robot's origin. Effects that may be there several times make theirs in the kernel.
+template <class R, class E, bool acts = effects::acts_on_masses<E> && !effects::repeatable<E>>
 struct params_slot {};
 template <class R, class E>
 struct params_slot<R, E, true> {
@@ -177,6 +223,10 @@ struct measure_launch {
     double rest[3];
     scene_values scene;
 };
+
+// What every driver and compiler passes to a kernel, bytes.
+static_assert(sizeof(grid_launch<double, double>) <= 4096 &&
+              sizeof(prepare_launch<double>) <= 4096 && sizeof(measure_launch<double>) <= 4096);
 
 // What a launch of the summarize kernel works on.
 struct summarize_launch {

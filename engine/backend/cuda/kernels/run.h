@@ -130,7 +130,7 @@ __device__ inline effects::actuation::moment<spring_real> moment_at(const launch
                                                                     int64_t step) {
     using effects::actuation;
     if (!actuated || step < record.settle_steps) return {spring_real(0), spring_real(0)};
-    const double* values = launch.scene.value[effects::index_of<actuation>];
+    const double* values = launch.scene.of(effects::index_of<actuation>);
     return actuation::at<spring_real>(
         actuation::clock{values[0], record.ramp, record.phase_per_step}, step - record.settle_steps,
         record.time_step);

@@ -3,6 +3,9 @@
 //   LIMAX_EFFECTS    bits of the scene's effects
 //   LIMAX_PRECISION  limax_precision
 //   LIMAX_LEAPFROG   1 or 0
+//   LIMAX_INSTANCES  instances of effects that may be there several times, as instances_code()
+//   packs
+//                    them; nothing where there are none
 #pragma once
 
 #include "backend/cuda/kernels/records.h"
@@ -50,17 +53,68 @@ inline constexpr int state_columns = compensated ? 15 : 9;
 
 // ---- parameters of the scene's effects on masses ----
 
-using scene_params = mass_params<mass_real>;
+#if !defined(LIMAX_INSTANCES)
+#define LIMAX_INSTANCES 0
+#endif
+template <class E>
+inline constexpr int instances = !has<E>                  ? 0
+                                 : effects::repeatable<E> ? instances_in<E>(LIMAX_INSTANCES)
+                                                          : 1;
+
+// Those of all instances; the ones that may be there several times are made here.
+template <class E, int count = effects::repeatable<E> ? instances<E> : 0>
+struct instance_params {
+    typename E::template params<mass_real> instance[count];
+};
+template <class E>
+struct instance_params<E, 0> {};
+template <class List>
+struct all_params;
+template <class... E>
+struct all_params<effects::list<E...>> : mass_params<mass_real>, instance_params<E>... {
+    LIMAX_LAW explicit all_params(const mass_params<mass_real>& single)
+        : mass_params<mass_real>(single) {}
+    template <class F>
+    LIMAX_LAW typename F::template params<mass_real>& instance_of(int i) {
+        return static_cast<instance_params<F>&>(*this).instance[i];
+    }
+    template <class F>
+    LIMAX_LAW const typename F::template params<mass_real>& instance_of(int i) const {
+        return static_cast<const instance_params<F>&>(*this).instance[i];
+    }
+};
+using scene_params = all_params<effects::all>;
+
+// Calls visit(parameters) for each instance of an effect.
+template <class E, class Visit>
+LIMAX_LAW void each_instance(const scene_params& params, const Visit& visit) {
+    if constexpr (!effects::repeatable<E> && instances < E >> 0) {
+        visit(params.template of<E>());
+    } else if constexpr (instances<E> > 0) {
+#pragma unroll
+        for (int i = 0; i < instances<E>; ++i) visit(params.template instance_of<E>(i));
+    }
+}
 
 using launch_arguments = step_launch<mass_real>;
 
-// Brings the parameters that lie relative to the robot's own origin up to date.
+// Brings the parameters that lie relative to the robot's own origin up to date, and makes those of
+// effects that may be there several times.
 LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
                              const double* origin) {
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && effects::acts_on_masses<E> &&
-                      requires { E::follow(params.template of<E>(), nullptr, nullptr); })
-            E::follow(params.template of<E>(), scene.value[effects::index_of<E>], origin);
+        constexpr int index = effects::index_of<E>;
+        if constexpr (effects::repeatable<E>) {
+            if constexpr (instances < E >> 0) {
+#pragma unroll
+                for (int i = 0; i < instances<E>; ++i)
+                    params.template instance_of<E>(i) =
+                        E::template make<mass_real>(scene.of(index, i), origin);
+            }
+        } else if constexpr (has<E> && effects::acts_on_masses<E> &&
+                             requires { E::follow(params.template of<E>(), nullptr, nullptr); }) {
+            E::follow(params.template of<E>(), scene.of(index), origin);
+        }
     });
 }
 
@@ -128,8 +182,8 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
                                      m.inverse_mass};
     vector<mass_real> total{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)};
     for_each([&]<class E>(E) {
-        if constexpr (has<E> && pushes_masses<E>)
-            add_force<E>(params.template of<E>(), node, total);
+        if constexpr (pushes_masses<E>)
+            each_instance<E>(params, [&](const auto& p) { add_force<E>(p, node, total); });
     });
     const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
@@ -137,22 +191,22 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
                                                 m.lost_velocity[axis]);
     vector<mass_real> after{next_velocity[0], next_velocity[1], next_velocity[2]};
     for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & hook_impulse))
-            after = E::impulse(params.template of<E>(), node, after, h);
+        if constexpr (bool(E::hooks & hook_impulse))
+            each_instance<E>(params, [&](const auto& p) { after = E::impulse(p, node, after, h); });
     });
     // friction last: what it stops stays
     for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & hook_slip))
             for_each([&]<class C>(C) {
-                if constexpr (has<C> && is_contact<C>) {
-                    // most masses touch nothing
-                    const auto& contact = params.template of<C>();
-                    const auto point = C::surface(contact, node.position);
-                    const mass_real push = push_at(contact, point, node);
-                    if (push > mass_real(0))
-                        after = E::slip(params.template of<E>(), point.normal, push,
-                                        node.inverse_mass, after, h);
-                }
+                if constexpr (is_contact<C>)
+                    each_instance<C>(params, [&](const auto& contact) {
+                        // most masses touch nothing
+                        const auto point = C::surface(contact, node.position);
+                        const mass_real push = push_at(contact, point, node);
+                        if (push > mass_real(0))
+                            after = E::slip(params.template of<E>(), point.normal, push,
+                                            node.inverse_mass, after, h);
+                    });
             });
     });
     next_velocity[0] = after.x;
@@ -164,10 +218,11 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
 LIMAX_LAW bool touches(const mass_state& m, const scene_params& params) {
     bool found = false;
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && effects::is_contact<E>)
-            found |=
-                E::surface(params.template of<E>(), {m.position[0], m.position[1], m.position[2]})
-                    .depth > mass_real(0);
+        if constexpr (effects::is_contact<E>)
+            each_instance<E>(params, [&](const auto& contact) {
+                const effects::vector<mass_real> at{m.position[0], m.position[1], m.position[2]};
+                found |= E::surface(contact, at).depth > mass_real(0);
+            });
     });
     return found && m.mass > mass_real(0);
 }

@@ -1,0 +1,172 @@
+// contact_test.cpp: contacts that face anywhere, and several at once: closed forms of one mass that
+// rests and slides, whole bodies, equal bits on every instruction set. SI units.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+constexpr double g = 9.81;     // m/s^2
+constexpr double mass = 0.1f;  // kg, of every mass
+constexpr double stiffness = 1e5;
+
+// One mass without springs in a scene.
+struct lone_mass {
+    stage scene{lattice{1, 1, 1}};
+    limax_outcome outcome{};
+    std::unique_ptr<cpu::scratch> memory;
+    std::unique_ptr<cpu::robot> robot;
+
+    lone_mass() { scene.setup.options.duration = 2.0; }
+    void put(const effects::vector<double>& at, const effects::vector<double>& velocity = {}) {
+        spring_body body = scene.body();
+        for (float& k : body.stiffness) k = 0;
+        for (int64_t site = 1; site < 8; ++site) body.mass[site] = 0;
+        body.masses = 1;
+        body.springs = 0;
+        body.total_mass = body.mass[0];
+        memory = std::make_unique<cpu::scratch>(scene.setup.grid);
+        robot = cpu::make_robot(scene.setup, std::move(body), cpu::choose_passes(""), outcome);
+        robot->place(&at.x, &velocity.x);
+    }
+    effects::vector<double> end(effects::vector<double>* velocity = nullptr) {
+        robot->advance(*memory, cpu::deadline::max(), 0);
+        REQUIRE(outcome.status == LIMAX_ROBOT_DONE);
+        effects::vector<double> at{}, moving{};
+        robot->state(*memory, &at.x, &moving.x);
+        if (velocity) *velocity = moving;
+        return at;
+    }
+};
+
+double length(const effects::vector<double>& v) { return std::sqrt(effects::dot(v, v)); }
+
+}  // namespace
+
+TEST_CASE(
+    "a mass slides down a tilted plane with a = g (sin - mu cos), whichever way it is tilted") {
+    for (const int precision : every_precision)
+        for (const double turn : {0.0, 1.0, 2.5})
+            for (const double mu : {0.0, 0.3}) {
+                const double angle = 0.6, height = 3;
+                lone_mass body;
+                body.scene.setup.options.precision = precision;
+                const effects::vector<double> n{std::sin(angle) * std::cos(turn),
+                                                std::sin(angle) * std::sin(turn), std::cos(angle)};
+                body.scene.effects({"gravity", "planes", "friction"});
+                // of any length, as a script may have it
+                body.scene.set("planes", "normal", {5 * n.x, 5 * n.y, 5 * n.z})
+                    .set("planes", "offset", {height})
+                    .set("friction", "static", {mu})
+                    .set("friction", "kinetic", {mu});
+                const double d = height - mass * g * std::cos(angle) / stiffness;
+                const effects::vector<double> start{d * n.x, d * n.y, d * n.z};
+                body.put(start);
+                const effects::vector<double> end = body.end();
+                const effects::vector<double> way{end.x - start.x, end.y - start.y,
+                                                  end.z - start.z};
+                CAPTURE(precision);
+                CAPTURE(turn);
+                CAPTURE(mu);
+                const double slid = 0.5 * g * (std::sin(angle) - mu * std::cos(angle)) * 4.0;
+                CHECK(length(way) == doctest::Approx(slid).epsilon(1e-3));
+                // straight down the slope
+                const effects::vector<double> down{std::cos(angle) * std::cos(turn),
+                                                   std::cos(angle) * std::sin(turn),
+                                                   -std::sin(angle)};
+                CHECK(effects::dot(way, down) == doctest::Approx(length(way)).epsilon(1e-5));
+            }
+}
+
+TEST_CASE("a mass sticks on a plane that is less steep than friction") {
+    for (const int precision : every_precision) {
+        lone_mass body;
+        body.scene.setup.options.precision = precision;
+        body.scene.effects({"gravity", "planes", "friction"});
+        body.scene.set("planes", "normal", {0.3, 0.4, 1});
+        body.scene.set("friction", "static", {0.6}).set("friction", "kinetic", {0.55});
+        const double inverse = 1 / std::sqrt(1.25);
+        const double d = -mass * g * inverse / stiffness;
+        const effects::vector<double> start{0.3 * inverse * d, 0.4 * inverse * d, inverse * d};
+        body.put(start);
+        effects::vector<double> velocity;
+        const effects::vector<double> end = body.end(&velocity);
+        // the rounding of 2 s of steps in fp32, all along the slope
+        const double most =
+            precision == LIMAX_SINGLE || precision == LIMAX_COMPENSATED ? 1e-5 : 1e-12;
+        CHECK(length({end.x - start.x, end.y - start.y, end.z - start.z}) < most);
+        CHECK(length(velocity) < 1e-4);
+    }
+}
+
+TEST_CASE("a mass in a gorge of two planes rests on both") {
+    lone_mass body;
+    body.scene.effects({"gravity"});
+    for (const double side : {-1.0, 1.0}) {
+        body.scene.effects({"planes"});
+        body.scene.set("planes", "normal", {side, 0, 1}).set("planes", "damping_ratio", {1});
+    }
+    body.scene.setup.options.duration = 4;
+    body.put({0.02, 0, 0.05});
+    const effects::vector<double> end = body.end();
+    CHECK(std::fabs(end.x) < 1e-9);
+    // each pushes with N at 45 degrees: 2 N cos 45 = m g, N = k d, d = -z cos 45
+    CHECK(end.z == doctest::Approx(-mass * g / stiffness).epsilon(1e-6));
+}
+
+TEST_CASE("a level plane is the ground, and both are found by the contact trace") {
+    const auto run = [](const char* contact) {
+        stage body(lattice{2, 2, 1});
+        body.effects({"gravity", contact, "damping", "friction", "actuation"});
+        body.randomize(3);
+        body.setup.options.record[LIMAX_TRACE_CONTACT] = 50;
+        body.setup.options.time_step = 1e-4;
+        return body.run();
+    };
+    const auto ground = run("ground"), plane = run("planes");
+    const trace_view one = trace_of(*ground, 0, LIMAX_TRACE_CONTACT),
+                     other = trace_of(*plane, 0, LIMAX_TRACE_CONTACT);
+    double touching = 0;
+    for (int64_t i = 0; i < 10; ++i) {
+        CHECK(one.at(i, 0) == other.at(i, 0));
+        touching += one.at(i, 0);
+    }
+    CHECK(touching > 0);
+    // rounding grows through the switching of contacts
+    for (int axis = 0; axis < 3; ++axis)
+        CHECK(std::fabs(ground->outcomes()[0].center_end[axis] -
+                        plane->outcomes()[0].center_end[axis]) < 1e-6);
+}
+
+TEST_CASE("every instruction set gives the same bits in a scene with every effect twice") {
+    for (const int precision : every_precision) {
+        stage body(lattice{3, 2, 2});
+        body.randomize(7, true);
+        for (const effect_entry& entry : effect_entries())
+            if (std::string(entry.name) != "springs")
+                for (int i = 0; i < std::min(entry.most_instances, 2); ++i)
+                    body.effects({entry.name});
+        body.setup.options.precision = precision;
+        body.setup.options.time_step = 2e-4;
+        body.setup.options.duration = 0.5;
+        std::istringstream isas(cpu::available_isas());
+        std::vector<snapshot> ends;
+        for (std::string isa; std::getline(isas, isa, ',');) {
+            isa.erase(0, isa.find_first_not_of(' '));
+            const auto run = body.run(1, isa.c_str());
+            REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
+            ends.push_back(state_of(*run));
+        }
+        REQUIRE(ends.size() > 1);
+        for (const snapshot& end : ends) {
+            CHECK(end.positions == ends[0].positions);
+            CHECK(end.velocities == ends[0].velocities);
+        }
+    }
+}
