@@ -120,6 +120,104 @@ TEST_CASE("a mass in a gorge of two planes rests on both") {
     CHECK(end.z == doctest::Approx(-mass * g / stiffness).epsilon(1e-6));
 }
 
+TEST_CASE("a mass comes to rest on top of a sphere and rolls off its side") {
+    for (const int precision : every_precision) {
+        lone_mass body;
+        body.scene.setup.options.precision = precision;
+        body.scene.setup.options.duration = 4;
+        body.scene.effects({"gravity", "spheres", "friction"});
+        body.scene.set("spheres", "center", {1, 2, 3})
+            .set("spheres", "radius", {0.5})
+            .set("spheres", "damping_ratio", {1});
+        body.put({1, 2, 3.52});
+        const effects::vector<double> end = body.end();
+        // fp32 resolves a height of 3.5 m to 2e-7 m
+        CHECK(std::fabs(end.z - (3.5 - mass * g / stiffness)) < 1e-6);
+        CHECK(std::hypot(end.x - 1, end.y - 2) < 1e-6);
+    }
+    // without friction it leaves a sphere at cos = 2/3 of the way down: from then on it is free
+    lone_mass body;
+    body.scene.setup.options.duration = 0.4;
+    body.scene.setup.options.time_step = 1e-5;
+    body.scene.effects({"gravity", "spheres"});
+    body.scene.set("spheres", "center", {0, 0, 0}).set("spheres", "radius", {0.5});
+    const double lean = 0.3;
+    body.put({0.5 * std::sin(lean), 0, 0.5 * std::cos(lean)});
+    effects::vector<double> velocity;
+    const effects::vector<double> end = body.end(&velocity);
+    // energy is kept but for the first touch
+    const double fallen = 0.5 * std::cos(lean) - end.z;
+    CHECK(effects::dot(velocity, velocity) == doctest::Approx(2 * g * fallen).epsilon(0.01));
+    CHECK(length(end) > 0.5);
+    CHECK(std::fabs(end.y) < 1e-12);
+}
+
+TEST_CASE("inside an obstacle a mass is pushed out, from its very centre upwards") {
+    for (const char* obstacle : {"spheres", "boxes"})
+        for (const double aside : {0.0, 0.05}) {
+            lone_mass body;
+            body.scene.effects({obstacle});
+            if (std::string(obstacle) == "spheres")
+                body.scene.set("spheres", "center", {0, 0, 0}).set("spheres", "radius", {0.1});
+            else
+                body.scene.set("boxes", "from", {-0.1, -0.1, -0.1})
+                    .set("boxes", "to", {0.1, 0.1, 0.1});
+            body.scene.setup.options.duration = 0.05;
+            body.put({aside, 0, 0});
+            const effects::vector<double> end = body.end();
+            CAPTURE(obstacle);
+            CHECK((aside > 0 ? end.x : end.z) > 0.1);
+            CHECK((aside > 0 ? end.z : end.x) == 0.0);
+            CHECK(end.y == 0.0);
+        }
+}
+
+TEST_CASE("a mass falls past a box's side and rests on its top") {
+    for (const bool above : {true, false}) {
+        lone_mass body;
+        body.scene.effects({"gravity", "boxes", "ground"});
+        body.scene.set("boxes", "from", {0, 0, 0}).set("boxes", "to", {1, 1, 0.5});
+        body.scene.set("boxes", "damping_ratio", {1}).set("ground", "damping_ratio", {1});
+        body.put({above ? 0.9 : 1.1, 0.5, 0.6});
+        const effects::vector<double> end = body.end();
+        const double pressed = mass * g / stiffness;
+        CHECK(end.z == doctest::Approx((above ? 0.5 : 0.0) - pressed).epsilon(1e-6));
+        CHECK(end.x == (above ? 0.9 : 1.1));
+    }
+}
+
+TEST_CASE("a body rests on a stair, as deep as on flat ground") {
+    stage body(lattice{2, 2, 1});
+    body.effects({"gravity", "ground", "damping", "friction", "boxes"});
+    body.set("boxes", "from", {-1, -1, 0}).set("boxes", "to", {1, 1, 0.3});
+    body.setup.options.position[2] = 0.31;
+    body.setup.options.duration = 5;
+    const auto run = body.run();
+    const snapshot rest = state_of(*run);
+    double pressed = 0;
+    for (std::size_t i = 0; i < rest.positions.size(); i += 3)
+        pressed += std::max(0.0, 0.3 - rest.positions[i + 2]);
+    CHECK(pressed == doctest::Approx(run->outcomes()[0].mass * g / stiffness).epsilon(1e-3));
+}
+
+TEST_CASE("instances that no mass can touch at once do not shorten the step") {
+    const auto bound = [](const std::vector<double>& places) {
+        stage body(lattice{1, 1, 1});
+        for (const double x : places) {
+            body.effects({"spheres", "boxes"});
+            body.set("spheres", "center", {x, 0, 0}).set("spheres", "radius", {0.3});
+            body.set("boxes", "from", {x, 0, 0}).set("boxes", "to", {x + 0.5, 1, 1});
+        }
+        return time_step_bound(body.body(), body.setup.scene, LIMAX_LEAPFROG);
+    };
+    const double one = bound({0});
+    CHECK(bound({0, 1, 2}) == one);
+    CHECK(bound({0, 0.5}) < one);
+    // three in a row of which the middle one meets both
+    CHECK(bound({0, 0.4, 0.8}) < bound({0, 0.4}));
+    CHECK(bound({0, 0.4, 5}) == bound({0, 0.4}));
+}
+
 TEST_CASE("a level plane is the ground, and both are found by the contact trace") {
     const auto run = [](const char* contact) {
         stage body(lattice{2, 2, 1});

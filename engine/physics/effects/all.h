@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/effects/actuation.h"
+#include "physics/effects/boxes.h"
 #include "physics/effects/contact.h"
 #include "physics/effects/damping.h"
 #include "physics/effects/effect.h"
@@ -10,6 +11,7 @@
 #include "physics/effects/gravity.h"
 #include "physics/effects/ground.h"
 #include "physics/effects/planes.h"
+#include "physics/effects/spheres.h"
 #include "physics/effects/springs.h"
 #include "physics/effects/wind.h"
 
@@ -20,7 +22,8 @@ struct list {
     static constexpr int count = sizeof...(E);
 };
 
-using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes>;
+using all =
+    list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres, boxes>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
