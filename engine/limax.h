@@ -421,7 +421,7 @@ limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t 
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites);
 /* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its
- * first step; either may be null. */
+ * first step; either may be null. A mass that the scene holds takes no velocity. */
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities);
 /* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are

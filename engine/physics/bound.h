@@ -99,8 +99,9 @@ LIMAX_LAW effects::stiffness_damping bound_of_instances(const Scene& scene, doub
     return most;
 }
 
-// The longest stable step that the mass at `site`, of `mass` kg, allows, s. `scene` has
-// `has(effect)`, `instances(effect)` and `values(effect, instance)`, the components of all fields.
+// The longest stable step that the mass, which nothing holds, at `site`, of `mass` kg, allows, s.
+// `scene` has `has(effect)`, `instances(effect)` and `values(effect, instance)`, the components of
+// all fields.
 template <class Scene>
 LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const lattice& grid,
                                      const spring_constants& springs, int64_t site, double mass) {

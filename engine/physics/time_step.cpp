@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "physics/bound.h"
+#include "physics/held.h"
 
 namespace limax {
 
@@ -23,11 +24,16 @@ constexpr double whole_within = 1e-9, rounding = 1e-12;
 
 double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
     const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
+    const int across = body.grid.nx + 1, along = body.grid.ny + 1;
     double least = HUGE_VAL;
-    for (int32_t i = 0; i < body.masses; ++i)
-        least =
-            std::min(least, stable_step_of_mass(scene, integrator == LIMAX_LEAPFROG, body.grid,
-                                                springs, body.sites[i], body.mass[body.sites[i]]));
+    for (int32_t i = 0; i < body.masses; ++i) {
+        const int32_t site = body.sites[i];
+        if (is_held(scene, body.rest[0], body.corner, site % across, site / across % along,
+                    site / (across * along)))
+            continue;
+        least = std::min(least, stable_step_of_mass(scene, integrator == LIMAX_LEAPFROG, body.grid,
+                                                    springs, site, body.mass[site]));
+    }
     return least;
 }
 

@@ -12,9 +12,10 @@ namespace limax::test {
 // By their names below engine/, sorted.
 inline std::vector<std::string> law_headers() {
     std::vector<std::string> names = {
-        "base/portable.h",  "base/math.h",          "base/random.h",    "body/lattice.h",
-        "body/body_laws.h", "body/spring_laws.h",   "genome/network.h", "genome/breeding.h",
-        "physics/bound.h",  "physics/integrator.h", "physics/origin.h", "physics/summary.h"};
+        "base/portable.h",  "base/math.h",        "base/random.h",        "body/lattice.h",
+        "body/body_laws.h", "body/spring_laws.h", "genome/network.h",     "genome/breeding.h",
+        "physics/bound.h",  "physics/held.h",     "physics/integrator.h", "physics/origin.h",
+        "physics/summary.h"};
     for (const auto& entry : std::filesystem::directory_iterator(
              std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
         names.push_back("physics/effects/" + entry.path().filename().string());
@@ -91,8 +92,10 @@ extern "C" __global__ void every_law(double* out, const __grid_constant__ whole_
         spring_between(body, x, y, z, d, site_mass(body, x, y, z),
                        site_mass(body, x + d.x, y + d.y, z + d.z),
                        [&](int64_t voxel) { return share_of(body, voxel); });
+    const int corner[3] = {0, 0, 0};
     double sum = double(spring.stiffness + spring.damping + spring.sine + spring.cosine);
     sum += stable_step_of_mass(scene, i % 2 == 0, body.grid, constants, i, out[i]);
+    sum += is_held(scene, sum, corner, x, y, z);
     sum += every_effect(scene, float(out[i])) + every_effect(scene, out[i]);
     const float gene = initial_gene(key, uint32_t(i), 0.1);
     sum += child_gene({0.1, 0.1, 0.4}, key, uint32_t(i), gene, float(sum));

@@ -73,7 +73,7 @@ public:
             masses.lost_position[axis] = compensated ? take() : nullptr;
             masses.lost_velocity[axis] = compensated ? take() : nullptr;
         }
-        S* inverse_mass = take();
+        S* inverse_mass = inverse_mass_ = take();
         for (int64_t site = 0; site < count; ++site)
             inverse_mass[site] = body.mass[site] > 0 ? S(1) / S(body.mass[site]) : S(0);
         masses.inverse_mass = inverse_mass;
@@ -95,6 +95,9 @@ public:
         springs.sine = body.sine.data();
         springs.cosine = body.cosine.data();
     }
+
+    // Whatever acts on the mass at a site moves it no more.
+    void hold(int64_t site) { inverse_mass_[site] = S(0); }
 
     // Lets the springs see the masses where they are now.
     void show_springs(const pass_table& passes) {
@@ -125,6 +128,7 @@ public:
 
 private:
     array<S> memory_;   // all columns of masses that are not the thread's
+    S* inverse_mass_;   // within it
     array<F> rounded_;  // x and p, [3] each, as springs see them where that is not as they are
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/held.h"
 #include "physics/integrator.h"
 #include "physics/measure.h"
 #include "physics/origin.h"
@@ -124,12 +125,15 @@ void robot_run<S, F, compensated>::put_down() {
     for (int64_t site = 0; site < grid.sites(); ++site) {
         const int64_t index[3] = {site % sites_along[0], site / sites_along[0] % sites_along[1],
                                   site / (int64_t(sites_along[0]) * sites_along[1])};
-        const bool used = body_.mass[site] > 0;
+        const bool held = is_held(setup_.scene, options.edge, body_.corner, int(index[0]),
+                                  int(index[1]), int(index[2]));
+        if (held) columns_.hold(site);
+        const bool moving = body_.mass[site] > 0 && !held;
         for (int axis = 0; axis < 3; ++axis) {
             masses_.position[axis][site] =
                 S((options.position[axis] - origin_[axis]) +
                   options.edge * double(index[axis] - body_.corner[axis]));
-            masses_.velocity[axis][site] = used ? S(options.velocity[axis]) : S(0);
+            masses_.velocity[axis][site] = moving ? S(options.velocity[axis]) : S(0);
             masses_.predicted[axis][site] = masses_.velocity[axis][site];
         }
     }
@@ -391,7 +395,7 @@ void robot_run<S, F, compensated>::place(const double* positions, const double* 
             const int32_t site = body_.sites[i];
             if (positions)
                 masses_.position[axis][site] = S(positions[3 * i + axis] - origin_[axis]);
-            if (!velocities) continue;
+            if (!velocities || masses_.inverse_mass[site] == S(0)) continue;
             masses_.velocity[axis][site] = S(velocities[3 * i + axis]);
             masses_.predicted[axis][site] = masses_.velocity[axis][site];
         }

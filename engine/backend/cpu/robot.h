@@ -21,6 +21,7 @@ public:
     // above 0) are done. True when it has ended.
     virtual bool advance(scratch& memory, deadline until, int64_t most) = 0;
     // Puts the masses elsewhere before the first step; [mass][3] in the world, either may be null.
+    // One that the scene holds takes no velocity.
     virtual void place(const double* positions, const double* velocities) = 0;
     // Positions and velocities at the current time in the world, [mass][3]; either may be null.
     virtual void state(scratch& memory, double* positions, double* velocities) = 0;

@@ -524,12 +524,16 @@ void robots_on_gpu<R>::place(int32_t robot, const double* positions, const doubl
     std::vector<R> state(scene_.state_columns * sites_);
     state_.download(state.data(), state.size(), stream_, local * state.size());
     stream_.synchronize("placing a robot");
+    // a mass that the scene holds has the other sign, and takes no velocity
+    std::vector<float> mass(static_cast<std::size_t>(sites_));
+    mass_.download(mass.data(), mass.size(), stream_, local * mass.size());
+    stream_.synchronize("placing a robot");
     for (std::size_t i = 0; i < masses; ++i)
         for (int axis = 0; axis < 3; ++axis) {
             if (positions)
                 column_of(state, column_position + axis)[at[i]] =
                     R(positions[3 * i + axis] - record.origin[axis]);
-            if (velocities)
+            if (velocities && mass[std::size_t(at[i])] > 0)
                 column_of(state, column_velocity + axis)[at[i]] = R(velocities[3 * i + axis]);
         }
     state_.upload(state.data(), state.size(), stream_, local * state.size());

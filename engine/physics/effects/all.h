@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/effects/actuation.h"
+#include "physics/effects/anchors.h"
 #include "physics/effects/boxes.h"
 #include "physics/effects/contact.h"
 #include "physics/effects/damping.h"
@@ -22,8 +23,8 @@ struct list {
     static constexpr int count = sizeof...(E);
 };
 
-using all =
-    list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres, boxes>;
+using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
+                 boxes, anchors>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -110,10 +111,13 @@ constexpr bool hooks_match() {
     || requires(node_state<double> s) { E::energy(E::template make<double>(nullptr, nullptr), s); };
     constexpr bool has_bound = requires { E::bound(1.0, 1.0); }
     || requires { E::bound(E::template make<double>(nullptr, nullptr), 1.0); };
+    constexpr bool has_hold = requires(vector<double> x) {
+        bool(E::holds(E::template make<double>(nullptr, nullptr), x));
+    };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_impulse * hook_impulse | has_energy * hook_energy |
                                has_bound * hook_bound | has_contact * hook_contact |
-                               has_slip * hook_slip;
+                               has_slip * hook_slip | has_hold * hook_hold;
     return found == E::hooks && found != 0;
 }
 

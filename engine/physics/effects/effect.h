@@ -15,6 +15,8 @@
 //            the impulse of a contact across its normal, which never reverses what it opposes,
 //            m/s; asked for each contact in turn, after all
 //            other impulses, and leaves the velocity alone where `push` is 0
+//   hold     bool holds(params, start): whether the mass that starts there, m from the body's
+//            lowest corner, stays there whatever acts on it
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
@@ -44,7 +46,8 @@ enum hook : unsigned {
     hook_energy = 16,
     hook_bound = 32,
     hook_contact = 64,
-    hook_slip = 128
+    hook_slip = 128,
+    hook_hold = 256
 };
 
 // One parameter of an effect: `components` numbers (1 or 3), each within [minimum, maximum].

@@ -32,7 +32,10 @@ struct measured_robot {
     const robot_record& record;
     int64_t index, sites;
 
-    __device__ float mass(int64_t site) const { return launch.mass[index * sites + site]; }
+    __device__ float mass(int64_t site) const {
+        const float m = launch.mass[index * sites + site];
+        return holding ? absolute(m) : m;
+    }
     __device__ double state(int column, int64_t site) const {
         return double(launch.state[(index * state_columns + column) * sites + site]);
     }

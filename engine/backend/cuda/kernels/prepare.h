@@ -46,7 +46,7 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
     mass_real* const state = launch.state + robot * state_columns * sites;
     if (threadIdx.x == 0) {
         prepared = {0.0, 0.0, {grid.nx, grid.ny, grid.nz}, 0};
-        least_step = ~0ull;
+        least_step = 0x7ffull << 52;  // infinite
     }
     __syncthreads();
 
@@ -101,7 +101,10 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
                                    sites};
     each_site([&](int64_t site, int x, int y, int z) {
         const bool used = mass[site] > 0.0f;
-        if (used)
+        const bool held = holding && used &&
+                          is_held(bounded_scene{launch.scene, launch.effects}, launch.edge,
+                                  prepared.corner, x, y, z);
+        if (used && !held)
             atomicMin(&least_step, bits_as<unsigned long long>(stable_step_of_mass(
                                        bounded_scene{launch.scene, launch.effects}, leapfrog, grid,
                                        springs, site, mass[site])));
@@ -112,9 +115,10 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
             state[(column_position + axis) * sites + site] =
                 mass_real((launch.position[axis] - launch.origin[axis]) +
                           launch.edge * double(at[axis] - prepared.corner[axis]));
-            if (used)
+            if (used && !held)
                 state[(column_velocity + axis) * sites + site] = mass_real(launch.velocity[axis]);
         }
+        if (held) mass[site] = -mass[site];
     });
     __syncthreads();
     if (threadIdx.x != 0) return;

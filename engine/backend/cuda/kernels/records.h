@@ -144,7 +144,7 @@ struct step_launch {
     const int32_t* running;   // indices of the robots of this launch, [block]
     const cell_entry* cells;  // block_plan: [slot][32], cubes first, then the rim
     const int32_t* masses;    // block_plan: sites, [slot][32]
-    const float* mass;        // kg, [robot][site]
+    const float* mass;        // kg, [robot][site]; below 0, with this size, that of a held mass
     const float* springs;     // k, then c, then A and B as the scene needs them,
                               // [robot][parameter][direction][site]
     R* state;                 // [robot][column][site]: see state_column

@@ -10,6 +10,7 @@
 
 #include "backend/cuda/kernels/records.h"
 #include "physics/effects/all.h"
+#include "physics/held.h"
 #include "physics/integrator.h"
 
 namespace limax::cuda {
@@ -40,6 +41,7 @@ using mass_real = real_types<LIMAX_PRECISION>::mass;
 inline constexpr bool compensated = LIMAX_PRECISION == compensated_sums;
 inline constexpr bool leapfrog = LIMAX_LEAPFROG;
 inline constexpr bool damped = has<effects::damping>, actuated = has<effects::actuation>;
+inline constexpr bool holding = (LIMAX_EFFECTS & holding_bits) != 0;
 inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 // Neighbours need a mass's velocity only where a law along springs reads it.
 inline constexpr bool shares_velocity = damped;
@@ -267,6 +269,7 @@ LIMAX_LAW void load_mass(mass_state& m, mass_real next_velocity[3], float mass,
                          const mass_real* state, int64_t stride) {
     m.mass = mass_real(mass);
     m.inverse_mass = m.mass > mass_real(0) ? mass_real(1) / m.mass : mass_real(0);
+    if constexpr (holding) m.mass = absolute(m.mass);
     for (int axis = 0; axis < 3; ++axis) {
         const mass_real* column = state + axis * stride;
         m.position[axis] = column[column_position * stride];

@@ -1,0 +1,130 @@
+// anchors_test.cpp: masses that a scene holds. SI units.
+#include <doctest/doctest.h>
+
+#include "physics/held.h"
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+// Which masses of a robot lie at most `height` above its lowest.
+std::vector<bool> below(const snapshot& state, double height) {
+    double lowest = HUGE_VAL;
+    for (std::size_t i = 2; i < state.positions.size(); i += 3)
+        lowest = std::min(lowest, state.positions[i]);
+    std::vector<bool> found;
+    for (std::size_t i = 2; i < state.positions.size(); i += 3)
+        found.push_back(state.positions[i] <= lowest + height);
+    return found;
+}
+
+}  // namespace
+
+TEST_CASE("held masses stay where they start, bit for bit, and the others do not") {
+    for (const int precision : every_precision)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            stage body(lattice{2, 3, 3});
+            body.randomize(5);
+            body.effects(
+                {"anchors", "gravity", "ground", "friction", "damping", "actuation", "wind"});
+            // 2 of its 3 layers of voxels, and 0.2 m is 2 edges of 0.1 m
+            body.set("anchors", "to", {1e6, 1e6, 0.2});
+            body.set("gravity", "acceleration", {3, 1, 5}).set("ground", "height", {0.35});
+            body.setup.options.precision = precision;
+            body.setup.options.integrator = integrator;
+            body.setup.options.velocity[0] = 1;
+            // more than 4 m away, so that the robot's own origin is not the world's
+            body.setup.options.position[0] = 37;
+            body.setup.options.duration = 0.5;
+            const auto opened = body.open();
+            const snapshot start = state_of(*opened);
+            stage::finish(*opened);
+            REQUIRE(opened->outcomes()[0].status == LIMAX_ROBOT_DONE);
+            const snapshot end = state_of(*opened);
+            const std::vector<bool> held = below(start, 0.25);
+            int stayed = 0, moved = 0;
+            for (std::size_t i = 0; i < held.size(); ++i)
+                for (int axis = 0; axis < 3; ++axis) {
+                    const bool same =
+                        end.positions[3 * i + axis] == start.positions[3 * i + axis] &&
+                        end.velocities[3 * i + axis] == 0;
+                    CHECK(same == held[i]);
+                    ++(held[i] ? stayed : moved);
+                }
+            CHECK(stayed > 0);
+            CHECK(moved > 0);
+        }
+}
+
+TEST_CASE("a mass on a spring from a held one swings with the period of its own mass") {
+    const double stiffness = 1000;
+    stage scene(lattice{1, 1, 1});
+    scene.effects({"anchors"});
+    scene.set("anchors", "to", {0.05, 1e6, 1e6});
+    scene.setup.options.time_step = 1e-4;
+    spring_body body = scene.body();
+    for (int64_t site = 2; site < 8; ++site) body.mass[site] = 0;
+    for (float& k : body.stiffness) k = 0;
+    body.stiffness[0] = float(stiffness);
+    body.masses = 2;
+    body.springs = 1;
+    const double mass = body.mass[1];
+    limax_outcome outcome{};
+    cpu::scratch memory(scene.setup.grid);
+    const auto robot =
+        cpu::make_robot(scene.setup, std::move(body), cpu::choose_passes(""), outcome);
+    const double places[6] = {0, 0, 0, 0.11, 0, 0}, kicks[6] = {5, 5, 5, 0, 0, 0};
+    robot->place(places, kicks);
+    const double omega = std::sqrt(stiffness / mass);
+    double worst = 0;
+    for (int i = 1; i <= 5000; ++i) {
+        robot->advance(memory, cpu::deadline::max(), 1);
+        double now[6];
+        robot->state(memory, now, nullptr);
+        CHECK(now[0] == 0);
+        worst = std::max(worst, std::fabs(now[3] - 0.1 - 0.01 * std::cos(omega * i * 1e-4)));
+    }
+    // the leapfrog's error of the period over 8 periods: (omega dt)^2 / 24 of 50 radians
+    CHECK(worst < 0.01 * 50 * omega * omega * 1e-8 / 24 * 1.5);
+}
+
+TEST_CASE("a held mass bounds no step, its neighbours do") {
+    const auto bound = [](double height, bool anchored) {
+        stage body(lattice{2, 2, 4});
+        body.effects({"damping"});
+        if (anchored) body.effects({"anchors"}).set("anchors", "to", {1e6, 1e6, height});
+        // the lowest voxels are the stiffest
+        for (int i = 0; i < 4 * 3; ++i) body.setup.voxels[4 + i] = 3;
+        return time_step_bound(body.body(), body.setup.scene, LIMAX_LEAPFROG);
+    };
+    const double free = bound(0, false);
+    CHECK(bound(-1, true) == free);
+    // half of the stiff layer is held, then all of it
+    CHECK(bound(0, true) == free);
+    CHECK(bound(0.1, true) > free);
+    CHECK(std::isinf(bound(10, true)));
+}
+
+TEST_CASE("anchors that hold nothing change no bit, and wrong ones are refused") {
+    const auto end = [](bool anchored) {
+        stage body(lattice{2, 2, 2});
+        body.randomize(2).effects({"gravity", "ground", "friction", "damping", "actuation"});
+        if (anchored) body.effects({"anchors"}).set("anchors", "to", {1e6, 1e6, -1});
+        return state_of(*body.run());
+    };
+    CHECK(end(true).positions == end(false).positions);
+    scene wrong;
+    wrong.add("anchors");
+    const double low[3] = {0, 0, -2}, high[3] = {0, 0, -1};
+    wrong.set("anchors", "from", high, 3);
+    wrong.set("anchors", "to", low, 3);
+    std::string text;
+    try {
+        wrong.check();
+    } catch (const error& problem) {
+        text = problem.what();
+    }
+    CHECK(text == "scene.anchors: no component of 'from' may be above that of 'to'");
+}
