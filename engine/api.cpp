@@ -457,6 +457,16 @@ limax_status limax_scene_set(limax_scene* scene, const char* effect, const char*
         scene->it.set(effect, field, values, count);
     });
 }
+limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
+                                     const double* heights, int32_t nx, int32_t ny) {
+    return guard([&] {
+        require(scene, "scene");
+        require(effect, "effect");
+        require(field, "field");
+        require(heights, "heights");
+        scene->it.set_heights(effect, field, heights, nx, ny);
+    });
+}
 limax_status limax_scene_check(const limax_scene* scene) {
     return guard([&] {
         require(scene, "scene");

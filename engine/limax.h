@@ -275,7 +275,7 @@ typedef struct limax_field_info {
     const char* name;
     const char* unit;
     const char* note;
-    int32_t components; /* 1, or 3 for a vector */
+    int32_t components; /* 1, 3 for a vector, 0 for a table: see limax_scene_set_heights */
     int32_t reserved;
     double minimum; /* of each component, inclusive */
     double maximum;
@@ -294,6 +294,9 @@ limax_status limax_scene_add(limax_scene* scene, const char* effect);
 /* Sets a field of an effect that was added, of its latest instance. */
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count);
+/* Sets a field that is a table of heights, [nx][ny], from 2 x 2 to 512 x 512; it is copied. */
+limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
+                                     const double* heights, int32_t nx, int32_t ny);
 /* Says whether every effect has one of those that it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 

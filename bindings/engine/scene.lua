@@ -21,7 +21,7 @@ local ALWAYS = "springs"
 ---@field name string
 ---@field unit string
 ---@field note string
----@field components integer 1, or 3 for a vector
+---@field components integer 1, 3 for a vector, 0 for a table of heights
 ---@field minimum number of each component
 ---@field maximum number
 ---@field value number[] the default
@@ -63,10 +63,30 @@ local function effects()
   return list
 end
 
--- Sets one field, and returns its value as scene:table() shows it.
--- `place` names the effect, and the instance where there may be several.
+-- Sets a table of heights, with a row for each place along x, and returns a copy of it.
+local function set_heights(handle, effect, what, field, value)
+  arguments.table(what, value)
+  local rows, width = #value, 0
+  if rows > 0 then
+    if type(value[1]) ~= "table" then
+      arguments.refuse(what, "a list of rows, each a list of numbers", value[1])
+    end
+    width = #value[1]
+  end
+  local heights, copy = ffi.new("double[?]", math.max(1, rows * width)), {}
+  for x = 1, rows do
+    copy[x] = arguments.list(("%s[%d]"):format(what, x), value[x], width)
+    for y = 1, width do heights[(x - 1) * width + y - 1] = copy[x][y] end
+  end
+  abi.check(C.limax_scene_set_heights(handle, effect, field.name, heights, rows, width))
+  return copy
+end
+
+-- Sets one field, and returns its value as scene:table() shows it. `place` names the effect, and
+-- the instance where there may be several.
 local function set(handle, effect, place, field, value)
   local what = ("scene: %s.%s"):format(place, field.name)
+  if field.components == 0 then return set_heights(handle, effect, what, field, value) end
   local numbers
   if field.components == 1 then
     numbers = { arguments.number(what, value) }
@@ -89,6 +109,9 @@ local function add(handle, effect, place, given)
     local value = type(given) == "table" and given[field.name] or nil
     if value ~= nil then
       resolved[field.name] = set(handle, effect.name, place, field, value)
+    elseif field.components == 0 then
+      -- flat
+      resolved[field.name] = { { 0, 0 }, { 0, 0 } }
     else
       resolved[field.name] = field.components == 1 and field.value[1] or field.value
     end

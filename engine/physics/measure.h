@@ -108,8 +108,9 @@ energies measure_energy(const spring_body& body, const scene& scene, const R* co
                 if (!scene.has(index_of<E>)) return;
                 for (int i = 0; i < scene.instances(index_of<E>); ++i)
                     (same_type<E, gravity> ? result.gravitational : result.elastic) +=
-                        energy_of_mass<E>(
-                            E::template make<double>(scene.values(index_of<E>, i), world), node);
+                        energy_of_mass<E>(make_params<E, double>(scene.values(index_of<E>, i),
+                                                                 world, scene.heights()),
+                                          node);
             }
         });
     }

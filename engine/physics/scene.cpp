@@ -97,6 +97,9 @@ void scene::set(const std::string& effect, const std::string& name, const double
             offset += field.components;
             continue;
         }
+        if (field.components == effects::table_of_heights)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("%s.%s is a table of heights, not a number", place.c_str(), name.c_str()));
         if (count != field.components)
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s.%s has %d components, %d were given", place.c_str(), name.c_str(),
@@ -111,6 +114,37 @@ void scene::set(const std::string& effect, const std::string& name, const double
     }
     fail(LIMAX_INVALID_ARGUMENT, format("%s has no field '%s'; it has %s", place.c_str(),
                                         name.c_str(), known.empty() ? "none" : known.c_str()));
+}
+
+void scene::set_heights(const std::string& effect, const std::string& name, const double* heights,
+                        int nx, int ny) {
+    constexpr int most = 512;  // a side
+    const int index = find_effect(effect);
+    const effect_entry& entry = effect_entries()[index];
+    const std::string place = "scene." + effect + "." + name;
+    const effects::field* field = nullptr;
+    for (int f = 0; f < entry.field_count; ++f)
+        if (name == entry.fields[f].name && entry.fields[f].components == effects::table_of_heights)
+            field = &entry.fields[f];
+    if (!field) fail(LIMAX_INVALID_ARGUMENT, format("%s is no table of heights", place.c_str()));
+    if (!has(index))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("%s is set, but the scene does not name '%s'", place.c_str(), effect.c_str()));
+    if (nx < 2 || ny < 2 || nx > most || ny > most)
+        fail(LIMAX_INVALID_ARGUMENT, format("%s is a table of %d x %d; it must be 2 x 2 to %d x %d",
+                                            place.c_str(), nx, ny, most, most));
+    std::vector<float> table(std::size_t(nx) * std::size_t(ny));
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        if (!(heights[i] >= field->minimum && heights[i] <= field->maximum))
+            require_range(format("%s[%zu][%zu]", place.c_str(), i / std::size_t(ny) + 1,
+                                 i % std::size_t(ny) + 1)
+                              .c_str(),
+                          heights[i], field->minimum, field->maximum, field->unit);
+        table[i] = float(heights[i]);
+    }
+    heights_ = std::move(table);
+    heights_nx_ = nx;
+    heights_ny_ = ny;
 }
 
 void scene::check() const {

@@ -34,6 +34,9 @@ public:
     void add(const std::string& effect);
     // Sets a field of an effect, of its latest instance.
     void set(const std::string& effect, const std::string& field, const double* values, int count);
+    // Sets the table of heights that an effect reads, [x][y], m.
+    void set_heights(const std::string& effect, const std::string& field, const double* heights,
+                     int nx, int ny);
     // Refuses a scene in which an effect has none of those that it needs, or values that do not go
     // together.
     void check() const;
@@ -48,11 +51,16 @@ public:
         return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
     }
 
+    // Of the terrain; flat if nothing was set. The scene owns it.
+    effects::height_table heights() const { return {heights_.data(), heights_nx_, heights_ny_}; }
+
 private:
     unsigned mask_ = 0;
     std::vector<std::vector<double>> defaults_;             // [effect][component]
     std::vector<std::vector<std::vector<double>>> given_;   // [effect][instance][component]
     std::vector<std::vector<std::vector<double>>> sorted_;  // the same
+    std::vector<float> heights_ = {0, 0, 0, 0};             // m, [x][y]
+    int heights_nx_ = 2, heights_ny_ = 2;
 };
 
 }  // namespace limax

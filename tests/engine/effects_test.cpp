@@ -125,7 +125,9 @@ TEST_CASE("the force of an effect on a mass at rest is the gradient of its energ
         if constexpr (stores_energy_on_masses<E>) {
             ++effects;
             CAPTURE(E::name);
-            const auto params = E::template make<double>(default_values<E>().data(), origin);
+            const scene flat;
+            const auto params =
+                make_params<E, double>(default_values<E>().data(), origin, flat.heights());
             const double step = 1e-6;
             double worst = 0, acted = 0;
             for (int i = 0; i < 2000; ++i) {

@@ -36,6 +36,7 @@ using namespace limax;
 
 struct whole_scene {
     double value[effects::all::count][8];
+    effects::height_table heights;
     __device__ bool has(int) const { return true; }
     __device__ int instances(int) const { return 1; }
     __device__ const double* values(int effect, int = 0) const { return value[effect]; }
@@ -58,7 +59,7 @@ __device__ R every_effect(const whole_scene& scene, R x) {
         if constexpr (bool(E::hooks & hook_pair)) sum = E::pair(spring, sum);
         if constexpr (requires { E::template make<R>(nullptr, nullptr); }) {
             const double* values = scene.values(index_of<E>);
-            auto params = E::template make<R>(values, origin);
+            auto params = make_params<E, R>(values, origin, scene.heights);
             if constexpr (requires { E::follow(params, values, origin); })
                 E::follow(params, values, origin);
             if constexpr (pushes_masses<E>) add_force<E>(params, node, force);

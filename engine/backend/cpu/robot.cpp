@@ -145,8 +145,9 @@ void robot_run<S, F, compensated>::refresh_params() {
         effects::for_each([&]<class E>(E) {
             if constexpr (effects::acts_on_masses<E>) {
                 if (active.index != effects::index_of<E>) return;
-                const auto params = E::template make<S>(
-                    setup_.scene.values(active.index, active.instance), origin_);
+                const auto params =
+                    effects::make_params<E, S>(setup_.scene.values(active.index, active.instance),
+                                               origin_, setup_.scene.heights());
                 static_assert(sizeof params <= sizeof active.params);
                 std::memcpy(active.params, &params, sizeof params);
             }

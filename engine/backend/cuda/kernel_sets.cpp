@@ -94,6 +94,9 @@ step_launch<R> scene_kernels::step_arguments() const {
     }
     launch.max_speed = setup.options.max_speed;
     launch.max_stretch = setup.options.max_stretch;
+    // who owns the memory says where they lie
+    launch.scene.heights = setup.scene.heights();
+    launch.scene.heights.heights = nullptr;
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
         constexpr int components = effects::components<E>;

@@ -98,6 +98,7 @@ private:
     device_memory<char> exchange_;  // of spring_real
     device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
+    device_memory<float> heights_;  // of the terrain; none in a scene without it
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
     std::vector<int32_t> running_;                  // places in robots_
@@ -158,6 +159,7 @@ void robots_on_gpu<R>::release() {
     exchange_ = {};
     sums_ = {};
     arrived_ = {};
+    heights_ = {};
     for (device_memory<double>& samples : device_samples_) samples = {};
 }
 
@@ -169,6 +171,12 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     device_records_ = device_memory<robot_record>(gpu_, count, "the records" + of_robots);
     device_running_ = device_memory<int32_t>(gpu_, count, "the list" + of_robots);
     device_ranks_ = device_memory<int32_t>(gpu_, count * sites, "the sites" + of_robots);
+    if (setup_.scene.has(effects::index_of<effects::terrain>)) {
+        const effects::height_table table = setup_.scene.heights();
+        heights_ = device_memory<float>(gpu_, std::size_t(table.nx) * std::size_t(table.ny),
+                                        "the terrain");
+        heights_.upload(table.heights, heights_.size(), stream_);
+    }
     mass_ = device_memory<float>(gpu_, count * sites, "the masses" + of_robots);
     // on the grid path a cell on the high side of the lattice reads a little beyond the last column
     const std::size_t beyond =
@@ -408,6 +416,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     measure.mass = launch.mass;
     measure.springs = launch.springs;
     measure.state = launch.state;
+    launch.scene.heights.heights = measure.scene.heights.heights = heights_.data();
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = measure.samples[kind] = device_samples_[kind].data();
 

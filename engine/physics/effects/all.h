@@ -14,6 +14,7 @@
 #include "physics/effects/planes.h"
 #include "physics/effects/spheres.h"
 #include "physics/effects/springs.h"
+#include "physics/effects/terrain.h"
 #include "physics/effects/wind.h"
 
 namespace limax::effects {
@@ -24,7 +25,7 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors>;
+                 boxes, anchors, terrain>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -43,6 +44,22 @@ inline constexpr unsigned bit = 1u << index_of<E>;
 template <class E>
 inline constexpr bool acts_on_masses = (E::hooks &
                                         (hook_node | hook_contact | hook_slip | hook_impulse)) != 0;
+
+// Whether an effect reads a scene's table of heights.
+template <class E>
+inline constexpr bool reads_heights = requires(typename E::template params<float> p) {
+    p.table;
+};
+
+// Parameters of an effect for a robot whose own origin is `origin`, with the table that it may
+// read.
+template <class E, class R>
+LIMAX_LAW typename E::template params<R> make_params(const double* values, const double* origin,
+                                                     const height_table& heights) {
+    auto params = E::template make<R>(values, origin);
+    if constexpr (reads_heights<E>) params.table = heights;
+    return params;
+}
 
 // Bits of the effects that have one of these hooks.
 template <class... E>

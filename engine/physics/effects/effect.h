@@ -27,7 +27,8 @@
 // origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
 // An effect that a scene may have several times says so in `most_instances`; all its laws know one
 // instance, whose params are made anew where the origin moves. `const char* problem(values)` says
-// what is wrong with values that are each within range. engine/README.md shows a whole one.
+// what is wrong with values that are each within range. An effect whose params have a `height_table
+// table` is given the scene's. engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An
@@ -50,6 +51,9 @@ enum hook : unsigned {
     hook_hold = 256
 };
 
+// Components of a field that is a table of heights: it is not among the values.
+inline constexpr int table_of_heights = 0;
+
 // One parameter of an effect: `components` numbers (1 or 3), each within [minimum, maximum].
 struct field {
     const char* name;
@@ -58,6 +62,12 @@ struct field {
     int components;
     double minimum, maximum;
     double value[3];  // default
+};
+
+// Heights on a grid, [x][y], m. The scene, or a GPU's memory, owns them.
+struct height_table {
+    const float* heights;
+    int32_t nx, ny;
 };
 
 template <class R>

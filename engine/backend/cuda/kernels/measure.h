@@ -121,7 +121,8 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
                 const int count = repeatable<E> ? scene.count[index_of<E>] : 1;
                 for (int i = 0; i < count; ++i)
                     (same_type<E, gravity> ? gravitational : elastic) += energy_of_mass<E>(
-                        E::template make<double>(scene.of(index_of<E>, i), world), node);
+                        make_params<E, double>(scene.of(index_of<E>, i), world, scene.heights),
+                        node);
             }
         });
     }

@@ -97,6 +97,7 @@ LIMAX_LAW uint64_t instances_code(const Scene& scene) {
 // other.
 struct scene_values {
     double value[first_value(effects::all::count)];
+    effects::height_table heights;       // in the memory of the GPU
     int32_t count[effects::all::count];  // instances; 0 of effects that the scene lacks
 
     LIMAX_LAW const double* of(int effect, int instance = 0) const {

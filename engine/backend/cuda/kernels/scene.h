@@ -113,9 +113,11 @@ LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
                     params.template instance_of<E>(i) =
                         E::template make<mass_real>(scene.of(index, i), origin);
             }
-        } else if constexpr (has<E> && effects::acts_on_masses<E> &&
-                             requires { E::follow(params.template of<E>(), nullptr, nullptr); }) {
-            E::follow(params.template of<E>(), scene.of(index), origin);
+        } else if constexpr (has<E> && effects::acts_on_masses<E>) {
+            auto& own = params.template of<E>();
+            if constexpr (requires { E::follow(own, nullptr, nullptr); })
+                E::follow(own, scene.of(index), origin);
+            if constexpr (effects::reads_heights<E>) own.table = scene.heights;
         }
     });
 }

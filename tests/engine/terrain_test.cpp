@@ -1,0 +1,206 @@
+// terrain_test.cpp: the height field: its surface, its force, what it refuses. SI units.
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "failure.h"
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+using effects::terrain;
+
+namespace {
+
+constexpr double spacing = 0.25;  // m
+
+// Numbers between -1 and 1, the same at every run.
+struct draws {
+    uint32_t state = 99;
+    double operator()() {
+        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
+    }
+};
+
+// A terrain whose height is a function of x and y at its places.
+template <class Height>
+scene field_of(int nx, int ny, const std::vector<double>& origin, const Height& height) {
+    scene out;
+    out.add("terrain");
+    std::vector<double> table;
+    for (int i = 0; i < nx; ++i)
+        for (int j = 0; j < ny; ++j)
+            table.push_back(height(origin[0] + spacing * i, origin[1] + spacing * j));
+    out.set("terrain", "spacing", &spacing, 1);
+    out.set("terrain", "origin", origin.data(), 3);
+    out.set_heights("terrain", "heights", table.data(), nx, ny);
+    return out;
+}
+template <class R>
+terrain::params<R> params_of(const scene& scene) {
+    const double world[3] = {0, 0, 0};
+    return effects::make_params<terrain, R>(scene.values(effects::index_of<terrain>), world,
+                                            scene.heights());
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("a terrain of one slope is a plane, and its border's height goes on", R, float,
+                   double) {
+    // half a metre above what the table says
+    const auto height = [](double x, double y) { return 0.5 * x - 0.25 * y; };
+    const scene sloped = field_of(9, 5, {-1, -0.5, 0.5}, height);
+    const auto p = params_of<R>(sloped);
+    const double length = std::sqrt(1 + 0.25 + 0.0625);
+    const double rounding = sizeof(R) == 4 ? 1e-6 : 1e-15;
+    draws draw;
+    for (int i = 0; i < 1000; ++i) {
+        const double x = 0.99 * draw(), y = 0.49 * draw(), z = draw();
+        const auto point = terrain::surface(p, effects::vector<R>{R(x), R(y), R(z)});
+        CHECK(std::fabs(point.depth - (height(x, y) + 0.5 - z) / length) < rounding);
+        CHECK(std::fabs(point.normal.x + 0.5 / length) < rounding);
+        CHECK(std::fabs(point.normal.y - 0.25 / length) < rounding);
+        CHECK(std::fabs(point.normal.z - 1 / length) < rounding);
+    }
+    // beyond a corner: level, as high as the corner
+    const auto beyond = terrain::surface(p, effects::vector<R>{R(7), R(8), R(0)});
+    CHECK(std::fabs(beyond.depth - (height(1, 0.5) + 0.5)) < rounding);
+    CHECK(beyond.normal.z == R(1));
+    // beyond an edge it still slopes along it
+    const auto beside = terrain::surface(p, effects::vector<R>{R(-3), R(0.1), R(0)});
+    CHECK(beside.normal.x == R(0));
+    CHECK(beside.normal.y > R(0));
+    // what is no number reads no height that is not there
+    const R nothing = std::numeric_limits<R>::quiet_NaN();
+    const auto lost = terrain::surface(p, effects::vector<R>{nothing, nothing, nothing});
+    CHECK(!(lost.depth > R(0)));
+}
+
+TEST_CASE("between heights the surface is bilinear and without steps") {
+    draws draw;
+    const scene rough = field_of(5, 6, {0, 0, 0}, [&](double, double) { return draw(); });
+    const auto p = params_of<double>(rough);
+    const effects::height_table table = rough.heights();
+    const auto height = [&](double x, double y) {
+        // from far below the depth over n_z is the height
+        const auto point = terrain::surface(p, effects::vector<double>{x, y, 0});
+        return point.depth / point.normal.z;
+    };
+    for (int i = 0; i < 5; ++i)
+        for (int j = 0; j < 6; ++j) {
+            CHECK(height(spacing * i, spacing * j) ==
+                  doctest::Approx(table.heights[i * 6 + j]).epsilon(1e-12));
+            if (i == 4 || j == 5) continue;
+            double mean = 0;
+            for (const int corner : {0, 1, 6, 7}) mean += 0.25 * table.heights[i * 6 + j + corner];
+            CHECK(height(spacing * (i + 0.5), spacing * (j + 0.5)) ==
+                  doctest::Approx(mean).epsilon(1e-12));
+        }
+    for (double x = 0; x < 1; x += 0.013)
+        for (int j = 1; j < 5; ++j)
+            CHECK(std::fabs(height(x, spacing * j - 1e-9) - height(x, spacing * j + 1e-9)) < 1e-7);
+}
+
+TEST_CASE("a slope steepens nothing: the stiffness of a terrain is at most its own") {
+    draws draw;
+    for (const double steep : {0.0, 1.0, 5.0, 50.0}) {
+        const scene sloped = field_of(4, 4, {-0.5, -0.5, 0},
+                                      [&](double x, double y) { return steep * (x + 0.5 * y); });
+        const auto p = params_of<double>(sloped);
+        const auto force = [&](effects::vector<double> x) {
+            effects::vector<double> sum{0, 0, 0};
+            effects::add_force<terrain>(p, effects::node_state<double>{x, {0, 0, 0}, 0.1, 10}, sum);
+            return sum;
+        };
+        double most = 0;
+        for (int i = 0; i < 200; ++i) {
+            const double x = 0.2 * draw(), y = 0.2 * draw(), step = 1e-7;
+            const effects::vector<double> at{x, y, steep * (x + 0.5 * y) - 0.01};
+            effects::vector<double> way{draw(), draw(), draw()};
+            const double size = std::sqrt(effects::dot(way, way));
+            const effects::vector<double> there{
+                at.x + step * way.x / size, at.y + step * way.y / size, at.z + step * way.z / size};
+            const effects::vector<double> before = force(at), after = force(there);
+            const effects::vector<double> change{after.x - before.x, after.y - before.y,
+                                                 after.z - before.z};
+            most = std::max(most, std::sqrt(effects::dot(change, change)) / step);
+        }
+        CAPTURE(steep);
+        CHECK(most <= 1e5 * (1 + 1e-6));
+        CHECK(most > 0.5e5);
+    }
+}
+
+TEST_CASE("a body slides down a terrain as down a plane") {
+    const double angle = 0.5, slope = std::tan(angle);
+    const auto end_of = [&](bool table) {
+        stage body(lattice{2, 2, 1});
+        body.effects({"gravity", "friction", "damping"});
+        body.set("friction", "static", {0.2}).set("friction", "kinetic", {0.2});
+        if (table) {
+            body.effects({"terrain"})
+                .set("terrain", "spacing", {10})
+                .set("terrain", "origin", {-20, -20, 0});
+            std::vector<double> heights;
+            for (int i = 0; i < 5; ++i)
+                for (int j = 0; j < 5; ++j) heights.push_back(-slope * (10 * i - 20));
+            body.setup.scene.set_heights("terrain", "heights", heights.data(), 5, 5);
+        } else {
+            body.effects({"planes"}).set("planes", "normal", {slope, 0, 1});
+        }
+        body.setup.options.position[2] = 0.02;
+        body.setup.options.time_step = 1e-4;
+        body.setup.options.record[LIMAX_TRACE_CONTACT] = 20;
+        body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+        const auto run = body.run();
+        REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
+        CHECK(run->outcomes()[0].contact > 0);
+        return run->outcomes()[0];
+    };
+    const limax_outcome one = end_of(true), other = end_of(false);
+    CHECK(one.center_end[0] - one.center_start[0] > 1);
+    for (int axis = 0; axis < 3; ++axis)
+        CHECK(one.center_end[axis] == doctest::Approx(other.center_end[axis]).epsilon(1e-6));
+    CHECK(one.elastic == doctest::Approx(other.elastic).epsilon(1e-3));
+}
+
+TEST_CASE("a terrain far from the world's origin is the same terrain") {
+    draws draw;
+    const auto end_of = [&](double far) {
+        draw.state = 7;
+        stage body(lattice{2, 2, 2});
+        body.effects({"gravity", "friction", "damping", "terrain"});
+        std::vector<double> heights;
+        for (int i = 0; i < 64; ++i) heights.push_back(0.1 * draw());
+        body.set("terrain", "origin", {far - 1, -1, 0}).set("terrain", "spacing", {0.25});
+        body.setup.scene.set_heights("terrain", "heights", heights.data(), 8, 8);
+        body.setup.options.precision = LIMAX_COMPENSATED;
+        body.setup.options.position[0] = far;
+        body.setup.options.position[2] = 0.15;
+        const snapshot end = state_of(*body.run());
+        return std::vector<double>{end.positions[0] - far, end.positions[1], end.positions[2]};
+    };
+    CHECK(end_of(0) == end_of(1024));
+}
+
+TEST_CASE("a table of heights is checked") {
+    const double heights[6] = {0, 1, 2, 3, 4, 1001};
+    scene out;
+    CHECK(refused([&] { out.set_heights("terrain", "heights", heights, 2, 2); }) ==
+          "scene.terrain.heights is set, but the scene does not name 'terrain'");
+    out.add("terrain");
+    CHECK(refused([&] { out.set_heights("terrain", "heights", heights, 1, 6); }) ==
+          "scene.terrain.heights is a table of 1 x 6; it must be 2 x 2 to 512 x 512");
+    CHECK(refused([&] {
+              out.set_heights("terrain", "heights", heights, 2, 513);
+          }).find("2 x 513") != std::string::npos);
+    CHECK(refused([&] {
+              out.set_heights("terrain", "heights", heights, 2, 3);
+          }).find("scene.terrain.heights[2][3] is 1001") == 0);
+    CHECK(refused([&] { out.set_heights("terrain", "spacing", heights, 2, 2); }) ==
+          "scene.terrain.spacing is no table of heights");
+    CHECK(refused([&] { out.set("terrain", "heights", heights, 1); }) ==
+          "scene.terrain.heights is a table of heights, not a number");
+    out.set_heights("terrain", "heights", heights, 2, 2);
+    CHECK(out.heights().heights[3] == 3.0f);
+}
