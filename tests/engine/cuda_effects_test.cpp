@@ -1,6 +1,7 @@
 // cuda_effects_test.cpp: the kernel of a scene holds what its effects need and nothing of the
 // others. Read off the PTX: what the text became before a GPU's own optimiser, which merges and
 // reorders, so that counts are exact. No GPU is needed.
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <set>
@@ -160,6 +161,14 @@ void check_parameters(const kernel_content& content, unsigned mask) {
     });
 }
 
+// The same, but for a sum or difference of each mass: whether a term is subtracted or its negative
+// added is the compiler's choice, which hangs on what else needs either.
+void check_same(work one, const work& other, int masses) {
+    CHECK(std::abs(one.sum - other.sum) <= masses);
+    one.sum = other.sum;
+    CHECK(one == other);
+}
+
 // What `effect` adds to a scene that lacks it.
 work added(const std::map<unsigned, kernel_content>& kernels, unsigned mask, unsigned effect) {
     return kernels.at(mask | effect).all - kernels.at(mask).all;
@@ -230,7 +239,7 @@ TEST_CASE("an effect adds to a kernel what its law needs, and leaves no trace wh
             if (rubs || (slips && __builtin_popcount(contacts) > 1))
                 CHECK(more.nowhere_below(rubs ? added(kernels, alone, bit<E>) : work{}));
             else
-                CHECK(more == added(kernels, slips ? alone | contacts : alone, bit<E>));
+                check_same(more, added(kernels, slips ? alone | contacts : alone, bit<E>), masses);
         }
     });
 }
