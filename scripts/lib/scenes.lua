@@ -7,6 +7,29 @@ local schema = require "limax.schema"
 
 local scenes = {}
 
+-- Takes the named lengths out of `options`, with their defaults, and returns the rest: effects.
+local function split(what, options, lengths)
+  local changes, taken = {}, {}
+  if options ~= nil and type(options) ~= "table" then
+    engine.fail(("%s: expected a table, got %s"):format(what, schema.show(options)))
+  end
+  for key, value in pairs(options or {}) do changes[key] = value end
+  for _, length in ipairs(lengths) do
+    local name, minimum, maximum, unit = length[1], length[3], length[4], length[5]
+    local value = changes[name]
+    if value == nil then value = length[2] end
+    -- NaN is in no range
+    if type(value) ~= "number" or not (value >= minimum and value <= maximum)
+      or length.whole and value % 1 ~= 0 then
+      engine.fail(("%s: %s: expected %s from %g to %g%s, got %s"):format(what, name,
+        length.whole and "a whole number" or "a number", minimum, maximum,
+        unit and " " .. unit or "", schema.show(value)))
+    end
+    taken[name], changes[name] = value, nil
+  end
+  return taken, changes
+end
+
 -- m/s^2, the engine's own default
 local standard_gravity = 9.81
 
@@ -58,6 +81,62 @@ function scenes.slope(options)
   scene.gravity = { acceleration =
     { along * math.cos(direction), along * math.sin(direction), -strength * math.cos(angle) } }
   return scene
+end
+
+--- Flat ground and stairs that rise along +x: as many steps as `count`, each `step` higher than the
+--- one before and `depth` deep. The first begins at x = `start`; a body starts at x = 0 and reaches as
+--- far as it is long. Other keys are effects.
+---@param options? { step?: number, depth?: number, count?: integer, width?: number, start?: number } m
+---@return table scene
+function scenes.stairs(options)
+  local size, changes = split("scenes.stairs", options, {
+    { "step", 0.05, 0.001, 10, "m" }, { "depth", 0.3, 0.001, 100, "m" },
+    { "count", 5, 1, 16, whole = true }, { "width", 4, 0.001, 1000, "m" },
+    { "start", 1, -1000, 1000, "m" } })
+  local steps = {}
+  for i = 1, size.count do
+    local front = size.start + (i - 1) * size.depth
+    steps[i] = { from = { front, -size.width / 2, 0 },
+      to = { front + size.depth, size.width / 2, i * size.step } }
+  end
+  local scene = scenes.land()
+  scene.boxes = steps
+  return merged(scene, changes, "scenes.stairs")
+end
+
+--- Flat ground and the inside of a corner: walls across x and across y, `distance` away from the
+--- world's origin. Other keys are effects.
+---@param options? { distance?: number } m
+---@return table scene
+function scenes.corner(options)
+  local size, changes = split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
+  local scene = scenes.land()
+  scene.planes = { { normal = { -1, 0, 0 }, offset = -size.distance },
+    { normal = { 0, -1, 0 }, offset = -size.distance } }
+  return merged(scene, changes, "scenes.corner")
+end
+
+--- Uneven land: random heights from `roughness` below 0 to 0, `spacing` apart, on a square of this
+--- `size` around the world's origin. The same for the same `seed`. Other keys are effects.
+---@param options? { roughness?: number, spacing?: number, size?: number, seed?: integer } m
+---@return table scene
+function scenes.rough(options)
+  local field, changes = split("scenes.rough", options, {
+    { "roughness", 0.05, 0, 10, "m" }, { "spacing", 0.2, 0.001, 100, "m" },
+    { "size", 10, 0.002, 10000, "m" }, { "seed", 1, 0, 2 ^ 53, whole = true } })
+  local count = math.floor(field.size / field.spacing + 0.5) + 1
+  if count < 2 or count > 512 then
+    engine.fail(("scenes.rough: a size of %g m at a spacing of %g m takes %d heights a side; 2 to 512 "
+      .. "are possible"):format(field.size, field.spacing, count))
+  end
+  local random, heights = engine.random(field.seed, 1, "user"), {}
+  for x = 1, count do
+    heights[x] = {}
+    for y = 1, count do heights[x][y] = -field.roughness * random:uniform() end
+  end
+  local scene, edge = scenes.land { ground = false }, -field.spacing * (count - 1) / 2
+  scene.terrain = { heights = heights, spacing = field.spacing, origin = { edge, edge, 0 } }
+  return merged(scene, changes, "scenes.rough")
 end
 
 return scenes

@@ -145,6 +145,48 @@ scenes:test("a slope is tilted gravity", function(t)
   t:raises("scenes.slope: angle", function() limax.scenes.slope {} end)
 end)
 
+scenes:test("stairs rise, a corner closes, rough land is the same for the same seed", function(t)
+  local stairs = limax.scenes.stairs { step = 0.1, depth = 0.5, count = 3, start = 2 }
+  t:equal(#stairs.boxes, 3)
+  t:equal(stairs.boxes[3], { from = { 3, -2, 0 }, to = { 3.5, 2, 0.1 * 3 } })
+  local corner = engine.scene(limax.scenes.corner { distance = 0.7, friction = false }):table()
+  t:equal(corner.planes[1].offset, -0.7)
+  t:equal(corner.friction, nil)
+  local one, same = limax.scenes.rough { size = 2 }, limax.scenes.rough { size = 2 }
+  local other = limax.scenes.rough { size = 2, seed = 2 }
+  t:equal(one, same)
+  t:ok(one.terrain.heights[1][1] ~= other.terrain.heights[1][1], "another seed, another land")
+  t:equal(#one.terrain.heights, 11)
+  t:near(one.terrain.origin[1], -1)
+  for _, row in ipairs(one.terrain.heights) do
+    for _, height in ipairs(row) do t:ok(height <= 0 and height >= -0.05) end
+  end
+  t:raises("scenes.stairs: count: expected a whole number from 1 to 16, got 2.5",
+    function() limax.scenes.stairs { count = 2.5 } end)
+  t:raises("scenes.corner: distance", function() limax.scenes.corner { distance = 0 / 0 } end)
+  t:raises("2 to 512 are possible", function() limax.scenes.rough { size = 1000 } end)
+end)
+
+scenes:test("a robot stays whole in each, and the listed order of planes changes no bit", function(t)
+  local function end_of(scene)
+    local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+      :simulate { scene = scene, duration = 1.5, record = { contact = 20 } }
+    t:ok(robot:contact() > 0, "it lies on something")
+    return robot:displacement()
+  end
+  end_of(limax.scenes.stairs { start = 0.25 })
+  end_of(limax.scenes.rough())
+  -- held by its lowest masses, which then touch nothing, it leans in the wind and stays
+  local held = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
+    scene = limax.scenes.air { anchors = true, wind = { velocity = { 0, 3, 0 } } }, duration = 1 }
+  local _, y = unpack(held:displacement())
+  t:ok(y > 1e-4 and y < 0.1, "it leans by " .. y .. " m")
+  local corner = limax.scenes.corner { distance = 0.3 }
+  local before = end_of(corner)
+  corner.planes[1], corner.planes[2] = corner.planes[2], corner.planes[1]
+  t:same_bits(end_of(corner), before)
+end)
+
 -- ---- diversity ---------------------------------------------------------------------------------
 
 local diversity = require("limax.test").suite "diversity"
