@@ -84,9 +84,9 @@ function scenes.slope(options)
 end
 
 --- Flat ground and stairs that rise along +x: as many steps as `count`, each `step` higher than the
---- one before and `depth` deep. The first begins at x = `start`; a body starts at x = 0 and reaches as
---- far as it is long. Other keys are effects.
----@param options? { step?: number, depth?: number, count?: integer, width?: number, start?: number } m
+--- one before and `depth` deep. The first begins at x = `start`; a body starts at x = 0 and reaches
+--- as far as it is long. Other keys are effects. All lengths in m.
+---@param options? table step, depth, count, width, start, and effects
 ---@return table scene
 function scenes.stairs(options)
   local size, changes = split("scenes.stairs", options, {
@@ -126,8 +126,8 @@ function scenes.rough(options)
     { "size", 10, 0.002, 10000, "m" }, { "seed", 1, 0, 2 ^ 53, whole = true } })
   local count = math.floor(field.size / field.spacing + 0.5) + 1
   if count < 2 or count > 512 then
-    engine.fail(("scenes.rough: a size of %g m at a spacing of %g m takes %d heights a side; 2 to 512 "
-      .. "are possible"):format(field.size, field.spacing, count))
+    engine.fail(("scenes.rough: a size of %g m at a spacing of %g m takes %d heights a side; 2 to "
+      .. "512 are possible"):format(field.size, field.spacing, count))
   end
   local random, heights = engine.random(field.seed, 1, "user"), {}
   for x = 1, count do

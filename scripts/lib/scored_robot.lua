@@ -199,7 +199,8 @@ end
 ---@return number m
 function methods:height() return summary(self, "height", "height", "center_of_mass") end
 
---- Mean share of the masses that touch the ground or another contact, 0 to 1. Reads the trace "contact".
+--- Mean share of the masses that touch the ground or another contact, 0 to 1. Reads the
+--- trace "contact".
 ---@return number
 function methods:contact() return summary(self, "contact", "contact", "contact") end
 
