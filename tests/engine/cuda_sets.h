@@ -22,6 +22,11 @@ inline int shared_memory_of(int capability) {
 }
 
 inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
+// Those of a robot that walks on flat ground: kernels for them are built with limax.
+inline constexpr unsigned walking_effects =
+    effects::bit<effects::springs> | effects::bit<effects::damping> |
+    effects::bit<effects::actuation> | effects::bit<effects::gravity> |
+    effects::bit<effects::ground> | effects::bit<effects::friction>;
 
 // A setup without robots, whose scene has the effects of `mask`.
 inline simulation_setup setup_of(unsigned mask, int precision, int integrator,

@@ -64,7 +64,7 @@ void check_spills(const compiler& nvrtc, const kernel_set& set, const std::strin
 }
 void check_spills(asking_machine& machine, const compiler& nvrtc, int precision, int integrator,
                   const lattice& grid, const std::string& architecture) {
-    check_spills(nvrtc, machine.step_of(setup_of(every_effect, precision, integrator, grid)),
+    check_spills(nvrtc, machine.step_of(setup_of(walking_effects, precision, integrator, grid)),
                  architecture);
 }
 
@@ -150,7 +150,7 @@ TEST_CASE("without a compiler every lattice of the common scenes has a kernel") 
     for (const lattice& grid : {lattice{1, 1, 1}, lattice{3, 7, 2}, lattice{60, 50, 50}})
         for (const int precision : every_precision) {
             const kernel_set set =
-                machine.step_of(setup_of(every_effect, precision, LIMAX_LEAPFROG, grid),
+                machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, grid),
                                 cuda::kernel_form::any_lattice);
             CAPTURE(set.title());
             CHECK(for_any_lattice(set));
@@ -170,10 +170,11 @@ TEST_CASE("the common scenes run without a compiler") {
         effects::bit<effects::springs> | effects::bit<effects::gravity>;
     for (const cuda::kernel_form form : every_form) {
         for (const int precision : every_precision)
-            built(machine.step_of(setup_of(every_effect, precision, LIMAX_LEAPFROG, cube), form));
+            built(
+                machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, cube), form));
         for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED})
-            built(machine.step_of(setup_of(every_effect, precision, LIMAX_SYMPLECTIC_EULER, cube),
-                                  form));
+            built(machine.step_of(
+                setup_of(walking_effects, precision, LIMAX_SYMPLECTIC_EULER, cube), form));
     }
     built(machine.step_of(setup_of(springs_and_gravity, LIMAX_SINGLE, LIMAX_LEAPFROG, cube)));
     // what prepares and measures the robots of a scene, and what population and comparison take
@@ -199,6 +200,34 @@ TEST_CASE("the kernels of the common lattices spill little") {
     for (const kernel_set& set : cuda::ahead_of_time_sets())
         if (steps_robots(set) && number_in(set, "LIMAX_LEAPFROG"))
             check_spills(*nvrtc, set, "sm_90");
+}
+
+TEST_CASE(
+    "every effect at once, and several times, compiles on both paths and in what serves them") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    asking_machine machine;
+    for (const int precision : every_precision)
+        for (const lattice& grid : {cube, lattice{60, 50, 50}}) {
+            simulation_setup setup = setup_of(every_effect, precision, LIMAX_LEAPFROG, grid);
+            for (const char* more : {"planes", "spheres", "boxes", "boxes"}) setup.scene.add(more);
+            const kernel_set set = machine.step_of(setup);
+            CAPTURE(set.title());
+            CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
+            CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
+                  cuda::instances_code(setup.scene));
+            std::string log;
+            CHECK(!compiled(*nvrtc, set, "sm_90", {}, &log).empty());
+            CHECK(log == "");
+            if (grid.nx != 5) continue;
+            for (const char* entry : {"prepare", "measure"}) {
+                kernel_set serving{entry, {}};
+                for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
+                    serving.defines[name] = set.defines.at(name);
+                CHECK(!compiled(*nvrtc, serving, "sm_90", {}, &log).empty());
+                CHECK(log == "");
+            }
+        }
 }
 
 TEST_SUITE_BEGIN("full");
