@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 4, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 5, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -299,7 +299,11 @@ limax_status limax_scene_check(const limax_scene* scene);
 
 typedef struct limax_simulation limax_simulation;
 
-typedef enum limax_integrator { LIMAX_SYMPLECTIC_EULER = 0, LIMAX_LEAPFROG = 1 } limax_integrator;
+typedef enum limax_integrator {
+    LIMAX_SYMPLECTIC_EULER = 0,
+    LIMAX_LEAPFROG = 1,
+    LIMAX_RK4 = 2 /* classical Runge-Kutta; on the CPU, for scenes without contact and impulses */
+} limax_integrator;
 
 typedef enum limax_precision {
     LIMAX_SINGLE = 0,

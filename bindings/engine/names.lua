@@ -37,6 +37,7 @@ names.stream = enumeration {
 
 names.integrator = enumeration {
   { "symplectic_euler", "LIMAX_SYMPLECTIC_EULER" }, { "leapfrog", "LIMAX_LEAPFROG" },
+  { "rk4", "LIMAX_RK4" },
 }
 
 names.precision = enumeration {

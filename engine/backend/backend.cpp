@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "backend/cpu/device.h"
+#include "physics/roles.h"
 #if defined(LIMAX_WITH_CUDA)
 #include "backend/cuda/device.h"
 #endif
@@ -20,6 +21,21 @@ void require_choice(const char* name, int value, int count) {
     if (value < 0 || value >= count)
         fail(LIMAX_INVALID_ARGUMENT,
              format("%s is %d; it must be 0 to %d", name, value, count - 1));
+}
+
+// RK4's order is that of smooth forces, and it has no place for an impulse.
+void require_smooth(const scene& scene) {
+    std::string rough;
+    effects::for_each([&]<class E>(E) {
+        if (scene.has(effects::index_of<E>) &&
+            (is_contact<E> || bool(E::hooks & effects::hook_impulse)))
+            rough += (rough.empty() ? "" : " and ") + std::string(E::name);
+    });
+    if (!rough.empty())
+        fail(
+            LIMAX_INVALID_ARGUMENT,
+            format("integrator: rk4 integrates smooth scenes alone; the scene has %s; use leapfrog",
+                   rough.c_str()));
 }
 
 }  // namespace
@@ -64,7 +80,7 @@ void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& 
 }
 
 void check_options(const limax_simulation_options& options, const scene& scene) {
-    require_choice("integrator", options.integrator, 2);
+    require_choice("integrator", options.integrator, 3);
     require_choice("precision", options.precision, 4);
     require_choice("sharing", options.sharing, 2);
     require_range("duration", options.duration, 1e-9, 1e6, "s");
@@ -94,6 +110,13 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         fail(LIMAX_INVALID_ARGUMENT,
              "record.contact needs the effect 'ground', which the scene does not name");
     scene.check();
+    if (options.integrator == LIMAX_RK4) require_smooth(scene);
+}
+
+void check_options_beyond_cpu(const limax_simulation_options& options) {
+    if (options.integrator == LIMAX_RK4)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");
 }
 
 }  // namespace limax

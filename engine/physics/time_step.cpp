@@ -25,9 +25,8 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
     const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
     double least = HUGE_VAL;
     for (int32_t i = 0; i < body.masses; ++i)
-        least =
-            std::min(least, stable_step_of_mass(scene, integrator == LIMAX_LEAPFROG, body.grid,
-                                                springs, body.sites[i], body.mass[body.sites[i]]));
+        least = std::min(least, stable_step_of_mass(scene, scheme(integrator), body.grid, springs,
+                                                    body.sites[i], body.mass[body.sites[i]]));
     return least;
 }
 

@@ -45,6 +45,15 @@ struct mass_arrays {
     S* normal;    // N
 };
 
+// Between two force evaluations of a Runge-Kutta step, columns of [count].
+template <class S>
+struct stage_arrays {
+    S* position[3];        // where the masses are for the next evaluation, m
+    S* velocity[3];        // m/s
+    S* position_slope[3];  // weighted sum of the velocities so far, m/s
+    S* velocity_slope[3];  // weighted sum of the accelerations so far, m/s^2
+};
+
 // Adds the forces of all springs.
 template <class F>
 using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::moment<F>&);
@@ -59,6 +68,13 @@ using kick_pass = void (*)(const mass_arrays<S>&, S h);
 // `share` as in predict(); not used without prediction.
 template <class S>
 using drift_pass = void (*)(const mass_arrays<S>&, S dt, S share);
+// Of a Runge-Kutta step from `start`, whose forces have just been evaluated. A stage adds its
+// slopes by `weight` and goes on to where they lead in h; the end adds the last ones and moves the
+// masses, a sixth of dt for each weight.
+template <class S>
+using stage_pass = void (*)(const mass_arrays<S>& start, const stage_arrays<S>&, S weight, S h);
+template <class S>
+using stage_end_pass = void (*)(const mass_arrays<S>& start, const stage_arrays<S>&, S sixth);
 // Rounds, or widens, `count` numbers.
 using narrow_pass = void (*)(int64_t count, const double* from, float* to);
 using widen_pass = void (*)(int64_t count, const float* from, double* to);
@@ -94,6 +110,8 @@ struct mass_passes {
     impulse_pass<S> impulse[effects::all::count];  // likewise
     kick_pass<S> kick[2];                          // [compensated]
     drift_pass<S> drift[2][2];                     // [compensated][predicted]
+    stage_pass<S> stage[2][2];                     // [compensated][first]
+    stage_end_pass<S> stage_end[2];                // [compensated]
     mass_limit_pass<S> limit;
 };
 

@@ -1,0 +1,97 @@
+// forces.h: the forces on one robot's masses at one moment, springs first, then the effects on
+// masses in the order of effects::all; and the impulses that follow a kick. In `mixed` springs see
+// x and p rounded to fp32, and their sums are widened before anything on masses. SI units.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "backend/cpu/columns.h"
+#include "physics/scene.h"
+
+namespace limax::cpu {
+
+// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, class F, bool compensated>
+class robot_forces {
+public:
+    // Muscles count time in ticks of `tick` seconds from t = 0.
+    robot_forces(const scene& in, const spring_body& body, const pass_table& passes,
+                 robot_columns<S, F, compensated>& columns, double tick)
+        : scene_(in), body_(body), passes_(passes), columns_(columns), tick_(tick) {
+        if (body.sine.size() != 0)
+            clock_ = effects::actuation::make_clock(
+                in.values(effects::index_of<effects::actuation>), tick);
+        effects::for_each([&]<class E>(E) {
+            if (in.has(effects::index_of<E>) &&
+                (E::hooks & (effects::hook_node | effects::hook_impulse)))
+                active_.push_back({effects::index_of<E>, {}});
+        });
+    }
+
+    // Takes the effects' parameters into the coordinates of a robot whose own origin is there.
+    void follow(const double origin[3]) {
+        for (active_effect& active : active_)
+            effects::for_each([&]<class E>(E) {
+                if constexpr (bool(E::hooks & (effects::hook_node | effects::hook_impulse))) {
+                    if (active.index != effects::index_of<E>) return;
+                    const auto params = E::template make<S>(scene_.values(active.index), origin);
+                    static_assert(sizeof params <= sizeof active.params);
+                    std::memcpy(active.params, &params, sizeof params);
+                }
+            });
+    }
+
+    // Muscles rest while the body settles, before tick 0.
+    bool actuated(int64_t tick) const { return body_.sine.size() != 0 && tick >= 0; }
+    template <class R>
+    effects::actuation::moment<R> moment(int64_t tick) const {
+        if (!actuated(tick)) return {R(0), R(0)};
+        return effects::actuation::at<R>(clock_, tick, tick_);
+    }
+    // d moment / dt, 1/s.
+    effects::actuation::moment<double> moment_rate(int64_t tick) const {
+        if (!actuated(tick)) return {0, 0};
+        return effects::actuation::rate_at(clock_, tick, tick_);
+    }
+
+    // Fills force and normal of the robot's masses, which lie and move as `seen` says.
+    void evaluate(const mass_arrays<S>& seen, int64_t tick) {
+        columns_.show_springs(passes_, seen);
+        for (F* force : columns_.springs.force) std::memset(force, 0, seen.count * sizeof(F));
+        // the passes of a resting body are those of a scene without actuation
+        const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
+        spring_passes_of<F>(passes_).pair[pair_variant(scene_.mask() & ~resting)](columns_.springs,
+                                                                                  moment<F>(tick));
+        columns_.take_forces(passes_);
+        std::memset(seen.normal, 0, seen.count * sizeof(S));
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        for (const active_effect& active : active_)
+            if (const auto node = passes.node[active.index]) node(seen, active.params);
+    }
+
+    // Changes the velocities after a kick of h by the effects' impulses.
+    void push(const mass_arrays<S>& masses, S h) {
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        for (const active_effect& active : active_)
+            if (const auto impulse = passes.impulse[active.index])
+                impulse(masses, active.params, h);
+    }
+
+private:
+    // One effect of the scene with its parameters in this robot's coordinates.
+    struct active_effect {
+        int index;
+        alignas(16) char params[64];
+    };
+
+    const scene& scene_;
+    const spring_body& body_;
+    const pass_table& passes_;
+    robot_columns<S, F, compensated>& columns_;
+    double tick_;  // s
+    effects::actuation::clock clock_{};
+    std::vector<active_effect> active_;
+};
+
+}  // namespace limax::cpu
