@@ -331,9 +331,11 @@ typedef struct limax_simulation_options {
     int32_t sharing;    /* limax_sharing */
     int32_t record[6]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
     int32_t reserved;
-    double duration;       /* s from t = 0, when actuation starts, to the end; up to 1e6 */
-    double settle;         /* s before t = 0, without actuation */
-    double time_step;      /* s; 0 takes bound_fraction of each body's own bound */
+    double duration; /* s from t = 0, when actuation starts, to the end; up to 1e6 */
+    double settle;   /* s before t = 0, without actuation */
+    /* s; 0 takes bound_fraction of each body's own bound, and at most what moves no mass farther
+     * than a tenth of an edge in a step at the speed that start and drop give it */
+    double time_step;
     double bound_fraction; /* used when time_step is 0; 0.9 for `auto` */
     double time_step_most; /* s; cap used when time_step is 0; 0 for none */
     double edge;           /* h, m */
@@ -372,6 +374,10 @@ typedef struct limax_outcome {
     double time_step_bound; /* s: the closed-form bound of this body, integrator and scene */
     int32_t masses;
     int32_t springs;
+    /* 1 if a mass was seen to move farther than a tenth of an edge in one step: the step is coarse
+     * for what happens. Looked for every 64 steps and at the end, not in between. */
+    int32_t coarse;
+    int32_t reserved;
     double mass;             /* kg */
     double center_start[3];  /* centre of mass at t = 0, m */
     double center_middle[3]; /* after half of the steps from t = 0 */

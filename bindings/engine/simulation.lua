@@ -225,6 +225,7 @@ end
 ---@field time_step_bound number s
 ---@field masses integer
 ---@field springs integer
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field mass number kg
 ---@field center_start number[] centre of mass at t = 0, m
 ---@field center_middle number[] after half of the steps from t = 0
@@ -257,6 +258,7 @@ function methods:outcome(i)
   local o = C.limax_simulation_outcomes(handle) + robot
   local result = {
     status = names.robot_status.text[o.status], step = tonumber(o.step), steps = tonumber(o.steps),
+    coarse = o.coarse ~= 0,
   }
   if result.status == "invalid" then result.reason = names.body_status.text[o.reason] end
   if result.status == "diverged" then result.reason = names.divergence.text[o.reason] end

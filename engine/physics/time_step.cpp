@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "physics/bound.h"
+#include "physics/origin.h"
 
 namespace limax {
 
@@ -30,7 +31,24 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
     return least;
 }
 
-schedule make_schedule(const limax_simulation_options& options, double bound) {
+double accuracy_cap(const limax_simulation_options& options, const scene& scene) {
+    using namespace effects;
+    double squared = 0;  // (m/s)^2
+    for (const double v : options.velocity) squared += v * v;
+    if (scene.has(index_of<gravity>) && scene.has(index_of<ground>)) {
+        const double* g = scene.values(index_of<gravity>);
+        const double strength = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+        const double above = options.position[2] - scene.values(index_of<ground>)[2];
+        if (g[2] < 0 && above > 0) {
+            const double whole = options.settle + options.duration;
+            const double reach = std::sqrt(squared) * whole + 0.5 * strength * whole * whole;
+            squared += 2 * strength * std::min(above * strength / -g[2], reach);
+        }
+    }
+    return coarse_share * options.edge / std::sqrt(squared);
+}
+
+schedule make_schedule(const limax_simulation_options& options, const scene& scene, double bound) {
     int64_t rate = 1;
     for (const int32_t hertz : options.record)
         // at most 10^6 times 10^5 at each turn: no overflow
@@ -47,7 +65,7 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
     if (wanted == 0) {
         wanted = options.bound_fraction * bound;
         if (options.time_step_most > 0) wanted = std::min(wanted, options.time_step_most);
-        wanted = std::min(wanted, base);
+        wanted = std::min({wanted, accuracy_cap(options, scene), base});
     }
     const double ratio = base / wanted;
     int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - rounding)));

@@ -281,7 +281,7 @@ TEST_CASE(
     options.record[LIMAX_TRACE_CONTACT] = 20;
     options.settle = 0.503;
     options.duration = 1.0;
-    const schedule plan = make_schedule(options, 3.3e-4);
+    const schedule plan = make_schedule(options, scene(), 3.3e-4);
     CHECK(plan.time_step <= 0.9 * 3.3e-4);
     CHECK(plan.time_step * double(plan.every[LIMAX_TRACE_CENTER_OF_MASS]) ==
           doctest::Approx(0.02).epsilon(1e-12));
@@ -289,11 +289,82 @@ TEST_CASE(
     CHECK(plan.samples[LIMAX_TRACE_CENTER_OF_MASS] == 51);
     CHECK(plan.samples[LIMAX_TRACE_CONTACT] == 21);
     options.time_step = 1e-5;
-    CHECK(make_schedule(options, 1).time_step == doctest::Approx(1e-5).epsilon(1e-15));
+    CHECK(make_schedule(options, scene(), 1).time_step == doctest::Approx(1e-5).epsilon(1e-15));
     options.time_step = 3e-4;
-    CHECK_THROWS_WITH_AS(make_schedule(options, 1),
+    CHECK_THROWS_WITH_AS(make_schedule(options, scene(), 1),
                          "time_step is 0.0003 s, which does not divide the sample interval of 0.01 "
                          "s; the nearest that "
                          "does is 0.000303030303 s",
                          error);
+}
+
+TEST_CASE("a step left to the engine is not coarse at the speed of the start and of the drop") {
+    limax_simulation_options options = default_options();
+    limax::scene falling, drop, slope;
+    falling.add("gravity");
+    for (const char* effect : {"gravity", "ground"}) {
+        drop.add(effect);
+        slope.add(effect);
+    }
+    const double down = 9.81;
+    options.position[2] = 20;
+    // nothing to meet, then a plane 2 m below, then one that is reached along a slope
+    CHECK(accuracy_cap(options, falling) == HUGE_VAL);
+    const double height = 18;
+    drop.set("ground", "height", &height, 1);
+    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / std::sqrt(2 * down * 2)));
+    slope.set("ground", "height", &height, 1);
+    const double tilted[3] = {down * 0.6, 0, -down * 0.8};
+    slope.set("gravity", "acceleration", tilted, 3);
+    CHECK(accuracy_cap(options, slope) == doctest::Approx(0.01 / std::sqrt(2 * down * 2 / 0.8)));
+    // the drop adds to the throw
+    options.velocity[0] = 3;
+    options.velocity[2] = 4;
+    CHECK(accuracy_cap(options, falling) == doctest::Approx(0.01 / 5));
+    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / std::sqrt(25 + 4 * down)));
+    // a run of 1 s does not fall for 1 km
+    options.velocity[0] = options.velocity[2] = 0;
+    options.position[2] = 1018;
+    CHECK(accuracy_cap(options, drop) == doctest::Approx(0.01 / down));
+    // pressed into the ground, or drawn away from it, nothing falls
+    options.position[2] = 17;
+    CHECK(accuracy_cap(options, drop) == HUGE_VAL);
+
+    options.position[2] = 18;
+    options.velocity[0] = 100;
+    CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(1e-4));
+    options.time_step = 2e-4;
+    CHECK(make_schedule(options, drop, 3.3e-4).time_step == doctest::Approx(2e-4));
+}
+
+TEST_CASE("a mass that moves farther than a tenth of an edge in a step marks its robot as coarse") {
+    for (const int precision : every_precision)
+        for (const int integrator : every_integrator)
+            for (const double speed : {9.9, 10.1}) {
+                stage bodies(lattice{1, 1, 1}, 2);
+                bodies.setup.options.precision = precision;
+                bodies.setup.options.integrator = integrator;
+                bodies.setup.options.time_step = 1e-3;
+                bodies.setup.options.duration = 0.2;
+                auto run = bodies.open();
+                // the second robot alone is thrown
+                snapshot start = state_of(*run, 1);
+                for (std::size_t i = 0; i < start.velocities.size(); i += 3)
+                    start.velocities[i] = speed;
+                run->place(1, nullptr, start.velocities.data());
+                stage::finish(*run);
+                CHECK(run->outcomes()[0].coarse == 0);
+                CHECK(run->outcomes()[1].coarse == (speed > 10));
+                CHECK(run->outcomes()[1].status == LIMAX_ROBOT_DONE);
+            }
+    // one that starts slowly and falls fast is seen on its way
+    stage body(lattice{1, 1, 1});
+    body.effects({"gravity"});
+    body.setup.options.time_step = 1e-3;
+    body.setup.options.duration = 2;
+    auto run = body.open();
+    run->advance(1, 1000);
+    CHECK(run->outcomes()[0].coarse == 0);
+    stage::finish(*run);
+    CHECK(run->outcomes()[0].coarse == 1);
 }

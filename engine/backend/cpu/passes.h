@@ -79,12 +79,12 @@ using stage_end_pass = void (*)(const mass_arrays<S>& start, const stage_arrays<
 using narrow_pass = void (*)(int64_t count, const double* from, float* to);
 using widen_pass = void (*)(int64_t count, const float* from, double* to);
 
-// Masses that broke a limit.
+// Masses that broke a limit, and those faster than `coarse`.
 struct limit_breaks {
-    int32_t nonfinite, speed;
+    int32_t nonfinite, speed, coarse;
 };
 template <class S>
-using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed);
+using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed, S coarse);
 // Counts springs that are too long.
 template <class F>
 using spring_limit_pass = int32_t (*)(const spring_arrays<F>&, F max_stretch);

@@ -210,19 +210,20 @@ void widen(int64_t count, const float* __restrict from, double* __restrict to) {
 // ---- limits ----
 
 template <class R>
-limit_breaks limit_masses(const mass_arrays<R>& robot, R max_speed) {
+limit_breaks limit_masses(const mass_arrays<R>& robot, R max_speed, R coarse) {
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = robot.velocity[0], *v = robot.velocity[1], *w = robot.velocity[2];
     const R infinite = R(__builtin_inf());
-    int32_t nonfinite = 0, fast = 0;
+    int32_t nonfinite = 0, fast = 0, far = 0;
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
         const R reach = absolute(x[i]) + absolute(y[i]) + absolute(z[i]);
         const R speed = square_root(fma(u[i], u[i], fma(v[i], v[i], w[i] * w[i])));
         nonfinite += !(reach < infinite) || !(speed < infinite);
         fast += !(speed <= max_speed);
+        far += speed > coarse;
     }
-    return {nonfinite, fast};
+    return {nonfinite, fast, far};
 }
 
 template <class R>

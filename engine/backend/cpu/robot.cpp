@@ -82,7 +82,7 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
       columns_(body_, setup.options.integrator == LIMAX_LEAPFROG) {
     outcome_.time_step_bound =
         time_step_bound(body_, setup.scene, limax_integrator(setup.options.integrator));
-    plan_ = make_schedule(setup.options, outcome_.time_step_bound);
+    plan_ = make_schedule(setup.options, setup.scene, outcome_.time_step_bound);
     forces_ = std::make_unique<robot_forces<S, F, compensated>>(setup.scene, body_, table, columns_,
                                                                 plan_.time_step / ticks_);
     stepper_ = make_stepper();
@@ -132,7 +132,10 @@ void robot_run<S, F, compensated>::put_down() {
 template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::check_limits() {
     columns_.show_springs(passes_, masses_);
-    const limit_breaks breaks = mass_passes_.limit(masses_, S(setup_.options.max_speed));
+    const limit_breaks breaks =
+        mass_passes_.limit(masses_, S(setup_.options.max_speed),
+                           S(coarse_speed(setup_.options.edge, plan_.time_step)));
+    if (breaks.coarse) outcome_.coarse = 1;
     const int32_t stretched = spring_passes_.limit(springs_, F(setup_.options.max_stretch));
     if (!breaks.nonfinite && !breaks.speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;

@@ -296,6 +296,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const bool limited = step % check_interval == 0 || step == record.steps;
             const bool contact = grounded && step == record.next_sample[sample_contact];
             const double height = contact ? ground_height(launch, record) : 0.0;
+            const auto coarse = mass_real(coarse_speed(launch.rest[0], record.time_step));
             const spring_real* const seen = column_of(side);
             each_tile([&](int tile) {
                 double part[tile_parts] = {};
@@ -309,7 +310,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     part[part_touching] +=
                         contact && m.mass > mass_real(0) && double(m.position[2]) < height;
                     if (!limited) return;
-                    broken |= broken_by_mass(m, launch);
+                    broken |= broken_by_mass(m, launch, coarse);
                     for (int d = 0; d < direction_count; ++d) {
                         const float stiffness = columns[d * sites + site];
                         if (!(stiffness > 0.0f)) continue;
@@ -354,7 +355,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             }
             __syncthreads();
             const int broken = int(shared.part[part_broken][0]);
-            if (broken != 0) {
+            if (thread == 0 && (broken & limit_coarse)) record.coarse = 1;
+            if (broken & limits_of_divergence) {
                 if (thread == 0)
                     note_divergence(record, step, broken & limit_nonfinite, broken & limit_speed);
                 break;

@@ -54,6 +54,8 @@ struct robot_record {
     int32_t reason;                     // limax_divergence
     int32_t begun;  // 1 between kick and drift, where both velocities are at hand
     int32_t masses;
+    int32_t coarse;  // as in limax_outcome
+    int32_t unused;  // copied in words of eight bytes
 };
 
 // A scene's parameters: the components of all fields of each effect, one after the other.
