@@ -33,6 +33,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil
 ---@field cases number[]|nil
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body
 ---@field record table
@@ -60,6 +61,10 @@ local class = {}
 
 function class.__index(self, key)
   if of_record[key] then return self.record[key] end
+  if key == "coarse" then
+    local outcome = self.record.outcome
+    return outcome ~= nil and outcome.coarse == true
+  end
   if lazy[key] then
     local value = lazy[key](self)
     rawset(self, key, value)

@@ -1,0 +1,68 @@
+--- integration.lua: integrators, time steps and the books of energy, as scripts see them. SI units.
+
+local limax = require "limax"
+local evolution = require "support.evolution"
+local progress = require "limax.progress"
+
+local steps = require("limax.test").suite "time steps"
+
+local walker = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+
+steps:test("auto is not coarse at the speed of the start and of the drop", function(t)
+  local function step_of(options)
+    options.settle, options.duration = 0, 0.05
+    options.record = { center_of_mass = 20 }
+    local robot = walker:simulate(options)
+    return robot.record.outcome.time_step, robot.coarse
+  end
+  local slow = step_of { time_step = "auto" }
+  local fast, coarse = step_of { time_step = "auto", velocity = { 100, 0, 0 } }
+  t:ok(slow > 1e-4)
+  t:near(fast, 1e-4, { rtol = 1e-9 })
+  -- at the limit, whatever swings forward is beyond it; a fifth below, nothing is
+  t:equal(coarse, true)
+  local _, finer = step_of { time_step = 8e-5,
+    velocity = { 100, 0, 0 } }
+  t:equal(finer, false)
+  -- a tier is capped too, by a throw as by a fall: a run of 0.05 s from 1 km does not fall far
+  t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
+  t:equal(step_of { position = { 0, 0, 1000 } }, (step_of {}))
+  t:equal({ step_of { time_step = 1e-3, scene = { gravity = true }, velocity = { 100, 0, 0 } } },
+    { 1e-3, true })
+end)
+
+steps:test("coarse robots are counted in metrics, history and the log line", function(t)
+  -- steps of 0.5 ms: 12 mm of an edge of 100 mm, and 8 mm
+  local simulation = { duration = 0.4, settle = 0, time_step = 5e-4, velocity = { 24, 0, 0 } }
+  local scene = { damping = true, actuation = true }
+  local coarse = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
+  t:equal(coarse.coarse, coarse.scored)
+  t:equal(coarse.population[coarse.champion.index].coarse, true)
+  simulation.velocity = { 16, 0, 0 }
+  local fine = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
+  t:equal(fine.coarse, 0)
+  t:equal(fine.population[fine.champion.index].coarse, false)
+
+  local text = ""
+  local line = progress.new { total = 2, repetitions = 1, quiet = false,
+    write = function(more) text = text .. more end }
+  line.bar = false
+  line:generation(fine, { simulate = 1, fitness = 0, breed = 0 })
+  t:ok(not text:find("coarse", 1, true), text)
+  line:generation(coarse, { simulate = 1, fitness = 0, breed = 0 })
+  t:ok(text:find(("failed 0  coarse %d  "):format(coarse.scored), 1, true), text)
+end)
+
+steps:test("RK4 is the reference of smooth scenes, on the CPU", function(t)
+  local scene = limax.scenes.air { gravity = false }
+  local function ends(integrator, time_step)
+    return walker:simulate { scene = scene, settle = 0, duration = 0.2, integrator = integrator,
+      precision = "double", time_step = time_step, device = "cpu",
+      record = { position = 20 } }:trace "position"
+  end
+  local reference = ends("rk4", 1e-4)
+  t:near(ends("rk4", 5e-4):table()[5], reference:table()[5], { atol = 1e-8 })
+  t:near(ends("leapfrog", 1e-5):table()[5], reference:table()[5], { atol = 1e-8 })
+  t:raises("rk4 integrates smooth scenes alone; the scene has ground and friction; use leapfrog",
+    function() walker:simulate { integrator = "rk4" } end)
+end)
