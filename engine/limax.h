@@ -322,17 +322,20 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_ENERGY =
         4, /* [sample][4]: kinetic, elastic, gravitational (J); power of the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
-    LIMAX_TRACE_KINDS = 6
+    /* [sample][9], J: kinetic, elastic (springs), contact and gravitational energy; work since t =
+     * 0 of the muscles, of damping, of contacts' damping, of friction, and of everything else,
+     * positive into the body; CPU only */
+    LIMAX_TRACE_LEDGER = 6,
+    LIMAX_TRACE_KINDS = 7
 } limax_trace_kind;
 
 typedef struct limax_simulation_options {
     int32_t integrator; /* limax_integrator */
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
-    int32_t record[6]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
-    int32_t reserved;
-    double duration; /* s from t = 0, when actuation starts, to the end; up to 1e6 */
-    double settle;   /* s before t = 0, without actuation */
+    int32_t record[7]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
+    double settle;     /* s before t = 0, without actuation */
     /* s; 0 takes bound_fraction of each body's own bound, and at most what moves no mass farther
      * than a tenth of an edge in a step at the speed that start and drop give it */
     double time_step;

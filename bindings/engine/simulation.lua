@@ -273,8 +273,8 @@ function methods:outcome(i)
 end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
---- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2];
---- with .rate, .unit, .samples.
+--- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
+--- "ledger" [sample][9]; with .rate, .unit, .samples.
 ---@param i integer
 ---@param kind string
 ---@return limax.view

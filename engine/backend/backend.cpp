@@ -101,8 +101,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         require_range(format("velocity %s", axes[axis]).c_str(), options.velocity[axis], -1e6, 1e6,
                       "m/s");
     }
-    static const char* const kinds[LIMAX_TRACE_KINDS] = {"center_of_mass", "position", "velocity",
-                                                         "contact",        "energy",   "strain"};
+    static const char* const kinds[LIMAX_TRACE_KINDS] = {
+        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         require_range(format("record.%s", kinds[kind]).c_str(), options.record[kind], 0, 100000,
                       "Hz");
@@ -117,6 +117,9 @@ void check_options_beyond_cpu(const limax_simulation_options& options) {
     if (options.integrator == LIMAX_RK4)
         fail(LIMAX_INVALID_ARGUMENT,
              "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");
+    if (options.record[LIMAX_TRACE_LEDGER])
+        fail(LIMAX_INVALID_ARGUMENT,
+             "record.ledger: the ledger of energy is kept on the cpu alone; use device 'cpu'");
 }
 
 }  // namespace limax

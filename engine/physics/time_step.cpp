@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "physics/bound.h"
+#include "physics/ledger.h"
 #include "physics/origin.h"
 
 namespace limax {
@@ -106,6 +107,7 @@ int64_t trace_width(int32_t kind, int64_t masses) {
         case LIMAX_TRACE_VELOCITY: return 3 * masses;
         case LIMAX_TRACE_CONTACT: return 1;
         case LIMAX_TRACE_ENERGY: return 4;
+        case LIMAX_TRACE_LEDGER: return ledger_width;
         default: return 2;
     }
 }

@@ -114,6 +114,13 @@ TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name"
     options.integrator = LIMAX_LEAPFROG;
     CHECK_NOTHROW(check_options(options, scene));
     CHECK_NOTHROW(check_options_beyond_cpu(options));
+    // and so it is with the ledger
+    options.record[LIMAX_TRACE_LEDGER] = 20;
+    CHECK_NOTHROW(check_options(options, scene));
+    CHECK_THROWS_WITH_AS(check_options_beyond_cpu(options),
+                         "record.ledger: the ledger of energy is kept on the cpu alone; use "
+                         "device 'cpu'",
+                         error);
 }
 
 TEST_CASE("RK4: slices, a settling muscle, samples of velocity and energy") {

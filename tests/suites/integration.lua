@@ -66,3 +66,42 @@ steps:test("RK4 is the reference of smooth scenes, on the CPU", function(t)
   t:raises("rk4 integrates smooth scenes alone; the scene has ground and friction; use leapfrog",
     function() walker:simulate { integrator = "rk4" } end)
 end)
+
+-- ---- energy -------------------------------------------------------------------------------------
+
+local books = require("limax.test").suite "ledger of energy"
+
+local function recorded(options)
+  options.record, options.device = { ledger = 100 }, "cpu"
+  return walker:simulate(options)
+end
+
+books:test("say where the energy of a walk went, and close", function(t)
+  local robot = recorded { settle = 0.2, duration = 1 }
+  local ledger = robot:ledger()
+  t:ok(ledger.muscles > 1 and ledger.damping < -1 and ledger.friction < -0.1
+    and ledger.contact_damping < 0)
+  t:equal(ledger.other, 0)
+  t:ok(ledger.closure < 1e-3 and ledger.closure > 0, ledger.closure)
+  local trace = robot:trace "ledger"
+  t:equal({ trace:size(), trace.rate, trace.unit, trace.shape }, { 101, 100, "J", { 101, 9 } })
+  t:equal(trace[1]:table()[5], 0)
+  -- the books by hand, at the end
+  local row = trace[101]:table()
+  local works = 0
+  for k = 5, 9 do works = works + row[k] end
+  t:near(ledger.change, works, { atol = ledger.closure * 1000 })
+  t:equal({ ledger.kinetic, ledger.other, ledger.muscles }, { row[1], row[9], row[5] })
+end)
+
+books:test("a body at rest in the air has nothing to book", function(t)
+  local ledger = recorded { scene = { damping = true }, settle = 0, duration = 0.1 }:ledger()
+  t:near(ledger.change, 0, { atol = 1e-9 })
+  t:equal(ledger.muscles, 0)
+  t:ok(ledger.closure >= 0 and ledger.closure <= 1)
+end)
+
+books:test("an unrecorded ledger names the entry to add, and the GPU is refused", function(t)
+  local robot = walker:simulate { settle = 0, duration = 0.1, record = { center_of_mass = 20 } }
+  t:raises("ledger = 50", function() robot:ledger() end)
+end)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backend/cpu/columns.h"
+#include "backend/cpu/work_ledger.h"
 #include "physics/scene.h"
 
 namespace limax::cpu {
@@ -70,12 +71,19 @@ public:
             if (const auto node = passes.node[active.index]) node(seen, active.params);
     }
 
+    // From now on the ledger hears of impulses; it must outlive this.
+    void tell(work_ledger<S>& ledger) { ledger_ = &ledger; }
+
     // Changes the velocities after a kick of h by the effects' impulses.
     void push(const mass_arrays<S>& masses, S h) {
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        if (ledger_) ledger_->forget_impulses();
         for (const active_effect& active : active_)
-            if (const auto impulse = passes.impulse[active.index])
+            if (const auto impulse = passes.impulse[active.index]) {
+                if (ledger_) ledger_->before_impulse(masses);
                 impulse(masses, active.params, h);
+                if (ledger_) ledger_->after_impulse(masses, active.index, double(h));
+            }
     }
 
 private:
@@ -92,6 +100,7 @@ private:
     double tick_;  // s
     effects::actuation::clock clock_{};
     std::vector<active_effect> active_;
+    work_ledger<S>* ledger_ = nullptr;
 };
 
 }  // namespace limax::cpu

@@ -10,7 +10,6 @@
 #include "backend/cpu/kick_drift.h"
 #include "backend/cpu/runge_kutta.h"
 #include "physics/integrator.h"
-#include "physics/measure.h"
 #include "physics/origin.h"
 
 namespace limax::cpu {
@@ -42,6 +41,9 @@ private:
     void finish_step();
     void mark_centers();
     void release_springs();
+    // How the rest lengths change around a step after t = 0.
+    muscle_motion muscles_around(int64_t since) const;
+    void keep_books();
     void sample_due();
     void record(int kind);
     double center(int axis) const {
@@ -66,6 +68,7 @@ private:
     int64_t step_ = 0;
     bool begun_ = false;
     traces traces_;
+    std::unique_ptr<work_ledger<S>> ledger_;  // null unless recorded
 };
 
 template <class S, class F, bool compensated>
@@ -86,6 +89,10 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
     forces_ = std::make_unique<robot_forces<S, F, compensated>>(setup.scene, body_, table, columns_,
                                                                 plan_.time_step / ticks_);
     stepper_ = make_stepper();
+    if (plan_.every[LIMAX_TRACE_LEDGER]) {
+        ledger_ = std::make_unique<work_ledger<S>>(body_);
+        forces_->tell(*ledger_);
+    }
     outcome_.status = LIMAX_ROBOT_RUNNING;
     outcome_.steps = plan_.steps;
     outcome_.time_step = plan_.time_step;
@@ -192,6 +199,36 @@ void robot_run<S, F, compensated>::release_springs() {
 }
 
 template <class S, class F, bool compensated>
+muscle_motion robot_run<S, F, compensated>::muscles_around(int64_t since) const {
+    const auto at = [&](int64_t step) { return forces_->template moment<double>(ticks_ * step); };
+    const auto per_second = [&](const auto& from, const auto& to) {
+        return effects::actuation::moment<double>{(to.sine - from.sine) / plan_.time_step,
+                                                  (to.cosine - from.cosine) / plan_.time_step};
+    };
+    const auto now = at(since);
+    return {now, per_second(at(since - 1), now), per_second(now, at(since + 1))};
+}
+
+// Adds the works of the moment t_n to the ledger.
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::keep_books() {
+    const int64_t since = step_ - plan_.settle_steps;
+    if (since < 0) return;
+    S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
+    stepper_->velocity_now(step_, begun_, velocity);
+    const moving_masses<S> seen{masses_.position, masses_.predicted, velocity, origin_};
+    powers now;
+    double muscles_ahead = 0;
+    add_spring_powers(body_, setup_.scene, seen, muscles_around(since), now, muscles_ahead);
+    add_node_powers(body_, setup_.scene, seen, now);
+    ledger_->add_impulse_powers(masses_, now);
+    if (since == 0)
+        ledger_->start(now, muscles_ahead);
+    else
+        ledger_->add(now, muscles_ahead, plan_.time_step);
+}
+
+template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::sample_due() {
     const int64_t since = step_ - plan_.settle_steps;
     if (since < 0) return;
@@ -204,7 +241,7 @@ void robot_run<S, F, compensated>::record(int kind) {
     double* out = traces_.next(kind);
     // the force scratch is free between kick and drift
     S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
-    if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY)
+    if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY || kind == LIMAX_TRACE_LEDGER)
         stepper_->velocity_now(step_, begun_, velocity);
     switch (kind) {
         case LIMAX_TRACE_CENTER_OF_MASS:
@@ -229,15 +266,26 @@ void robot_run<S, F, compensated>::record(int kind) {
             out[0] = double(touching) / body_.masses;
             break;
         }
-        case LIMAX_TRACE_ENERGY: {
+        case LIMAX_TRACE_ENERGY:
+        case LIMAX_TRACE_LEDGER: {
             const int64_t tick = ticks_ * (step_ - plan_.settle_steps);
             const energies energy = measure_energy<S>(
                 body_, setup_.scene, masses_.position, velocity, origin_,
                 forces_->template moment<double>(tick), forces_->moment_rate(tick));
+            if (kind == LIMAX_TRACE_ENERGY) {
+                out[0] = energy.kinetic;
+                out[1] = energy.elastic;
+                out[2] = energy.gravitational;
+                out[3] = energy.power;
+                break;
+            }
+            const double in_contacts = contact_energy<S>(
+                body_, setup_.scene, {masses_.position, velocity, velocity, origin_});
             out[0] = energy.kinetic;
-            out[1] = energy.elastic;
-            out[2] = energy.gravitational;
-            out[3] = energy.power;
+            out[1] = energy.elastic - in_contacts;
+            out[2] = in_contacts;
+            out[3] = energy.gravitational;
+            std::copy_n(ledger_->works(), work_kinds, out + ledger_energies);
             break;
         }
         case LIMAX_TRACE_STRAIN: {
@@ -267,6 +315,7 @@ bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int6
             mark_centers();
             stepper_->begin(step_);
             begun_ = true;
+            if (ledger_) keep_books();
             sample_due();
             if (step_ == plan_.steps) {
                 outcome_.status = LIMAX_ROBOT_DONE;

@@ -52,10 +52,9 @@ struct robot_record {
     int64_t next_sample[sample_kinds];  // step of the next one; beyond every step without any
     int32_t status;                     // robot_status
     int32_t reason;                     // limax_divergence
-    int32_t begun;  // 1 between kick and drift, where both velocities are at hand
+    uint8_t begun;   // 1 between kick and drift, where both velocities are at hand
+    uint8_t coarse;  // as in limax_outcome
     int32_t masses;
-    int32_t coarse;  // as in limax_outcome
-    int32_t unused;  // copied in words of eight bytes
 };
 
 // A scene's parameters: the components of all fields of each effect, one after the other.
