@@ -56,6 +56,17 @@ public:
         return effects::actuation::rate_at(clock_, tick, tick_);
     }
 
+    // What the muscles do around a tick, with steps of `step` ticks.
+    muscle_motion muscles_around(int64_t tick, int step) const {
+        const auto per_second = [&](int64_t from, int64_t to) {
+            const auto before = moment<double>(from), after = moment<double>(to);
+            return effects::actuation::moment<double>{
+                (after.sine - before.sine) / (tick_ * step),
+                (after.cosine - before.cosine) / (tick_ * step)};
+        };
+        return {moment<double>(tick), per_second(tick - step, tick), per_second(tick, tick + step)};
+    }
+
     // Fills force and normal of the robot's masses, which lie and move as `seen` says.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
         columns_.show_springs(passes_, seen);

@@ -41,11 +41,17 @@ private:
     void finish_step();
     void mark_centers();
     void release_springs();
-    // How the rest lengths change around a step after t = 0.
-    muscle_motion muscles_around(int64_t since) const;
     void keep_books();
     void sample_due();
     void record(int kind);
+    // Columns of the masses as [mass][3], `from` an origin unless it is null: -0 + 0 loses a sign.
+    void write(const S* const column[3], const double* from, double* out) const {
+        for (int32_t i = 0; i < body_.masses; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+                const double value = column[axis][body_.sites[i]];
+                out[3 * i + axis] = from ? from[axis] + value : value;
+            }
+    }
     double center(int axis) const {
         return origin_[axis] + center_of_mass(body_, masses_.position[axis]);
     }
@@ -196,17 +202,7 @@ void robot_run<S, F, compensated>::release_springs() {
     for (array<float>* column : {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine})
         *column = array<float>();
     columns_.release_springs();
-}
-
-template <class S, class F, bool compensated>
-muscle_motion robot_run<S, F, compensated>::muscles_around(int64_t since) const {
-    const auto at = [&](int64_t step) { return forces_->template moment<double>(ticks_ * step); };
-    const auto per_second = [&](const auto& from, const auto& to) {
-        return effects::actuation::moment<double>{(to.sine - from.sine) / plan_.time_step,
-                                                  (to.cosine - from.cosine) / plan_.time_step};
-    };
-    const auto now = at(since);
-    return {now, per_second(at(since - 1), now), per_second(now, at(since + 1))};
+    stepper_->release();
 }
 
 // Adds the works of the moment t_n to the ledger.
@@ -219,13 +215,11 @@ void robot_run<S, F, compensated>::keep_books() {
     const moving_masses<S> seen{masses_.position, masses_.predicted, velocity, origin_};
     powers now;
     double muscles_ahead = 0;
-    add_spring_powers(body_, setup_.scene, seen, muscles_around(since), now, muscles_ahead);
+    add_spring_powers(body_, setup_.scene, seen, forces_->muscles_around(ticks_ * since, ticks_),
+                      now, muscles_ahead);
     add_node_powers(body_, setup_.scene, seen, now);
     ledger_->add_impulse_powers(masses_, now);
-    if (since == 0)
-        ledger_->start(now, muscles_ahead);
-    else
-        ledger_->add(now, muscles_ahead, plan_.time_step);
+    ledger_->add(now, muscles_ahead, since > 0 ? plan_.time_step : 0.0);
 }
 
 template <class S, class F, bool compensated>
@@ -247,16 +241,8 @@ void robot_run<S, F, compensated>::record(int kind) {
         case LIMAX_TRACE_CENTER_OF_MASS:
             for (int axis = 0; axis < 3; ++axis) out[axis] = center(axis);
             break;
-        case LIMAX_TRACE_POSITION:
-        case LIMAX_TRACE_VELOCITY:
-            for (int32_t i = 0; i < body_.masses; ++i)
-                for (int axis = 0; axis < 3; ++axis) {
-                    const int32_t site = body_.sites[i];
-                    out[3 * i + axis] = kind == LIMAX_TRACE_VELOCITY
-                                            ? double(velocity[axis][site])
-                                            : origin_[axis] + double(masses_.position[axis][site]);
-                }
-            break;
+        case LIMAX_TRACE_POSITION: write(masses_.position, origin_, out); break;
+        case LIMAX_TRACE_VELOCITY: write(velocity, nullptr, out); break;
         case LIMAX_TRACE_CONTACT: {
             const double height =
                 setup_.scene.values(effects::index_of<effects::ground>)[2] - origin_[2];
@@ -365,14 +351,10 @@ template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::state(scratch& memory, double* positions, double* velocities) {
     memory.lend(masses_, springs_);
     S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
-    if (velocities) stepper_->velocity_now(step_, begun_, velocity);
-    for (int32_t i = 0; i < body_.masses; ++i)
-        for (int axis = 0; axis < 3; ++axis) {
-            const int32_t site = body_.sites[i];
-            if (positions)
-                positions[3 * i + axis] = origin_[axis] + double(masses_.position[axis][site]);
-            if (velocities) velocities[3 * i + axis] = velocity[axis][site];
-        }
+    if (positions) write(masses_.position, origin_, positions);
+    if (!velocities) return;
+    stepper_->velocity_now(step_, begun_, velocity);
+    write(velocity, nullptr, velocities);
 }
 
 }  // namespace

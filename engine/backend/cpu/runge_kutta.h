@@ -63,6 +63,8 @@ public:
                 out[axis][body_.sites[i]] = masses_.velocity[axis][body_.sites[i]];
     }
 
+    void release() override { memory_ = array<S>(); }
+
 private:
     int64_t tick(int64_t step) const { return ticks_per_step * (step - plan_.settle_steps); }
 

@@ -18,6 +18,8 @@ public:
     // Velocities at t_n, [3][site] where there is a mass; as good as they are known where step n
     // has not `begun`.
     virtual void velocity_now(int64_t step, bool begun, S* const out[3]) const = 0;
+    // There is no next step: what only steps need goes back.
+    virtual void release() {}
 };
 
 }  // namespace limax::cpu

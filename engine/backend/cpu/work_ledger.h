@@ -47,13 +47,7 @@ public:
             });
         });
     }
-    // Begins at t = 0. `muscles_ahead` is the muscles' power of the step to come, W.
-    void start(const powers& now, double muscles_ahead) {
-        last_ = now;
-        last_.of[work_muscles] = muscles_ahead;
-        for (double& work : works_) work = 0;
-    }
-    // Goes on by a step.
+    // Goes on by a step, of 0 s at t = 0. `muscles_ahead` is the muscles' power of the next, W.
     void add(const powers& now, double muscles_ahead, double time_step) {
         for (int kind = 0; kind < work_kinds; ++kind)
             works_[kind] += 0.5 * time_step * (last_.of[kind] + now.of[kind]);
