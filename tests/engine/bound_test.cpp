@@ -208,12 +208,13 @@ TEST_CASE("full 5x5x5 bone: the figures of the design") {
 }
 
 TEST_CASE("random, deformed, thrown bodies stay stable at 0.99 of the bound") {
-    for (const limax_integrator integrator : integrators)
+    for (const limax_integrator integrator : every_integrator)
         for (const int precision : every_precision) {
             const int count = 24;
             stage bodies(lattice{3, 3, 3}, count);
             bodies.randomize(100 + integrator, true);
-            bodies.effects({"gravity", "ground", "friction", "damping", "actuation"});
+            bodies.effects({"gravity", "damping", "actuation"});
+            if (integrator != LIMAX_RK4) bodies.effects({"ground", "friction"});
             bodies.setup.options.integrator = integrator;
             bodies.setup.options.precision = precision;
             bodies.setup.options.bound_fraction = 0.99;
