@@ -177,7 +177,7 @@ limax::simulation_setup make_setup(const limax::population& population,
     }
     // a fixed step is refused here rather than by the first robot that is prepared, and so are
     // traces that would not fit; the number of samples does not depend on the step
-    const limax::schedule plan = limax::make_schedule(options, 1.0);
+    const limax::schedule plan = limax::make_schedule(options, scene, 1.0);
     double traces = 0;
     for (int32_t i = 0; i < setup.count; ++i)
         for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)

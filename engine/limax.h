@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 4, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 5, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -304,7 +304,11 @@ limax_status limax_scene_check(const limax_scene* scene);
 
 typedef struct limax_simulation limax_simulation;
 
-typedef enum limax_integrator { LIMAX_SYMPLECTIC_EULER = 0, LIMAX_LEAPFROG = 1 } limax_integrator;
+typedef enum limax_integrator {
+    LIMAX_SYMPLECTIC_EULER = 0,
+    LIMAX_LEAPFROG = 1,
+    LIMAX_RK4 = 2 /* classical Runge-Kutta; on the CPU, for scenes without contact and impulses */
+} limax_integrator;
 
 typedef enum limax_precision {
     LIMAX_SINGLE = 0,
@@ -323,18 +327,23 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_ENERGY =
         4, /* [sample][4]: kinetic, elastic, gravitational (J); power of the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
-    LIMAX_TRACE_KINDS = 6
+    /* [sample][9], J: kinetic, elastic (springs), contact and gravitational energy; work since t =
+     * 0 of the muscles, of damping, of contacts' damping, of friction, and of everything else,
+     * positive into the body; CPU only */
+    LIMAX_TRACE_LEDGER = 6,
+    LIMAX_TRACE_KINDS = 7
 } limax_trace_kind;
 
 typedef struct limax_simulation_options {
     int32_t integrator; /* limax_integrator */
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
-    int32_t record[6]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
-    int32_t reserved;
-    double duration;       /* s from t = 0, when actuation starts, to the end; up to 1e6 */
-    double settle;         /* s before t = 0, without actuation */
-    double time_step;      /* s; 0 takes bound_fraction of each body's own bound */
+    int32_t record[7]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
+    double settle;     /* s before t = 0, without actuation */
+    /* s; 0 takes bound_fraction of each body's own bound, and at most what moves no mass farther
+     * than a tenth of an edge in a step at the speed that start and drop give it */
+    double time_step;
     double bound_fraction; /* used when time_step is 0; 0.9 for `auto` */
     double time_step_most; /* s; cap used when time_step is 0; 0 for none */
     double edge;           /* h, m */
@@ -373,6 +382,10 @@ typedef struct limax_outcome {
     double time_step_bound; /* s: the closed-form bound of this body, integrator and scene */
     int32_t masses;
     int32_t springs;
+    /* 1 if a mass was seen to move farther than a tenth of an edge in one step: the step is coarse
+     * for what happens. Looked for every 64 steps and at the end, not in between. */
+    int32_t coarse;
+    int32_t reserved;
     double mass;             /* kg */
     double center_start[3];  /* centre of mass at t = 0, m */
     double center_middle[3]; /* after half of the steps from t = 0 */

@@ -225,6 +225,7 @@ end
 ---@field time_step_bound number s
 ---@field masses integer
 ---@field springs integer
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field mass number kg
 ---@field center_start number[] centre of mass at t = 0, m
 ---@field center_middle number[] after half of the steps from t = 0
@@ -257,6 +258,7 @@ function methods:outcome(i)
   local o = C.limax_simulation_outcomes(handle) + robot
   local result = {
     status = names.robot_status.text[o.status], step = tonumber(o.step), steps = tonumber(o.steps),
+    coarse = o.coarse ~= 0,
   }
   if result.status == "invalid" then result.reason = names.body_status.text[o.reason] end
   if result.status == "diverged" then result.reason = names.divergence.text[o.reason] end
@@ -271,8 +273,8 @@ function methods:outcome(i)
 end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
---- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2];
---- with .rate, .unit, .samples.
+--- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
+--- "ledger" [sample][9]; with .rate, .unit, .samples.
 ---@param i integer
 ---@param kind string
 ---@return limax.view

@@ -22,6 +22,21 @@ void require_choice(const char* name, int value, int count) {
              format("%s is %d; it must be 0 to %d", name, value, count - 1));
 }
 
+// RK4's order is that of smooth forces, and it has no place for an impulse.
+void require_smooth(const scene& scene) {
+    std::string rough;
+    effects::for_each([&]<class E>(E) {
+        if (scene.has(effects::index_of<E>) &&
+            (effects::is_contact<E> || (E::hooks & (effects::hook_impulse | effects::hook_slip))))
+            rough += (rough.empty() ? "" : " and ") + std::string(E::name);
+    });
+    if (!rough.empty())
+        fail(
+            LIMAX_INVALID_ARGUMENT,
+            format("integrator: rk4 integrates smooth scenes alone; the scene has %s; use leapfrog",
+                   rough.c_str()));
+}
+
 }  // namespace
 
 bool interrupted() { return stop_flag.load(std::memory_order_relaxed); }
@@ -64,7 +79,7 @@ void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& 
 }
 
 void check_options(const limax_simulation_options& options, const scene& scene) {
-    require_choice("integrator", options.integrator, 2);
+    require_choice("integrator", options.integrator, 3);
     require_choice("precision", options.precision, 4);
     require_choice("sharing", options.sharing, 2);
     require_range("duration", options.duration, 1e-9, 1e6, "s");
@@ -85,8 +100,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         require_range(format("velocity %s", axes[axis]).c_str(), options.velocity[axis], -1e6, 1e6,
                       "m/s");
     }
-    static const char* const kinds[LIMAX_TRACE_KINDS] = {"center_of_mass", "position", "velocity",
-                                                         "contact",        "energy",   "strain"};
+    static const char* const kinds[LIMAX_TRACE_KINDS] = {
+        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         require_range(format("record.%s", kinds[kind]).c_str(), options.record[kind], 0, 100000,
                       "Hz");
@@ -95,6 +110,16 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
              format("record.contact needs the effect %s, which the scene does not name",
                     one_of(effect_entries()[effects::index_of<effects::friction>].needs).c_str()));
     scene.check();
+    if (options.integrator == LIMAX_RK4) require_smooth(scene);
+}
+
+void check_options_beyond_cpu(const limax_simulation_options& options) {
+    if (options.integrator == LIMAX_RK4)
+        fail(LIMAX_INVALID_ARGUMENT,
+             "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");
+    if (options.record[LIMAX_TRACE_LEDGER])
+        fail(LIMAX_INVALID_ARGUMENT,
+             "record.ledger: the ledger of energy is kept on the cpu alone; use device 'cpu'");
 }
 
 }  // namespace limax

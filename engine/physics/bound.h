@@ -15,6 +15,13 @@
 //       right side's upper branch asks (G - 1)(G - 2) > 0, true for G < 1, and its lower branch 0
 //       < G W / 2 + G^2 / 2 + G. So z = -1 leaves the unit circle first: dt < 2 (-B + sqrt(B^2 +
 //       A)) / A, symplectic Euler's formula with B doubled.
+//   RK4: each mode is multiplied by R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24 in a step, with z = dt
+//   times a root of s^2 + gamma s + w^2, so Re z <= 0. A complex pair has |z| = w dt; of two real
+//   roots none is beyond gamma, so |z| <= gamma dt. |R| <= 1 on the imaginary axis up to sqrt(8) =
+//   2.8284 (|R(iy)|^2 = 1 - y^6/72 + y^8/576) and on the negative real axis up to 2.7853; between
+//   the two the region is narrowest at an angle of 0.68 pi, where it ends at |z| = 2.6156. By the
+//   maximum principle the half disc up to there lies in it:
+//       dt < 2.615 / max(sqrt(A), B).
 // It is a result about the frozen linear system in every such pose, not about switching contacts:
 // the run-time guard stays.
 #pragma once
@@ -24,9 +31,20 @@
 
 namespace limax {
 
+// The integrators that have a bound, numbered as in limax_integrator.
+enum class scheme { symplectic_euler, leapfrog, rk4 };
+
+// Radius of the largest half disc about 0, Re z <= 0, in which RK4 is stable, rounded down.
+inline constexpr double rk4_radius = 2.615;
+
 // Largest stable step of one mass, s; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
-LIMAX_LAW double stable_step(bool leapfrog, double a, double b) {
+LIMAX_LAW double stable_step(scheme method, double a, double b) {
     const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
+    if (method == scheme::rk4) {
+        const double fastest = larger(a > 0 ? square_root(a) : 0.0, b);
+        return fastest > 0 ? rk4_radius / fastest : infinite;
+    }
+    const bool leapfrog = method == scheme::leapfrog;
     if (!(a > 0)) return b > 0 ? (leapfrog ? 1.0 : 2.0) / b : infinite;
     const double damping = leapfrog ? 2.0 * b : b;
     // (-B + sqrt(B^2 + 4 A)) / A without cancellation
@@ -103,7 +121,7 @@ LIMAX_LAW effects::stiffness_damping bound_of_instances(const Scene& scene, doub
 // `scene` has `has(effect)`, `instances(effect)` and `values(effect, instance)`, the components of
 // all fields.
 template <class Scene>
-LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const lattice& grid,
+LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const lattice& grid,
                                      const spring_constants& springs, int64_t site, double mass) {
     effects::stiffness_damping sum{0, 0};
     // direction by direction, the spring that ends here before the one that starts here
@@ -120,7 +138,7 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, bool leapfrog, const la
             sum.damping += most.damping;
         }
     });
-    return stable_step(leapfrog, sum.stiffness / mass, sum.damping / mass);
+    return stable_step(method, sum.stiffness / mass, sum.damping / mass);
 }
 
 }  // namespace limax

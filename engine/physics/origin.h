@@ -1,6 +1,7 @@
 // origin.h: what happens to a robot between steps that decides its bits on every device: how often
-// it is looked at, and the robot's own origin, which follows its centre of mass so that fp32
-// resolves as much anywhere as at 0. Laws; includes portable.h alone. m.
+// it is looked at, what counts as coarse there, and the robot's own origin, which follows its
+// centre of mass so that fp32 resolves as much anywhere as at 0. Laws; includes portable.h alone.
+// SI units.
 #pragma once
 
 #include "base/portable.h"
@@ -9,8 +10,16 @@ namespace limax {
 
 // Steps between looks at limits and origin: part of the result, so a constant.
 inline constexpr int check_interval = 64;
+// A mass that moves farther than this share of an edge in one step is out of its neighbourhood:
+// what it meets there, it meets too late.
+inline constexpr double coarse_share = 0.1;
+// The speed from which on it does, m/s.
+LIMAX_LAW double coarse_speed(double edge, double time_step) {
+    return coarse_share * edge / time_step;
+}
+
 // The origin follows when the centre of mass is farther away than this on an axis, by whole
-// multiples of a step that fp32 subtracts exactly.
+// multiples of a step that fp32 subtracts exactly. m.
 inline constexpr double origin_reach = 4.0, origin_step = 2.0;
 
 // The whole multiple of origin_step nearest to a place on an axis.

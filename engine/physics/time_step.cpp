@@ -7,6 +7,8 @@
 
 #include "physics/bound.h"
 #include "physics/held.h"
+#include "physics/ledger.h"
+#include "physics/origin.h"
 
 namespace limax {
 
@@ -31,13 +33,30 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
         if (is_held(scene, body.rest[0], body.corner, site % across, site / across % along,
                     site / (across * along)))
             continue;
-        least = std::min(least, stable_step_of_mass(scene, integrator == LIMAX_LEAPFROG, body.grid,
-                                                    springs, site, body.mass[site]));
+        least = std::min(least, stable_step_of_mass(scene, scheme(integrator), body.grid, springs,
+                                                    site, body.mass[site]));
     }
     return least;
 }
 
-schedule make_schedule(const limax_simulation_options& options, double bound) {
+double accuracy_cap(const limax_simulation_options& options, const scene& scene) {
+    using namespace effects;
+    double squared = 0;  // (m/s)^2
+    for (const double v : options.velocity) squared += v * v;
+    if (scene.has(index_of<gravity>) && scene.has(index_of<ground>)) {
+        const double* g = scene.values(index_of<gravity>);
+        const double strength = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+        const double above = options.position[2] - scene.values(index_of<ground>)[2];
+        if (g[2] < 0 && above > 0) {
+            const double whole = options.settle + options.duration;
+            const double reach = std::sqrt(squared) * whole + 0.5 * strength * whole * whole;
+            squared += 2 * strength * std::min(above * strength / -g[2], reach);
+        }
+    }
+    return coarse_share * options.edge / std::sqrt(squared);
+}
+
+schedule make_schedule(const limax_simulation_options& options, const scene& scene, double bound) {
     int64_t rate = 1;
     for (const int32_t hertz : options.record)
         // at most 10^6 times 10^5 at each turn: no overflow
@@ -54,7 +73,7 @@ schedule make_schedule(const limax_simulation_options& options, double bound) {
     if (wanted == 0) {
         wanted = options.bound_fraction * bound;
         if (options.time_step_most > 0) wanted = std::min(wanted, options.time_step_most);
-        wanted = std::min(wanted, base);
+        wanted = std::min({wanted, accuracy_cap(options, scene), base});
     }
     const double ratio = base / wanted;
     int64_t per_base = static_cast<int64_t>(std::ceil(ratio * (1.0 - rounding)));
@@ -95,6 +114,7 @@ int64_t trace_width(int32_t kind, int64_t masses) {
         case LIMAX_TRACE_VELOCITY: return 3 * masses;
         case LIMAX_TRACE_CONTACT: return 1;
         case LIMAX_TRACE_ENERGY: return 4;
+        case LIMAX_TRACE_LEDGER: return ledger_width;
         default: return 2;
     }
 }

@@ -48,7 +48,7 @@ defaults.fields = {
     bound_fraction = { value = 0.9, unit = "1", above = 0, maximum = 1,
       reason = "the bound is a linear result, muscles shorten springs to 3/4" },
     time_step = { value = "auto", unit = "s", above = 0, maximum = 1,
-      reason = "each body's own closed-form bound" },
+      reason = "each body's own closed-form bound, capped by the speed of start and drop" },
     time_step_most = { value = 0, unit = "s", minimum = 0, maximum = 1, reason = "0 is no cap" },
     edge = { value = 0.1, unit = "m", minimum = 1e-6, maximum = 1e3,
       reason = "the paper's rest length" },
@@ -82,7 +82,8 @@ defaults.fields = {
 }
 
 --- The kinds of trace, in the engine's order.
-defaults.traces = { "center_of_mass", "position", "velocity", "contact", "energy", "strain" }
+defaults.traces = { "center_of_mass", "position", "velocity", "contact", "energy", "strain",
+  "ledger" }
 
 --- What acts when an experiment names no scene: a world in which a soft body can walk.
 defaults.scene = { gravity = true, ground = true, friction = true, damping = true,
@@ -95,7 +96,7 @@ defaults.materials = "paper"
 defaults.selection = { "tournament", size = 3 }
 defaults.supervisor = "rules"
 
-defaults.integrators = { "leapfrog", "symplectic_euler" }
+defaults.integrators = { "leapfrog", "rk4", "symplectic_euler" }
 defaults.precisions = { "compensated", "double", "mixed", "single" }
 defaults.sharings = { "mean", "sum" }
 

@@ -43,7 +43,8 @@ function history.entry(given)
   local entry = { ledger = given.ledger, materials = given.materials,
     population = given.population }
   for _, name in ipairs { "repetition", "generation", "parameters", "best", "best_standard", "mean",
-    "median", "worst", "quantiles", "diversity", "failed", "scored", "evaluations", "champion" } do
+    "median", "worst", "quantiles", "diversity", "failed", "coarse", "scored", "evaluations",
+    "champion" } do
     entry[name] = given.metrics[name]
   end
   return setmetatable(entry, { __index = function(self, key)

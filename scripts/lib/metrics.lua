@@ -53,6 +53,18 @@ function metrics.failures(records)
   return failed
 end
 
+--- Number of robots of which a mass was seen to move farther than a tenth of an edge in one step:
+--- their step is coarse for what they do.
+---@param records table[]
+---@return integer
+function metrics.coarse(records)
+  local count = 0
+  for _, record in ipairs(records) do
+    if record.outcome and record.outcome.coarse then count = count + 1 end
+  end
+  return count
+end
+
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
 --- diversity, failures, champion.
 ---@param population table a scored population
@@ -75,6 +87,7 @@ function metrics.measure(population)
     quantiles = quantiles,
     scored = #ranked,
     failed = metrics.failures(records),
+    coarse = metrics.coarse(records),
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }

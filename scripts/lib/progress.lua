@@ -60,12 +60,14 @@ function Progress:say(text)
   self.write(self:paint("33", "! ") .. text .. "\n")
 end
 
--- "best 0.512  mean 0.31  diversity 0.42  failed 2"
+-- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where a step was too long for
+-- what robots did
 local function numbers(entry)
   local failed = entry.failed
   local all = entry.diversity.all or { hamming = 0 }
   return ("best %.4g  mean %.4g  diversity %.3f  failed %d"):format(entry.best, entry.mean,
     all.hamming, failed.invalid + failed.diverged + failed.fitness)
+    .. (entry.coarse > 0 and ("  coarse %d"):format(entry.coarse) or "")
 end
 
 -- Time left, from the generations that this process did.

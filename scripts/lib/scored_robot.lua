@@ -33,6 +33,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil
 ---@field cases number[]|nil
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body
 ---@field record table
@@ -60,6 +61,10 @@ local class = {}
 
 function class.__index(self, key)
   if of_record[key] then return self.record[key] end
+  if key == "coarse" then
+    local outcome = self.record.outcome
+    return outcome ~= nil and outcome.coarse == true
+  end
   if lazy[key] then
     local value = lazy[key](self)
     rawset(self, key, value)
@@ -212,6 +217,53 @@ function methods:energy()
   return { kinetic = part "kinetic", elastic = part "elastic", muscle_work = part "muscle_work" }
 end
 
+local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
+  "contact_damping", "friction", "other" }
+local first_work = 5
+
+---@class limax.robot.ledger
+---@field kinetic number energy at the end, J; this and the following
+---@field elastic number of the springs
+---@field contact number in what touches
+---@field gravitational number from the world's origin
+---@field muscles number work from t = 0 to the end, J, positive into the body; this and the next
+---@field damping number of the dashpots along springs
+---@field contact_damping number
+---@field friction number
+---@field other number of every effect that has no entry of its own
+---@field change number of the energy since t = 0, J
+---@field closure number 1: how far off the books are at the worst sample: the energy since t = 0
+--- less all works, over what went through (the sizes of the works at the end, the largest energy)
+
+--- The books of the robot's energy: what it holds at the end, what put energy in or took it out
+--- since t = 0, and how well the two agree. Reads the trace "ledger" (CPU only).
+---@return limax.robot.ledger
+function methods:ledger()
+  outcome_of(self, "ledger")
+  local trace = self:trace "ledger"
+  local last, held, worst, largest = trace:size(), nil, 0, 0
+  local result = {}
+  for sample = 1, last do
+    local row = trace[sample]
+    local energy, works = 0, 0
+    for k = 1, #accounts do
+      if k < first_work then energy = energy + row[k] else works = works + row[k] end
+    end
+    -- gravity's zero is a convention: only its change counts as energy that goes through
+    largest = math.max(largest, row[1] + row[2] + row[3] + math.abs(row[4] - trace[1][4]))
+    held = held or energy
+    worst = math.max(worst, math.abs(energy - held - works))
+    result.change = energy - held
+  end
+  local through = largest
+  for k, name in ipairs(accounts) do
+    result[name] = trace[last][k]
+    if k >= first_work then through = through + math.abs(result[name]) end
+  end
+  result.closure = through > 0 and worst / through or 0
+  return result
+end
+
 --- Mean strain |r - L0| / L0 over springs and time, and the largest of any spring at any sample.
 --- Reads the trace "strain".
 ---@return number mean
@@ -238,7 +290,7 @@ end
 
 --- A recorded trace from t = 0: "center_of_mass" [sample][3] m, "position" [sample][mass][3] m,
 --- "velocity" [sample][mass][3] m/s, "contact" [sample][1], "energy" [sample][4], "strain"
---- [sample][2]; with `.rate` (Hz) and `.unit`.
+--- [sample][2], "ledger" [sample][9]; with `.rate` (Hz) and `.unit`.
 ---@param kind string
 ---@return any view
 function methods:trace(kind)

@@ -78,6 +78,7 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     const R after = kick<true>(velocity.x, force.x, x, x, lost) +
                     kick<false>(velocity.y, force.y, x, x, lost);
     sum += drift<true>(x, after, x, lost) + drift<false>(x, after, x, lost);
+    sum += lead(x, after, x, lost) + R(coarse_speed(double(x), 1e-4) + origin_shift(double(x)));
     return sum + predict(velocity.z, after, x) + lost + inverse_length(x);
 }
 
@@ -95,7 +96,7 @@ extern "C" __global__ void every_law(double* out, const __grid_constant__ whole_
                        [&](int64_t voxel) { return share_of(body, voxel); });
     const int corner[3] = {0, 0, 0};
     double sum = double(spring.stiffness + spring.damping + spring.sine + spring.cosine);
-    sum += stable_step_of_mass(scene, i % 2 == 0, body.grid, constants, i, out[i]);
+    sum += stable_step_of_mass(scene, scheme(i % 3), body.grid, constants, i, out[i]);
     sum += is_held(scene, sum, corner, x, y, z);
     sum += every_effect(scene, float(out[i])) + every_effect(scene, out[i]);
     const float gene = initial_gene(key, uint32_t(i), 0.1);

@@ -56,7 +56,7 @@ end
 -- Holds one robot of two simulations against each other.
 local function near(t, got, expected, robot, how)
   local a, b = got:outcome(robot), expected:outcome(robot)
-  for _, name in ipairs { "status", "step", "steps", "masses", "springs" } do
+  for _, name in ipairs { "status", "step", "steps", "masses", "springs", "coarse" } do
     t:equal(a[name], b[name])
   end
   t:equal(a.reason, b.reason)
@@ -293,6 +293,25 @@ for _, lattice in ipairs { { 5, 5, 5 }, { 8, 8, 8 } } do
       t:same_bits(leavings(shaken, robot), leavings(calm, robot))
     end
   end)
+
+  suite:test("a robot that moves too far in a step is marked: " .. size, { devices = "all" },
+    function(t)
+      local population = bodies.population(materials, lattice, 3)
+      for _, precision in ipairs(PRECISIONS) do
+        local thrown = begin(population, precision, t.device)
+        -- a tenth of an edge in a step of 0.1 ms is 100 m/s
+        for robot, speed in ipairs { 0, 80, 120 } do
+          local speeds = (select(2, thrown:state(robot))):table()
+          for _, velocity in ipairs(speeds) do velocity[3] = speed end
+          thrown:place(robot, nil, speeds)
+        end
+        thrown:run()
+        for robot, coarse in ipairs { false, false, true } do
+          local outcome = thrown:outcome(robot)
+          t:equal({ outcome.status, outcome.coarse }, { "done", coarse })
+        end
+      end
+    end)
 end
 
 suite:test("simulations that advance together keep their bits", { devices = "all" }, function(t)

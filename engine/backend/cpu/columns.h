@@ -99,19 +99,20 @@ public:
     // Whatever acts on the mass at a site moves it no more.
     void hold(int64_t site) { inverse_mass_[site] = S(0); }
 
-    // Lets the springs see the masses where they are now.
-    void show_springs(const pass_table& passes) {
+    // Lets the springs see masses: those of the robot, or the same where a stage of a step has
+    // them.
+    void show_springs(const pass_table& passes, const mass_arrays<S>& seen) {
         [[maybe_unused]] const int64_t column = int64_t(rounded_.size()) / 6;
         for (int axis = 0; axis < 3; ++axis) {
             if constexpr (mixed) {
                 F *x = rounded_.data() + axis * column, *p = x + 3 * column;
-                passes.narrow(masses.count, masses.position[axis], x);
-                passes.narrow(masses.count, masses.predicted[axis], p);
+                passes.narrow(seen.count, seen.position[axis], x);
+                passes.narrow(seen.count, seen.predicted[axis], p);
                 springs.position[axis] = x;
                 springs.velocity[axis] = p;
             } else {
-                springs.position[axis] = masses.position[axis];
-                springs.velocity[axis] = masses.predicted[axis];
+                springs.position[axis] = seen.position[axis];
+                springs.velocity[axis] = seen.predicted[axis];
             }
         }
     }

@@ -44,6 +44,15 @@ struct mass_arrays {
     S* force[3];  // N; the same memory as the springs' in equal precision
 };
 
+// Between two force evaluations of a Runge-Kutta step, columns of [count].
+template <class S>
+struct stage_arrays {
+    S* position[3];        // where the masses are for the next evaluation, m
+    S* velocity[3];        // m/s
+    S* position_slope[3];  // weighted sum of the velocities so far, m/s
+    S* velocity_slope[3];  // weighted sum of the accelerations so far, m/s^2
+};
+
 // Adds the forces of all springs.
 template <class F>
 using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::moment<F>&);
@@ -60,16 +69,23 @@ using kick_pass = void (*)(const mass_arrays<S>&, S h);
 // `share` as in predict(); not used without prediction.
 template <class S>
 using drift_pass = void (*)(const mass_arrays<S>&, S dt, S share);
+// Of a Runge-Kutta step from `start`, whose forces have just been evaluated. A stage adds its
+// slopes by `weight` and goes on to where they lead in h; the end adds the last ones and moves the
+// masses, a sixth of dt for each weight.
+template <class S>
+using stage_pass = void (*)(const mass_arrays<S>& start, const stage_arrays<S>&, S weight, S h);
+template <class S>
+using stage_end_pass = void (*)(const mass_arrays<S>& start, const stage_arrays<S>&, S sixth);
 // Rounds, or widens, `count` numbers.
 using narrow_pass = void (*)(int64_t count, const double* from, float* to);
 using widen_pass = void (*)(int64_t count, const float* from, double* to);
 
-// Masses that broke a limit.
+// Masses that broke a limit, and those faster than `coarse`.
 struct limit_breaks {
-    int32_t nonfinite, speed;
+    int32_t nonfinite, speed, coarse;
 };
 template <class S>
-using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed);
+using mass_limit_pass = limit_breaks (*)(const mass_arrays<S>&, S max_speed, S coarse);
 // Counts springs that are too long.
 template <class F>
 using spring_limit_pass = int32_t (*)(const spring_arrays<F>&, F max_stretch);
@@ -96,6 +112,8 @@ struct mass_passes {
     impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
     kick_pass<S> kick[2];                          // [compensated]
     drift_pass<S> drift[2][2];                     // [compensated][predicted]
+    stage_pass<S> stage[2][2];                     // [compensated][first]
+    stage_end_pass<S> stage_end[2];                // [compensated]
     mass_limit_pass<S> limit;
 };
 

@@ -165,6 +165,52 @@ void drift(const mass_arrays<R>& robot, R dt, R share) {
     }
 }
 
+// ---- masses, Runge-Kutta ----
+
+template <class R, bool compensated, bool first>
+void stage(const mass_arrays<R>& start, const stage_arrays<R>& between, R weight, R h) {
+    const R* inverse_mass = start.inverse_mass;
+    for (int axis = 0; axis < 3; ++axis) {
+        const R *x = start.position[axis], *v = start.velocity[axis], *force = start.force[axis];
+        const R *lost_x = start.lost_position[axis], *lost_v = start.lost_velocity[axis];
+        R *to_x = between.position[axis], *to_v = between.velocity[axis];
+        R *slope_x = between.position_slope[axis], *slope_v = between.velocity_slope[axis];
+        LIMAX_LOOP
+        for (int64_t i = 0; i < start.count; ++i) {
+            const R velocity = first ? v[i] : to_v[i];
+            const R acceleration = force[i] * inverse_mass[i];
+            slope_x[i] = first ? velocity : fma(weight, velocity, slope_x[i]);
+            slope_v[i] = first ? acceleration : fma(weight, acceleration, slope_v[i]);
+            to_x[i] = lead(x[i], velocity, h, compensated ? lost_x[i] : R(0));
+            to_v[i] = lead(v[i], acceleration, h, compensated ? lost_v[i] : R(0));
+        }
+    }
+}
+
+template <class R, bool compensated>
+void stage_end(const mass_arrays<R>& start, const stage_arrays<R>& between, R sixth) {
+    const R* inverse_mass = start.inverse_mass;
+    for (int axis = 0; axis < 3; ++axis) {
+        R *x = start.position[axis], *v = start.velocity[axis];
+        R *lost_x = start.lost_position[axis], *lost_v = start.lost_velocity[axis];
+        const R *force = start.force[axis], *last_v = between.velocity[axis];
+        const R *slope_x = between.position_slope[axis], *slope_v = between.velocity_slope[axis];
+        LIMAX_LOOP
+        for (int64_t i = 0; i < start.count; ++i) {
+            R carried_x = compensated ? lost_x[i] : R(0),
+              carried_v = compensated ? lost_v[i] : R(0);
+            const R moved = sixth * (slope_x[i] + last_v[i]);
+            const R changed = sixth * fma(force[i], inverse_mass[i], slope_v[i]);
+            x[i] = accumulate<compensated>(x[i], moved, carried_x);
+            v[i] = accumulate<compensated>(v[i], changed, carried_v);
+            if constexpr (compensated) {
+                lost_x[i] = carried_x;
+                lost_v[i] = carried_v;
+            }
+        }
+    }
+}
+
 // ---- between two precisions ----
 
 void narrow(int64_t count, const double* __restrict from, float* __restrict to) {
@@ -180,19 +226,20 @@ void widen(int64_t count, const float* __restrict from, double* __restrict to) {
 // ---- limits ----
 
 template <class R>
-limit_breaks limit_masses(const mass_arrays<R>& robot, R max_speed) {
+limit_breaks limit_masses(const mass_arrays<R>& robot, R max_speed, R coarse) {
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = robot.velocity[0], *v = robot.velocity[1], *w = robot.velocity[2];
     const R infinite = R(__builtin_inf());
-    int32_t nonfinite = 0, fast = 0;
+    int32_t nonfinite = 0, fast = 0, far = 0;
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
         const R reach = absolute(x[i]) + absolute(y[i]) + absolute(z[i]);
         const R speed = square_root(fma(u[i], u[i], fma(v[i], v[i], w[i] * w[i])));
         nonfinite += !(reach < infinite) || !(speed < infinite);
         fast += !(speed <= max_speed);
+        far += speed > coarse;
     }
-    return {nonfinite, fast};
+    return {nonfinite, fast, far};
 }
 
 template <class R>
@@ -236,6 +283,12 @@ constexpr mass_passes<R> make_mass_passes() {
     passes.drift[0][1] = drift<R, false, true>;
     passes.drift[1][0] = drift<R, true, false>;
     passes.drift[1][1] = drift<R, true, true>;
+    passes.stage[0][0] = stage<R, false, false>;
+    passes.stage[0][1] = stage<R, false, true>;
+    passes.stage[1][0] = stage<R, true, false>;
+    passes.stage[1][1] = stage<R, true, true>;
+    passes.stage_end[0] = stage_end<R, false>;
+    passes.stage_end[1] = stage_end<R, true>;
     passes.limit = limit_masses<R>;
     return passes;
 }

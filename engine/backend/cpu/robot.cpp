@@ -1,17 +1,16 @@
-// robot.cpp: the order of one step, and what happens between steps.
-//
-// A step from t_n: forces at x_n and t_n, springs first, then the effects on masses in the order
-// of effects::all; kick; impulses, friction last; drift. In `mixed` springs see x and p rounded to
-// fp32, and their sums are widened before anything on masses. "Begun" is the state between kick and
-// drift, where both velocities around t_n are at hand: samples are taken there.
+// robot.cpp: what happens to a robot around its steps: start, looks at its limits, its own origin,
+// samples, end. kick_drift.h and runge_kutta.h hold the order of a step. "Begun" is the state in
+// which a step's forces at t_n are done and its masses not yet moved, where all velocities around
+// t_n are at hand: samples are taken there.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "backend/cpu/kick_drift.h"
+#include "backend/cpu/runge_kutta.h"
 #include "physics/held.h"
 #include "physics/integrator.h"
-#include "physics/measure.h"
 #include "physics/origin.h"
 
 namespace limax::cpu {
@@ -20,6 +19,7 @@ namespace {
 
 // Sites moved between looks at the clock and the stop flag: well under a millisecond.
 constexpr int64_t sites_per_look = 16384;
+
 // S, F and `compensated` as in robot_columns.
 template <class S, class F, bool compensated>
 class robot_run final : public robot {
@@ -35,28 +35,24 @@ public:
     const double* trace(int32_t kind) const override { return traces_.data(kind); }
 
 private:
-    // One instance of an effect of the scene with its parameters in this robot's coordinates.
-    struct active_effect {
-        int index, instance;
-        alignas(16) char params[64];
-    };
-
+    std::unique_ptr<stepper<S>> make_stepper();
     void put_down();
-    void refresh_params();
-    bool actuated_now() const { return body_.sine.size() != 0 && step_ >= plan_.settle_steps; }
-    effects::actuation::moment<F> moment() const;
     void check_limits();
     void recenter();
-    void begin();
     void finish_step();
     void mark_centers();
     void release_springs();
+    void keep_books();
     void sample_due();
     void record(int kind);
-    // Whether the mass at a site lies below the surface of any contact.
-    bool touches(int32_t site) const;
-    // Velocities at t_n, from those on both sides.
-    void velocity_now(S* out[3]) const;
+    // Columns of the masses as [mass][3], `from` an origin unless it is null: -0 + 0 loses a sign.
+    void write(const S* const column[3], const double* from, double* out) const {
+        for (int32_t i = 0; i < body_.masses; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+                const double value = column[axis][body_.sites[i]];
+                out[3 * i + axis] = from ? from[axis] + value : value;
+            }
+    }
     double center(int axis) const {
         return origin_[axis] + center_of_mass(body_, masses_.position[axis]);
     }
@@ -68,16 +64,18 @@ private:
     limax_outcome& outcome_;
     spring_body body_;
     schedule plan_;
-    effects::actuation::clock clock_{};
-    const bool leapfrog_;
-    std::vector<active_effect> active_;
+    // ticks of the muscles' clock in a step
+    const int ticks_;
     robot_columns<S, F, compensated> columns_;
     mass_arrays<S>& masses_ = columns_.masses;
     spring_arrays<F>& springs_ = columns_.springs;
+    std::unique_ptr<robot_forces<S, F, compensated>> forces_;
+    std::unique_ptr<stepper<S>> stepper_;
     double origin_[3] = {0, 0, 0};  // m
     int64_t step_ = 0;
     bool begun_ = false;
     traces traces_;
+    std::unique_ptr<work_ledger<S>> ledger_;  // null unless recorded
 };
 
 template <class S, class F, bool compensated>
@@ -89,14 +87,19 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
       mass_passes_(mass_passes_of<S>(table)),
       outcome_(outcome),
       body_(std::move(body)),
-      leapfrog_(setup.options.integrator == LIMAX_LEAPFROG),
-      columns_(body_, leapfrog_) {
+      ticks_(setup.options.integrator == LIMAX_RK4 ? runge_kutta<S, F, compensated>::ticks_per_step
+                                                   : 1),
+      columns_(body_, setup.options.integrator == LIMAX_LEAPFROG) {
     outcome_.time_step_bound =
         time_step_bound(body_, setup.scene, limax_integrator(setup.options.integrator));
-    plan_ = make_schedule(setup.options, outcome_.time_step_bound);
-    if (body_.sine.size() != 0)
-        clock_ = effects::actuation::make_clock(
-            setup.scene.values(effects::index_of<effects::actuation>), plan_.time_step);
+    plan_ = make_schedule(setup.options, setup.scene, outcome_.time_step_bound);
+    forces_ = std::make_unique<robot_forces<S, F, compensated>>(setup.scene, body_, table, columns_,
+                                                                plan_.time_step / ticks_);
+    stepper_ = make_stepper();
+    if (plan_.every[LIMAX_TRACE_LEDGER]) {
+        ledger_ = std::make_unique<work_ledger<S>>(body_);
+        forces_->tell(*ledger_);
+    }
     outcome_.status = LIMAX_ROBOT_RUNNING;
     outcome_.steps = plan_.steps;
     outcome_.time_step = plan_.time_step;
@@ -104,15 +107,18 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
     outcome_.masses = body_.masses;
     outcome_.springs = body_.springs;
     outcome_.mass = body_.total_mass;
-    effects::for_each([&]<class E>(E) {
-        constexpr int index = effects::index_of<E>;
-        if (effects::acts_on_masses<E>)
-            for (int i = 0; i < setup.scene.instances(index); ++i)
-                active_.push_back({index, i, {}});
-    });
     traces_ = traces(plan_, body_.masses);
     put_down();
-    refresh_params();
+    forces_->follow(origin_);
+}
+
+template <class S, class F, bool compensated>
+std::unique_ptr<stepper<S>> robot_run<S, F, compensated>::make_stepper() {
+    if (setup_.options.integrator == LIMAX_RK4)
+        return std::make_unique<runge_kutta<S, F, compensated>>(plan_, body_, passes_, columns_,
+                                                                *forces_);
+    return std::make_unique<kick_drift<S, F, compensated>>(
+        setup_.options.integrator == LIMAX_LEAPFROG, plan_, body_, passes_, columns_, *forces_);
 }
 
 // Puts the body where it starts.
@@ -139,32 +145,14 @@ void robot_run<S, F, compensated>::put_down() {
     }
 }
 
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::refresh_params() {
-    for (active_effect& active : active_)
-        effects::for_each([&]<class E>(E) {
-            if constexpr (effects::acts_on_masses<E>) {
-                if (active.index != effects::index_of<E>) return;
-                const auto params =
-                    effects::make_params<E, S>(setup_.scene.values(active.index, active.instance),
-                                               origin_, setup_.scene.heights());
-                static_assert(sizeof params <= sizeof active.params);
-                std::memcpy(active.params, &params, sizeof params);
-            }
-        });
-}
-
-template <class S, class F, bool compensated>
-effects::actuation::moment<F> robot_run<S, F, compensated>::moment() const {
-    if (!actuated_now()) return {F(0), F(0)};
-    return effects::actuation::at<F>(clock_, step_ - plan_.settle_steps, plan_.time_step);
-}
-
 // Ends the robot if a limit is broken.
 template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::check_limits() {
-    columns_.show_springs(passes_);
-    const limit_breaks breaks = mass_passes_.limit(masses_, S(setup_.options.max_speed));
+    columns_.show_springs(passes_, masses_);
+    const limit_breaks breaks =
+        mass_passes_.limit(masses_, S(setup_.options.max_speed),
+                           S(coarse_speed(setup_.options.edge, plan_.time_step)));
+    if (breaks.coarse) outcome_.coarse = 1;
     const int32_t stretched = spring_passes_.limit(springs_, F(setup_.options.max_stretch));
     if (!breaks.nonfinite && !breaks.speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
@@ -190,77 +178,16 @@ void robot_run<S, F, compensated>::recenter() {
         origin_[axis] += shift;
         moved = true;
     }
-    if (moved) refresh_params();
-}
-
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::begin() {
-    const int64_t count = masses_.count;
-    columns_.show_springs(passes_);
-    for (F* force : springs_.force) std::memset(force, 0, count * sizeof(F));
-    // muscles rest while the body settles: then the passes are those of a scene without actuation
-    const unsigned resting = actuated_now() ? 0u : effects::bit<effects::actuation>;
-    spring_passes_.pair[pair_variant(setup_.scene.mask() & ~resting)](springs_, moment());
-    columns_.take_forces(passes_);
-    for (const active_effect& active : active_)
-        if (const auto node = mass_passes_.node[active.index]) node(masses_, active.params);
-    const double h = leapfrog_ && step_ == 0 ? 0.5 * plan_.time_step : plan_.time_step;
-    mass_passes_.kick[compensated](masses_, S(h));
-    for (const active_effect& active : active_)
-        if (const auto impulse = mass_passes_.impulse[active.index])
-            impulse(masses_, active.params, S(h));
-    // friction last: what it stops stays
-    for (const active_effect& active : active_)
-        if (active.index == effects::index_of<effects::friction>)
-            for (const active_effect& contact : active_)
-                if (const auto slip = mass_passes_.slip[contact.index])
-                    slip(masses_, contact.params, active.params, S(h));
-    begun_ = true;
+    if (moved) forces_->follow(origin_);
 }
 
 template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::finish_step() {
-    const S share = step_ == 0 ? S(1) : S(0.5);
-    mass_passes_.drift[compensated][leapfrog_](masses_, S(plan_.time_step), share);
-    for (int axis = 0; axis < 3; ++axis) {
-        std::swap(masses_.velocity[axis], masses_.next_velocity[axis]);
-        if (!leapfrog_) masses_.predicted[axis] = masses_.velocity[axis];
-    }
+    stepper_->finish(step_);
     begun_ = false;
     ++step_;
     outcome_.step = step_;
     outcome_.time = double(step_ - plan_.settle_steps) * plan_.time_step;
-}
-
-template <class S, class F, bool compensated>
-void robot_run<S, F, compensated>::velocity_now(S* out[3]) const {
-    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n; a diverged robot
-    // has no better one
-    const bool between = leapfrog_ && step_ > 0 && begun_;
-    for (int axis = 0; axis < 3; ++axis)
-        for (int32_t i = 0; i < body_.masses; ++i) {
-            const int32_t site = body_.sites[i];
-            const S before = masses_.velocity[axis][site],
-                    after = masses_.next_velocity[axis][site];
-            out[axis][site] = between ? S(0.5) * (before + after) : before;
-        }
-}
-
-template <class S, class F, bool compensated>
-bool robot_run<S, F, compensated>::touches(int32_t site) const {
-    const effects::vector<S> place{masses_.position[0][site], masses_.position[1][site],
-                                   masses_.position[2][site]};
-    bool found = false;
-    for (const active_effect& active : active_)
-        effects::for_each([&]<class E>(E) {
-            if constexpr (effects::is_contact<E>) {
-                if (active.index != effects::index_of<E>) return;
-                typename E::template params<S> params;
-                std::memcpy(&params, active.params, sizeof params);
-                found |= E::surface(params, place).depth > S(0);
-            }
-        });
-    return found;
 }
 
 template <class S, class F, bool compensated>
@@ -279,6 +206,24 @@ void robot_run<S, F, compensated>::release_springs() {
     for (array<float>* column : {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine})
         *column = array<float>();
     columns_.release_springs();
+    stepper_->release();
+}
+
+// Adds the works of the moment t_n to the ledger.
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::keep_books() {
+    const int64_t since = step_ - plan_.settle_steps;
+    if (since < 0) return;
+    S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
+    stepper_->velocity_now(step_, begun_, velocity);
+    const moving_masses<S> seen{masses_.position, masses_.predicted, velocity, origin_};
+    powers now;
+    double muscles_ahead = 0;
+    add_spring_powers(body_, setup_.scene, seen, forces_->muscles_around(ticks_ * since, ticks_),
+                      now, muscles_ahead);
+    add_node_powers(body_, setup_.scene, seen, now);
+    ledger_->add_impulse_powers(masses_, now);
+    ledger_->add(now, muscles_ahead, since > 0 ? plan_.time_step : 0.0);
 }
 
 template <class S, class F, bool compensated>
@@ -294,41 +239,40 @@ void robot_run<S, F, compensated>::record(int kind) {
     double* out = traces_.next(kind);
     // the force scratch is free between kick and drift
     S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
-    if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY) velocity_now(velocity);
+    if (kind == LIMAX_TRACE_VELOCITY || kind == LIMAX_TRACE_ENERGY || kind == LIMAX_TRACE_LEDGER)
+        stepper_->velocity_now(step_, begun_, velocity);
     switch (kind) {
         case LIMAX_TRACE_CENTER_OF_MASS:
             for (int axis = 0; axis < 3; ++axis) out[axis] = center(axis);
             break;
-        case LIMAX_TRACE_POSITION:
-        case LIMAX_TRACE_VELOCITY:
-            for (int32_t i = 0; i < body_.masses; ++i)
-                for (int axis = 0; axis < 3; ++axis) {
-                    const int32_t site = body_.sites[i];
-                    out[3 * i + axis] = kind == LIMAX_TRACE_VELOCITY
-                                            ? double(velocity[axis][site])
-                                            : origin_[axis] + double(masses_.position[axis][site]);
-                }
-            break;
+        case LIMAX_TRACE_POSITION: write(masses_.position, origin_, out); break;
+        case LIMAX_TRACE_VELOCITY: write(velocity, nullptr, out); break;
         case LIMAX_TRACE_CONTACT: {
             int64_t touching = 0;
-            for (int32_t i = 0; i < body_.masses; ++i) touching += touches(body_.sites[i]);
+            for (int32_t i = 0; i < body_.masses; ++i) touching += forces_->touches(body_.sites[i]);
             out[0] = double(touching) / body_.masses;
             break;
         }
-        case LIMAX_TRACE_ENERGY: {
-            effects::actuation::moment<double> now{0, 0}, rate{0, 0};
-            if (actuated_now()) {
-                now = effects::actuation::at<double>(clock_, step_ - plan_.settle_steps,
-                                                     plan_.time_step);
-                rate = effects::actuation::rate_at(clock_, step_ - plan_.settle_steps,
-                                                   plan_.time_step);
+        case LIMAX_TRACE_ENERGY:
+        case LIMAX_TRACE_LEDGER: {
+            const int64_t tick = ticks_ * (step_ - plan_.settle_steps);
+            const energies energy = measure_energy<S>(
+                body_, setup_.scene, masses_.position, velocity, origin_,
+                forces_->template moment<double>(tick), forces_->moment_rate(tick));
+            if (kind == LIMAX_TRACE_ENERGY) {
+                out[0] = energy.kinetic;
+                out[1] = energy.elastic;
+                out[2] = energy.gravitational;
+                out[3] = energy.power;
+                break;
             }
-            const energies energy = measure_energy<S>(body_, setup_.scene, masses_.position,
-                                                      velocity, origin_, now, rate);
+            const double in_contacts = contact_energy<S>(
+                body_, setup_.scene, {masses_.position, velocity, velocity, origin_});
             out[0] = energy.kinetic;
-            out[1] = energy.elastic;
-            out[2] = energy.gravitational;
-            out[3] = energy.power;
+            out[1] = energy.elastic - in_contacts;
+            out[2] = in_contacts;
+            out[3] = energy.gravitational;
+            std::copy_n(ledger_->works(), work_kinds, out + ledger_energies);
             break;
         }
         case LIMAX_TRACE_STRAIN: {
@@ -356,7 +300,9 @@ bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int6
             }
             if (due) recenter();
             mark_centers();
-            begin();
+            stepper_->begin(step_);
+            begun_ = true;
+            if (ledger_) keep_books();
             sample_due();
             if (step_ == plan_.steps) {
                 outcome_.status = LIMAX_ROBOT_DONE;
@@ -390,7 +336,7 @@ void robot_run<S, F, compensated>::place(const double* positions, const double* 
         for (int32_t i = 0; i < body_.masses; ++i) sum += positions[3 * i + axis];
         origin_[axis] = whole_origin_steps(sum / body_.masses);
     }
-    refresh_params();
+    forces_->follow(origin_);
     for (int32_t i = 0; i < body_.masses; ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const int32_t site = body_.sites[i];
@@ -406,14 +352,10 @@ template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::state(scratch& memory, double* positions, double* velocities) {
     memory.lend(masses_, springs_);
     S* velocity[3] = {masses_.force[0], masses_.force[1], masses_.force[2]};
-    if (velocities) velocity_now(velocity);
-    for (int32_t i = 0; i < body_.masses; ++i)
-        for (int axis = 0; axis < 3; ++axis) {
-            const int32_t site = body_.sites[i];
-            if (positions)
-                positions[3 * i + axis] = origin_[axis] + double(masses_.position[axis][site]);
-            if (velocities) velocities[3 * i + axis] = velocity[axis][site];
-        }
+    if (positions) write(masses_.position, origin_, positions);
+    if (!velocities) return;
+    stepper_->velocity_now(step_, begun_, velocity);
+    write(velocity, nullptr, velocities);
 }
 
 }  // namespace

@@ -61,8 +61,9 @@ listed_body list_body(const simulation_setup& setup, int32_t index) {
                 out.parameters.push_back((*column)[slot]);
             });
 
-    const schedule plan = make_schedule(
-        options, time_step_bound(body, setup.scene, limax_integrator(options.integrator)));
+    const schedule plan =
+        make_schedule(options, setup.scene,
+                      time_step_bound(body, setup.scene, limax_integrator(options.integrator)));
     out.robot.masses = body.masses;
     out.robot.springs = body.springs;
     out.robot.time_step = plan.time_step;

@@ -257,7 +257,7 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     const int32_t robot = robots_[local];
     limax_outcome& outcome = outcomes_[robot];
     outcome.time_step_bound = prepared.time_step_bound;
-    const schedule plan = make_schedule(options, outcome.time_step_bound);
+    const schedule plan = make_schedule(options, setup_.scene, outcome.time_step_bound);
     plans_[local] = plan;
 
     robot_record& record = records_[local];
@@ -453,6 +453,7 @@ void robots_on_gpu<R>::take_records() {
         limax_outcome& outcome = outcomes_[robots_[i]];
         outcome.step = record.step;
         outcome.time = double(record.step - record.settle_steps) * record.time_step;
+        outcome.coarse = record.coarse;
         std::copy_n(record.center[0], 3, outcome.center_start);
         std::copy_n(record.center[1], 3, outcome.center_middle);
         std::copy_n(record.center[2], 3, outcome.center_end);

@@ -311,6 +311,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const int64_t step = record.step + since_event;
             const bool limited = step % check_interval == 0 || step == record.steps;
             const bool contact = touchable && step == record.next_sample[sample_contact];
+            const auto coarse = mass_real(coarse_speed(launch.rest[0], record.time_step));
             const spring_real* const seen = column_of(side);
             const double of_total = 1.0 / record.total_mass;
             int64_t part[grid_sums] = {};
@@ -324,9 +325,10 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                                       double(m.position[axis]));
                     part[sum_touching] += contact && touches(m, params);
                     if (!limited) return;
-                    const int broken = broken_by_mass(m, launch);
+                    const int broken = broken_by_mass(m, launch, coarse);
                     part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
                     part[sum_speed] += broken & limit_speed ? 1 : 0;
+                    part[sum_coarse] += broken & limit_coarse ? 1 : 0;
                     for (int d = 0; d < direction_count; ++d) {
                         const float stiffness = columns[d * sites + site];
                         if (!(stiffness > 0.0f)) continue;
@@ -359,6 +361,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 if (block == 0) next[thread] = 0;
             }
             __syncthreads();
+            if (thread == 0 && shared.sum_of[sum_coarse] != 0) record.coarse = 1;
             if (shared.sum_of[sum_nonfinite] + shared.sum_of[sum_speed] +
                     shared.sum_of[sum_stretch] !=
                 0) {

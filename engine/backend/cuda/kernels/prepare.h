@@ -106,7 +106,8 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
                                   prepared.corner, x, y, z);
         if (used && !held)
             atomicMin(&least_step, bits_as<unsigned long long>(stable_step_of_mass(
-                                       bounded_scene{launch.scene, launch.effects}, leapfrog, grid,
+                                       bounded_scene{launch.scene, launch.effects},
+                                       leapfrog ? scheme::leapfrog : scheme::symplectic_euler, grid,
                                        springs, site, mass[site])));
         const int at[3] = {x, y, z};
         for (int column = 0; column < state_columns; ++column)

@@ -49,7 +49,8 @@ struct robot_record {
     int64_t next_sample[sample_kinds];  // step of the next one; beyond every step without any
     int32_t status;                     // robot_status
     int32_t reason;                     // limax_divergence
-    int32_t begun;  // 1 between kick and drift, where both velocities are at hand
+    uint8_t begun;   // 1 between kick and drift, where both velocities are at hand
+    uint8_t coarse;  // as in limax_outcome
     int32_t masses;
 };
 
@@ -170,7 +171,7 @@ struct grid_launch {
     int blocks_of_robot;
 };
 // Sums over all masses of a robot: two words of the centre of mass along each axis, masses that
-// touch a contact; on the grid path also masses and springs that break a limit. Whole numbers add
+// touch a contact; on the grid path also masses and springs beyond a limit. Whole numbers add
 // up to the same in any order, so that no path and no number of threads or blocks changes a bit.
 enum sum_over_masses {
     sum_center = 0,
@@ -179,7 +180,8 @@ enum sum_over_masses {
     sum_nonfinite = 7,
     sum_speed = 8,
     sum_stretch = 9,
-    grid_sums = 10
+    sum_coarse = 10,
+    grid_sums = 11
 };
 
 // What becomes known of a robot when its springs are made.

@@ -7,9 +7,13 @@
 
 namespace limax::cuda {
 
-enum limit : int { limit_nonfinite = 1, limit_speed = 2, limit_stretch = 4 };
+// The last is no divergence.
+enum limit : int { limit_nonfinite = 1, limit_speed = 2, limit_stretch = 4, limit_coarse = 8 };
+inline constexpr int limits_of_divergence = limit_nonfinite | limit_speed | limit_stretch;
 
-__device__ inline int broken_by_mass(const mass_state& m, const launch_arguments& launch) {
+// `coarse` is the robot's coarse_speed().
+__device__ inline int broken_by_mass(const mass_state& m, const launch_arguments& launch,
+                                     mass_real coarse) {
     const mass_real infinite = mass_real(bits_as<double>(uint64_t(0x7ff) << 52));
     const mass_real reach =
         absolute(m.position[0]) + absolute(m.position[1]) + absolute(m.position[2]);
@@ -17,7 +21,8 @@ __device__ inline int broken_by_mass(const mass_state& m, const launch_arguments
         square_root(fma(m.velocity[0], m.velocity[0],
                         fma(m.velocity[1], m.velocity[1], m.velocity[2] * m.velocity[2])));
     return (!(reach < infinite) || !(speed < infinite) ? limit_nonfinite : 0) |
-           (!(speed <= mass_real(launch.max_speed)) ? limit_speed : 0);
+           (!(speed <= mass_real(launch.max_speed)) ? limit_speed : 0) |
+           (speed > coarse ? limit_coarse : 0);
 }
 
 __device__ inline void note_divergence(robot_record& record, int64_t step, bool nonfinite,

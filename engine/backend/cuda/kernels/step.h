@@ -78,7 +78,7 @@ struct block_memory {
     int64_t part[block_sums][warps];               // of sums over all masses
     int64_t of_block[block_sums][cluster_blocks];  // the same, of every block
     int64_t sum_of[block_sums];                    // and of all
-    int broken[3][cluster_blocks];                 // limits, by block
+    int broken[5][cluster_blocks];                 // limits, by block
     double shift[3];                               // of the origin, m
     int moved;                                     // whether any of it is not 0
     robot_record record;
@@ -339,9 +339,10 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const int64_t step = record.step + since_event;
             if (step % check_interval == 0 || step == record.steps) {
                 int broken = 0;
+                const auto coarse = mass_real(coarse_speed(launch.rest[0], record.time_step));
                 each_mass([&](int k) {
                     recall(mass[k], mass_place[k], shared);
-                    broken |= broken_by_mass(mass[k], launch);
+                    broken |= broken_by_mass(mass[k], launch, coarse);
                 });
                 bool too_long = false;
                 each_cell(
@@ -356,10 +357,15 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     });
                 if (too_long) broken |= limit_stretch;
                 if (any_of_robot(shared, 0, broken)) {
+                    const bool diverged = any_of_robot(shared, 3, broken & limits_of_divergence);
+                    const bool coarse_seen = any_of_robot(shared, 4, broken & limit_coarse);
                     const bool nonfinite = any_of_robot(shared, 1, broken & limit_nonfinite);
                     const bool speed = any_of_robot(shared, 2, broken & limit_speed);
-                    if (thread == 0) note_divergence(record, step, nonfinite, speed);
-                    break;
+                    if (thread == 0 && coarse_seen) record.coarse = 1;
+                    if (diverged) {
+                        if (thread == 0) note_divergence(record, step, nonfinite, speed);
+                        break;
+                    }
                 }
             }
             if (center_wanted(record, step)) {

@@ -1,0 +1,143 @@
+// forces.h: the forces on one robot's masses at one moment, springs first, then the effects on
+// masses in the order of effects::all; and the impulses that follow a kick. In `mixed` springs see
+// x and p rounded to fp32, and their sums are widened before anything on masses. SI units.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "backend/cpu/columns.h"
+#include "backend/cpu/work_ledger.h"
+#include "physics/scene.h"
+
+namespace limax::cpu {
+
+// S, F and `compensated` as in robot_columns. What it is made from must outlive it.
+template <class S, class F, bool compensated>
+class robot_forces {
+public:
+    // Muscles count time in ticks of `tick` seconds from t = 0.
+    robot_forces(const scene& in, const spring_body& body, const pass_table& passes,
+                 robot_columns<S, F, compensated>& columns, double tick)
+        : scene_(in), body_(body), passes_(passes), columns_(columns), tick_(tick) {
+        if (body.sine.size() != 0)
+            clock_ = effects::actuation::make_clock(
+                in.values(effects::index_of<effects::actuation>), tick);
+        effects::for_each([&]<class E>(E) {
+            constexpr int index = effects::index_of<E>;
+            if (effects::acts_on_masses<E>)
+                for (int i = 0; i < in.instances(index); ++i) active_.push_back({index, i, {}});
+        });
+    }
+
+    // Takes the effects' parameters into the coordinates of a robot whose own origin is there.
+    void follow(const double origin[3]) {
+        for (active_effect& active : active_)
+            effects::for_each([&]<class E>(E) {
+                if constexpr (effects::acts_on_masses<E>) {
+                    if (active.index != effects::index_of<E>) return;
+                    const auto params = effects::make_params<E, S>(
+                        scene_.values(active.index, active.instance), origin, scene_.heights());
+                    static_assert(sizeof params <= sizeof active.params);
+                    std::memcpy(active.params, &params, sizeof params);
+                }
+            });
+    }
+
+    // Muscles rest while the body settles, before tick 0.
+    bool actuated(int64_t tick) const { return body_.sine.size() != 0 && tick >= 0; }
+    template <class R>
+    effects::actuation::moment<R> moment(int64_t tick) const {
+        if (!actuated(tick)) return {R(0), R(0)};
+        return effects::actuation::at<R>(clock_, tick, tick_);
+    }
+    // d moment / dt, 1/s.
+    effects::actuation::moment<double> moment_rate(int64_t tick) const {
+        if (!actuated(tick)) return {0, 0};
+        return effects::actuation::rate_at(clock_, tick, tick_);
+    }
+
+    // What the muscles do around a tick, with steps of `step` ticks.
+    muscle_motion muscles_around(int64_t tick, int step) const {
+        const auto per_second = [&](int64_t from, int64_t to) {
+            const auto before = moment<double>(from), after = moment<double>(to);
+            return effects::actuation::moment<double>{
+                (after.sine - before.sine) / (tick_ * step),
+                (after.cosine - before.cosine) / (tick_ * step)};
+        };
+        return {moment<double>(tick), per_second(tick - step, tick), per_second(tick, tick + step)};
+    }
+
+    // Fills the forces on the robot's masses, which lie and move as `seen` says.
+    void evaluate(const mass_arrays<S>& seen, int64_t tick) {
+        columns_.show_springs(passes_, seen);
+        for (F* force : columns_.springs.force) std::memset(force, 0, seen.count * sizeof(F));
+        // the passes of a resting body are those of a scene without actuation
+        const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
+        spring_passes_of<F>(passes_).pair[pair_variant(scene_.mask() & ~resting)](columns_.springs,
+                                                                                  moment<F>(tick));
+        columns_.take_forces(passes_);
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        for (const active_effect& active : active_)
+            if (const auto node = passes.node[active.index]) node(seen, active.params);
+    }
+
+    // From now on the ledger hears of impulses; it must outlive this.
+    void tell(work_ledger<S>& ledger) { ledger_ = &ledger; }
+
+    // Changes the velocities after a kick of h by the effects' impulses, friction last: what it
+    // stops stays.
+    void push(const mass_arrays<S>& masses, S h) {
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        if (ledger_) ledger_->forget_impulses();
+        const auto booked = [&](int effect, const auto& push) {
+            if (ledger_) ledger_->before_impulse(masses);
+            push();
+            if (ledger_) ledger_->after_impulse(masses, effect, double(h));
+        };
+        for (const active_effect& active : active_)
+            if (const auto impulse = passes.impulse[active.index])
+                booked(active.index, [&] { impulse(masses, active.params, h); });
+        for (const active_effect& active : active_)
+            if (active.index == effects::index_of<effects::friction>)
+                for (const active_effect& contact : active_)
+                    if (const auto slip = passes.slip[contact.index])
+                        booked(active.index,
+                               [&] { slip(masses, contact.params, active.params, h); });
+    }
+
+    // Whether the mass at a site lies below the surface of any contact.
+    bool touches(int32_t site) const {
+        const auto& position = columns_.masses.position;
+        const effects::vector<S> place{position[0][site], position[1][site], position[2][site]};
+        bool found = false;
+        for (const active_effect& active : active_)
+            effects::for_each([&]<class E>(E) {
+                if constexpr (effects::is_contact<E>) {
+                    if (active.index != effects::index_of<E>) return;
+                    typename E::template params<S> params;
+                    std::memcpy(&params, active.params, sizeof params);
+                    found |= E::surface(params, place).depth > S(0);
+                }
+            });
+        return found;
+    }
+
+private:
+    // One instance of an effect of the scene with its parameters in this robot's coordinates.
+    struct active_effect {
+        int index, instance;
+        alignas(16) char params[64];
+    };
+
+    const scene& scene_;
+    const spring_body& body_;
+    const pass_table& passes_;
+    robot_columns<S, F, compensated>& columns_;
+    double tick_;  // s
+    effects::actuation::clock clock_{};
+    std::vector<active_effect> active_;
+    work_ledger<S>* ledger_ = nullptr;
+};
+
+}  // namespace limax::cpu

@@ -1,0 +1,174 @@
+// ledger_test.cpp: the books of energy: works of closed form, accounts that stay empty, and how
+// well they close. SI units.
+#include <doctest/doctest.h>
+
+#include "physics/ledger.h"
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+constexpr double g = 9.81;  // m/s^2
+
+// The books of robot 0 at the end, and how far off they are at the worst sample, as a share of the
+// energy that went through: the sizes of the works and the largest energy.
+struct books {
+    double energy[ledger_energies], work[work_kinds];
+    double change, closure;
+};
+books books_of(const simulation& run) {
+    const trace_view trace = trace_of(run, 0, LIMAX_TRACE_LEDGER);
+    REQUIRE(trace.width == ledger_width);
+    REQUIRE(run.outcomes()[0].status == LIMAX_ROBOT_DONE);
+    books result{};
+    double worst = 0, largest = 0, through = 0;
+    for (int64_t s = 0; s < trace.samples; ++s) {
+        double change = 0, works = 0, held = std::fabs(trace.at(s, 3) - trace.at(0, 3));
+        for (int k = 0; k < ledger_energies; ++k) {
+            change += trace.at(s, k) - trace.at(0, k);
+            if (k < 3) held += trace.at(s, k);
+        }
+        for (int k = 0; k < work_kinds; ++k) works += trace.at(s, ledger_energies + k);
+        worst = std::max(worst, std::fabs(change - works));
+        largest = std::max(largest, held);
+        result.change = change;
+    }
+    for (int k = 0; k < ledger_energies; ++k) result.energy[k] = trace.at(trace.samples - 1, k);
+    for (int k = 0; k < work_kinds; ++k) {
+        result.work[k] = trace.at(trace.samples - 1, ledger_energies + k);
+        through += std::fabs(result.work[k]);
+    }
+    result.closure = worst / (through + largest);
+    return result;
+}
+
+enum situation { in_the_air, dropped, walking };
+
+books books_in(situation where, uint32_t seed, int integrator, double fraction,
+               int precision = LIMAX_DOUBLE) {
+    stage body(lattice{3, 2, 2});
+    body.randomize(seed);
+    body.effects({"damping"});
+    if (where != dropped) body.effects({"actuation"});
+    if (where != in_the_air) body.effects({"gravity", "ground", "friction"});
+    if (where == dropped) body.setup.options.position[2] = 0.2;
+    if (where == walking) body.setup.options.settle = 0.5;
+    body.setup.options.duration = 2;
+    body.setup.options.integrator = integrator;
+    body.setup.options.precision = precision;
+    body.setup.options.bound_fraction = fraction;
+    body.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
+    return books_of(*body.run());
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the books close: in the air, in a drop and on a walk, at the automatic step and an eighth") {
+    // Shares of the energy that went through, about twice the worst of these bodies and more.
+    // Contacts that switch within a step cost most, in the moments of an impact; symplectic
+    // Euler's velocities are those of half a step later.
+    struct bound {
+        situation where;
+        int integrator;
+        double automatic, eighth;
+    };
+    for (const bound& most : {bound{in_the_air, LIMAX_LEAPFROG, 1e-5, 2e-7},
+                              {in_the_air, LIMAX_SYMPLECTIC_EULER, 3e-4, 5e-5},
+                              {in_the_air, LIMAX_RK4, 3e-4, 2e-5},
+                              {dropped, LIMAX_LEAPFROG, 3e-2, 5e-4},
+                              {dropped, LIMAX_SYMPLECTIC_EULER, 1.2e-1, 1.2e-2},
+                              {walking, LIMAX_LEAPFROG, 1e-3, 1e-5},
+                              {walking, LIMAX_SYMPLECTIC_EULER, 2e-3, 2e-4}})
+        for (const uint32_t seed : {5, 6, 7})
+            for (const bool fine : {false, true}) {
+                const books kept =
+                    books_in(most.where, seed, most.integrator, fine ? 0.9 / 8 : 0.9);
+                CAPTURE(int(most.where));
+                CAPTURE(most.integrator);
+                CAPTURE(fine);
+                MESSAGE("closure " << kept.closure);
+                CHECK(kept.closure < (fine ? most.eighth : most.automatic));
+                CHECK(kept.work[work_damping] < 0);
+                CHECK(kept.work[work_other] == 0);
+                CHECK((kept.work[work_friction] < 0) == (most.where != in_the_air));
+                CHECK((kept.work[work_contact_damping] < 0) == (most.where != in_the_air));
+                CHECK((kept.work[work_muscles] > 0) == (most.where != dropped));
+            }
+    // and in fp32 as well
+    for (const int precision : every_precision)
+        CHECK(books_in(walking, 5, LIMAX_LEAPFROG, 0.9, precision).closure < 1e-3);
+}
+
+TEST_CASE("works of closed form: a fall, a slide, an impact") {
+    // falling takes potential energy alone: nothing to book
+    stage fall(lattice{2, 2, 2});
+    fall.effects({"gravity"});
+    fall.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
+    fall.setup.options.position[2] = 1000;
+    const auto falling = fall.run();
+    const books fallen = books_of(*falling);
+    const double mass = falling->outcomes()[0].mass;
+    CHECK(fallen.energy[0] == doctest::Approx(0.5 * mass * g * g).epsilon(1e-6));
+    CHECK(fallen.energy[3] == doctest::Approx(mass * g * (1000.1 - 0.5 * g)).epsilon(1e-6));
+    for (const double work : fallen.work) CHECK(work == 0);
+    CHECK(fallen.closure < 1e-12);
+
+    // friction takes all of a slide's kinetic energy
+    stage slide(lattice{3, 3, 1});
+    slide.effects({"gravity", "ground", "damping", "friction"});
+    slide.set("friction", "static", {0.4}).set("friction", "kinetic", {0.4});
+    slide.setup.options.velocity[0] = 2.0;
+    slide.setup.options.duration = 2.0;
+    slide.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
+    const auto sliding = slide.run();
+    const books slid = books_of(*sliding);
+    CHECK(slid.work[work_friction] + slid.work[work_damping] + slid.work[work_contact_damping] ==
+          doctest::Approx(-0.5 * sliding->outcomes()[0].mass * 4).epsilon(0.02));
+    CHECK(slid.work[work_friction] < 10 * slid.work[work_damping]);
+    CHECK(slid.closure < 1e-2);
+
+    // without dashpots, friction and contact damping a bouncing body keeps what it has
+    stage bounce(lattice{1, 1, 1});
+    bounce.effects({"gravity", "ground"});
+    bounce.set("ground", "damping_ratio", {0.0});
+    bounce.setup.options.position[2] = 0.1;
+    bounce.setup.options.time_step = 1e-5;
+    bounce.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
+    const auto bouncing = bounce.run();
+    const books bounced = books_of(*bouncing);
+    for (const double work : bounced.work) CHECK(work == 0);
+    CHECK(bounced.closure < 1e-4);
+    const trace_view trace = trace_of(*bouncing, 0, LIMAX_TRACE_LEDGER);
+    double pressed = 0;
+    for (int64_t s = 0; s < trace.samples; ++s) pressed = std::max(pressed, trace.at(s, 2));
+    CHECK(pressed > 0.5);  // J, of 0.78 that it falls with
+}
+
+TEST_CASE("recording a ledger changes no bit of the motion, and slices change none of it") {
+    for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+        const auto run_of = [&](int rate, int64_t slice) {
+            stage body(lattice{3, 2, 2});
+            body.randomize(5);
+            body.effects({"damping", "actuation", "gravity", "ground", "friction"});
+            body.setup.options.integrator = integrator;
+            body.setup.options.precision = LIMAX_COMPENSATED;
+            body.setup.options.settle = 0.1;
+            body.setup.options.record[LIMAX_TRACE_LEDGER] = rate;
+            body.setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 20;
+            auto run = body.open();
+            while (!run->advance(1.0, slice).finished) {
+            }
+            return run;
+        };
+        const auto without = run_of(0, 0), with = run_of(20, 0), sliced = run_of(20, 7);
+        CHECK(state_of(*without).positions == state_of(*with).positions);
+        CHECK(state_of(*without).velocities == state_of(*with).velocities);
+        const trace_view one = trace_of(*with, 0, LIMAX_TRACE_LEDGER),
+                         other = trace_of(*sliced, 0, LIMAX_TRACE_LEDGER);
+        REQUIRE(one.samples == 21);
+        CHECK(std::equal(one.data, one.data + one.samples * one.width, other.data));
+    }
+}

@@ -1,0 +1,150 @@
+// order_test.cpp: the observed order of each integrator on smooth scenes, by halving the step, and
+// what RK4 does and refuses. SI units.
+#include <doctest/doctest.h>
+
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+const int every_integrator[] = {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG, LIMAX_RK4};
+constexpr int order_of[] = {1, 2, 4};
+
+// Free in space: springs and dashpots, and muscles if `actuated`.
+stage free_body(bool actuated) {
+    stage body(lattice{2, 2, 2});
+    body.randomize(17);
+    body.effects({"damping"});
+    if (actuated) body.effects({"actuation"});
+    body.setup.options.duration = 0.25;
+    return body;
+}
+
+// Where the masses are, and how fast, at the end of a run from a bent and turning start.
+snapshot end_of(const stage& body) {
+    auto run = body.open();
+    snapshot start = state_of(*run);
+    for (std::size_t i = 0; i < start.positions.size(); ++i) {
+        start.positions[i] += 4e-3 * std::sin(7.0 * double(i + 1));
+        start.velocities[i] += 0.2 * std::cos(5.0 * double(i));
+    }
+    run->place(0, start.positions.data(), start.velocities.data());
+    stage::finish(*run);
+    REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
+    return state_of(*run);
+}
+
+// Root mean square over masses and axes.
+double apart(const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return std::sqrt(sum / double(a.size()));
+}
+
+}  // namespace
+
+TEST_CASE("the observed order is 1, 2 and 4 on a vibrating body and on a working one in the air") {
+    for (const bool actuated : {false, true})
+        for (const int integrator : every_integrator) {
+            // steps at which the error is far from both the bound and the rounding of double
+            const double coarse = integrator == LIMAX_RK4 ? 1e-4 : 1e-5;
+            snapshot end[3];
+            for (int halving = 0; halving < 3; ++halving) {
+                stage body = free_body(actuated);
+                body.setup.options.integrator = integrator;
+                body.setup.options.time_step = coarse / (1 << halving);
+                end[halving] = end_of(body);
+            }
+            const double order = std::log2(apart(end[0].positions, end[1].positions) /
+                                           apart(end[1].positions, end[2].positions));
+            const double order_of_velocity = std::log2(apart(end[0].velocities, end[1].velocities) /
+                                                       apart(end[1].velocities, end[2].velocities));
+            CAPTURE(actuated);
+            CAPTURE(integrator);
+            MESSAGE("observed orders " << order << ", " << order_of_velocity);
+            CHECK(std::fabs(order - order_of[integrator]) < 0.1);
+            CHECK(std::fabs(order_of_velocity - order_of[integrator]) < 0.1);
+        }
+}
+
+TEST_CASE("all integrators go to the same motion, RK4 in every precision") {
+    stage fine = free_body(true);
+    fine.setup.options.integrator = LIMAX_RK4;
+    fine.setup.options.time_step = 1e-4;
+    const snapshot reference = end_of(fine);
+    stage leapfrog = free_body(true);
+    leapfrog.setup.options.time_step = 2e-6;
+    CHECK(apart(end_of(leapfrog).positions, reference.positions) < 1e-8);
+    for (const int precision : every_precision) {
+        stage body = free_body(true);
+        body.setup.options.integrator = LIMAX_RK4;
+        body.setup.options.time_step = 1e-4;
+        body.setup.options.precision = precision;
+        const double error = apart(end_of(body).positions, reference.positions);
+        CAPTURE(precision);
+        MESSAGE("error " << error << " m");
+        // fp32 resolves 0.2 m to 1.5e-8 m; plain sums round at each of 2500 steps
+        CHECK(error < (precision == LIMAX_SINGLE ? 1e-6 : 5e-8));
+        CHECK((error == 0) == (precision == LIMAX_DOUBLE));
+    }
+}
+
+TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name") {
+    limax_simulation_options options = default_options();
+    options.integrator = LIMAX_RK4;
+    limax::scene scene;
+    for (const char* effect : {"damping", "actuation", "gravity"}) scene.add(effect);
+    CHECK_NOTHROW(check_options(options, scene));
+    scene.add("ground");
+    CHECK_THROWS_WITH_AS(check_options(options, scene),
+                         "integrator: rk4 integrates smooth scenes alone; the scene has ground; "
+                         "use leapfrog",
+                         error);
+    scene.add("friction");
+    CHECK_THROWS_WITH_AS(check_options(options, scene),
+                         "integrator: rk4 integrates smooth scenes alone; the scene has ground "
+                         "and friction; use leapfrog",
+                         error);
+    CHECK_THROWS_WITH_AS(check_options_beyond_cpu(options),
+                         "integrator: rk4 runs on the cpu alone; use device 'cpu' or the "
+                         "integrator leapfrog",
+                         error);
+    options.integrator = LIMAX_LEAPFROG;
+    CHECK_NOTHROW(check_options(options, scene));
+    CHECK_NOTHROW(check_options_beyond_cpu(options));
+    // and so it is with the ledger
+    options.record[LIMAX_TRACE_LEDGER] = 20;
+    CHECK_NOTHROW(check_options(options, scene));
+    CHECK_THROWS_WITH_AS(check_options_beyond_cpu(options),
+                         "record.ledger: the ledger of energy is kept on the cpu alone; use "
+                         "device 'cpu'",
+                         error);
+}
+
+TEST_CASE("RK4: slices, a settling muscle, samples of velocity and energy") {
+    const auto run_of = [](int64_t slice) {
+        stage body = free_body(true);
+        body.setup.options.integrator = LIMAX_RK4;
+        body.setup.options.time_step = 1e-3;
+        body.setup.options.settle = 0.1;
+        body.setup.options.record[LIMAX_TRACE_VELOCITY] = 20;
+        body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+        auto run = body.open();
+        while (!run->advance(1.0, slice).finished) {
+        }
+        return run;
+    };
+    const auto whole = run_of(0), sliced = run_of(7);
+    CHECK(state_of(*whole).positions == state_of(*sliced).positions);
+    const trace_view velocity = trace_of(*whole, 0, LIMAX_TRACE_VELOCITY);
+    REQUIRE(velocity.samples == 6);
+    const snapshot end = state_of(*whole);
+    for (std::size_t i = 0; i < end.velocities.size(); ++i)
+        CHECK(velocity.at(5, int64_t(i)) == end.velocities[i]);
+    // while the body settles nothing moves it; then its muscles do
+    const trace_view energy = trace_of(*whole, 0, LIMAX_TRACE_ENERGY);
+    CHECK(energy.at(0, 0) < 1e-20);
+    CHECK(energy.at(5, 0) > 0);
+}
