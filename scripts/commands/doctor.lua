@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local passes = require "limax.passes"
+local scene_report = require "limax.scene_report"
 local script = require "limax.script"
 local settings = require "limax.settings"
 local terminal = require "limax.terminal"
@@ -26,9 +27,14 @@ local GREEN, RED, YELLOW = 34, 160, 136
 
 local command = {
   summary = "show what this machine offers and what is missing",
-  usage = "limax doctor [--json]",
-  text = "Exits 1 if a self check fails; a missing tool or GPU is no failure.",
-  options = { { name = "json", text = "print one JSON object" } },
+  usage = "limax doctor [--json] [--scene FILE]",
+  text = "Exits 1 if a self check fails; a missing tool or GPU is no failure.\n"
+    .. "With --scene it says instead what the scene of an experiment's file will run: its effects\n"
+    .. "with every parameter, and what each costs on one CPU thread.",
+  options = {
+    { name = "json", text = "print one JSON object" },
+    { name = "scene", argument = "FILE", text = "what the scene of this experiment will run" },
+  },
 }
 
 -- How the data folder was found, in the order in which the host looks.
@@ -247,6 +253,12 @@ end
 ---@param arguments table
 ---@return integer status
 function command.run(arguments)
+  if arguments.scene then
+    local facts = scene_report.gather(arguments.scene, engine.device "auto")
+    print(arguments.json and host.json.encode(facts, { indent = 2 })
+      or table.concat(scene_report.lines(facts), "\n"))
+    return 0
+  end
   local facts = gather()
   if arguments.json then
     print(host.json.encode(facts, { indent = 2 }))

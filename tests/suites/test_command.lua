@@ -391,3 +391,32 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   contains(t, text, facts.cuda_compiler or "no nvcc when this was built")
   contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)
+
+doctor:test("says what a scene will run", { limit = 30 }, function(t)
+  local file = t:folder() .. "/e.lua"
+  t:ok(host.file.write_atomic(file, [[
+local limax = require "limax"
+return limax.experiment { lattice = { 3, 2, 2 }, fitness = "walk", scene = {
+  gravity = true, terrain = { heights = { { 0, 0 }, { 0, 0 }, { 0, 0 } } }, friction = true,
+  planes = { { offset = -1 }, { offset = -2 } } } }
+]]))
+  local text, status = limax("doctor", "--json", "--scene", file)
+  t:equal(status, 0)
+  local facts, names = host.json.decode(text, "doctor"), {}
+  for i, effect in ipairs(facts.effects) do
+    names[i] = effect.name
+    t:ok(effect.cost > -1 and effect.cost < 1, effect.name)
+  end
+  t:equal(names, { "gravity", "friction", "planes", "terrain" })
+  t:equal(facts.effects[3].fields[2].offset, -2)
+  t:ok(facts.springs > 0 and facts.step > 0)
+  t:ok(facts.runs.passes or facts.runs.path)
+  text, status = limax("doctor", "--scene", file)
+  t:equal(status, 0)
+  contains(t, text, "planes[2]")
+  contains(t, text, "heights 3 x 2 m")
+  t:ok(host.file.write_atomic(file, "return 1"))
+  text, status = limax("doctor", "--scene", file)
+  t:equal(status, 2)
+  contains(t, text, "returns no experiment")
+end)

@@ -5,8 +5,7 @@ local engine = require "limax.engine"
 
 local bodies = {}
 
---- Every effect of the library, each with its defaults: five besides the springs, which every
---- scene has.
+--- The effects of a robot that walks on flat ground, each with its defaults.
 bodies.ALL = {
   gravity = true, ground = true, friction = true, damping = true, actuation = true,
 }
