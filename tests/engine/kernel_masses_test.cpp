@@ -1,0 +1,130 @@
+// kernel_masses_test.cpp: what a kernel does to a mass at a step is what the passes of the CPU do,
+// bit for bit, with every effect at once. The kernels' text is compiled here for the host, so that
+// no GPU is needed. SI units.
+#include <doctest/doctest.h>
+
+#include "stage.h"
+
+// two planes, a sphere, two boxes; double; leapfrog
+#define LIMAX_EFFECTS ((1u << limax::effects::all::count) - 1)
+#define LIMAX_INSTANCES (2 | 1 << 8 | 2 << 16)
+#define LIMAX_PRECISION 3
+#define LIMAX_LEAPFROG 1
+#include "backend/cuda/kernels/scene.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+// A scene of every effect, whose contacts all lie about the origin of the world.
+scene every_scene() {
+    stage made(lattice{1, 1, 1});
+    for (const effect_entry& entry : effect_entries())
+        if (std::string(entry.name) != "springs") made.effects({entry.name});
+    made.set("planes", "normal", {0.3, 0.1, 1}).set("planes", "offset", {-0.1});
+    made.effects({"planes"}).set("planes", "normal", {-1, 0.2, 0.1});
+    made.set("spheres", "center", {0.1, 0.2, 0.3}).set("spheres", "radius", {0.6});
+    made.set("boxes", "from", {-0.5, -0.5, -0.5}).set("boxes", "to", {0.4, 0.3, 0.2});
+    made.effects({"boxes"}).set("boxes", "from", {0.4, -1, -1}).set("boxes", "to", {1, 1, 0.4});
+    made.set("terrain", "origin", {-1, -1, 0}).set("terrain", "spacing", {1});
+    const double heights[9] = {0, 0.1, -0.2, 0.3, 0, 0.2, -0.1, 0.1, 0};
+    made.setup.scene.set_heights("terrain", "heights", heights, 3, 3);
+    return made.setup.scene;
+}
+
+}  // namespace
+
+TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
+    const scene scene = every_scene();
+    CHECK(cuda::instances_code(scene) == uint64_t(LIMAX_INSTANCES));
+    const double origin[3] = {2, -4, 6}, world[3] = {0, 0, 0}, h = 1e-4;
+    constexpr int count = 64;
+
+    // states of a mass in use, but for the last, at places relative to the origin
+    uint32_t state = 3;
+    const auto draw = [&] {
+        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
+    };
+    std::vector<double> columns[3][5];  // of each axis: x, u, the next u, p, force
+    for (int axis = 0; axis < 3; ++axis)
+        for (std::vector<double>& column : columns[axis])
+            for (int i = 0; i < count; ++i) column.push_back(draw());
+    std::vector<double> mass(count, 0.1), inverse_mass(count, 10.0);
+    mass.back() = inverse_mass.back() = 0;
+    cpu::mass_arrays<double> masses{};
+    masses.count = count;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (double& x : columns[axis][0]) x -= origin[axis];
+        masses.position[axis] = columns[axis][0].data();
+        masses.velocity[axis] = columns[axis][1].data();
+        masses.next_velocity[axis] = columns[axis][2].data();
+        masses.predicted[axis] = columns[axis][3].data();
+        masses.force[axis] = columns[axis][4].data();
+    }
+    masses.mass = mass.data();
+    masses.inverse_mass = inverse_mass.data();
+
+    // the kernel's way, from the same numbers
+    cuda::scene_values values{};
+    cuda::mass_params<double> single{};
+    values.heights = scene.heights();
+    effects::for_each([&]<class E>(E) {
+        constexpr int index = effects::index_of<E>;
+        values.count[index] = scene.instances(index);
+        for (int i = 0; i < scene.instances(index); ++i)
+            std::copy_n(scene.values(index, i), effects::components<E>, values.of(index, i));
+        if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
+            single.of<E>() = E::template make<double>(values.of(index), world);
+    });
+    cuda::scene_params params(single);
+    cuda::follow_origin(params, values, origin);
+    double expected[count][3];
+    int touching = 0;
+    for (int i = 0; i < count; ++i) {
+        cuda::mass_state m{};
+        for (int axis = 0; axis < 3; ++axis) {
+            m.position[axis] = columns[axis][0][i];
+            m.velocity[axis] = columns[axis][1][i];
+            m.predicted[axis] = columns[axis][3][i];
+        }
+        m.mass = mass[i];
+        m.inverse_mass = inverse_mass[i];
+        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, params, h,
+                         expected[i]);
+        touching += cuda::touches(m, params);
+    }
+    CHECK(touching > count / 4);
+    CHECK(touching < count);
+
+    // the passes' way
+    const auto& passes = cpu::mass_passes_of<double>(cpu::choose_passes(""));
+    const auto each = [&](const auto& visit) {
+        effects::for_each([&]<class E>(E) {
+            constexpr int index = effects::index_of<E>;
+            if constexpr (effects::acts_on_masses<E>)
+                for (int i = 0; i < scene.instances(index); ++i) {
+                    const auto own = effects::make_params<E, double>(scene.values(index, i), origin,
+                                                                     scene.heights());
+                    visit(index, &own);
+                }
+        });
+    };
+    each([&](int index, const void* own) {
+        if (passes.node[index]) passes.node[index](masses, own);
+    });
+    passes.kick[0](masses, h);
+    each([&](int index, const void* own) {
+        if (passes.impulse[index]) passes.impulse[index](masses, own, h);
+    });
+    const auto friction =
+        effects::friction::make<double>(scene.values(effects::index_of<effects::friction>), origin);
+    each([&](int index, const void* own) {
+        if (passes.slip[index]) passes.slip[index](masses, own, &friction, h);
+    });
+    for (int i = 0; i < count; ++i)
+        for (int axis = 0; axis < 3; ++axis) {
+            CAPTURE(i);
+            CHECK(bits_as<uint64_t>(columns[axis][2][i]) == bits_as<uint64_t>(expected[i][axis]));
+        }
+}
