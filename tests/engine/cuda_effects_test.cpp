@@ -161,11 +161,14 @@ void check_parameters(const kernel_content& content, unsigned mask) {
     });
 }
 
-// The same, but for a sum or difference of each mass: whether a term is subtracted or its negative
-// added is the compiler's choice, which hangs on what else needs either.
+// The same, but for a sum and a product of each mass: whether a term or its negative is kept, and
+// so whether two effects can share it, is the compiler's choice, which hangs on what else needs
+// either.
 void check_same(work one, const work& other, int masses) {
     CHECK(std::abs(one.sum - other.sum) <= masses);
+    CHECK(std::abs(one.product - other.product) <= masses);
     one.sum = other.sum;
+    one.product = other.product;
     CHECK(one == other);
 }
 
