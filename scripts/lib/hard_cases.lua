@@ -10,7 +10,8 @@ local stage = require "limax.hard_cases.stage"
 local hard_cases = {}
 
 --- Modules of scripts/lib/hard_cases that hold cases.
-hard_cases.KINDS = { "flight", "modes", "contact", "friction" }
+hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes",
+  "muscles", "sameness" }
 
 ---@class limax.hard_case
 ---@field row integer|nil of the table of hard cases

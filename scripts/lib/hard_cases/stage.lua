@@ -199,6 +199,8 @@ function methods:prepare(spec)
   local simulation = engine.simulation(population, materials, engine.scene(spec.scene or {}),
     options, self.device)
   local run = setmetatable({ simulation = simulation, spec = spec, options = options }, Run)
+  -- robots are made when they are first asked for their state: their outcome knows the step then
+  if simulation.masses[1] > 0 then simulation:state(1) end
   place(run)
   run.start = general.start(run)
   return run

@@ -1,0 +1,1 @@
+require "limax.hard_cases.suite" "sameness"
