@@ -11,7 +11,7 @@ local hard_cases = {}
 
 --- Modules of scripts/lib/hard_cases that hold cases.
 hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes",
-  "muscles", "sameness" }
+  "muscles", "sameness", "effects" }
 
 ---@class limax.hard_case
 ---@field row integer|nil of the table of hard cases

@@ -77,11 +77,9 @@ end
 local critical
 local function critical_gravity()
   if critical then return critical end
-  local stable, unstable = 1, 1
-  repeat
-    stable, unstable = unstable, unstable * 2
-    local _, negative = upright(unstable)
-  until negative > 0
+  local unstable = 1
+  while select(2, upright(unstable)) == 0 do unstable = 2 * unstable end
+  local stable = unstable / 2
   for _ = 1, 6 do
     local middle = 0.5 * (stable + unstable)
     local _, negative = upright(middle)
@@ -92,8 +90,8 @@ local function critical_gravity()
 end
 
 for _, share in ipairs { 0.9, 1.1 } do
-  case { row = 16, name = ("a column at %g of the load that buckles it"):format(share), brief = true,
-    run = function(c)
+  case { row = 16, name = ("a column at %g of the load that buckles it"):format(share),
+    brief = true, run = function(c)
       local gravity = share * critical_gravity()
       local pose = upright(gravity)
       local push = 1e-4

@@ -1,6 +1,6 @@
---- muscles.lua: hard cases of muscles: resonance, absurd frequencies, full amplitude, jumps. A voxel
---- all of one muscle swings in the mode of modes.lua, driven: s'' = -w^2 (s - a sin(2 pi f t)) -
---- 2 xi w s'. SI units.
+--- muscles.lua: hard cases of muscles: resonance, absurd frequencies, full amplitude, jumps. A
+--- voxel all of one muscle swings in the mode of modes.lua, driven: s'' = -w^2 (s - a sin(2 pi f
+--- t)) - 2 xi w s'. SI units.
 
 local engine = require "limax.engine"
 

@@ -1,6 +1,6 @@
---- statics.lua: the forces and the stiffness matrix of a full box of voxels of one material, written
---- down a second time and in Lua, so that what a simulation comes to rest at can be held against
---- them. SI units.
+--- statics.lua: the forces and the stiffness matrix of a full box of voxels of one material,
+--- written down a second time and in Lua, so that what a simulation comes to rest at can be held
+--- against them. SI units.
 
 local statics = {}
 
