@@ -1,6 +1,6 @@
 --- stability.lua: every hard case on every device, in every precision, with every integrator, as
---- one table. A case holds, or what must be reported was reported; its verdict is the same everywhere.
---- SI units.
+--- one table. A case holds, or what must be reported was reported; its verdict is the same
+--- everywhere. SI units.
 
 local engine = require "limax.engine"
 local hard_cases = require "limax.hard_cases"
