@@ -1,9 +1,9 @@
 --- blow_ups.lua: a random search for robots that diverge at the automatic step. Case N is a
 --- function of N alone: scene, materials and settings of its batch of 64, its own body and launch
 --- from the counter-based random numbers. Soft, heavy bodies that hit the ground at 100 m/s are
---- torn to many times their length, which is physics and no step mends: the limit of the stretch is far
---- out here, so that what diverges is what grows without end. It is run again at an eighth of the
---- step: if it ends well there, the step is to blame. SI units.
+--- torn to many times their length, which is physics and no step mends: the limit of the stretch is
+--- far out here, so that what diverges is what grows without end. It is run again at an eighth of
+--- the step: if it ends well there, the step is to blame. SI units.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
