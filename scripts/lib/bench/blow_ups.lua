@@ -72,14 +72,75 @@ local function draw_materials(random)
   return materials, lightest / LEAST_PERIOD ^ 2
 end
 
-local function draw_scene(random, stiffest_ground)
-  local scene = {}
-  if random:uniform() < 0.8 then
-    scene.ground = { stiffness = decades(random, 1, math.min(1e9, math.max(2, stiffest_ground))),
-      damping_ratio = between(random, 0, 2) }
-    if random:uniform() < 0.8 then
-      scene.friction = { static = between(random, 0, 2), kinetic = between(random, 0, 2) }
+local function chosen(random, list) return list[random:integer(#list)] end
+
+-- A contact's stiffness and damping, within what the lightest mass bears at its step.
+local function surface(random, stiffest, fields)
+  fields.stiffness = decades(random, 1, math.min(1e9, math.max(2, stiffest)))
+  fields.damping_ratio = between(random, 0, 2)
+  return fields
+end
+
+-- A point about where bodies start.
+local function point(random)
+  return { between(random, -2, 2), between(random, -2, 2), between(random, -1, 1) }
+end
+
+-- What is there to touch, by name; a few worlds, for each is a kernel of its own on a GPU.
+local WORLDS = {
+  { "air", function() return {} end },
+  { "land", function(random, stiffest) return { ground = surface(random, stiffest, {}) } end },
+  { "corner", function(random, stiffest)
+    local planes = {}
+    for i = 1, 1 + random:integer(3) do
+      local heading, tilt = between(random, 0, 2 * math.pi), between(random, 0, math.pi / 2)
+      planes[i] = surface(random, stiffest, { offset = between(random, -3, 0.1), normal = {
+        math.sin(tilt) * math.cos(heading), math.sin(tilt) * math.sin(heading), math.cos(tilt) } })
     end
+    return { planes = planes }
+  end },
+  { "obstacles", function(random, stiffest)
+    local low = point(random)
+    local high = {}
+    for axis = 1, 3 do high[axis] = low[axis] + between(random, 0.1, 2) end
+    return { ground = surface(random, stiffest, {}),
+      spheres = surface(random, stiffest, { center = point(random),
+        radius = between(random, 0.05, 1) }),
+      boxes = surface(random, stiffest, { from = low, to = high }) }
+  end },
+  { "rough land", function(random, stiffest)
+    local heights = {}
+    local height = between(random, 0, 1)
+    for x = 1, 16 do
+      heights[x] = {}
+      for y = 1, 16 do heights[x][y] = height * random:uniform() end
+    end
+    return { terrain = surface(random, stiffest, { heights = heights,
+      spacing = between(random, 0.05, 1), origin = { -2, -2, 0 } }) }
+  end },
+  { "storm", function(random, stiffest)
+    return { ground = surface(random, stiffest, {}), wind = { drag = decades(random, 1e-3, 1e3),
+      velocity = { between(random, -100, 100), between(random, -100, 100), 0 } } }
+  end },
+}
+
+-- Whether the engine has every effect of a scene.
+local function possible(scene)
+  local known = {}
+  for _, effect in ipairs(engine.effects()) do known[effect.name] = true end
+  for name in pairs(scene) do
+    if not known[name] then return false end
+  end
+  return true
+end
+
+local function draw_scene(random, stiffest_ground)
+  local world = chosen(random, WORLDS)
+  local scene = world[2](random, stiffest_ground)
+  -- an engine without the world's effects has land in its place
+  if not possible(scene) then scene = WORLDS[2][2](random, stiffest_ground) end
+  if world[1] ~= "air" and random:uniform() < 0.8 then
+    scene.friction = { static = between(random, 0, 2), kinetic = between(random, 0, 2) }
   end
   if random:uniform() < 0.9 then
     local strength = between(random, 0, STRONGEST)
@@ -94,8 +155,6 @@ local function draw_scene(random, stiffest_ground)
   end
   return scene
 end
-
-local function chosen(random, list) return list[random:integer(#list)] end
 
 ---@class limax.bench.blow_ups.batch
 ---@field number integer from 0

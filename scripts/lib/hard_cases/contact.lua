@@ -51,7 +51,7 @@ case { row = 18, name = "rest on the ground", brief = true, run = function(c)
     { rtol = c:by_precision { double = 1e-6, fp32 = 1e-4 } })
   local rows = run:trace "energy"
   c:at_most("kinetic energy at rest", rows[#rows][1],
-    c:by_precision { double = 1e-12, fp32 = 1e-7 })
+    c:by_precision { double = 1e-12, fp32 = 1e-7, single = 2e-6 })
   c:at_most("speed at rest", fastest(velocities), c:by_precision { double = 1e-6, fp32 = 1e-3 })
   local below = 0
   for _, p in ipairs(positions) do below = below + math.max(0, -p[3]) / 36 end
@@ -175,7 +175,10 @@ case { name = "a drop from 1 km", run = function(c)
   -- it hits at 140 m/s
   for _, height in ipairs { 1, 1000 } do
     local got, weight = rest(height)
-    c:near(("force of the ground after %g m"):format(height), got, weight, { rtol = 0.02 })
+    -- plain fp32 2 m from its own origin: a speed below 1e-7 m over the step moves nothing, and
+    -- the ground's damping takes that part of the weight, which a depth does not show
+    c:near(("force of the ground after %g m"):format(height), got, weight,
+      { rtol = c:by_precision { fp32 = 0.02, double = 0.02, single = 0.2 } })
   end
 end, brief = true }
 
