@@ -1,9 +1,10 @@
 --- blow_ups.lua: a random search for robots that diverge at the automatic step. Case N is a
 --- function of N alone: scene, materials and settings of its batch of 64, its own body and launch
 --- from the counter-based random numbers. Soft, heavy bodies that hit the ground at 100 m/s are
---- torn to many times their length, which is physics and no step mends: the limit of the stretch is
---- far out here, so that what diverges is what grows without end. It is run again at an eighth of
---- the step: if it ends well there, the step is to blame. SI units.
+--- torn to many times their length, and a torn spring throws a light mass at kilometres a second.
+--- That is physics, and no step mends it: limits are far out here, so that what diverges is what
+--- grows without end. It is run again at an eighth of the step: if it ends well there, the step is
+--- to blame. SI units.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -21,8 +22,9 @@ local STRONGEST = 100 -- m/s^2, of gravity
 -- over periods count.
 local LEAST_PERIOD = 1e-3
 local FINER = 8
--- times L0: what the energy of a launch at 100 m/s can tear the softest spring to, many times over
-local LONGEST = 1e6
+-- times L0 and m/s: what the energy of a launch at 100 m/s does to the softest spring and the
+-- lightest mass, many times over
+local LONGEST, WILDEST = 1e6, 1e8
 -- batches that share a device at a time
 local TOGETHER = { cpu = 1, cuda = 32 }
 
@@ -180,7 +182,7 @@ local function draw_batch(number)
     precision = chosen(random, engine.names.precision.names),
     sharing = chosen(random, engine.names.sharing.names),
     time_step = "auto", bound_fraction = 0.9, duration = DURATION, settle = 0, edge = EDGE,
-    max_stretch = LONGEST,
+    max_stretch = LONGEST, max_speed = WILDEST,
     position = { 0, 0, between(random, 0, 1) }, velocity = velocity } }
 end
 
