@@ -95,6 +95,16 @@ suite:test("blow-ups: the same number is the same robot, alone or in its batch",
     t:ok(host.json.encode(one.robot.weights) ~= host.json.encode(other.robot.weights))
   end)
 
+for _, slice in ipairs { { 256, {} }, { 10000, { "full" } } } do
+  suite:test(("blow-ups: the step is to blame for none of %d random robots"):format(slice[1]),
+    { devices = "all", tags = slice[2] }, function(t)
+      local result = blow_ups.search { device = t.device, first = 1, cases = slice[1],
+        say = function(text) t:note(text) end }
+      t:equal(result.cases.count, slice[1])
+      t:equal(result.cases.step, 0)
+    end)
+end
+
 suite:test("blow-ups: options that belong to another bench are refused", function(t)
   local folder = t:folder()
   local done = process.limax({ "bench", "stability", "--cases", "5" }, { folder = folder })
