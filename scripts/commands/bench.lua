@@ -11,7 +11,15 @@ local suggest = require "limax.suggest"
 local exit_usage = 2
 
 -- modules of scripts/lib/bench that measure; the other files there are what they share
-local BENCHES = { "effects", "throughput" }
+local BENCHES = { "blow-ups", "effects", "stability", "throughput" }
+
+-- options of some benches alone
+local ONLY = {
+  first = { ["blow-ups"] = true }, cases = { ["blow-ups"] = true }, case = { ["blow-ups"] = true },
+  filter = { stability = true },
+}
+-- of a search that names no number: about ten seconds on two cores
+local DEFAULT_CASES = 1024
 
 local function write(path, text)
   local written, message = host.file.write_atomic(path, text)
@@ -31,13 +39,22 @@ local function run(arguments)
   if arguments.store and not (name == "throughput" and device.kind == "cuda") then
     failure.raise(exit_usage, "--store keeps what a GPU gave: limax bench throughput --device cuda")
   end
-  local bench = require("limax.bench." .. name)
+  for option, benches in pairs(ONLY) do
+    if arguments[option] ~= nil and not benches[name] then
+      failure.raise(exit_usage, ("--%s is no option of limax bench %s"):format(option, name))
+    end
+  end
+  local bench = require("limax.bench." .. name:gsub("-", "_"))
   local result = bench.run {
     device = device,
     threads = arguments.threads,
     seconds = arguments.seconds,
     full = arguments.full,
     store = arguments.store,
+    filter = arguments.filter,
+    first = arguments.first or 1,
+    cases = arguments.cases or DEFAULT_CASES,
+    case = arguments.case,
     say = function(text) io.write(text, "\n") io.flush() end,
   }
   result.schema = "limax.bench/1"
@@ -45,7 +62,7 @@ local function run(arguments)
   result.environment = host.environment()
   if arguments.json then write(arguments.json, host.json.encode(result, { indent = 2 }) .. "\n") end
   if arguments.csv then write(arguments.csv, csv.encode(result.columns, result.rows)) end
-  return 0
+  return result.failed and 1 or 0
 end
 
 return {
@@ -54,7 +71,10 @@ return {
   text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
     .. "the kernel that served each. Then the seconds per generation of `limax run walk.lua`.\n"
-    .. "effects measures the time of a step with each effect alone, all but each, and all.",
+    .. "effects measures the time of a step with each effect alone, all but each, and all.\n"
+    .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
+    .. "blow-ups searches random robots for such that diverge at the automatic step. Both exit 1\n"
+    .. "if they find a failure.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -67,6 +87,13 @@ return {
       text = "time of one repeat of one measurement" },
     { name = "full",
       text = "throughput: every combination on a GPU, and a generation of 1000 robots" },
+    { name = "filter", argument = "TEXT", text = "stability: only cases whose name contains this" },
+    { name = "cases", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
+      text = "blow-ups: so many random cases; 1024 if left out" },
+    { name = "first", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
+      text = "blow-ups: number of the first case; 1 if left out" },
+    { name = "case", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
+      text = "blow-ups: run this case alone, and print its robot and scene" },
     { name = "store", text = "throughput: keep the hashes of this GPU model's last states" },
   },
   run = run,

@@ -11,7 +11,8 @@ local command = {
   summary = "run suites of scripted regressions",
   usage = "limax test [FILE|FOLDER ...] [options]",
   text = "Without a file or folder: the suites of limax's source tree. A folder stands for the\n"
-    .. ".lua files that lie in it. Exits 1 if a test failed or a suite did not load.",
+    .. ".lua files that lie in it. Tests tagged full take minutes and run only with --tags=full.\n"
+    .. "Exits 1 if a test failed or a suite did not load.",
   positional = { name = "FILE" },
   options = {
     { name = "filter", argument = "PATTERN",
@@ -55,6 +56,7 @@ function command.run(arguments)
       failure.raise(2, ("limax's own suites are in its source tree and not in %s; name a file or "
         .. "folder of yours: limax test FILE.lua"):format(host.home))
     end
+    paths[2] = paths[1] .. "/hard"
   end
   for _, path in ipairs(paths) do
     if not host.file.exists(path) then

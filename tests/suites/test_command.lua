@@ -131,6 +131,11 @@ suite:test("three", function() end)
   t:equal(passed "--tags=slow,gait", 2)
   t:equal(passed "--tags=-slow", 1)
   t:equal(passed "--tags=slow,-gait", 1)
+  -- what takes minutes waits to be asked for
+  local long = trial(t, 'suite:test("long", { tags = "full" }, function() end)\n'
+    .. 'suite:test("short", function() end)\n')
+  t:equal(limax("test", long, "--list"), long .. "\n  trial: short\n")
+  t:equal(limax("test", long, "--list", "--tags=full"), long .. "\n  trial: long (full)\n")
   t:equal(limax("test", path, "--list", "--tags=slow"),
     path .. "\n  trial: one (slow)\n  trial: two (slow, gait)\n")
   local output, status = limax("test", path, "--filter", "nothing like this")

@@ -11,7 +11,7 @@ struct gravity {
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_node | hook_energy;
     static constexpr field fields[] = {
-        {"acceleration", "m/s^2", "along x, y, z", 3, -1000.0, 1000.0, {0.0, 0.0, -9.81}}};
+        {"acceleration", "m/s^2", "along x, y, z", 3, -1e4, 1e4, {0.0, 0.0, -9.81}}};
     static constexpr int field_count = 1;
 
     template <class R>

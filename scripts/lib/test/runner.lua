@@ -115,6 +115,9 @@ end
 ---@field filter string|nil part of "SUITE: TEST", as it stands or as a Lua pattern
 ---@field tags string[] at least one of these; "-slow": not this one
 
+-- Tests with this tag take minutes: they run only where it is asked for.
+local LONG = "full"
+
 --- Whether an instance is among the chosen.
 ---@param instance limax.test_instance
 ---@param choice limax.test_choice
@@ -125,8 +128,9 @@ function runner.chosen(instance, choice)
   if filter and not name:find(filter, 1, true) and not name:find(filter) then return false end
   local has = {}
   for _, tag in ipairs(instance.case.tags) do has[tag] = true end
-  local wanted, found = false, false
+  local wanted, found, long_wanted = false, false, false
   for _, tag in ipairs(choice.tags) do
+    long_wanted = long_wanted or tag == LONG
     local refused = tag:match "^%-(.+)$"
     if refused and has[refused] then return false end
     if not refused then
@@ -134,6 +138,7 @@ function runner.chosen(instance, choice)
       found = found or has[tag] or false
     end
   end
+  if has[LONG] and not long_wanted then return false end
   return found or not wanted
 end
 

@@ -1,0 +1,166 @@
+--- friction.lua: hard cases of Coulomb friction. A slope is flat ground under tilted gravity. SI
+--- units.
+
+local cases = {}
+
+local function case(fields) cases[#cases + 1] = fields end
+
+local STANDARD_GRAVITY, GROUND = 9.81, 1e5 -- m/s^2, N/m
+
+-- A flat, well damped sheet: it does not topple, and its masses load the ground alike.
+local SHEET = { lattice = { 4, 4, 1 }, voxels = "b",
+  materials = { b = { damping_ratio = 1 } } }
+
+local function with(fields)
+  local spec = {}
+  for name, value in pairs(SHEET) do spec[name] = value end
+  for name, value in pairs(fields) do spec[name] = value end
+  return spec
+end
+
+local function both(mu) return { static = mu, kinetic = mu } end
+
+-- Gravity on a slope of `angle` rad, downhill along `heading` rad.
+local function slope(angle, heading)
+  heading = heading or 0
+  local along = STANDARD_GRAVITY * math.sin(angle)
+  return { acceleration = { along * math.cos(heading), along * math.sin(heading),
+    -STANDARD_GRAVITY * math.cos(angle) } }
+end
+
+-- Centre of mass at each sample.
+local function path_of(run) return run:trace "center_of_mass" end
+
+local MU = 0.5
+
+for _, how in ipairs { { 1, nil }, { 0.25, " at a quarter of the step" } } do
+  case { row = 24, name = "holds half a degree below the angle of friction" .. (how[2] or ""),
+    brief = true, run = function(c)
+      local seconds = c.full and 60 or 5
+      local run = c:run(with { settle = 2, duration = seconds, bound_fraction = 0.9 * how[1],
+        scene = { gravity = slope(math.atan(MU) - math.rad(0.5)), ground = true, damping = true,
+          friction = both(MU) } })
+      local outcome = run:outcome()
+      for axis = 1, 2 do
+        c:at_most("creep (m/s)",
+          math.abs(outcome.center_end[axis] - outcome.center_start[axis]) / outcome.time, 1e-5)
+      end
+    end }
+end
+
+for _, degrees in ipairs { 0.5, 2 } do
+  case { row = 25, name = ("slides %g degrees above the angle of friction"):format(degrees),
+    run = function(c)
+      local angle = math.atan(MU) + math.rad(degrees)
+      local run = c:run(with { settle = 1, duration = 2, record = { center_of_mass = 20 },
+        scene = { gravity = slope(angle), ground = true, damping = true, friction = both(MU) } })
+      local path = path_of(run)
+      -- the second difference over the last second: the first is its start
+      local n = 10
+      local a = (path[#path][1] - 2 * path[#path - n][1] + path[#path - 2 * n][1]) / (n / 20) ^ 2
+      c:near("acceleration", a,
+        STANDARD_GRAVITY * (math.sin(angle) - MU * math.cos(angle)), { rtol = 0.02 })
+    end }
+end
+
+-- Puts the sheet where it rests, so that it neither falls nor bounces, at `speed` along `heading`.
+local function resting(speed, heading)
+  return function(positions, velocities)
+    -- each of the 25 columns of two masses stands on its lower one
+    local deep = 2 * 0.1 * STANDARD_GRAVITY / GROUND
+    for i, p in ipairs(positions) do
+      p[3] = p[3] - deep
+      velocities[i] = { speed * math.cos(heading or 0), speed * math.sin(heading or 0), 0 }
+    end
+  end
+end
+
+for _, mu in ipairs { 0.2, 0.4, 0.7 } do
+  case { row = 26, name = ("stopping distance at mu = %g"):format(mu), run = function(c)
+    local speed = 2
+    local run = c:run(with { duration = 2.5, place = resting(speed), energy = false,
+      scene = { gravity = true, ground = true, damping = true, friction = both(mu) } })
+    local outcome = run:outcome()
+    c:near("distance", outcome.center_end[1] - outcome.center_start[1],
+      speed ^ 2 / (2 * mu * STANDARD_GRAVITY), { rtol = 0.01 })
+  end }
+end
+
+case { row = 27, name = "the same distance in twelve directions", run = function(c)
+  local speed, mu = 1, 0.4
+  local first
+  for twelfth = 0, 11 do
+    local heading = twelfth * math.pi / 6
+    local run = c:run(with { duration = 0.6, place = resting(speed, heading), energy = false,
+      scene = { gravity = true, ground = true, damping = true, friction = both(mu) } })
+    local outcome = run:outcome()
+    local x = outcome.center_end[1] - outcome.center_start[1]
+    local y = outcome.center_end[2] - outcome.center_start[2]
+    local along = x * math.cos(heading) + y * math.sin(heading)
+    local across = -x * math.sin(heading) + y * math.cos(heading)
+    first = first or along
+    c:near(("distance at %d degrees"):format(30 * twelfth), along, first, { rtol = 0.005 })
+    c:at_most("path to the side", math.abs(across), 0.005 * first)
+  end
+end }
+
+for _, share in ipairs { 0.9, 1.1 } do
+  case { row = 28, name = ("a push of %g mu N"):format(share), run = function(c)
+    local run = c:run(with { settle = 3, duration = 2, scene = { gravity = { acceleration =
+      { share * MU * STANDARD_GRAVITY, 0, -STANDARD_GRAVITY } }, ground = true, damping = true,
+      friction = both(MU) } })
+    local outcome = run:outcome()
+    local gone = outcome.center_end[1] - outcome.center_start[1]
+    if share < 1 then
+      -- masses of the ground stand still; fp32 moves those above by their rounding
+      c:at_most("motion", math.abs(gone), c:by_precision { double = 1e-9, fp32 = 1e-6 })
+    else
+      c:at_least("motion", gone, 0.5)
+    end
+  end }
+end
+
+case { row = 29, name = "mu = 0 and mu = 1000", run = function(c)
+  local function gone(mu)
+    local run = c:run(with { duration = 0.5, place = resting(1), energy = false,
+      scene = { gravity = true, ground = true, damping = true, friction = both(mu) } })
+    local _, velocities = run:state()
+    local mean = 0
+    for _, v in ipairs(velocities) do mean = mean + v[1] / #velocities end
+    return run:outcome().center_end[1] - run:outcome().center_start[1], mean
+  end
+  local _, speed = gone(0)
+  c:near("speed without friction", speed, 1, { rtol = c:by_precision { double = 1e-12,
+    fp32 = 1e-5, single = 1e-4 } })
+  -- feet stop at once and the upper half swings on them: it goes no farther than it leans over
+  local way = gone(1000)
+  c:at_most("way where nothing slips", math.abs(way), 0.1)
+end }
+
+case { row = 30, name = "static below kinetic is kinetic alone", run = function(c)
+  local function ends(static, kinetic)
+    return (c:run(with { duration = 1, energy = false,
+      place = resting(1), scene = { gravity = true, ground = true, damping = true,
+        friction = { static = static, kinetic = kinetic } } }):state())
+  end
+  -- the rule: a slip that mu_k can stop is stopped, whatever mu_s
+  c:same_bits("place", ends(0.6, 1), ends(1, 1))
+end }
+
+case { row = 31, name = "work of friction", run = function(c)
+  local mu, speed = 0.3, 2
+  local run = c:run(with { duration = 0.5, place = resting(speed), energy = false,
+    materials = { b = { damping_ratio = 1, stiffness = 1e5 } },
+    scene = { gravity = true, ground = true, damping = true, friction = both(mu) },
+    record = { energy = 20 } })
+  local outcome = run:outcome()
+  local rows = run:trace "energy"
+  local lost = rows[1][1] - rows[#rows][1]
+  local work = mu * outcome.mass * STANDARD_GRAVITY
+    * (outcome.center_end[1] - outcome.center_start[1])
+  -- a sheet that is braked from below rocks a little: N is mg on average alone, and its own springs
+  -- take some of the energy; both are of the order of mu h / (length) squared
+  c:near("energy lost", lost, work, { rtol = 5e-3 })
+end }
+
+return cases

@@ -1,0 +1,318 @@
+--- modes.lua: hard cases about stiffness and time steps. The eight masses of one voxel of one
+--- material that stretch alike about their centre are an exact linear oscillator at any amplitude:
+--- the forces of the seven springs of a corner add up to -8 k s (x - centre) at a stretch s, so
+--- that s'' = -w^2 s - 2 xi w s', w^2 = 8 k / m and, with c = 2 zeta sqrt(k m / 2), xi = 2 zeta. SI
+--- units.
+
+local ffi = require "ffi"
+
+local cases = {}
+
+local function case(fields) cases[#cases + 1] = fields end
+
+-- m, kg, N/m; the mass is a number that fp32 holds exactly, as the engine keeps masses
+local EDGE, MASS, BONE = 0.1, 0.125, 1e4
+local MATERIALS = { b = { mass_per_site = MASS, stiffness = BONE } }
+
+-- The nearest fp32, as the engine keeps dampings and masses.
+local function rounded(value) return tonumber(ffi.new("float[1]", value)[0]) end
+
+-- gamma of the stretch at a damping ratio: each of the eight springs' worth of forces brings c.
+local function gamma_of(zeta)
+  return 8 * rounded(2 * zeta * math.sqrt(BONE * MASS / 2)) / MASS
+end
+
+-- Puts all masses of a voxel at (1 + stretch) of their way from the centre.
+local function stretched(stretch)
+  return function(positions)
+    local center = { 0, 0, 0 }
+    for _, p in ipairs(positions) do
+      for axis = 1, 3 do center[axis] = center[axis] + p[axis] / #positions end
+    end
+    for i, p in ipairs(positions) do
+      local q = {}
+      for axis = 1, 3 do q[axis] = center[axis] + (1 + stretch) * (p[axis] - center[axis]) end
+      positions[i] = q
+    end
+  end
+end
+
+-- The stretch of a voxel, by the length of its first edge along x.
+local function stretch_of(positions) return (positions[2][1] - positions[1][1]) / EDGE - 1 end
+
+-- One step of the integrators on s'' = -w^2 s - gamma s', as DESIGN writes them.
+local function scalar(integrator, w, gamma, h, s)
+  local u, before, n = 0, 0, 0
+  return function()
+    local leapfrog = integrator == "leapfrog"
+    local p = leapfrog and n > 0 and u + before * h / 2 or u
+    local kick = leapfrog and n == 0 and h / 2 or h
+    local a = -w * w * s - gamma * p
+    u = u + kick * a
+    before, n, s = a, n + 1, s + h * u
+    return s
+  end
+end
+
+-- Follows a voxel's stretch step by step beside the scalar law.
+local function follow(c, spec, w, gamma, steps, allowed)
+  local run = c:prepare(spec)
+  local h = run:outcome().time_step
+  local step = scalar(c.integrator, w, gamma, h, spec.stretch)
+  local seen = {}
+  for n = 1, steps do
+    run:advance(1)
+    seen[n] = stretch_of(run:state())
+    c:near(("stretch at step %d"):format(n), seen[n], step(), { atol = allowed })
+  end
+  return seen, h
+end
+
+local function voxel(fields)
+  local spec = { lattice = { 1, 1, 1 }, voxels = "b", scene = {}, duration = 1, energy = false,
+    materials = MATERIALS }
+  for name, value in pairs(fields) do spec[name] = value end
+  spec.place = stretched(spec.stretch)
+  return spec
+end
+
+for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
+  case { row = 4, name = ("an oscillator at %g of its limit"):format(fraction), run = function(c)
+    local w = math.sqrt(8 * BONE / MASS)
+    -- the step that is this share of 2 / w, as near as steps divide 50 ms
+    local h = 0.05 / math.ceil(0.05 / (fraction * 2 / w) - 1e-9)
+    local stretch, steps = 0.05, 300
+    local run = c:prepare(voxel { stretch = stretch, time_step = h })
+    -- s_n = cos(n t) + b sin(n t), sin(t / 2) = w h / 2; a whole first kick gives symplectic Euler
+    -- s_1 = 1 - (w h)^2
+    local angle = 2 * math.asin(w * h / 2)
+    local beside = c.integrator == "leapfrog" and 0
+      or (1 - w * w * h * h - math.cos(angle)) / math.sin(angle)
+    -- in fp32 places of 0.1 m are rounded to 1e-6 of the stretch, and 300 forces add that up; near
+    -- the limit the same forces move more, by 1 / cos(t / 2)
+    local allowed = stretch / math.cos(angle / 2)
+      * c:by_precision { double = 1e-10, fp32 = 2e-4, single = 5e-4 }
+    for n = 1, steps do
+      run:advance(1)
+      local expected = stretch * (math.cos(n * angle) + beside * math.sin(n * angle))
+      c:near(("stretch at step %d"):format(n), stretch_of(run:state()), expected,
+        { atol = allowed })
+    end
+  end }
+end
+
+case { row = 5, name = "damped decay", run = function(c)
+  local w = math.sqrt(8 * BONE / MASS)
+  local gamma, stretch = gamma_of(0.1), 0.05
+  local allowed = stretch * c:by_precision { double = 1e-10, fp32 = 1e-4, single = 1e-3 }
+  local seen, h = follow(c, voxel { stretch = stretch, time_step = 2.5e-4,
+    scene = { damping = true } }, w, gamma, 200, allowed)
+  -- symplectic Euler: the product of the two roots is 1 - gamma h, so that amplitudes shrink by its
+  -- root each step. s_n^2 - s_(n-1) s_(n+1) is the square of an amplitude whatever the phase.
+  if c.integrator == "symplectic_euler" then
+    local function squared(n) return seen[n] ^ 2 - seen[n - 1] * seen[n + 1] end
+    c:near("decay per step", (squared(60) / squared(20)) ^ (1 / 80), math.sqrt(1 - gamma * h),
+      { rtol = c:by_precision { double = 1e-10, fp32 = 1e-4, single = 1e-3 } })
+  end
+end }
+
+case { row = 6, name = "over-damped", run = function(c)
+  -- zeta = 2, the largest that is legal, makes xi = 4
+  local w = math.sqrt(8 * BONE / MASS)
+  local gamma, stretch = gamma_of(2), 0.05
+  local spec = voxel { stretch = stretch, scene = { damping = true },
+    materials = { b = { mass_per_site = MASS, stiffness = BONE, damping_ratio = 2 } },
+    bound_fraction = 0.1 }
+  local allowed = stretch * c:by_precision { double = 1e-10, fp32 = 1e-4, single = 3e-4 }
+  local seen = follow(c, spec, w, gamma, 400, allowed)
+  local before = stretch
+  for n, s in ipairs(seen) do
+    -- never faster back than it came, never through zero, up to rounding
+    c:at_most(("stretch at step %d"):format(n), s, before + allowed)
+    c:at_least(("stretch at step %d"):format(n), s, -allowed)
+    before = s
+  end
+  -- the bound of one mass with seven springs: A = 14 k / m, B = 14 c / m
+  local damping = 2 * 2 * math.sqrt(BONE * MASS / 2)
+  local a, b = 14 * BONE / MASS, 14 * damping / MASS
+  if c.integrator == "leapfrog" then b = 2 * b end
+  c:near("bound of the step", c:prepare(spec):outcome().time_step_bound,
+    4 / (b + math.sqrt(b * b + 4 * a)), { rtol = 1e-6 })
+end }
+
+-- A kick of `speed` m/s that follows from the mass alone.
+local function kicked(speed)
+  return function(_, velocities)
+    for i = 1, #velocities do
+      velocities[i] = { speed * math.sin(12.9898 * i), speed * math.sin(78.233 * i),
+        speed * math.sin(37.719 * i) }
+    end
+  end
+end
+
+case { row = 7, name = "99 % of the bound", brief = true, run = function(c)
+  local steps = c.full and 1e5 or 5e3
+  local start = c:prepare { lattice = { 5, 5, 5 }, scene = {}, bound_fraction = 0.99,
+    energy = false }
+  local h = start:outcome().time_step
+  -- undamped, and with nothing to rest on: what is kicked in stays in. The general checks hold the
+  -- energy to the ratio that the step allows.
+  local run = c:run { lattice = { 5, 5, 5 }, scene = {}, bound_fraction = 0.99,
+    duration = steps * h, place = kicked(0.01), record = { energy = 100 } }
+  local rows = run:trace "energy"
+  local tenth = math.floor(#rows / 10)
+  local function mean_of(from, to)
+    local sum = 0
+    for i = from, to do sum = sum + (rows[i][1] + rows[i][2]) / (to - from + 1) end
+    return sum
+  end
+  -- no secular growth: the mean of many beats
+  c:near("energy of the last tenth", mean_of(#rows - tenth, #rows), mean_of(1, tenth),
+    { rtol = c:by_precision { double = 0.02, fp32 = 0.05, single = 0.3 } })
+end }
+
+for _, limit in ipairs { { 0.98, nil }, { 1.02, { "speed", "stretch", "nonfinite" } } } do
+  case { row = 8, name = ("%g of the true limit"):format(limit[1]), run = function(c)
+    -- the stretch is the stiffest mode of one voxel, whose true limit is w h = 2; the stiffness is
+    -- made so that a step of 1 ms is the wanted share of it. Above it, the kick doubles every few
+    -- steps and must be found out.
+    local h = 1e-3
+    local k = MASS / 8 * (2 * limit[1] / h) ^ 2
+    local run = c:run { lattice = { 1, 1, 1 }, scene = {}, time_step = h, duration = 1,
+      materials = { b = { mass_per_site = MASS, stiffness = k } }, place = stretched(1e-4),
+      diverges = limit[2],
+      energy = false }
+    local outcome = run:outcome()
+    if limit[2] then c:at_most("step at which it is found out", outcome.step, 128) end
+  end }
+end
+
+case { row = 9, name = "stiffness contrast of 1e6 in one body", brief = true, run = function(c)
+  -- soft voxels are pulled out by a tenth and swing; stiff ones only follow
+  local spec = { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 0.1,
+    voxels = function(x, y, z) return (x + y + z) % 2 == 0 and "s" or "b" end,
+    materials = { s = { stiffness = 10, stiffness_floor = 1 }, b = { stiffness = 1e7 } },
+    place = function(positions)
+      for _, p in ipairs(positions) do p[3] = p[3] * 1.01 end
+    end }
+  local run = c:run(spec)
+  -- 39 springs at most end in a mass: by the bound's own formula stiff springs set the step
+  c:at_most("step", run:outcome().time_step, 2 / math.sqrt(1e7 / MASS))
+end }
+
+case { row = 9, name = "a soft end beside a stiff one does not mind the step", run = function(c)
+  local function tip(fraction)
+    local run = c:run { lattice = { 4, 1, 1 }, scene = { damping = true }, duration = 0.2,
+      voxels = function(x) return x <= 2 and "b" or "s" end, bound_fraction = fraction,
+      materials = { s = { stiffness = 10, stiffness_floor = 1 }, b = { stiffness = 1e7 } },
+      place = function(positions)
+        for _, p in ipairs(positions) do
+          if p[1] > 0.35 then p[1] = p[1] + 0.02 end
+        end
+      end }
+    return run:state()[5][1]
+  end
+  -- order 1 and 2 of a step that is a thousandth of the soft part's period
+  c:near("place of the soft end", tip(0.9), tip(0.45), { atol = c:by_precision {
+    double = c.integrator == "leapfrog" and 1e-6 or 1e-5, fp32 = 1e-4 } })
+end }
+
+case { row = 10, name = "mass ratio of 1e4", brief = true, run = function(c)
+  local run = c:run { lattice = { 2, 2, 2 },
+    voxels = function(_, _, z) return z == 1 and "s" or "b" end,
+    materials = { s = { mass_per_site = 1e-3, stiffness = 1e5 },
+      b = { mass_per_site = 10, stiffness = 1e5 } },
+    scene = { gravity = true, ground = { damping_ratio = 2 }, friction = true, damping = true },
+    duration = 10, record = { energy = 20 } }
+  -- the ground's penalty carries the weight: k_g d summed over what is below it
+  local carried = 0
+  for _, p in ipairs((run:state())) do carried = carried + 1e5 * math.max(0, -p[3]) end
+  c:near("force of the ground", carried, 9.81 * run:outcome().mass,
+    { rtol = c:by_precision { double = 1e-4, fp32 = 1e-3 } })
+end }
+
+case { name = "materials at the edges of their ranges", brief = true, run = function(c)
+  local edges = {
+    { stiffness = 1, damping_ratio = 0 }, { stiffness = 1e7, damping_ratio = 2 },
+    { mass_per_site = 1e-6, damping_ratio = 0 }, { mass_per_site = 1e4, damping_ratio = 2 },
+    { stiffness = 1, mass_per_site = 1e4 },
+    { amplitude = 0.95, stiffness = 1e5, damping_ratio = 0 },
+  }
+  for i, edge in ipairs(edges) do
+    -- a body as heavy or as soft as this sinks through a ground that carries robots: its place is
+    -- not asked for, only that it ends, finite
+    local duration = edge.mass_per_site == 1e-6 and 0.02 or 0.5
+    local fine, message = pcall(c.run, c, { lattice = { 2, 2, 2 }, duration = duration,
+      voxels = function(x, y) return (x + y) % 2 == 0 and "e" or "c" end,
+      materials = { e = edge, c = edge }, scene = { gravity = true, ground = true, friction = true,
+        damping = true, actuation = true } })
+    if not fine then error(("edge %d: %s"):format(i, message), 0) end
+  end
+end }
+
+case { row = 11, name = "springs of almost no length", run = function(c)
+  -- crushed to a thousandth, springs swing through the centre to the other side of their length
+  local stretch = -0.999
+  local w = math.sqrt(8 * BONE / MASS)
+  -- a period later they are crushed again, and then the least rounding decides where they go:
+  -- three quarters of one are compared, and the rest is held to the general checks
+  follow(c, voxel { stretch = stretch, time_step = 2e-4 }, w, 0, 28,
+    c:by_precision { double = 1e-9, fp32 = 1e-3, single = 1e-3 })
+  -- the bound of the step holds for springs of at least half their length
+  c:run(voxel { stretch = stretch, energy = true, bound_fraction = 0.05 })
+end }
+
+case { row = 48, name = "half and ten times the size", run = function(c)
+  -- lengths times s, accelerations times s, stiffness over mass the same: the same motion, times s
+  local function ends(s)
+    local run = c:run { lattice = { 2, 2, 2 }, edge = 0.1 * s, duration = 0.3, time_step = 2e-4,
+      voxels = function(x, y, z) return (x + y + z) % 2 == 0 and "c" or "b" end,
+      position = { 0, 0, 0.02 * s },
+      scene = { gravity = { acceleration = { 0, 0, -9.81 * s } }, ground = true, friction = true,
+        damping = true, actuation = { frequency = 5 } } }
+    return run:state()
+  end
+  local one = ends(1)
+  -- amplitudes are kept in fp32, and s is no power of two, so that their roundings differ; contact
+  -- carries them on
+  local allowed = c:by_precision { double = 1e-7, fp32 = 3e-4, single = 1e-3 }
+  for _, s in ipairs { 0.5, 10 } do
+    for mass, p in ipairs(ends(s)) do
+      for axis = 1, 3 do
+        c:near(("%g times the size: mass %d"):format(s, mass), p[axis] / s, one[mass][axis],
+          { atol = allowed })
+      end
+    end
+  end
+end }
+
+case { row = 54, name = "parameters that are none", run = function(c)
+  local function with(fields)
+    return function()
+      local spec = { lattice = { 1, 1, 1 }, scene = { gravity = true } }
+      for name, value in pairs(fields) do spec[name] = value end
+      c:prepare(spec)
+    end
+  end
+  local nan = 0 / 0
+  for _, bad in ipairs {
+    { { time_step = 0 }, "time_step" }, { { time_step = -1 }, "time_step" },
+    { { time_step = nan }, "time_step" }, { { time_step = 1e300 }, "time_step" },
+    { { duration = nan }, "duration" }, { { duration = -1 }, "duration" },
+    { { edge = 0 }, "edge" }, { { edge = math.huge }, "edge" },
+    { { materials = { b = { stiffness = -1 } } }, "stiffness" },
+    { { materials = { b = { stiffness = nan } } }, "stiffness" },
+    { { materials = { b = { mass_per_site = 0 } } }, "mass_per_site" },
+    { { materials = { b = { damping_ratio = math.huge } } }, "damping_ratio" },
+    { { scene = { gravity = { acceleration = { 0, 0, nan } } } }, "acceleration" },
+    { { scene = { ground = { stiffness = -1 } } }, "stiffness" },
+    { { velocity = { nan, 0, 0 } }, "velocity" }, { { max_speed = 0 }, "max_speed" },
+    { { place = function(p) p[1][1] = nan end }, "finite" },
+    { { place = function(_, v) v[1][1] = math.huge end }, "finite" },
+    { { weights = { stiffness = 2 } }, "weight" },
+  } do
+    c:raises(bad[2], with(bad[1]))
+  end
+end }
+
+return cases

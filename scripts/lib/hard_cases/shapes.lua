@@ -1,0 +1,218 @@
+--- shapes.lua: hard cases of degenerate bodies and poses: coincident masses, turned-out voxels,
+--- sheets, strings, pieces, nothing at all, and very much. SI units.
+
+local engine = require "limax.engine"
+
+local cases = {}
+
+local function case(fields) cases[#cases + 1] = fields end
+
+local STANDARD_GRAVITY, GROUND, EDGE = 9.81, 1e5, 0.1 -- m/s^2, N/m, m
+local LAND = { gravity = true, ground = true, friction = true, damping = true }
+
+local function speed_of(velocities)
+  local most = 0
+  for _, v in ipairs(velocities) do
+    most = math.max(most, math.sqrt(v[1] ^ 2 + v[2] ^ 2 + v[3] ^ 2))
+  end
+  return most
+end
+
+-- Holds a body to the weight that its ground carries.
+local function stands(c, run, tolerance)
+  local sum = 0
+  for _, p in ipairs((run:state())) do sum = sum + GROUND * math.max(0, -p[3]) end
+  c:near("force of the ground", sum, STANDARD_GRAVITY * run:outcome().mass, tolerance)
+end
+
+case { row = 12, name = "two masses in one place", smooth = true, run = function(c)
+  -- their spring has no direction and pulls nowhere: |f| <= k L, and the others part them. Momentum
+  -- is held by the general checks.
+  local run = c:run { lattice = { 2, 2, 2 }, scene = { damping = true }, duration = 2,
+    bound_fraction = 0.5, center_tolerance = 10, place = function(positions)
+      for axis = 1, 3 do positions[14][axis] = positions[1][axis] end
+    end }
+  local positions = run:state()
+  local most = 0
+  for axis = 1, 3 do most = math.max(most, math.abs(positions[14][axis] - positions[1][axis])) end
+  c:at_least("distance of the two", most, 0.05)
+end }
+
+case { row = 12, name = "all masses in one place", smooth = true, run = function(c)
+  -- every force is exactly 0: an unstable balance that nothing leaves
+  local run = c:run { lattice = { 2, 2, 2 }, scene = { damping = true }, duration = 1,
+    place = function(positions)
+      for _, p in ipairs(positions) do p[1], p[2], p[3] = 0.5, 0.25, 1 end
+    end }
+  local positions, velocities = run:state()
+  for i = 1, #positions do
+    c:same_bits("place", positions[i], { 0.5, 0.25, 1 })
+    c:same_bits("velocity", velocities[i], { 0, 0, 0 })
+  end
+end }
+
+-- Volume of the tetrahedra of a voxel's first corner, six times, m^3: below 0 if it is inside out.
+local function signed_volume(p)
+  local function edge(i)
+    return { p[i][1] - p[1][1], p[i][2] - p[1][2], p[i][3] - p[1][3] }
+  end
+  local a, b, d = edge(2), edge(3), edge(5)
+  return a[1] * (b[2] * d[3] - b[3] * d[2]) - a[2] * (b[1] * d[3] - b[3] * d[1])
+    + a[3] * (b[1] * d[2] - b[2] * d[1])
+end
+
+case { row = 13, name = "a voxel turned inside out", run = function(c)
+  -- its upper face is put as far below the lower one: a mirrored voxel is as relaxed as itself
+  local before
+  local run = c:run { lattice = { 1, 1, 1 }, scene = { damping = true }, duration = 1,
+    place = function(positions)
+      before = signed_volume(positions)
+      for i = 5, 8 do positions[i][3] = -1.3 * positions[i][3] end
+    end }
+  local positions, velocities = run:state()
+  c:at_least("volume at first", before, 0.9e-3)
+  -- springs alone do not know their left from their right: it stays inside out, and at rest
+  c:near("volume", signed_volume(positions), -1e-3, { rtol = 1e-3 })
+  c:at_most("speed", speed_of(velocities), c:by_precision { double = 1e-6, fp32 = 1e-4 })
+end }
+
+case { row = 13, name = "a corner pushed through the opposite face", run = function(c)
+  local run = c:run { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 2,
+    bound_fraction = 0.5, place = function(positions)
+      local corner = positions[#positions]
+      for axis = 1, 3 do corner[axis] = corner[axis] - 0.15 end
+    end }
+  local _, velocities = run:state()
+  c:at_most("speed", speed_of(velocities), c:by_precision { double = 1e-2, fp32 = 1e-2 })
+end }
+
+case { row = 14, name = "a body pressed flat", run = function(c)
+  local function flat(lift)
+    return c:run { lattice = { 2, 2, 2 }, scene = { damping = true }, duration = 1,
+      bound_fraction = 0.5, center_tolerance = 50, place = function(positions)
+        for i, p in ipairs(positions) do p[3] = lift * math.sin(7 * i) end
+      end }
+  end
+  -- no spring has a part along z, so that no force has: heights stay 0, every bit of them
+  for _, p in ipairs((flat(0):state())) do c:same_bits("height", p[3], 0) end
+  -- the least bend is enough to leave that balance
+  local low, high = math.huge, -math.huge
+  for _, p in ipairs((flat(1e-4):state())) do
+    low, high = math.min(low, p[3]), math.max(high, p[3])
+  end
+  c:at_least("thickness", high - low, 0.05)
+end }
+
+for _, share in ipairs { 0.7, 0.3, 0.05 } do
+  case { row = 15, name = ("crushed to %g of its length"):format(share), run = function(c)
+    -- the general check holds the energy to what was stored; below half its length a spring is
+    -- stiffer to the side than the step's bound asks, so that only a share of the step is taken
+    c:run { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 1,
+      bound_fraction = share < 0.5 and 0.09 or 0.9, place = function(positions)
+        for _, p in ipairs(positions) do
+          for axis = 1, 3 do p[axis] = 0.15 + share * (p[axis] - 0.15) end
+        end
+      end }
+  end }
+end
+
+case { row = 41, name = "one voxel falls, lands and rests", run = function(c)
+  local run = c:run { lattice = { 1, 1, 1 }, voxels = "s", scene = LAND, duration = 4,
+    position = { 0, 0, 0.2 }, materials = { s = { damping_ratio = 0.5 } } }
+  stands(c, run, { rtol = 0.02 })
+end }
+
+case { row = 42, name = "a robot without a voxel", run = function(c)
+  local run = c:run { lattice = { 2, 2, 2 }, voxels = function(_, _, _, robot)
+    return robot == 1 and "." or "b" end, count = 2, scene = LAND, status = "invalid" }
+  c:same_bits("status", run:outcome(1).status, "invalid")
+  c:same_bits("reason", run:outcome(1).reason, "no voxel")
+  c:same_bits("its neighbour", run:outcome(2).status, "done")
+end }
+
+case { row = 43, name = "one mass without a spring",
+  absent = "every voxel brings 8 masses and 28 springs; tests/engine/laws_test.cpp lets one fall" }
+
+case { row = 44, name = "two pieces that know nothing of each other", run = function(c)
+  local function first_piece(second)
+    local run = c:run { lattice = { 4, 1, 1 }, duration = 1, energy = false,
+      voxels = function(x) return x == 1 and "e" or (x == 4 and second or ".") end,
+      scene = { gravity = true, ground = true, friction = true, damping = true,
+        actuation = true } }
+    local positions, piece = run:state(), {}
+    for _, p in ipairs(positions) do
+      if p[1] < 0.2 then piece[#piece + 1] = p end
+    end
+    return piece, run:outcome()
+  end
+  local alone = first_piece "."
+  local beside, outcome = first_piece "c"
+  c:same_bits("the first piece", beside, alone)
+  -- the centre of mass is that of both
+  c:near("centre of mass", outcome.center_start[1], 0.2, { atol = 0.01 })
+end }
+
+case { row = 45, name = "a table on legs of one voxel", run = function(c)
+  local function leg(x, y) return (x == 1 or x == 5) and (y == 1 or y == 5) end
+  local run = c:run { lattice = { 5, 5, 4 }, scene = LAND, duration = 2,
+    voxels = function(x, y, z) return (z == 4 or leg(x, y)) and "b" or "." end,
+    materials = { b = { damping_ratio = 1 } } }
+  local positions = run:state()
+  stands(c, run, { rtol = 0.01 })
+  -- it is its own mirror image, and stays so
+  local left, right = math.huge, -math.huge
+  for _, p in ipairs(positions) do left, right = math.min(left, p[1]), math.max(right, p[1]) end
+  c:near("middle", 0.5 * (left + right), 0.25,
+    { atol = c:by_precision { double = 1e-9, fp32 = 1e-5 } })
+end }
+
+case { name = "a sheet of one voxel", run = function(c)
+  local run = c:run { lattice = { 10, 10, 1 }, voxels = "s", scene = LAND, duration = 2,
+    position = { 0, 0, 0.1 }, materials = { s = { damping_ratio = 1 } } }
+  stands(c, run, { rtol = 0.05 })
+end }
+
+case { name = "a string of voxels dropped on end", run = function(c)
+  -- it buckles and falls over: an end that is finite and near the ground
+  local run = c:run { lattice = { 1, 1, 20 }, voxels = "s", duration = 3, scene = LAND,
+    materials = { s = { damping_ratio = 0.5 } }, may_diverge = { "stretch" },
+    place = function(positions)
+      for i, p in ipairs(positions) do p[1], p[3] = p[1] + 1e-3 * math.sin(i), p[3] + 0.3 end
+    end }
+  local top = 0
+  for _, p in ipairs((run:state())) do top = math.max(top, p[3]) end
+  c:at_most("height", top, 1.5)
+end }
+
+case { name = "voxels that hang together by edges and corners alone", run = function(c)
+  -- springs of a checkerboard: half of the voxels are absent, and with them their springs
+  local run = c:run { lattice = { 5, 5, 5 }, scene = LAND, duration = 1, voxels =
+    function(x, y, z) return (x + y + z) % 2 == 0 and "b" or "." end }
+  c:near("masses", run:outcome().mass / 0.1, run.simulation.masses[1], { rtol = 1e-6 })
+end }
+
+case { row = 47, name = "50x50x50 voxels, some of them holes", brief = true, run = function(c)
+  local draw = engine.random(47, 1, "user")
+  local before = engine.bytes_held()
+  local run = c:prepare { lattice = { 50, 50, 50 }, scene = LAND, energy = false,
+    duration = c.full and 0.5 or 0.05, time_step = c.full and "auto" or 5e-4 / 2,
+    voxels = function() return draw:uniform() < 0.2 and "." or "b" end }
+  local steps = c.full and 0 or 64
+  if c.full then run.simulation:run() else run.simulation:advance(1e6, steps) end
+  local outcome = run:outcome()
+  c:same_bits("status", outcome.status, c.full and "done" or "running")
+  c:at_least("springs", outcome.springs, 1e6)
+  local positions, velocities = run:state()
+  local lowest = math.huge
+  for i, p in ipairs(positions) do
+    for axis = 1, 3 do
+      c:at_most("speed", math.abs(velocities[i][axis]), 20)
+    end
+    lowest = math.min(lowest, p[3])
+  end
+  c:at_least("lowest mass", lowest, -EDGE)
+  c:note("%d masses, %d springs, %.0f MB", outcome.masses, outcome.springs,
+    (engine.bytes_held() - before) / 1e6)
+end }
+
+return cases
