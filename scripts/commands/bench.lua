@@ -11,7 +11,7 @@ local suggest = require "limax.suggest"
 local exit_usage = 2
 
 -- modules of scripts/lib/bench that measure; the other files there are what they share
-local BENCHES = { "effects", "throughput" }
+local BENCHES = { "accuracy", "effects", "throughput" }
 
 local function write(path, text)
   local written, message = host.file.write_atomic(path, text)
