@@ -2,6 +2,7 @@
 --- the masses of a body end, against a reference whose own error is stated. Runs that fail stay in
 --- the rows as failures. SI units.
 
+local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local methods = require "limax.bench.accuracy.methods"
@@ -11,7 +12,7 @@ local trial = require "limax.bench.accuracy.trial"
 
 local work_precision = {}
 
-work_precision.COLUMNS = { "scene", "integrator", "precision", "time_step", "status", "reason",
+work_precision.COLUMNS = { "scene", "tier", "integrator", "precision", "time_step", "status", "reason",
   "error", "seconds_per_second", "runs", "reference", "reference_error" }
 
 ---@class limax.accuracy.size how much a section does
@@ -64,7 +65,21 @@ local function curve(subject, method, reference, size, device, rows)
   end
 end
 
---- Measures every method in every scene.
+-- The named tiers, each by its own rule for the step.
+local function tiers(subject, reference, size, device, rows)
+  for _, name in ipairs(methods.TIERS) do
+    host.raise_if_interrupted()
+    local got = trial.run(subject, defaults.tiers[name], device, size.effort)
+    rows[#rows + 1] = { scene = subject.name, tier = name,
+      integrator = defaults.tiers[name].integrator, precision = defaults.tiers[name].precision,
+      time_step = got.time_step, status = got.status, reason = got.reason,
+      error = got.positions and trial.rms(got.positions, reference.positions),
+      seconds_per_second = got.seconds, runs = got.runs, reference = reference.name,
+      reference_error = reference.error }
+  end
+end
+
+--- Measures every method and tier in every scene.
 ---@param how { device: limax.device, size: limax.accuracy.size, scenes: string[]|nil,
 --- say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
@@ -94,6 +109,7 @@ function work_precision.run(how)
         end
       end
     end
+    tiers(subject, reference, how.size, device, rows)
   end
   return { columns = work_precision.COLUMNS, rows = rows }
 end
@@ -105,14 +121,20 @@ end
 function work_precision.text(result, style)
   local lines, steps, head = {}, {}, { "scene", "integrator", "precision" }
   for _, row in ipairs(result.rows) do
-    if row.time_step and not steps[row.time_step] then
+    if row.time_step and not row.tier and not steps[row.time_step] then
       head[#head + 1] = ("%g s"):format(row.time_step)
       steps[row.time_step] = #head
     end
   end
   local line
+  local tier_rows = {}
   for _, row in ipairs(result.rows) do
     local label = methods.LABELS[row.integrator]
+    if row.tier then
+      tier_rows[#tier_rows + 1] = { row.scene, row.tier, row.time_step or "-",
+        row.error and ("%.1e"):format(row.error) or row.status, row.seconds_per_second or "-" }
+      goto continue
+    end
     if not line or line[1] ~= row.scene or line[2] ~= label or line[3] ~= row.precision then
       line = { row.scene, label, row.precision }
       lines[#lines + 1] = line
@@ -120,12 +142,15 @@ function work_precision.text(result, style)
     local said = row.error and ("%.1e"):format(row.error) or row.status
     if row.time_step and row.status ~= "refused" then line[steps[row.time_step]] = said end
     if row.status == "refused" then line[4] = row.reason end
+    ::continue::
   end
   for _, each in ipairs(lines) do
     for c = 4, #head do each[c] = each[c] or "" end
   end
   return "error of the masses' places at the end (m, root mean square), by time step\n"
     .. terminal.table(head, lines, style)
+    .. "\n\n" .. terminal.table({ "scene", "tier", "time step, s", "error, m",
+      "wall s per simulated s" }, tier_rows, style)
 end
 
 return work_precision
