@@ -13,6 +13,9 @@ local exit_usage = 2
 -- modules of scripts/lib/bench that measure; the other files there are what they share
 local BENCHES = { "accuracy", "effects", "throughput" }
 
+-- options that no other bench has
+local OF_ACCURACY = { "out", "section", "tune", "champion" }
+
 local function write(path, text)
   local written, message = host.file.write_atomic(path, text)
   if not written then failure.raise(1, message) end
@@ -31,8 +34,19 @@ local function run(arguments)
   if arguments.store and not (name == "throughput" and device.kind == "cuda") then
     failure.raise(exit_usage, "--store keeps what a GPU gave: limax bench throughput --device cuda")
   end
+  for _, option in ipairs(OF_ACCURACY) do
+    local given = arguments[option]
+    local absent = given == nil or type(given) == "table" and #given == 0
+    if name ~= "accuracy" and not absent then
+      failure.raise(exit_usage, ("--%s belongs to limax bench accuracy"):format(option))
+    end
+  end
   local bench = require("limax.bench." .. name)
   local result = bench.run {
+    out = arguments.out,
+    sections = arguments.section,
+    tune = arguments.tune,
+    champions = arguments.champion,
     device = device,
     threads = arguments.threads,
     seconds = arguments.seconds,
@@ -40,6 +54,7 @@ local function run(arguments)
     store = arguments.store,
     say = function(text) io.write(text, "\n") io.flush() end,
   }
+  result.sections = nil
   result.schema = "limax.bench/1"
   result.bench = name
   result.environment = host.environment()
@@ -49,12 +64,15 @@ local function run(arguments)
 end
 
 return {
-  summary = "measure speed, after checking the physics of what is measured",
+  summary = "measure speed and accuracy, after checking the physics of what is measured",
   usage = "limax bench NAME [options]",
   text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
     .. "the kernel that served each. Then the seconds per generation of `limax run walk.lua`.\n"
-    .. "effects measures the time of a step with each effect alone, all but each, and all.",
+    .. "effects measures the time of a step with each effect alone, all but each, and all.\n"
+    .. "accuracy measures what accuracy costs: error against time by integrator, precision and\n"
+    .. "step, the order of walkers under cheap settings, rounding, drift; two minutes on two\n"
+    .. "cores. With --tune FILE, the step that an experiment bears instead.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -66,7 +84,17 @@ return {
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
       text = "time of one repeat of one measurement" },
     { name = "full",
-      text = "throughput: every combination on a GPU, and a generation of 1000 robots" },
+      text = "throughput: every combination on a GPU, and a generation of 1000 robots; accuracy:"
+        .. " more steps and robots, whole evolutions, long runs: hours" },
+    { name = "out", argument = "DIR",
+      text = "accuracy: a folder for figures, tables and the page accuracy.html" },
+    { name = "section", argument = "NAME", many = true,
+      text = "accuracy: this section alone: work_precision, rounding, conservation, ranking,"
+        .. " evolutions" },
+    { name = "tune", argument = "FILE",
+      text = "accuracy: which step this experiment bears" },
+    { name = "champion", argument = "FILE", many = true,
+      text = "accuracy, with --tune: a robot file to try beside the first generation" },
     { name = "store", text = "throughput: keep the hashes of this GPU model's last states" },
   },
   run = run,

@@ -9,9 +9,6 @@ local methods = {}
 methods.INTEGRATORS = { "symplectic_euler", "leapfrog", "rk4" }
 methods.PRECISIONS = { "single", "compensated", "mixed", "double" }
 
---- The named tiers, cheapest first.
-methods.TIERS = { "preview", "evolve", "publish", "reference" }
-
 --- Names for people.
 methods.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4" }
 

@@ -8,12 +8,13 @@ local host = require "limax.host"
 local methods = require "limax.bench.accuracy.methods"
 local subjects = require "limax.bench.accuracy.subjects"
 local terminal = require "limax.terminal"
+local tiers = require "limax.tiers"
 local trial = require "limax.bench.accuracy.trial"
 
 local work_precision = {}
 
-work_precision.COLUMNS = { "scene", "tier", "integrator", "precision", "time_step", "status", "reason",
-  "error", "seconds_per_second", "runs", "reference", "reference_error" }
+work_precision.COLUMNS = { "scene", "tier", "integrator", "precision", "time_step", "status",
+  "reason", "error", "seconds_per_second", "runs", "reference", "reference_error" }
 
 ---@class limax.accuracy.size how much a section does
 ---@field lattice integer[]
@@ -66,8 +67,8 @@ local function curve(subject, method, reference, size, device, rows)
 end
 
 -- The named tiers, each by its own rule for the step.
-local function tiers(subject, reference, size, device, rows)
-  for _, name in ipairs(methods.TIERS) do
+local function try_tiers(subject, reference, size, device, rows)
+  for _, name in ipairs(tiers.NAMES) do
     host.raise_if_interrupted()
     local got = trial.run(subject, defaults.tiers[name], device, size.effort)
     rows[#rows + 1] = { scene = subject.name, tier = name,
@@ -109,7 +110,7 @@ function work_precision.run(how)
         end
       end
     end
-    tiers(subject, reference, how.size, device, rows)
+    try_tiers(subject, reference, how.size, device, rows)
   end
   return { columns = work_precision.COLUMNS, rows = rows }
 end

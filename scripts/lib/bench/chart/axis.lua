@@ -6,10 +6,10 @@ local axis = {}
 local SUPERSCRIPTS = { ["-"] = "⁻", ["0"] = "⁰", ["1"] = "¹", ["2"] = "²", ["3"] = "³",
   ["4"] = "⁴", ["5"] = "⁵", ["6"] = "⁶", ["7"] = "⁷", ["8"] = "⁸", ["9"] = "⁹" }
 
--- 10 to the power n, as people read it: plain near 1.
-local function power_text(n)
-  if n >= -2 and n <= 3 then return ("%g"):format(10 ^ n) end
-  return "10" .. tostring(n):gsub(".", SUPERSCRIPTS)
+-- A digit times 10 to the power n, as people read it: plain near 1.
+local function power_text(digit, n)
+  if n >= -2 and n <= 3 then return ("%g"):format(digit * 10 ^ n) end
+  return (digit == 1 and "10" or digit .. "·10") .. tostring(n):gsub(".", SUPERSCRIPTS)
 end
 
 ---@class limax.chart.tick
@@ -36,9 +36,9 @@ local function logarithmic(low, high)
       local at = (math.log10(value) - first) / decades
       if at >= -1e-9 and at <= 1 + 1e-9 and (digit == 1 or decades < 6) then
         local text
-        if digit == 1 and n % every == 0 then text = power_text(n) end
+        if digit == 1 and n % every == 0 then text = power_text(1, n) end
         -- two decades or less show their 2 and 5 too
-        if decades <= 1.6 and (digit == 2 or digit == 5) then text = ("%g"):format(value) end
+        if decades <= 1.6 and (digit == 2 or digit == 5) then text = power_text(digit, n) end
         ticks[#ticks + 1] = { at = at, text = text, value = value }
       end
     end
@@ -71,9 +71,10 @@ local function linear(low, high)
 end
 
 --- An axis that holds all `values`. A logarithmic one leaves out what is not above 0 and gets half
---- a decade of room where there is none; `low` and `high` fix an end.
+--- a decade of room where there is none; `low` and `high` fix an end, `reversed` puts the high end
+--- first.
 ---@param given { label: string, linear: boolean|nil, low: number|nil, high: number|nil,
---- text: nil|fun(value: number): string }
+--- reversed: boolean|nil, text: nil|fun(value: number): string }
 ---@param values number[]
 ---@return limax.chart.axis
 function axis.new(given, values)
@@ -93,6 +94,11 @@ function axis.new(given, values)
     low, high = given.low or low / room, given.high or high * room
   end
   local place, ticks = (given.linear and linear or logarithmic)(low, high)
+  if given.reversed then
+    local forwards = place
+    place = function(value) return 1 - forwards(value) end
+    for _, tick in ipairs(ticks) do tick.at = 1 - tick.at end
+  end
   if given.text then
     for _, tick in ipairs(ticks) do tick.text = tick.text and given.text(tick.value) end
   end

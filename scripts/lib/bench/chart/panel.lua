@@ -17,7 +17,7 @@ local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
 ---@field color string
 ---@field dash string|nil of the line, as SVG has it
 ---@field width number|nil px
----@field marker "dot"|"ring"|"square"|"diamond"|"none"|nil
+---@field marker "dot"|"ring"|"square"|"diamond"|"wide ring"|"wider ring"|"none"|nil
 ---@field failures number[]|nil x of what failed
 
 ---@class limax.chart.panel
@@ -29,6 +29,8 @@ local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
 ---@field limits { y: number|nil, x: number|nil, text: string, color: string|nil }[]|nil
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
+---@field key { marker: string, color: string, text: string }[]|nil markers that no curve names
+---@field right number|nil px, the room for the names of the curves
 
 -- All values that an axis has to hold.
 local function values_of(given, k, with)
@@ -39,7 +41,9 @@ local function values_of(given, k, with)
       for _, x in ipairs(curve.failures or {}) do values[#values + 1] = x end
     end
   end
-  for _, point in ipairs(given.points or {}) do values[#values + 1] = k == 1 and point.x or point.y end
+  for _, point in ipairs(given.points or {}) do
+    values[#values + 1] = k == 1 and point.x or point.y
+  end
   for _, value in ipairs(with) do values[#values + 1] = value end
   return values
 end
@@ -68,9 +72,15 @@ local function draw_axes(out, box, x, y)
     :format(box.left - 47, (box.top + box.bottom) / 2))
 end
 
+-- px: rings around a marker, so that several series show at one place
+local AROUND = { ["wide ring"] = 5.5, ["wider ring"] = 8 }
+
 local function draw_marker(out, at, kind, color, size)
   if kind == "none" then return end
-  if kind == "ring" then
+  if AROUND[kind] then
+    out:add('<circle cx="%.1f" cy="%.1f" r="%.1f" fill="none" stroke="%s" stroke-width="1.2"/>',
+      at[1], at[2], AROUND[kind], color)
+  elseif kind == "ring" then
     out:add('<circle cx="%.1f" cy="%.1f" r="%.2g" fill="#ffffff" stroke="%s" stroke-width="1.4"/>',
       at[1], at[2], size, color)
   elseif kind == "square" then
@@ -157,20 +167,46 @@ local function draw_limits(out, box, x, y, limits)
   end
 end
 
+-- Where a name may stand beside its ring: right or left of it, above or below.
+local SIDES = { { 10, -6 }, { 10, 15 }, { -10, -6 }, { -10, 15 } }
+
+-- The first side on which a name stays inside and crosses no other name.
+local function free_side(box, cx, cy, text, taken)
+  -- a bold letter is about 7 px wide
+  local wide, best = 7 * #text, nil
+  for _, side in ipairs(SIDES) do
+    local left = side[1] > 0 and cx + side[1] or cx + side[1] - wide
+    local spot = { left = left, right = left + wide, y = cy + side[2], side = side }
+    best = best or spot
+    local fits = spot.left > box.left and spot.right < box.right and spot.y < box.bottom
+    for _, other in ipairs(taken) do
+      fits = fits and (spot.right < other.left or spot.left > other.right
+        or math.abs(spot.y - other.y) > LINE)
+    end
+    if fits then
+      best = spot
+      break
+    end
+  end
+  taken[#taken + 1] = best
+  return best
+end
+
 -- Single settings, ringed, their names on a white halo so that curves may pass below.
 local function draw_points(out, box, x, y, points)
+  local taken = {}
   for _, point in ipairs(points) do
     local cx = box.left + x.place(point.x) * box.width
     local cy = box.bottom - y.place(point.y) * box.height
     local color = point.color or ink.text
     out:add('<circle cx="%.1f" cy="%.1f" r="7" fill="none" stroke="%s" stroke-width="1.8"/>', cx,
       cy, color)
-    local right = cx > box.right - 62
-    local place = ('text-anchor="%s" font-weight="bold"'):format(right and "end" or "start")
-    local tx, ty = right and cx - 10 or cx + 10, cy - 6
-    out:text(tx, ty, point.name, place .. ' stroke="#ffffff" stroke-width="3.5"'
-      .. ' stroke-linejoin="round" paint-order="stroke"')
-    out:text(tx, ty, point.name, place .. (' fill="%s"'):format(color))
+    local spot = free_side(box, cx, cy, point.name, taken)
+    local place = ('text-anchor="%s" font-weight="bold"'):format(
+      spot.side[1] > 0 and "start" or "end")
+    out:text(cx + spot.side[1], spot.y, point.name, place
+      .. ' stroke="#ffffff" stroke-width="3.5" stroke-linejoin="round"')
+    out:text(cx + spot.side[1], spot.y, point.name, place .. (' fill="%s"'):format(color))
   end
 end
 
@@ -223,6 +259,11 @@ function panel.draw(out, given, left, top, width, height)
     end
   end
   draw_names(out, box, labels)
+  for k, entry in ipairs(given.key or {}) do
+    local at = { box.left + 16, box.bottom - 14 - LINE * 1.4 * (#given.key - k) }
+    draw_marker(out, at, entry.marker, entry.color, 3)
+    out:text(at[1] + 14, at[2] + 4, entry.text, ('fill="%s"'):format(entry.color))
+  end
   draw_points(out, box, x, y, given.points or {})
 end
 

@@ -1,0 +1,58 @@
+--- price.lua: wall time of one robot and one simulated second under several settings: they take
+--- turns on the same robots and each keeps its best turn, so that what else the machine does falls
+--- on none of them alone.
+
+local engine = require "limax.engine"
+local rescore = require "limax.rescore"
+local timing = require "limax.bench.timing"
+
+local price = {}
+
+local ROUNDS = 3
+
+-- s of simulated time that no turn reaches: the price of a second is the same in every second
+local ENDLESS = 1e4
+
+-- Robot-seconds simulated so far.
+local function simulated(simulation, count)
+  local sum = 0
+  for i = 1, count do
+    local outcome = simulation:outcome(i)
+    sum = sum + outcome.step * (outcome.time_step or 0)
+  end
+  return sum
+end
+
+--- Prices of settings, s of wall time per robot-second, in their order; infinite where every robot
+--- failed before the first turn.
+---@param robots limax.population.scored
+---@param settings table[] see rescore.options
+---@param seconds number of one turn
+---@return number[]
+function price.measure(robots, settings, seconds)
+  local run, list, simulations = robots.run, {}, {}
+  for k, setting in ipairs(settings) do
+    local options = rescore.options(run.config, setting)
+    options.duration, options.record = ENDLESS, nil
+    local simulation =
+      engine.simulation(robots.engine, robots.materials, run.scene, options, run.device)
+    simulations[k] = simulation
+    -- the length of a step is learnt
+    simulation:advance(seconds / 4)
+    local before = simulated(simulation, #robots)
+    list[k] = { run = function()
+      simulation:advance(seconds)
+      local done = simulated(simulation, #robots) - before
+      before = before + done
+      return done
+    end }
+  end
+  local prices = {}
+  for k, rate in ipairs(timing.best_rates(list, ROUNDS)) do
+    prices[k] = 1 / rate
+    simulations[k]:free "its price was known"
+  end
+  return prices
+end
+
+return price

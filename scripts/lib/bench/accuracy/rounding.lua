@@ -1,0 +1,178 @@
+--- rounding.lua: the floor that rounding sets: error against step for plain fp32, fp32 with
+--- compensated sums, and double, at the origin, 10 m and 1 km from it, and on a long way at 1 m/s,
+--- where the robot's own origin follows it. The scene is smooth, an actuated body in the air, so
+--- that its errors are the integrator's and the rounding's alone. SI units.
+
+local defaults = require "limax.defaults"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local methods = require "limax.bench.accuracy.methods"
+local subjects = require "limax.bench.accuracy.subjects"
+local terminal = require "limax.terminal"
+local trial = require "limax.bench.accuracy.trial"
+
+local rounding = {}
+
+rounding.COLUMNS = { "integrator", "precision", "start", "way", "duration", "time_step", "status",
+  "error", "same_bits", "reference_error" }
+
+--- m: where bodies start.
+rounding.STARTS = { 0, 10, 1000 }
+
+-- What is tried: the integrator that precisions differ under most, and the paper's.
+local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "leapfrog", "mixed" },
+  { "leapfrog", "double" }, { "symplectic_euler", "single" } }
+
+---@class limax.accuracy.rounding_size
+---@field lattice integer[]
+---@field duration number s
+---@field steps number[] s
+---@field reference number s
+---@field way number m, at 1 m/s
+---@field way_steps number[] s
+---@field way_reference number s
+
+-- m/s: a good walker's
+local WALK = 1
+
+-- The subject starting at `start` m along x.
+local function placed(given, start)
+  local subject = subjects.get("air", given)
+  subject.position = { start, 0, 0 }
+  return subject
+end
+
+-- Positions without start and way, which change nothing of what the body does.
+local function shifted(positions, distance)
+  local own = {}
+  for i, value in ipairs(positions) do own[i] = i % 3 == 1 and value - distance or value end
+  return own
+end
+
+local function leapfrog(precision, time_step)
+  return { integrator = "leapfrog", precision = precision, time_step = time_step }
+end
+
+-- A reference in double, and its distance from itself at twice the step.
+local function reference_of(subject, time_step, device)
+  local positions = trial.run(subject, leapfrog("double", time_step), device).positions
+  local coarse = trial.run(subject, leapfrog("double", 2 * time_step), device).positions
+  return positions, trial.rms(positions, coarse)
+end
+
+--- Does a start so many metres along x change a bit of what becomes of a body? Compares positions
+--- relative to the start, which are exact where the start is a power of two.
+---@param subject limax.accuracy.subject
+---@param setting limax.accuracy.setting
+---@param start number m
+---@param device limax.device
+---@return boolean
+function rounding.same_bits(subject, setting, start, device)
+  local found = {}
+  for k, x in ipairs { 0, start } do
+    subject.position = { x, 0, 0 }
+    local simulation = trial.simulation(subject, trial.options(subject, setting), device)
+    simulation:run()
+    found[k] = shifted(trial.positions(simulation, 1), x)
+    simulation:free "its bits were known"
+  end
+  for i, value in ipairs(found[1]) do
+    if value ~= found[2][i] then return false end
+  end
+  return true
+end
+
+-- The same body for as long as the way takes, at rest and on its way.
+local function long_way(given, size, device, cpu, rows)
+  local own = {}
+  for key, value in pairs(given) do own[key] = value end
+  own.duration = size.way / WALK
+  local subject = placed(own, 0)
+  local reference, reference_error = reference_of(subject, size.way_reference, cpu)
+  for _, precision in ipairs { "single", "compensated", "mixed" } do
+    for _, time_step in ipairs(size.way_steps) do
+      for _, way in ipairs { 0, size.way } do
+        host.raise_if_interrupted()
+        subject.velocity = { way / own.duration, 0, 0 }
+        local got = trial.run(subject, leapfrog(precision, time_step), device)
+        rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 0, way = way,
+          duration = own.duration, time_step = time_step, status = got.status,
+          error = got.positions and trial.rms(shifted(got.positions, way), reference),
+          reference_error = reference_error }
+      end
+    end
+  end
+end
+
+--- Measures every method at every place.
+---@param how { device: limax.device, size: limax.accuracy.rounding_size, say: fun(text: string) }
+---@return { columns: string[], rows: table[] }
+function rounding.run(how)
+  local size, rows = how.size, {}
+  local cpu = engine.device("cpu", { threads = 1 })
+  local device = how.device.kind == "cpu" and cpu or how.device
+  local given = { materials = engine.materials "paper", lattice = size.lattice, count = 1,
+    duration = size.duration }
+  local reference, reference_error = reference_of(placed(given, 0), size.reference, cpu)
+  how.say(("rounding: reference leapfrog double %g s, its own error %.2g m"):format(size.reference,
+    reference_error))
+  for _, method in ipairs(METHODS) do
+    for _, start in ipairs(rounding.STARTS) do
+      local subject = placed(given, start)
+      for _, time_step in ipairs(size.steps) do
+        host.raise_if_interrupted()
+        local got = trial.run(subject, { integrator = method[1], precision = method[2],
+          time_step = time_step }, device)
+        rows[#rows + 1] = { integrator = method[1], precision = method[2], start = start,
+          way = 0, duration = size.duration, time_step = time_step, status = got.status,
+          error = got.positions and trial.rms(shifted(got.positions, start), reference),
+          reference_error = reference_error }
+      end
+    end
+  end
+  for _, precision in ipairs { "single", "compensated" } do
+    local setting = leapfrog(precision, defaults.tiers.publish.time_step_most)
+    rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
+      duration = size.duration, time_step = setting.time_step, status = "done",
+      reference_error = reference_error,
+      same_bits = rounding.same_bits(placed(given, 0), setting, 1024, device) }
+  end
+  long_way(given, size, device, cpu, rows)
+  return { columns = rounding.COLUMNS, rows = rows }
+end
+
+-- Where a row's body was.
+local function place_of(row)
+  if row.way > 0 then return ("%g m on the way, %g s"):format(row.way, row.duration) end
+  return ("%g m, %g s"):format(row.start, row.duration)
+end
+
+--- The rows as a table for people.
+---@param result { rows: table[] }
+---@param style limax.terminal.style
+---@return string
+function rounding.text(result, style)
+  local lines, head, columns, of_key, said = {}, { "integrator", "precision", "at" }, {}, {}, {}
+  for _, row in ipairs(result.rows) do
+    if row.same_bits ~= nil then
+      said[#said + 1] = ("%s: a start %g m away %s"):format(row.precision, row.start,
+        row.same_bits and "changes no bit" or "changes bits")
+    else
+      local label, at = methods.LABELS[row.integrator], place_of(row)
+      local key = label .. row.precision .. at
+      if not of_key[key] then
+        of_key[key] = { label, row.precision, at }
+        lines[#lines + 1] = of_key[key]
+      end
+      if not columns[row.time_step] then
+        head[#head + 1] = ("%g s"):format(row.time_step)
+        columns[row.time_step] = #head
+      end
+      of_key[key][columns[row.time_step]] = row.error and ("%.1e"):format(row.error) or row.status
+    end
+  end
+  return "error (m) by start and time step, an actuated body in the air\n"
+    .. terminal.table(head, lines, style) .. "\n" .. table.concat(said, "; ")
+end
+
+return rounding
