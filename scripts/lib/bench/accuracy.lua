@@ -10,6 +10,7 @@ local suggest = require "limax.suggest"
 local targets = require "limax.bench.accuracy.targets"
 local terminal = require "limax.terminal"
 local tiers = require "limax.tiers"
+local tune = require "limax.bench.accuracy.tune"
 
 local accuracy = {}
 
@@ -130,6 +131,10 @@ end
 ---@param how limax.accuracy.how
 ---@return limax.bench_result
 function accuracy.run(how)
+  if how.tune then return tune.run(how) end
+  if how.champions and #how.champions > 0 then
+    failure.raise(2, "--champion belongs to --tune FILE")
+  end
   local sizes = how.sizes or how.full and FULL or QUICK
   local style, results = terminal.style {}, {}
   local sections = chosen(how.sections, sizes)

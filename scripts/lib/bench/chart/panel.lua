@@ -260,7 +260,7 @@ function panel.draw(out, given, left, top, width, height)
   end
   draw_names(out, box, labels)
   for k, entry in ipairs(given.key or {}) do
-    local at = { box.left + 16, box.bottom - 14 - LINE * 1.4 * (#given.key - k) }
+    local at = { box.left + 16, box.bottom - 34 - LINE * 1.4 * (#given.key - k) }
     draw_marker(out, at, entry.marker, entry.color, 3)
     out:text(at[1] + 14, at[2] + 4, entry.text, ('fill="%s"'):format(entry.color))
   end
