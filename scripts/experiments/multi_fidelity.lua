@@ -2,14 +2,16 @@
 --- promising ones are scored again at `publish`, and only those scores choose elites and parents.
 --- Shows an own loop over `population:breed` with `limax.rescore`, and measures what looking twice
 --- saves: the same evolution with every robot at `publish`, from the same genomes, and both final
---- bests scored again at `reference`. Two seeds of 12 generations of 24 robots; about a minute on two
---- cores. Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION]]
+--- bests scored again at `reference`. Two seeds of 12 generations of 24 robots; about a minute on
+--- two cores. Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION
+--- [SECONDS]]]
 
 local limax = require "limax"
 local rescore = require "limax.rescore"
 
 local generations = tonumber(arg[1]) or 12
 local population_size = tonumber(arg[2]) or 24
+local duration = tonumber(arg[3]) or 3 -- s
 local seeds = { 1, 2 }
 -- Of the population: the elites (0.3) and a third more, so that `preview` may be wrong about some.
 local promising_share = 0.4
@@ -17,7 +19,7 @@ local promising_share = 0.4
 local function experiment(seed, accuracy)
   return limax.experiment {
     name = "multi_fidelity", seed = seed, genome = { sigma = 0.25 },
-    simulation = { duration = 3, settle = 0.3, accuracy = accuracy }, -- s
+    simulation = { duration = duration, settle = 0.3, accuracy = accuracy },
     population = population_size, generations = generations, repetitions = 1,
     fitness = "walk", supervisor = "fixed", record = {},
   }

@@ -115,8 +115,8 @@ local function tell_tiers(how, results)
   for _, name in ipairs(tiers.NAMES) do
     how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
   end
-  -- a part of the sections knows a part of the price: it does not replace a whole one
-  if not (results.ranking and results.work_precision) then return end
+  -- some sections know a part of the price, and other sizes another one
+  if how.sizes or not (results.ranking and results.work_precision) then return end
   local path, message = tiers.keep(how.device, measured)
   how.say(path and "kept for limax run and limax doctor: " .. path
     or "not kept for limax run and limax doctor: " .. message)

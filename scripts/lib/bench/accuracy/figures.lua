@@ -107,8 +107,8 @@ local function ranked_curves(rows, value_of)
   local curves, of_key = {}, {}
   for _, row in ipairs(rows) do
     local value = value_of(row)
-    if value and row.integrator and not row.tier and row.setting ~= "finest"
-      and row.setting ~= "chaos floor" then
+    if value and row.seconds_per_second and row.integrator and not row.tier
+      and row.setting ~= "finest" and row.setting ~= "chaos floor" then
       local key = row.integrator .. row.precision
       if not of_key[key] then
         of_key[key] = curve_of(row)
@@ -140,7 +140,7 @@ local function ranked_panels(result, value_of, look)
       x = { label = "wall time of a robot and simulated second, s" } }
     for _, row in ipairs(group) do
       local value = value_of(row)
-      if row.tier and value then
+      if row.tier and value and row.seconds_per_second then
         panel.points[#panel.points + 1] = { x = row.seconds_per_second, y = value, name = row.tier,
           color = TIER_COLOR }
       end

@@ -23,12 +23,12 @@ local function simulated(simulation, count)
   return sum
 end
 
---- Prices of settings, s of wall time per robot-second, in their order; infinite where every robot
---- failed before the first turn.
+--- Prices of settings, s of wall time per robot-second, by their place in the list; nil where every
+--- robot failed before the first turn.
 ---@param robots limax.population.scored
 ---@param settings table[] see rescore.options
 ---@param seconds number of one turn
----@return number[]
+---@return table<integer, number>
 function price.measure(robots, settings, seconds)
   local run, list, simulations = robots.run, {}, {}
   for k, setting in ipairs(settings) do
@@ -49,7 +49,7 @@ function price.measure(robots, settings, seconds)
   end
   local prices = {}
   for k, rate in ipairs(timing.best_rates(list, ROUNDS)) do
-    prices[k] = 1 / rate
+    prices[k] = rate > 0 and 1 / rate or nil
     simulations[k]:free "its price was known"
   end
   return prices

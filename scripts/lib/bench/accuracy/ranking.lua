@@ -89,7 +89,10 @@ local function measure(case, kind, robots, size, rows)
     local row = { case = case.name, population = kind, setting = each.name, tier = each.tier,
       integrator = each.setting.integrator, precision = each.setting.precision,
       time_step = tonumber(each.setting.time_step), robots = #robots, failed = scores.failed,
-      seconds_per_second = prices[k], relative_to_paper = paper and prices[k] / prices[paper] }
+      seconds_per_second = prices[k] }
+    if paper and prices[k] and prices[paper] then
+      row.relative_to_paper = prices[k] / prices[paper]
+    end
     for key, value in pairs(ranking.compare(reference, scores, #robots)) do row[key] = value end
     rows[#rows + 1] = row
   end
@@ -125,7 +128,7 @@ function ranking.text(result, style)
     lines[k] = { row.case, row.population, row.setting, row.failed,
       row.tau and ("%.3f"):format(row.tau) or "-", percent(row.overlap),
       row.distance_error and ("%.1f"):format(1e3 * row.distance_error) or "-",
-      percent(row.elite_regret), row.seconds_per_second,
+      percent(row.elite_regret), row.seconds_per_second or "-",
       row.relative_to_paper and ("%.3f"):format(row.relative_to_paper) or "-" }
   end
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(

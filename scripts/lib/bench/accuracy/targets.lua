@@ -41,7 +41,7 @@ local function elite_regret(results)
       if not worst or row.elite_regret - allowed > worst - limit then
         worst, limit = row.elite_regret, allowed
       end
-      price = math.max(price or 0, row.relative_to_paper)
+      price = math.max(price or 0, row.relative_to_paper or 0)
     end
   end
   return worst, limit, price

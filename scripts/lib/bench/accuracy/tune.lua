@@ -189,7 +189,7 @@ local function measure(robots, how)
       or ("%g of the script's step"):format(each.share)
     if each.share > 1 and each.setting.bound_fraction == 1 then name = "the bound itself" end
     rows[k] = row_of(name, each.share, each.setting, scores)
-    rows[k].relative_price = prices[k] / base
+    rows[k].relative_price = prices[k] and base and prices[k] / base
   end
   local floor = row_of("chaos floor", tune.REFERENCE, near, rescore.population(robots, near))
   return rows, floor, reference.failed
