@@ -115,6 +115,7 @@ local function ranked_curves(rows, value_of)
         curves[#curves + 1] = of_key[key]
       end
       table.insert(of_key[key].points, { row.seconds_per_second, value })
+      if row.failed > 0 then table.insert(of_key[key].failures, row.seconds_per_second) end
     end
   end
   -- a curve runs from cheap to dear
@@ -241,7 +242,9 @@ local function way_panel(rows)
   for _, row in ipairs(rows) do
     if row.duration ~= rows[1].duration and row.error then
       local key = row.precision .. row.way
-      if row.way > 0 then panel.title = ("on a way of %g m at 1 m/s"):format(row.way) end
+      if row.way > 0 then
+        panel.title = ("on a way of %g m at 1 m/s, %d bodies"):format(row.way, row.bodies)
+      end
       if not of_key[key] then
         local curve = curve_of(row)
         curve.name = ("%s, %s"):format(row.precision, row.way > 0 and "on its way" or "at rest")

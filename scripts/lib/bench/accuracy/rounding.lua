@@ -13,8 +13,8 @@ local trial = require "limax.bench.accuracy.trial"
 
 local rounding = {}
 
-rounding.COLUMNS = { "integrator", "precision", "start", "way", "duration", "time_step", "status",
-  "error", "same_bits", "reference_error" }
+rounding.COLUMNS = { "integrator", "precision", "start", "way", "duration", "time_step", "bodies",
+  "status", "error", "same_bits", "reference_error" }
 
 --- m: where bodies start.
 rounding.STARTS = { 0, 10, 1000 }
@@ -31,6 +31,7 @@ local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "le
 ---@field way number m, at 1 m/s
 ---@field way_steps number[] s
 ---@field way_reference number s
+---@field way_bodies integer bodies that go the way: after so many steps the rounding of one is luck
 
 -- m/s: a good walker's
 local WALK = 1
@@ -82,25 +83,43 @@ function rounding.same_bits(subject, setting, start, device)
   return true
 end
 
--- The same body for as long as the way takes, at rest and on its way.
+-- Several bodies for as long as the way takes, at rest and on their way: errors are the root mean
+-- square over the bodies.
 local function long_way(given, size, device, cpu, rows)
-  local own = {}
+  local cases, own = {}, {}
   for key, value in pairs(given) do own[key] = value end
   own.duration = size.way / WALK
-  local subject = placed(own, 0)
-  local reference, reference_error = reference_of(subject, size.way_reference, cpu)
   for _, precision in ipairs { "single", "compensated", "mixed" } do
     for _, time_step in ipairs(size.way_steps) do
       for _, way in ipairs { 0, size.way } do
-        host.raise_if_interrupted()
-        subject.velocity = { way / own.duration, 0, 0 }
-        local got = trial.run(subject, leapfrog(precision, time_step), device)
-        rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 0, way = way,
-          duration = own.duration, time_step = time_step, status = got.status,
-          error = got.positions and trial.rms(shifted(got.positions, way), reference),
-          reference_error = reference_error }
+        cases[#cases + 1] = { precision = precision, time_step = time_step, way = way, sum = 0,
+          status = "done" }
       end
     end
+  end
+  local reference_sum = 0
+  for number = 1, size.way_bodies do
+    own.number = number
+    local subject = placed(own, 0)
+    local reference, reference_error = reference_of(subject, size.way_reference, cpu)
+    reference_sum = reference_sum + reference_error ^ 2
+    for _, case in ipairs(cases) do
+      host.raise_if_interrupted()
+      subject.velocity = { case.way / own.duration, 0, 0 }
+      local got = trial.run(subject, leapfrog(case.precision, case.time_step), device)
+      if got.positions then
+        case.sum = case.sum + trial.rms(shifted(got.positions, case.way), reference) ^ 2
+      else
+        case.status = got.status
+      end
+    end
+  end
+  for _, case in ipairs(cases) do
+    rows[#rows + 1] = { integrator = "leapfrog", precision = case.precision, start = 0,
+      way = case.way, duration = own.duration, time_step = case.time_step,
+      bodies = size.way_bodies, status = case.status,
+      error = case.status == "done" and math.sqrt(case.sum / size.way_bodies) or nil,
+      reference_error = math.sqrt(reference_sum / size.way_bodies) }
   end
 end
 
@@ -124,7 +143,8 @@ function rounding.run(how)
         local got = trial.run(subject, { integrator = method[1], precision = method[2],
           time_step = time_step }, device)
         rows[#rows + 1] = { integrator = method[1], precision = method[2], start = start,
-          way = 0, duration = size.duration, time_step = time_step, status = got.status,
+          way = 0, duration = size.duration, time_step = time_step, bodies = 1,
+          status = got.status,
           error = got.positions and trial.rms(shifted(got.positions, start), reference),
           reference_error = reference_error }
       end
@@ -133,7 +153,7 @@ function rounding.run(how)
   for _, precision in ipairs { "single", "compensated" } do
     local setting = leapfrog(precision, defaults.tiers.publish.time_step_most)
     rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
-      duration = size.duration, time_step = setting.time_step, status = "done",
+      duration = size.duration, time_step = setting.time_step, bodies = 1, status = "done",
       reference_error = reference_error,
       same_bits = rounding.same_bits(placed(given, 0), setting, 1024, device) }
   end

@@ -50,11 +50,11 @@ end
 --- The subject of a name, with `count` equal bodies.
 ---@param name string of subjects.NAMES
 ---@param given { materials: limax.materials, lattice: integer[], count: integer,
---- duration: number|nil }
+--- duration: number|nil, number: integer|nil } `number`: of the body, 1 if left out
 ---@return limax.accuracy.subject
 function subjects.get(name, given)
   local materials = given.materials
-  local one = bodies.population(materials, given.lattice, 1)
+  local one = bodies.population(materials, given.lattice, 1, { first = given.number })
   local population = engine.population { lattice = given.lattice, count = given.count }
   for robot = 1, given.count do
     population:set_body(robot, one:voxels(1), one:weights(1))

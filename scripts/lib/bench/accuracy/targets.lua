@@ -104,16 +104,16 @@ local function compensation(results)
   return sample.median(price), gain
 end
 
+-- Error of fp32 with compensated sums on the way over that at rest, at the longest step of the way:
+-- that of the tier `evolve`.
 local function way_ratio(results)
-  local worst, metres
   for _, row in ipairs(rows_with(results, "rounding", { precision = "compensated" })) do
     if row.way > 0 and row.error then
       local home = value_of(results, "rounding", { precision = "compensated", way = 0,
         duration = row.duration, time_step = row.time_step }, "error")
-      worst, metres = math.max(worst or 0, row.error / home), row.way
+      return row.error / home, row.way
     end
   end
-  return worst, metres
 end
 
 local function kept(results, scene, field)
