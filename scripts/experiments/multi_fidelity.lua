@@ -7,7 +7,6 @@
 --- [SECONDS]]]
 
 local limax = require "limax"
-local rescore = require "limax.rescore"
 
 local generations = tonumber(arg[1]) or 12
 local population_size = tonumber(arg[2]) or 24
@@ -47,7 +46,7 @@ local function look_again(robots, known)
   end
   local seconds = 0
   if #unknown > 0 then
-    local again = rescore.population(robots, { accuracy = "publish" }, unknown)
+    local again = limax.rescore.population(robots, { accuracy = "publish" }, unknown)
     -- -math.huge: it failed at `publish`, and need not be tried again
     for _, i in ipairs(unknown) do known[robots[i].id] = again.fitness[i] or -math.huge end
     seconds = again.seconds
@@ -96,7 +95,7 @@ local function evolve(seed, twice)
     end
     if robots.generation == generations - 1 then
       local best = ranked(scores)[1]
-      result = rescore.population(robots, { accuracy = "reference" }, { best }).fitness[best]
+      result = limax.rescore.population(robots, { accuracy = "reference" }, { best }).fitness[best]
     end
     robots:breed(choose(robots, scores))
   end
