@@ -51,7 +51,7 @@ local function scene_panel(rows, scene)
   for _, row in ipairs(rows) do
     if row.scene == scene then
       panel.floor = { y = row.reference_error, text = "the reference's own error" }
-      panel.note = "reference: " .. row.reference:gsub("_", " ")
+      panel.note = "reference: " .. row.reference
       if row.tier then
         if row.error then
           panel.points[#panel.points + 1] = { x = row.seconds_per_second, y = row.error,
@@ -96,8 +96,8 @@ function figures.work_precision(result)
     end
   end
   return { name = "work_precision", title = "What accuracy costs", panels = panels,
-    subtitle = "Root mean square error of the masses' places at the end, against the wall time of"
-      .. " one body on one thread; shorter steps to the right. Rings: the tiers." }
+    subtitle = ("Root mean square error of the masses' places at the end, against the wall time of"
+      .. " %s; shorter steps to the right. Rings: the tiers."):format(result.where) }
 end
 
 -- ---- ranking ------------------------------------------------------------------------------------

@@ -116,6 +116,19 @@ function ranking.run(how)
   return { columns = ranking.COLUMNS, rows = rows }
 end
 
+-- What each body's own step saves against the paper's, the least and the most.
+local function what_auto_saves(rows)
+  local least, most
+  for _, row in ipairs(rows) do
+    if row.setting == "auto" and row.relative_to_paper then
+      local times = 1 / row.relative_to_paper
+      least, most = math.min(least or times, times), math.max(most or times, times)
+    end
+  end
+  return least and ("the step auto takes %.0f to %.0f times less time than the paper's %g s")
+    :format(least, most, methods.PAPER.time_step) or "the step auto has no price here"
+end
+
 local function percent(value) return value and ("%.1f %%"):format(100 * value + 0) or "-" end
 
 --- The rows as a table for people.
@@ -134,10 +147,10 @@ function ranking.text(result, style)
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(
     100 * ranking.ELITES) .. terminal.table({ "case", "bodies", "setting", "failed", "tau",
     "same elites", "distance, mm", "elite regret", "s per robot s", "of the paper's" }, lines,
-    style)
+    style) .. "\n" .. what_auto_saves(result.rows)
 end
 
---- Settings of the tables: tiers, other steps, the paper's.
+--- Settings of the tables: tiers, each body's own step, other steps, the paper's.
 ---@param names string[] tiers
 ---@param others { [1]: string, [2]: string, [3]: number }[] integrator, precision, step (s)
 ---@return limax.accuracy.ranked_setting[]
@@ -146,6 +159,8 @@ function ranking.settings(names, others)
   for _, tier in ipairs(names) do
     list[#list + 1] = { name = tier, tier = tier, setting = { accuracy = tier } }
   end
+  list[#list + 1] = { name = "auto", setting = { integrator = "leapfrog",
+    precision = "compensated", time_step = "auto" } }
   for _, other in ipairs(others) do
     list[#list + 1] = { name = ("%s, %s, %g s"):format(methods.LABELS[other[1]], other[2],
       other[3]), setting = { integrator = other[1], precision = other[2], time_step = other[3] } }

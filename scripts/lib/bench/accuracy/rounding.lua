@@ -7,6 +7,7 @@ local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local methods = require "limax.bench.accuracy.methods"
+local references = require "limax.bench.accuracy.references"
 local subjects = require "limax.bench.accuracy.subjects"
 local terminal = require "limax.terminal"
 local trial = require "limax.bench.accuracy.trial"
@@ -54,13 +55,6 @@ local function leapfrog(precision, time_step)
   return { integrator = "leapfrog", precision = precision, time_step = time_step }
 end
 
--- A reference in double, and its distance from itself at twice the step.
-local function reference_of(subject, time_step, device)
-  local positions = trial.run(subject, leapfrog("double", time_step), device).positions
-  local coarse = trial.run(subject, leapfrog("double", 2 * time_step), device).positions
-  return positions, trial.rms(positions, coarse)
-end
-
 --- Does a start so many metres along x change a bit of what becomes of a body? Compares positions
 --- relative to the start, which are exact where the start is a power of two.
 ---@param subject limax.accuracy.subject
@@ -101,14 +95,14 @@ local function long_way(given, size, device, cpu, rows)
   for number = 1, size.way_bodies do
     own.number = number
     local subject = placed(own, 0)
-    local reference, reference_error = reference_of(subject, size.way_reference, cpu)
-    reference_sum = reference_sum + reference_error ^ 2
+    local reference = references.of(subject, size.way_reference, cpu)
+    reference_sum = reference_sum + reference.error ^ 2
     for _, case in ipairs(cases) do
       host.raise_if_interrupted()
       subject.velocity = { case.way / own.duration, 0, 0 }
       local got = trial.run(subject, leapfrog(case.precision, case.time_step), device)
       if got.positions then
-        case.sum = case.sum + trial.rms(shifted(got.positions, case.way), reference) ^ 2
+        case.sum = case.sum + trial.rms(shifted(got.positions, case.way), reference.positions) ^ 2
       else
         case.status = got.status
       end
@@ -132,9 +126,8 @@ function rounding.run(how)
   local device = how.device.kind == "cpu" and cpu or how.device
   local given = { materials = engine.materials "paper", lattice = size.lattice, count = 1,
     duration = size.duration }
-  local reference, reference_error = reference_of(placed(given, 0), size.reference, cpu)
-  how.say(("rounding: reference leapfrog double %g s, its own error %.2g m"):format(size.reference,
-    reference_error))
+  local reference = references.of(placed(given, 0), size.reference, cpu)
+  how.say(("rounding: reference %s, its own error %.2g m"):format(reference.name, reference.error))
   for _, method in ipairs(METHODS) do
     for _, start in ipairs(rounding.STARTS) do
       local subject = placed(given, start)
@@ -145,8 +138,9 @@ function rounding.run(how)
         rows[#rows + 1] = { integrator = method[1], precision = method[2], start = start,
           way = 0, duration = size.duration, time_step = time_step, bodies = 1,
           status = got.status,
-          error = got.positions and trial.rms(shifted(got.positions, start), reference),
-          reference_error = reference_error }
+          error = got.positions and trial.rms(shifted(got.positions, start),
+            reference.positions),
+          reference_error = reference.error }
       end
     end
   end
@@ -154,7 +148,7 @@ function rounding.run(how)
     local setting = leapfrog(precision, defaults.tiers.publish.time_step_most)
     rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
       duration = size.duration, time_step = setting.time_step, bodies = 1, status = "done",
-      reference_error = reference_error,
+      reference_error = reference.error,
       same_bits = rounding.same_bits(placed(given, 0), setting, 1024, device) }
   end
   long_way(given, size, device, cpu, rows)

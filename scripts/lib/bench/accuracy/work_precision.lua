@@ -6,6 +6,7 @@ local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local methods = require "limax.bench.accuracy.methods"
+local references = require "limax.bench.accuracy.references"
 local subjects = require "limax.bench.accuracy.subjects"
 local terminal = require "limax.terminal"
 local tiers = require "limax.tiers"
@@ -22,31 +23,6 @@ work_precision.COLUMNS = { "scene", "tier", "integrator", "precision", "time_ste
 ---@field steps number[] time steps, s, longest first
 ---@field reference number s, the step of a reference in leapfrog, double
 ---@field effort { seconds: number, runs: integer }
-
--- s: RK4's error falls with the fourth power of the step, so that its reference needs no shorter
--- one than the paper's.
-local RK4_STEP = 1e-5
-
--- The reference of a subject: RK4 in double where the engine takes it, else leapfrog in double, and
--- its distance from itself at twice the step.
-local function reference_of(subject, size, device)
-  local setting = { integrator = "leapfrog", precision = "double", time_step = size.reference }
-  local finest = { integrator = "rk4", precision = "double",
-    time_step = math.max(RK4_STEP, size.reference) }
-  if subjects.SMOOTH[subject.name] and methods.in_build "rk4"
-    and not methods.refusal(subject, trial.options(subject, finest), device) then
-    setting = finest
-  end
-  local fine = trial.run(subject, setting, device)
-  local coarse = trial.run(subject, { integrator = setting.integrator, precision = "double",
-    time_step = 2 * setting.time_step }, device)
-  if fine.status ~= "done" or coarse.status ~= "done" then
-    error(("%s: the reference is %s: %s"):format(subject.name, fine.status,
-      tostring(fine.reason or coarse.reason)), 0)
-  end
-  return { positions = fine.positions, error = trial.rms(fine.positions, coarse.positions),
-    name = ("%s double %g s"):format(setting.integrator, setting.time_step) }
-end
 
 -- All steps of one method in one scene.
 local function curve(subject, method, reference, size, device, rows)
@@ -83,7 +59,7 @@ end
 --- Measures every method and tier in every scene.
 ---@param how { device: limax.device, size: limax.accuracy.size, scenes: string[]|nil,
 --- say: fun(text: string) }
----@return { columns: string[], rows: table[] }
+---@return { columns: string[], rows: table[], where: string } `where`: what was timed
 function work_precision.run(how)
   local materials, rows = engine.materials "paper", {}
   local one = engine.device("cpu", { threads = 1 })
@@ -95,7 +71,7 @@ function work_precision.run(how)
       count = count, duration = how.size.duration })
     local alone = subjects.get(name, { materials = materials, lattice = how.size.lattice,
       count = 1, duration = how.size.duration })
-    local reference = reference_of(alone, how.size, one)
+    local reference = references.of(alone, how.size.reference, one)
     how.say(("%s: reference %s, its own error %.2g m"):format(subjects.TITLES[name],
       reference.name, reference.error))
     for _, integrator in ipairs(methods.INTEGRATORS) do
@@ -112,7 +88,9 @@ function work_precision.run(how)
     end
     try_tiers(subject, reference, how.size, device, rows)
   end
-  return { columns = work_precision.COLUMNS, rows = rows }
+  local where = count == 1 and "one body on one thread"
+    or ("one of %d bodies on a GPU"):format(count)
+  return { columns = work_precision.COLUMNS, rows = rows, where = where }
 end
 
 --- The rows as a table for people: a line per scene and method, the steps side by side.
