@@ -74,6 +74,8 @@ local function scene_panel(rows, scene)
     end
   end
   for _, entry in pairs(by_curve) do price_of_failures(entry.rows, entry.curve) end
+  -- what comes nearer than the reference is to itself ends on the axis
+  panel.y.low = panel.floor.y / 2
   for _, integrator in ipairs(methods.INTEGRATORS) do
     local why = absent[integrator]
     if why then

@@ -106,7 +106,7 @@ function work_precision.text(result, style)
     end
   end
   local line
-  local tier_rows = {}
+  local tier_rows, notes = {}, {}
   for _, row in ipairs(result.rows) do
     local label = methods.LABELS[row.integrator]
     if row.tier then
@@ -120,14 +120,18 @@ function work_precision.text(result, style)
     end
     local said = row.error and ("%.1e"):format(row.error) or row.status
     if row.time_step and row.status ~= "refused" then line[steps[row.time_step]] = said end
-    if row.status == "refused" then line[4] = row.reason end
+    if row.status == "refused" then
+      line[4] = "refused"
+      local said = ("%s in %s: %s"):format(label, row.scene, row.reason)
+      if notes[#notes] ~= said then notes[#notes + 1] = said end
+    end
     ::continue::
   end
   for _, each in ipairs(lines) do
     for c = 4, #head do each[c] = each[c] or "" end
   end
   return "error of the masses' places at the end (m, root mean square), by time step\n"
-    .. terminal.table(head, lines, style)
+    .. terminal.table(head, lines, style) .. "\n" .. table.concat(notes, "\n")
     .. "\n\n" .. terminal.table({ "scene", "tier", "time step, s", "error, m",
       "wall s per simulated s" }, tier_rows, style)
 end
