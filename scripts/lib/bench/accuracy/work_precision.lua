@@ -122,8 +122,8 @@ function work_precision.text(result, style)
     if row.time_step and row.status ~= "refused" then line[steps[row.time_step]] = said end
     if row.status == "refused" then
       line[4] = "refused"
-      local said = ("%s in %s: %s"):format(label, row.scene, row.reason)
-      if notes[#notes] ~= said then notes[#notes + 1] = said end
+      local note = ("%s in %s: %s"):format(label, row.scene, row.reason)
+      if notes[#notes] ~= note then notes[#notes + 1] = note end
     end
     ::continue::
   end
