@@ -97,8 +97,9 @@ end)
 
 -- ---- the whole bench, tiny ----------------------------------------------------------------------
 
+-- with a trace, so that samples are not those of a scene that records nothing
 local SMALL_BODIES = { "lattice=[2,2,2]", "simulation.duration=0.3", "simulation.settle=0.1",
-  "record={}", "population=6", "generations=2", "genome.sigma=4" }
+  "record={\"center_of_mass\":50}", "population=6", "generations=2", "genome.sigma=4" }
 
 local SIZES = {
   work_precision = TINY,
