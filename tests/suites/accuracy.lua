@@ -136,7 +136,6 @@ suite:test("every section leaves figures, tables and one page", { limit = 60 }, 
     { 1, 1, 0, 0 })
   t:equal({ thrown.failed, thrown.overlap, thrown.tau }, { 6, 0 })
   t:ok(thrown.elite_regret > 0 and finest.relative_to_paper > 0)
-  -- nothing was simulated for a time, so that it has no price
   t:equal(thrown.relative_to_paper, nil)
   t:equal(by_setting.evolve.tier, "evolve")
   for _, row in ipairs(rows.rounding) do

@@ -51,8 +51,8 @@ function price.measure(robots, settings, seconds)
     end }
   end
   local prices = {}
-  for k, rate in ipairs(timing.best_rates(list, ROUNDS)) do
-    prices[k] = rate > 0 and 1 / rate or nil
+  for k, speed in ipairs(timing.best_rates(list, ROUNDS)) do
+    prices[k] = speed > 0 and 1 / speed or nil
     simulations[k]:free "its price was known"
   end
   return prices

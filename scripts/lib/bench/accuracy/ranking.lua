@@ -89,9 +89,10 @@ local function measure(case, kind, robots, size, rows)
     local row = { case = case.name, population = kind, setting = each.name, tier = each.tier,
       integrator = each.setting.integrator, precision = each.setting.precision,
       time_step = tonumber(each.setting.time_step), robots = #robots, failed = scores.failed,
-      seconds_per_second = prices[k] }
-    if paper and prices[k] and prices[paper] then
-      row.relative_to_paper = prices[k] / prices[paper]
+      -- what no robot survives has no price
+      seconds_per_second = scores.failed < #robots and prices[k] or nil }
+    if paper and row.seconds_per_second and prices[paper] then
+      row.relative_to_paper = row.seconds_per_second / prices[paper]
     end
     for key, value in pairs(ranking.compare(reference, scores, #robots)) do row[key] = value end
     rows[#rows + 1] = row
