@@ -4,7 +4,9 @@
 
 local bodies = require "limax.bench.bodies"
 local engine = require "limax.engine"
-local limax_scenes = require "limax.scenes"
+local rescore = require "limax.rescore"
+local scenes = require "limax.scenes"
+local walkers = require "limax.bench.accuracy.walkers"
 
 local subjects = {}
 
@@ -47,6 +49,29 @@ local function shake(simulation, robot)
   simulation:place(robot, nil, velocities)
 end
 
+-- The best walker among the first bodies of the quickstart, as a population and a place in it.
+local function walker(given)
+  local n = given.lattice
+  local experiment = walkers.experiment(walkers.CASES[1], { "population=24",
+    ("lattice=[%d,%d,%d]"):format(n[1], n[2], n[3]), "simulation.duration=1", "record={}",
+    -- small lattices need it to be of several materials at all
+    "genome.sigma=1" })
+  local robots = walkers.random(experiment, engine.device("cpu", { threads = 1 }))
+  local fitness = rescore.population(robots, { accuracy = "evolve" }).fitness
+  local best
+  for i = 1, #robots do
+    if fitness[i] and (not best or fitness[i] > fitness[best]) then best = i end
+  end
+  if not best then error("none of the first bodies of walk.lua can walk", 0) end
+  return robots.engine, best
+end
+
+-- A population that holds the body of a scene, and its place there.
+local function body_of(name, given)
+  if name == "walk" then return walker(given) end
+  return bodies.population(given.materials, given.lattice, 1, { first = given.number }), 1
+end
+
 --- The subject of a name, with `count` equal bodies.
 ---@param name string of subjects.NAMES
 ---@param given { materials: limax.materials, lattice: integer[], count: integer,
@@ -54,25 +79,24 @@ end
 ---@return limax.accuracy.subject
 function subjects.get(name, given)
   local materials = given.materials
-  local one = bodies.population(materials, given.lattice, 1, { first = given.number })
+  local origin, place = body_of(name, given)
   local population = engine.population { lattice = given.lattice, count = given.count }
   for robot = 1, given.count do
-    population:set_body(robot, one:voxels(1), one:weights(1))
+    population:set_body(robot, origin:voxels(place), origin:weights(place))
   end
   population:check(materials, { require_muscle = false })
-  one:free()
   local subject = { name = name, population = population, materials = materials, settle = 0,
     duration = given.duration or DURATION }
   if name == "free" then
     subject.scene = engine.scene { damping = true }
     subject.place = shake
   elseif name == "air" then
-    subject.scene = engine.scene(limax_scenes.air { gravity = false })
+    subject.scene = engine.scene(scenes.air { gravity = false })
   elseif name == "drop" then
-    subject.scene = engine.scene(limax_scenes.land { actuation = false })
+    subject.scene = engine.scene(scenes.land { actuation = false })
     subject.position = { 0, 0, 0.1 }
   else
-    subject.scene = engine.scene(limax_scenes.land())
+    subject.scene = engine.scene(scenes.land())
   end
   return subject
 end
