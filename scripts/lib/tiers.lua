@@ -32,13 +32,13 @@ function tiers.path()
   return nil
 end
 
---- What a measurement holds for: the model of processor or GPU, and the build.
+--- What a measurement holds for: the model of processor or GPU, and the build. Prices are ratios,
+--- so that the number of threads is no part of it.
 ---@param device limax.device
 ---@return string
 function tiers.key(device)
   local about = device:describe()
-  local model = about.gpus and about.gpus[1].name
-    or ("%s, %s, %d threads"):format(about.cpu, about.isa, device.threads)
+  local model = about.gpus and about.gpus[1].name or ("%s, %s"):format(about.cpu, about.isa)
   local environment = host.environment()
   return ("%s; limax %s, %s, %s"):format(model, host.version, environment.compiler,
     environment.build)

@@ -79,8 +79,9 @@ local function scene_panel(rows, scene)
   for _, integrator in ipairs(methods.INTEGRATORS) do
     local why = absent[integrator]
     if why then
+      -- a refusal's first part says why, the rest what to do
       panel.note = ("%s; %s: %s"):format(panel.note, methods.LABELS[integrator],
-        #why > 24 and "not for scenes with contact" or why)
+        why:gsub("^integrator: ", ""):match "^[^;]*")
     end
   end
   return panel
