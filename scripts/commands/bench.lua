@@ -82,7 +82,7 @@ return {
     { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
       text = "threads of the CPU device; one per core if left out" },
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
-      text = "time of one repeat of one measurement" },
+      text = "throughput, effects: time of one repeat of one measurement" },
     { name = "full",
       text = "throughput: every combination on a GPU, and a generation of 1000 robots; accuracy:"
         .. " more steps and robots, whole evolutions, long runs: hours" },

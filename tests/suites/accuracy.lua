@@ -382,6 +382,20 @@ suite:test("looking twice: the shipped experiment saves time and runs small", { 
     t:ok(tonumber(all) == 10 and tonumber(twice) < 10 and tonumber(twice) >= 3, done.stdout)
   end)
 
+suite:test("the page names every column and section", function(t)
+  local page, columns = source.read(host.home .. "/scripts/ACCURACY.md"), {}
+  for _, name in ipairs(accuracy.SECTIONS) do
+    t:ok(page:find(("| `%s` |"):format(name), 1, true), name)
+    columns[#columns + 1] = require("limax.bench.accuracy." .. name).COLUMNS
+  end
+  columns[#columns + 1], columns[#columns + 2] = targets.COLUMNS, tune.COLUMNS
+  for _, list in ipairs(columns) do
+    for _, column in ipairs(list) do
+      t:ok(page:find(("`%s`"):format(column), 1, true), column .. " is not on the page")
+    end
+  end
+end)
+
 suite:test("what cannot be measured is refused", function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)

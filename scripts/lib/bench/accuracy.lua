@@ -126,6 +126,8 @@ end
 ---@field sections string[]|nil
 ---@field out string|nil a folder for pictures, tables and the page
 ---@field sizes table|nil by section, in the place of the usual ones
+---@field tune string|nil an experiment's file: try its steps instead
+---@field champions string[]|nil robot files that are tried with it
 
 --- Runs the sections. With `out`, that folder gets accuracy.html, .csv, .json and the figures.
 ---@param how limax.accuracy.how
