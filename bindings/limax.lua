@@ -12,6 +12,7 @@ local public = {
   diversity = { "limax.diversity" },
   experiment = { "limax.experiment" },
   fitness = { "limax.fitness" },
+  rescore = { "limax.rescore" },
   robot = { "limax.robot" },
   scenes = { "limax.scenes" },
   selection = { "limax.selection" },
@@ -28,6 +29,7 @@ local public = {
 ---@field diversity table measures of how different the robots of a population are
 ---@field experiment fun(given: table): limax.experiment checks and completes an experiment
 ---@field fitness table fitness functions by name
+---@field rescore table robots of a population scored again under another accuracy
 ---@field robot fun(given: table|string): limax.robot a robot by hand, or from a robot file
 ---@field scenes table ready scenes
 ---@field selection table selection schemes by name

@@ -2,6 +2,7 @@
 --- scripts/lib/bench that first checks what it is about to time, then measures, and returns rows;
 --- this file runs it and writes them.
 
+local choice = require "limax.choice"
 local csv = require "limax.bench.csv"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
@@ -11,13 +12,11 @@ local suggest = require "limax.suggest"
 local exit_usage = 2
 
 -- modules of scripts/lib/bench that measure; the other files there are what they share
-local BENCHES = { "blow-ups", "effects", "stability", "throughput" }
+local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 
--- options of some benches alone
-local ONLY = {
-  first = { ["blow-ups"] = true }, cases = { ["blow-ups"] = true }, case = { ["blow-ups"] = true },
-  filter = { stability = true },
-}
+-- options of one bench alone
+local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter = "stability",
+  out = "accuracy", section = "accuracy", tune = "accuracy", champion = "accuracy" }
 -- of a search that names no number: about ten seconds on two cores
 local DEFAULT_CASES = 1024
 
@@ -39,13 +38,19 @@ local function run(arguments)
   if arguments.store and not (name == "throughput" and device.kind == "cuda") then
     failure.raise(exit_usage, "--store keeps what a GPU gave: limax bench throughput --device cuda")
   end
-  for option, benches in pairs(ONLY) do
-    if arguments[option] ~= nil and not benches[name] then
-      failure.raise(exit_usage, ("--%s is no option of limax bench %s"):format(option, name))
+  for _, option in ipairs(choice.sorted_keys(ONLY)) do
+    local given = arguments[option]
+    local absent = given == nil or type(given) == "table" and #given == 0
+    if name ~= ONLY[option] and not absent then
+      failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option, ONLY[option]))
     end
   end
   local bench = require("limax.bench." .. name:gsub("-", "_"))
   local result = bench.run {
+    out = arguments.out,
+    sections = arguments.section,
+    tune = arguments.tune,
+    champions = arguments.champion,
     device = device,
     threads = arguments.threads,
     seconds = arguments.seconds,
@@ -57,6 +62,7 @@ local function run(arguments)
     case = arguments.case,
     say = function(text) io.write(text, "\n") io.flush() end,
   }
+  result.sections = nil
   result.schema = "limax.bench/1"
   result.bench = name
   result.environment = host.environment()
@@ -66,7 +72,7 @@ local function run(arguments)
 end
 
 return {
-  summary = "measure speed, after checking the physics of what is measured",
+  summary = "measure speed and accuracy, after checking the physics of what is measured",
   usage = "limax bench NAME [options]",
   text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
@@ -74,7 +80,10 @@ return {
     .. "effects measures the time of a step with each effect alone, all but each, and all.\n"
     .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
     .. "blow-ups searches random robots for such that diverge at the automatic step. Both exit 1\n"
-    .. "if they find a failure.",
+    .. "if they find a failure.\n"
+    .. "accuracy measures what accuracy costs: error against time by integrator, precision and\n"
+    .. "step, the order of walkers under cheap settings, rounding, drift; two minutes on two\n"
+    .. "cores. With --tune FILE, the step that an experiment bears instead.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -84,9 +93,10 @@ return {
     { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
       text = "threads of the CPU device; one per core if left out" },
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
-      text = "time of one repeat of one measurement" },
+      text = "throughput, effects: time of one repeat of one measurement" },
     { name = "full",
-      text = "throughput: every combination on a GPU, and a generation of 1000 robots" },
+      text = "throughput: every combination on a GPU, and a generation of 1000 robots; accuracy:"
+        .. " more steps and robots, whole evolutions, long runs: hours" },
     { name = "filter", argument = "TEXT", text = "stability: only cases whose name contains this" },
     { name = "cases", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
       text = "blow-ups: so many random cases; 1024 if left out" },
@@ -94,6 +104,15 @@ return {
       text = "blow-ups: number of the first case; 1 if left out" },
     { name = "case", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
       text = "blow-ups: run this case alone, and print its robot and scene" },
+    { name = "out", argument = "DIR",
+      text = "accuracy: a folder for figures, tables and the page accuracy.html" },
+    { name = "section", argument = "NAME", many = true,
+      text = "accuracy: this section alone: work_precision, rounding, conservation, ranking,"
+        .. " evolutions" },
+    { name = "tune", argument = "FILE",
+      text = "accuracy: which step this experiment bears" },
+    { name = "champion", argument = "FILE", many = true,
+      text = "accuracy, with --tune: a robot file to try beside the first generation" },
     { name = "store", text = "throughput: keep the hashes of this GPU model's last states" },
   },
   run = run,

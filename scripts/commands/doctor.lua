@@ -9,6 +9,7 @@ local scene_report = require "limax.scene_report"
 local script = require "limax.script"
 local settings = require "limax.settings"
 local terminal = require "limax.terminal"
+local tiers = require "limax.tiers"
 
 -- programs that limax or its developers use where they are found
 local TOOLS = {
@@ -140,6 +141,16 @@ local function gather_cuda()
   return facts
 end
 
+-- The tiers of accuracy with what was measured of them, on the GPU where `auto` takes it.
+local function gather_tiers(cpu)
+  local fine, gpu = failure.attempt(engine.device, "cuda")
+  local measured, list = tiers.measured(fine and gpu or cpu), {}
+  for i, name in ipairs(tiers.NAMES) do
+    list[i] = { name = name, what = tiers.describe(name), measured = measured and measured[name] }
+  end
+  return list
+end
+
 local function gather()
   local environment = host.environment()
   local device = engine.device "cpu"
@@ -160,6 +171,7 @@ local function gather()
     tools = tools(), self_check = self_check(device),
   }
   for name, fact in pairs(gather_cuda()) do facts[name] = fact end
+  facts.tiers = gather_tiers(device)
   return facts
 end
 
@@ -230,6 +242,9 @@ local function lines_of(facts)
   line(facts.jit and "ok" or "warn", "Lua", "%s, compiler %s%s", facts.luajit,
     facts.jit and "on" or "off: scripts are about ten times slower",
     facts.jit and (" (%s)"):format(facts.jit_flags) or "")
+  for _, tier in ipairs(facts.tiers) do
+    line(tier.measured and "ok" or "", tier.name, "%s: %s", tier.what, tiers.price(tier.measured))
+  end
   for _, tool in ipairs(facts.tools) do
     line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)
   end

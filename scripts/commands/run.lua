@@ -13,6 +13,7 @@ local resume = require "limax.resume"
 local run_folder = require "limax.run_folder"
 local script = require "limax.script"
 local tally = require "limax.tally"
+local tiers = require "limax.tiers"
 local together = require "limax.together"
 
 local command = {
@@ -22,6 +23,8 @@ local command = {
   options = {
     { name = "set", argument = "PATH=VALUE", many = true,
       text = "change a field of the experiment: population=50, scene.actuation.frequency=3" },
+    { name = "accuracy", argument = "TIER", choices = tiers.NAMES,
+      text = "preview, evolve, publish or reference, in the place of what the script says" },
     { name = "out", argument = "DIR", text = "the new run folder; runs/NAME-N if left out" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" },
       text = "auto, cpu or cuda" },
@@ -78,6 +81,19 @@ local function announce(session, experiment, device)
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
   io.stderr:write(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
     which, config.generations, config.population, where, session.folder.path))
+  local tier = tiers.of(config.simulation)
+  if tier then
+    local measured = tiers.measured(device)
+    io.stderr:write(("accuracy %s: %s; %s\n"):format(tier, tiers.describe(tier),
+      tiers.price(measured and measured[tier])))
+  end
+end
+
+-- What the words of the command change: a tier first, so that --set has the last word.
+local function changes_of(arguments)
+  local changes = arguments.accuracy and tiers.overrides(arguments.accuracy) or {}
+  for _, text in ipairs(arguments.set or {}) do changes[#changes + 1] = text end
+  return changes
 end
 
 -- Takes a folder as the run's own. From here on even a hard stop says how to go on.
@@ -93,7 +109,7 @@ local function reopen(session, arguments)
   local path, note = resume.script(folder)
   local changes = {}
   for _, text in ipairs(folder.config.run.overrides) do changes[#changes + 1] = text end
-  for _, text in ipairs(arguments.set or {}) do changes[#changes + 1] = text end
+  for _, text in ipairs(changes_of(arguments)) do changes[#changes + 1] = text end
   local experiment = load_experiment(path):override(changes)
   local alone = folder.config.run.repetition
   if arguments.repetition and arguments.repetition ~= alone then
@@ -187,7 +203,7 @@ local function execute(session, experiment, arguments)
   if arguments.resume then
     experiment = reopen(session, arguments)
   else
-    experiment = experiment:override(arguments.set or {})
+    experiment = experiment:override(changes_of(arguments))
     session.alone = arguments.repetition
   end
   session.first, session.last = span(experiment.config, session.alone)
@@ -226,7 +242,7 @@ local function execute(session, experiment, arguments)
   if not session.folder then
     local path = arguments.out or run_folder.next_free(experiment.config.name)
     hold(session, run_folder.create(path, experiment,
-      { repetition = session.alone, overrides = arguments.set }))
+      { repetition = session.alone, overrides = changes_of(arguments) }))
   end
   session.folder:status "running"
   session.folder:write_environment(device)

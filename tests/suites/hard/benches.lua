@@ -109,7 +109,7 @@ suite:test("blow-ups: options that belong to another bench are refused", functio
   local folder = t:folder()
   local done = process.limax({ "bench", "stability", "--cases", "5" }, { folder = folder })
   t:equal(done.status, 2)
-  t:ok(done.stderr:find("--cases is no option of limax bench stability", 1, true), done.stderr)
+  t:ok(done.stderr:find("--cases belongs to limax bench blow-ups", 1, true), done.stderr)
   done = process.limax({ "bench", "blow-ups", "--case", "3", "--device", "cpu" },
     { folder = folder })
   t:ok(done.status == 0, done.stderr)

@@ -1,0 +1,118 @@
+--- multi_fidelity.lua: evolution that looks twice. Every robot is scored at the tier `preview`; the
+--- promising ones are scored again at `publish`, and only those scores choose elites and parents.
+--- Shows an own loop over `population:breed` with `limax.rescore`, and measures what looking twice
+--- saves: the same evolution with every robot at `publish`, from the same genomes, and both final
+--- bests scored again at `reference`. Two seeds of 12 generations of 24 robots; about a minute on
+--- two cores. Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION
+--- [SECONDS]]]
+
+local limax = require "limax"
+
+local generations = tonumber(arg[1]) or 12
+local population_size = tonumber(arg[2]) or 24
+local duration = tonumber(arg[3]) or 3 -- s
+local seeds = { 1, 2 }
+-- Of the population: the elites (0.3) and a third more, so that `preview` may be wrong about some.
+local promising_share = 0.4
+
+local function experiment(seed, accuracy)
+  return limax.experiment {
+    name = "multi_fidelity", seed = seed, genome = { sigma = 0.25 },
+    simulation = { duration = duration, settle = 0.3, accuracy = accuracy },
+    population = population_size, generations = generations, repetitions = 1,
+    fitness = "walk", supervisor = "fixed", record = {},
+  }
+end
+
+-- Indices with a score, best first.
+local function ranked(scores)
+  local list = {}
+  for i in pairs(scores) do list[#list + 1] = i end
+  table.sort(list, function(a, b)
+    if scores[a] ~= scores[b] then return scores[a] > scores[b] end
+    return a < b
+  end)
+  return list
+end
+
+-- Scores of the promising robots at `publish`; an elite keeps the one that it has.
+local function look_again(robots, known)
+  local promising, unknown = {}, {}
+  for k = 1, math.min(#robots.ranked, math.ceil(promising_share * #robots)) do
+    promising[k] = robots.ranked[k]
+  end
+  for _, i in ipairs(promising) do
+    if not known[robots[i].id] then unknown[#unknown + 1] = i end
+  end
+  local seconds = 0
+  if #unknown > 0 then
+    local again = limax.rescore.population(robots, { accuracy = "publish" }, unknown)
+    -- -math.huge: it failed at `publish`, and need not be tried again
+    for _, i in ipairs(unknown) do known[robots[i].id] = again.fitness[i] or -math.huge end
+    seconds = again.seconds
+  end
+  local scores = {}
+  for _, i in ipairs(promising) do
+    local score = known[robots[i].id]
+    if score > -math.huge then scores[i] = score end
+  end
+  return scores, seconds, #unknown
+end
+
+-- Elites and pairs of parents from the best of the finer scores: tournaments of 3.
+local function choose(robots, scores)
+  local best = ranked(scores)
+  local count = math.min(#best, math.floor(0.3 * #robots + 0.5))
+  local elites, parents = {}, {}
+  for k = 1, count do elites[k] = best[k] end
+  for child = 1, #robots - count do
+    local random = limax.engine.random(robots.run.config.seed, 1, "user", robots.generation, child)
+    local function pick()
+      local place = #best
+      for _ = 1, 3 do place = math.min(place, random:integer(#best)) end
+      return best[place]
+    end
+    parents[child] = { pick(), pick() }
+  end
+  return { elites = elites, parents = parents }
+end
+
+-- One evolution: its final best at `reference` (m), the wall time of all simulations (s) and the
+-- number of those at `publish`.
+local function evolve(seed, twice)
+  local known, seconds, fine, result = {}, 0, 0, nil
+  for robots in limax.start(experiment(seed, twice and "preview" or "publish")):generations() do
+    robots:simulate():score()
+    seconds = seconds + robots.timing.simulate
+    local scores = {}
+    if twice then
+      local again, count
+      scores, again, count = look_again(robots, known)
+      seconds, fine = seconds + again, fine + count
+    else
+      fine = fine + robots.evaluations
+      for _, i in ipairs(robots.ranked) do scores[i] = robots[i].fitness end
+    end
+    if robots.generation == generations - 1 then
+      local best = ranked(scores)[1]
+      result = limax.rescore.population(robots, { accuracy = "reference" }, { best }).fitness[best]
+    end
+    robots:breed(choose(robots, scores))
+  end
+  return result, seconds, fine
+end
+
+print(("walk fitness (m) of the final best at `reference`; %d generations of %d robots"):format(
+  generations, population_size))
+print "seed   all at publish                preview, then publish           time saved"
+local saved = 0
+for _, seed in ipairs(seeds) do
+  local all, all_seconds, all_fine = evolve(seed, false)
+  local twice, twice_seconds, twice_fine = evolve(seed, true)
+  saved = saved + (1 - twice_seconds / all_seconds) / #seeds
+  print(("%-4d   %6.3f, %3d runs in %6.2f s   %6.3f, %3d runs in %6.2f s   %4.0f %%"):format(seed,
+    all, all_fine, all_seconds, twice, twice_fine, twice_seconds,
+    100 * (1 - twice_seconds / all_seconds)))
+end
+print(("looking twice saves %.0f %% of the time of simulating, mean of %d seeds"):format(
+  100 * saved, #seeds))

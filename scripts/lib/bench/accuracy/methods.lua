@@ -1,0 +1,43 @@
+--- methods.lua: the integrators and precisions that a build and a device have, found by asking the
+--- engine, and how tables and figures name them.
+
+local engine = require "limax.engine"
+local failure = require "limax.failure"
+
+local methods = {}
+
+methods.INTEGRATORS = { "symplectic_euler", "leapfrog", "rk4" }
+methods.PRECISIONS = { "single", "compensated", "mixed", "double" }
+
+--- Names for people.
+methods.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4" }
+
+--- The paper's setting as this library reads it: the paper names no integrator and no precision;
+--- its step is 1e-5 s.
+methods.PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
+
+--- Why the engine takes no simulation with these options in this scene; nil where it does.
+---@param trial { population: limax.population, materials: limax.materials, scene: limax.scene }
+---@param options table as engine.simulation takes them
+---@param device limax.device
+---@return string|nil
+function methods.refusal(trial, options, device)
+  local fine, value =
+    failure.attempt(engine.simulation, trial.population, trial.materials, trial.scene, options,
+      device)
+  if fine then
+    value:free "it was made to see whether it can be"
+    return nil
+  end
+  if failure.of_machine(value) then error(value, 0) end
+  return (failure.bare(value):gsub("^simulation: ", ""))
+end
+
+--- Is this integrator in the build at all?
+---@param integrator string
+---@return boolean
+function methods.in_build(integrator)
+  return engine.names.integrator.value[integrator] ~= nil
+end
+
+return methods
