@@ -159,8 +159,8 @@ case { row = 31, name = "work of friction", run = function(c)
   local work = mu * outcome.mass * STANDARD_GRAVITY
     * (outcome.center_end[1] - outcome.center_start[1])
   -- a sheet that is braked from below rocks a little: N is mg on average alone, and its own springs
-  -- take some of the energy; both are of the order of mu h / (length) squared
-  c:near("energy lost", lost, work, { rtol = 5e-3 })
+  -- take some of the energy; together 5e-5 of it
+  c:near("energy lost", lost, work, { rtol = 2e-4 })
 end }
 
 return cases

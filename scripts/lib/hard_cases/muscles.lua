@@ -105,7 +105,8 @@ end }
 
 for _, frequency in ipairs { 0.001, 20, 1000 } do
   case { row = frequency == 1000 and 34 or nil, run = function(c)
-    -- at 1 kHz a period is a few steps of `auto`: the drive is wrong there, and must be harmless
+    -- at 1 kHz a period is a few steps of `auto`. Nothing refuses that or warns of it: the drive is
+    -- not what was meant, and all that is asked here is that it does no harm.
     c:run { lattice = { 3, 3, 3 }, voxels = checkerboard, duration = 2, energy = false,
       scene = { gravity = true, ground = true, friction = true, damping = true,
         actuation = { frequency = frequency } } }
