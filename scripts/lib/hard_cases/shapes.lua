@@ -108,7 +108,8 @@ for _, share in ipairs { 0.7, 0.3, 0.05 } do
     -- the general check holds the energy to what was stored; below half its length a spring is
     -- stiffer to the side than the step's bound asks, so that only a share of the step is taken
     c:run { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 1,
-      bound_fraction = share < 0.5 and 0.09 or 0.9, center_tolerance = 5, place = function(positions)
+      bound_fraction = share < 0.5 and 0.09 or 0.9, center_tolerance = 5,
+      place = function(positions)
         for _, p in ipairs(positions) do
           for axis = 1, 3 do p[axis] = 0.15 + share * (p[axis] - 0.15) end
         end
