@@ -55,14 +55,15 @@ local ANYWHERE = { leapfrog = true, symplectic_euler = true }
 --- The combinations of integrator and precision in which a case is run on a device.
 ---@param case limax.hard_case
 ---@param kind string of the device
----@param full boolean
+---@param full boolean every one
+---@param brief boolean|nil the two of a long case, whatever the case
 ---@return limax.hard_cases.combination[]
-function hard_cases.combinations(case, kind, full)
+function hard_cases.combinations(case, kind, full, brief)
   local list = {}
   for _, integrator in ipairs(engine.names.integrator.names) do
     for _, precision in ipairs(engine.names.precision.names) do
       local able = ANYWHERE[integrator] or (case.smooth and kind == "cpu")
-      local chosen = full or not case.brief or BRIEF[integrator .. " " .. precision]
+      local chosen = full or not (brief or case.brief) or BRIEF[integrator .. " " .. precision]
       if able and chosen then
         list[#list + 1] = { integrator = integrator, precision = precision }
       end

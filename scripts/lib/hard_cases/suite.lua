@@ -1,5 +1,6 @@
 --- suite.lua: makes a suite of the hard cases of one kind: a test for each case and device, which
---- runs its combinations of integrator and precision and asks the same verdict of all.
+--- runs its combinations of integrator and precision and asks the same verdict of all. Those of a
+--- GPU are few unless the tests tagged full are asked for.
 
 local hard_cases = require "limax.hard_cases"
 local test = require "limax.test"
@@ -9,7 +10,9 @@ local function run(t, case, full)
   local missing = hard_cases.missing(case)
   if missing then t:skip(missing) end
   local first
-  for _, how in ipairs(hard_cases.combinations(case, t.device.kind, full)) do
+  -- a GPU compiles a kernel for each combination of a scene and a lattice
+  local brief = t.device.kind ~= "cpu"
+  for _, how in ipairs(hard_cases.combinations(case, t.device.kind, full, brief)) do
     how.device = t.device
     local verdict = hard_cases.run(case, how, full)
     local name = ("%s %s"):format(how.integrator, how.precision)
@@ -32,9 +35,8 @@ return function(kind)
       suite:test(row .. case.name, { devices = "all" },
         function(t) run(t, case, false) end)
     end
-    if case.full or case.brief then
-      suite:test(row .. case.name .. ", in full", { devices = "all", tags = "full" },
-        function(t) run(t, case, true) end)
-    end
+    local devices = (case.full or case.brief) and "all" or { "cuda" }
+    suite:test(row .. case.name .. ", in full", { devices = devices, tags = "full" },
+      function(t) run(t, case, true) end)
   end
 end
