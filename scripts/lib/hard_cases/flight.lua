@@ -74,7 +74,7 @@ case { row = 2, name = "free flight without gravity", smooth = true, brief = tru
     end
   end }
 
-case { row = 3, name = "free spin, undamped", smooth = true, brief = true, run = function(c)
+case { row = 3, name = "free spin, undamped", brief = true, run = function(c)
   local first
   local steps = c.full and 1e6 or 4e4
   local run = c:run { lattice = { 2, 2, 2 }, voxels = "s", scene = {}, time_step = 5e-4,

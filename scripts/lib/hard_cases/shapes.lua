@@ -25,7 +25,7 @@ local function stands(c, run, tolerance)
   c:near("force of the ground", sum, STANDARD_GRAVITY * run:outcome().mass, tolerance)
 end
 
-case { row = 12, name = "two masses in one place", smooth = true, run = function(c)
+case { row = 12, name = "two masses in one place", run = function(c)
   -- their spring has no direction and pulls nowhere: |f| <= k L, and the others part them. Momentum
   -- is held by the general checks.
   local run = c:run { lattice = { 2, 2, 2 }, scene = { damping = true }, duration = 2,
