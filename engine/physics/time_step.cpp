@@ -43,15 +43,28 @@ double accuracy_cap(const limax_simulation_options& options, const scene& scene)
     using namespace effects;
     double squared = 0;  // (m/s)^2
     for (const double v : options.velocity) squared += v * v;
-    if (scene.has(index_of<gravity>) && scene.has(index_of<ground>)) {
-        const double* g = scene.values(index_of<gravity>);
-        const double strength = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-        const double above = options.position[2] - scene.values(index_of<ground>)[2];
-        if (g[2] < 0 && above > 0) {
-            const double whole = options.settle + options.duration;
-            const double reach = std::sqrt(squared) * whole + 0.5 * strength * whole * whole;
-            squared += 2 * strength * std::min(above * strength / -g[2], reach);
-        }
+    const vector<double> start{options.position[0], options.position[1], options.position[2]};
+    const double* g = scene.values(index_of<gravity>);
+    const vector<double> pull{g[0], g[1], g[2]};
+    const double strength = scene.has(index_of<gravity>) ? std::sqrt(dot(pull, pull)) : 0;
+    double way = HUGE_VAL;
+    const double world[3] = {0, 0, 0};
+    for_each([&]<class E>(E) {
+        // obstacles may be missed
+        if constexpr (same_type<E, ground> || same_type<E, planes> || same_type<E, terrain>)
+            for (int i = 0; i < scene.instances(index_of<E>); ++i) {
+                const auto point = E::surface(
+                    make_params<E, double>(scene.values(index_of<E>, i), world, scene.heights()),
+                    start);
+                const double towards = -along(point.normal, pull);
+                if (point.depth < 0 && towards > 0)
+                    way = std::min(way, -point.depth * strength / towards);
+            }
+    });
+    if (strength > 0 && way < HUGE_VAL) {
+        const double whole = options.settle + options.duration;
+        const double reach = std::sqrt(squared) * whole + 0.5 * strength * whole * whole;
+        squared += 2 * strength * std::min(way, reach);
     }
     return coarse_share * options.edge / std::sqrt(squared);
 }

@@ -318,6 +318,23 @@ TEST_CASE("a step left to the engine is not coarse at the speed of the start and
     const double tilted[3] = {down * 0.6, 0, -down * 0.8};
     slope.set("gravity", "acceleration", tilted, 3);
     CHECK(accuracy_cap(options, slope) == doctest::Approx(0.01 / std::sqrt(2 * down * 2 / 0.8)));
+    // of two planes the one that is met first
+    limax::scene box;
+    for (const char* effect : {"gravity", "planes", "planes"}) {
+        box.add(effect);
+        if (effect[0] == 'g') continue;
+        const double offset = box.instances(effects::index_of<effects::planes>) == 1 ? 18 : 19;
+        box.set("planes", "offset", &offset, 1);
+    }
+    CHECK(accuracy_cap(options, box) == doctest::Approx(0.01 / std::sqrt(2 * down * 1)));
+    // of terrain what lies below
+    limax::scene hill;
+    for (const char* effect : {"gravity", "terrain"}) hill.add(effect);
+    const double rising[4] = {17, 17, 21, 21}, spacing = 4;
+    hill.set_heights("terrain", "heights", rising, 2, 2);
+    hill.set("terrain", "spacing", &spacing, 1);
+    options.position[0] = 1;
+    CHECK(accuracy_cap(options, hill) == doctest::Approx(0.01 / std::sqrt(2 * down * 2)));
     // the drop adds to the throw
     options.velocity[0] = 3;
     options.velocity[2] = 4;

@@ -147,6 +147,43 @@ TEST_CASE("works of closed form: a fall, a slide, an impact") {
     CHECK(pressed > 0.5);  // J, of 0.78 that it falls with
 }
 
+TEST_CASE(
+    "an effect without an account of its own is booked under other, each contact under its own") {
+    // wind does work on a body that nothing else touches
+    stage blown(lattice{2, 2, 2});
+    blown.effects({"damping", "wind"});
+    blown.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
+    const books flown = books_of(*blown.run());
+    CHECK(flown.work[work_other] > 0.01);
+    CHECK(flown.work[work_other] == doctest::Approx(flown.energy[0]).epsilon(0.01));
+    CHECK(flown.closure < 1e-5);
+
+    // between a floor and two tilted planes, with friction on all
+    stage funnel(lattice{2, 2, 2});
+    funnel.randomize(5);
+    funnel.effects({"damping", "gravity", "ground", "friction"});
+    for (const double side : {-1.0, 1.0}) {
+        funnel.effects({"planes"});
+        funnel.set("planes", "normal", {side, 0, 1}).set("planes", "offset", {-0.05});
+    }
+    funnel.setup.options.position[2] = 0.3;
+    funnel.setup.options.bound_fraction = 0.9 / 8;
+    funnel.setup.options.record[LIMAX_TRACE_LEDGER] = 100;
+    const books fallen = books_of(*funnel.run());
+    CHECK(fallen.work[work_friction] < -0.1);
+    CHECK(fallen.work[work_contact_damping] < -0.1);
+    CHECK(fallen.work[work_other] == 0);
+    CHECK(fallen.closure < 1e-2);
+
+    // a held mass does no work, whatever pulls at it
+    stage hung(lattice{1, 1, 3});
+    hung.effects({"gravity", "damping", "anchors"});
+    hung.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
+    const books hanging = books_of(*hung.run());
+    CHECK(hanging.work[work_damping] < 0);
+    CHECK(hanging.closure < 2e-3);
+}
+
 TEST_CASE("recording a ledger changes no bit of the motion, and slices change none of it") {
     for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
         const auto run_of = [&](int rate, int64_t slice) {
