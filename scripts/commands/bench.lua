@@ -16,6 +16,7 @@ local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 
 -- options of one bench alone
 local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter = "stability",
+  fraction = "stability",
   out = "accuracy", section = "accuracy", tune = "accuracy", champion = "accuracy" }
 -- of a search that names no number: about ten seconds on two cores
 local DEFAULT_CASES = 1024
@@ -57,6 +58,7 @@ local function run(arguments)
     full = arguments.full,
     store = arguments.store,
     filter = arguments.filter,
+    fraction = arguments.fraction,
     first = arguments.first or 1,
     cases = arguments.cases or DEFAULT_CASES,
     case = arguments.case,
@@ -95,9 +97,12 @@ return {
     { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
       text = "throughput, effects: time of one repeat of one measurement" },
     { name = "full",
-      text = "throughput: every combination on a GPU, and a generation of 1000 robots; accuracy:"
+      text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
+        .. " long cases, and every combination of all; accuracy:"
         .. " more steps and robots, whole evolutions, long runs: hours" },
     { name = "filter", argument = "TEXT", text = "stability: only cases whose name contains this" },
+    { name = "fraction", argument = "F", kind = "number", minimum = 0.01, maximum = 0.99,
+      text = "stability: of the step's bound, for cases with no choice of their own; 0.9" },
     { name = "cases", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
       text = "blow-ups: so many random cases; 1024 if left out" },
     { name = "first", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,

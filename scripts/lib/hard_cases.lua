@@ -93,13 +93,14 @@ end
 
 --- Runs one case in one combination.
 ---@param case limax.hard_case
----@param combination { device: limax.device, integrator: string, precision: string }
+---@param combination { device: limax.device, integrator: string, precision: string,
+--- fraction: number|nil } `fraction` of the step's bound where a case has no choice of its own
 ---@param full boolean|nil
 ---@return limax.hard_cases.verdict
 function hard_cases.run(case, combination, full)
   local started = host.clock()
   local c = stage.context { device = combination.device, integrator = combination.integrator,
-    precision = combination.precision, full = full }
+    precision = combination.precision, fraction = combination.fraction, full = full }
   local fine, message = pcall(case.run, c)
   if not fine and message == host.interrupt then error(message, 0) end
   local verdict = { notes = c.notes, seconds = host.clock() - started }

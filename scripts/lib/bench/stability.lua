@@ -51,7 +51,7 @@ local function run_case(case, device, how, columns, rows)
   local missing = hard_cases.missing(case)
   for _, combination in ipairs(missing and {} or
     hard_cases.combinations(case, device.kind, how.full)) do
-    combination.device = device
+    combination.device, combination.fraction = device, how.fraction
     local verdict = hard_cases.run(case, combination, how.full)
     rows[#rows + 1] = { row = case.row, kind = case.kind, case = case.name, device = device.kind,
       integrator = combination.integrator, precision = combination.precision,
@@ -81,7 +81,7 @@ end
 
 --- Runs the cases and prints the table.
 ---@param how limax.bench_how `filter`: part of a case's name or kind; `full`: long cases too, and
---- every combination of all
+--- every combination of all; `fraction` of the step's bound where a case has no choice of its own
 ---@return limax.bench_result failed if a case fails or its verdicts differ
 function stability.run(how)
   local columns, rows = all_columns(), {}

@@ -13,6 +13,7 @@ local stage = {}
 ---@field precision string
 ---@field integrator string
 ---@field full boolean the long version of the case is wanted
+---@field fraction number|nil of the step's bound where the case names neither step nor fraction
 ---@field notes string[] what the case wants to be known besides its verdict
 local methods = {}
 local class = { __index = methods }
@@ -192,7 +193,7 @@ function methods:prepare(spec)
   for kind, rate in pairs(spec.record or {}) do record[kind] = rate end
   if general.wants_energy(spec) and not record.energy then record.energy = 100 end
   local options = { record = record, integrator = self.integrator, precision = self.precision,
-    settle = 0, duration = 1, time_step = "auto" }
+    settle = 0, duration = 1, time_step = "auto", bound_fraction = self.fraction }
   for _, name in ipairs(OPTIONS) do
     if spec[name] ~= nil then options[name] = spec[name] end
   end
@@ -223,11 +224,13 @@ function methods:run(spec)
 end
 
 --- Makes the context of one case in one combination.
----@param fields { device: limax.device, precision: string, integrator: string, full: boolean }
+---@param fields { device: limax.device, precision: string, integrator: string, full: boolean,
+--- fraction: number|nil }
 ---@return limax.hard_cases.context
 function stage.context(fields)
   return setmetatable({ device = fields.device, precision = fields.precision,
-    integrator = fields.integrator, full = fields.full or false, notes = {} }, class)
+    integrator = fields.integrator, full = fields.full or false, fraction = fields.fraction,
+    notes = {} }, class)
 end
 
 return stage
