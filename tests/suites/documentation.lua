@@ -63,7 +63,8 @@ return limax.experiment {
   name = "plain", lattice = { 2, 2, 2 }, population = 6, generations = 2, repetitions = 2,
   simulation = { duration = 0.1, settle = 0, time_step = 1e-4 }, record = {},
   scene = { gravity = true, wind = true, anchors = true, planes = { {}, { offset = -1 } },
-    spheres = true, boxes = true, terrain = true }, seed = "18446744073709551615",
+    spheres = true, boxes = true, terrain = true, self_collision = true },
+  seed = "18446744073709551615",
   fitness = FITNESS, selection = "rank",
   supervisor = { "schedule", mutation_rate = { { 0, 0.1 }, { 1, 0.2 } } },
 }

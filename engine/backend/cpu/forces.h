@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "backend/cpu/columns.h"
+#include "backend/cpu/self_contacts.h"
 #include "backend/cpu/work_ledger.h"
 #include "physics/scene.h"
 
@@ -27,6 +29,12 @@ public:
             constexpr int index = effects::index_of<E>;
             if (effects::acts_on_masses<E>)
                 for (int i = 0; i < in.instances(index); ++i) active_.push_back({index, i, {}});
+            if constexpr (bool(E::hooks & effects::hook_meet))
+                if (in.has(index)) {
+                    const double edge = body.rest[0];
+                    meetings_ = std::make_unique<self_contacts<S>>(
+                        body, params_of<E, double>().reach * edge, edge);
+                }
         });
     }
 
@@ -80,6 +88,42 @@ public:
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         for (const active_effect& active : active_)
             if (const auto node = passes.node[active.index]) node(seen, active.params);
+        each_meeting<S>(
+            seen.position, seen.predicted,
+            [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                const S push = E::meet(params, found.state);
+                for (int axis = 0; axis < 3; ++axis) {
+                    seen.force[axis][a] = fma(-push, found.normal[axis], seen.force[axis][a]);
+                    seen.force[axis][b] = fma(push, found.normal[axis], seen.force[axis][b]);
+                }
+            });
+    }
+
+    // Stored between masses that meet, J.
+    double energy_of_meetings() {
+        double sum = 0;
+        const mass_arrays<S>& masses = columns_.masses;
+        each_meeting<S>(masses.position, masses.predicted,
+                        [&]<class E>(E, const auto& params, auto, auto, const auto& found) {
+                            sum += double(E::stored(params, found.state));
+                        });
+        return sum;
+    }
+    // What they do beyond that to masses that move at `velocity`, W.
+    double power_of_meetings(const S* const velocity[3]) {
+        double sum = 0;
+        const mass_arrays<S>& masses = columns_.masses;
+        each_meeting<S>(masses.position, masses.predicted,
+                        [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                            auto at_rest = found.state;
+                            at_rest.rate = 0;
+                            const double beyond = double(E::meet(params, found.state)) -
+                                                  double(E::meet(params, at_rest));
+                            for (int axis = 0; axis < 3; ++axis)
+                                sum += beyond * double(found.normal[axis]) *
+                                       (double(velocity[axis][b]) - double(velocity[axis][a]));
+                        });
+        return sum;
     }
 
     // From now on the ledger hears of impulses; it must outlive this.
@@ -124,6 +168,26 @@ public:
     }
 
 private:
+    template <class E, class R>
+    typename E::template params<R> params_of() const {
+        const double world[3] = {0, 0, 0};
+        return E::template make<R>(scene_.values(effects::index_of<E>), world);
+    }
+    // Calls visit(effect, params, near, far, meeting) for masses of the body that meet.
+    template <class R, class Visit>
+    void each_meeting(const S* const position[3], const S* const velocity[3], const Visit& visit) {
+        if (!meetings_) return;
+        effects::for_each([&]<class E>(E) {
+            if constexpr (bool(E::hooks & effects::hook_meet))
+                if (scene_.has(effects::index_of<E>)) {
+                    const auto params = params_of<E, R>();
+                    meetings_->each(position, velocity, [&](auto a, auto b, const auto& found) {
+                        visit(E{}, params, a, b, found);
+                    });
+                }
+        });
+    }
+
     // One instance of an effect of the scene with its parameters in this robot's coordinates.
     struct active_effect {
         int index, instance;
@@ -137,6 +201,7 @@ private:
     double tick_;  // s
     effects::actuation::clock clock_{};
     std::vector<active_effect> active_;
+    std::unique_ptr<self_contacts<S>> meetings_;  // null where no effect needs them
     work_ledger<S>* ledger_ = nullptr;
 };
 

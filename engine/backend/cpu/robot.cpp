@@ -222,6 +222,7 @@ void robot_run<S, F, compensated>::keep_books() {
     add_spring_powers(body_, setup_.scene, seen, forces_->muscles_around(ticks_ * since, ticks_),
                       now, muscles_ahead);
     add_node_powers(body_, setup_.scene, seen, now);
+    now.of[work_contact_damping] += forces_->power_of_meetings(velocity);
     ledger_->add_impulse_powers(masses_, now);
     ledger_->add(now, muscles_ahead, since > 0 ? plan_.time_step : 0.0);
 }
@@ -256,9 +257,11 @@ void robot_run<S, F, compensated>::record(int kind) {
         case LIMAX_TRACE_ENERGY:
         case LIMAX_TRACE_LEDGER: {
             const int64_t tick = ticks_ * (step_ - plan_.settle_steps);
-            const energies energy = measure_energy<S>(
-                body_, setup_.scene, masses_.position, velocity, origin_,
-                forces_->template moment<double>(tick), forces_->moment_rate(tick));
+            energies energy = measure_energy<S>(body_, setup_.scene, masses_.position, velocity,
+                                                origin_, forces_->template moment<double>(tick),
+                                                forces_->moment_rate(tick));
+            const double in_meetings = forces_->energy_of_meetings();
+            energy.elastic += in_meetings;
             if (kind == LIMAX_TRACE_ENERGY) {
                 out[0] = energy.kinetic;
                 out[1] = energy.elastic;
@@ -266,8 +269,9 @@ void robot_run<S, F, compensated>::record(int kind) {
                 out[3] = energy.power;
                 break;
             }
-            const double in_contacts = contact_energy<S>(
-                body_, setup_.scene, {masses_.position, velocity, velocity, origin_});
+            const double in_contacts =
+                in_meetings + contact_energy<S>(body_, setup_.scene,
+                                                {masses_.position, velocity, velocity, origin_});
             out[0] = energy.kinetic;
             out[1] = energy.elastic - in_contacts;
             out[2] = in_contacts;

@@ -12,6 +12,7 @@
 #include "physics/effects/gravity.h"
 #include "physics/effects/ground.h"
 #include "physics/effects/planes.h"
+#include "physics/effects/self_collision.h"
 #include "physics/effects/spheres.h"
 #include "physics/effects/springs.h"
 #include "physics/effects/terrain.h"
@@ -25,7 +26,7 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors, terrain>;
+                 boxes, anchors, terrain, self_collision>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -131,10 +132,15 @@ constexpr bool hooks_match() {
     constexpr bool has_hold = requires(vector<double> x) {
         bool(E::holds(E::template make<double>(nullptr, nullptr), x));
     };
+    constexpr bool has_meet = requires(meeting_state<float> s) {
+        E::meet(E::template make<float>(nullptr, nullptr), s);
+        E::stored(E::template make<float>(nullptr, nullptr), s);
+        E::template make<float>(nullptr, nullptr).reach;
+    };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_impulse * hook_impulse | has_energy * hook_energy |
                                has_bound * hook_bound | has_contact * hook_contact |
-                               has_slip * hook_slip | has_hold * hook_hold;
+                               has_slip * hook_slip | has_hold * hook_hold | has_meet * hook_meet;
     return found == E::hooks && found != 0;
 }
 

@@ -17,6 +17,10 @@
 //            other impulses, and leaves the velocity alone where `push` is 0
 //   hold     bool holds(params, start): whether the mass that starts there, m from the body's
 //            lowest corner, stays there whatever acts on it
+//   meet     R meet(params, meeting): the push that parts two masses of the body's surface that
+//            neither a spring nor a chain of two joins, N, and R stored(params, meeting): its
+//            energy, J; params have a `reach` in edges, beyond which neither is asked for. On the
+//            CPU alone
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
@@ -48,7 +52,8 @@ enum hook : unsigned {
     hook_bound = 32,
     hook_contact = 64,
     hook_slip = 128,
-    hook_hold = 256
+    hook_hold = 256,
+    hook_meet = 512
 };
 
 // Components of a field that is a table of heights: it is not among the values.
@@ -94,6 +99,14 @@ struct node_state {
     vector<R> velocity;  // m/s, the velocity that forces read
     R mass;              // kg; 0 at a site that is not in use
     R inverse_mass;      // 1/kg; 0 at a site that is not in use
+};
+
+// Two masses that no spring joins, within reach of each other.
+template <class R>
+struct meeting_state {
+    R depth;         // reach less their distance, m
+    R rate;          // d distance / dt, m/s
+    R reduced_mass;  // kg
 };
 
 // Contribution to the bound on the time step.

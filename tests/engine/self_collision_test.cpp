@@ -1,0 +1,166 @@
+// self_collision_test.cpp: parts of one body that meet: the law's closed form, nothing where
+// nothing meets, momentum, legs that do not pass through each other, and bits that no slice
+// changes.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "failure.h"
+#include "physics/effects/all.h"
+#include "stage.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+using effects::self_collision;
+
+// A hairpin: two legs of `length` voxels that stand on one foot, a gap of two voxels between them.
+stage hairpin(int length, bool meets) {
+    stage body({4, 1, length + 1}, 1, 0);
+    const lattice& grid = body.setup.grid;
+    for (int x = 0; x < 4; ++x) body.setup.voxels[grid.voxel(x, 0, 0)] = 3;
+    for (int z = 1; z <= length; ++z)
+        for (const int x : {0, 3}) body.setup.voxels[grid.voxel(x, 0, z)] = 3;
+    body.effects({"damping"});
+    if (meets) body.effects({"self_collision"});
+    body.setup.options.duration = 0.5;
+    return body;
+}
+
+// Throws the legs at each other, and keeps the body's momentum at 0.
+void clap(simulation& simulation, const stage& body, double speed) {
+    const snapshot at = state_of(simulation);
+    std::vector<double> thrown(at.positions.size(), 0.0);
+    const double middle = 2 * body.setup.options.edge;
+    for (std::size_t i = 0; i < thrown.size(); i += 3)
+        if (at.positions[i + 2] > 1.5 * body.setup.options.edge)
+            thrown[i] = at.positions[i] < middle ? speed : -speed;
+    simulation.place(0, nullptr, thrown.data());
+}
+
+// Least distance along x between the legs' inner sides, m, over a run of claps.
+double least_gap(const stage& body) {
+    const auto simulation = body.open();
+    clap(*simulation, body, 3.0);
+    const std::vector<double> start = state_of(*simulation).positions;
+    double least = HUGE_VAL;
+    const double edge = body.setup.options.edge;
+    while (!simulation->advance(1.0, 5).finished) {
+        const snapshot now = state_of(*simulation);
+        for (std::size_t a = 0; a < start.size(); a += 3)
+            for (std::size_t b = 0; b < start.size(); b += 3) {
+                const bool facing =
+                    std::abs(start[a] - edge) < 1e-6 && std::abs(start[b] - 3 * edge) < 1e-6 &&
+                    std::abs(start[a + 1] - start[b + 1]) < 1e-6 &&
+                    std::abs(start[a + 2] - start[b + 2]) < 1e-6 && start[a + 2] > 2.5 * edge;
+                if (facing) least = std::min(least, now.positions[b] - now.positions[a]);
+            }
+    }
+    REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
+    return least;
+}
+
+}  // namespace
+
+TEST_CASE("what parts two masses follows from their energy, and never pulls") {
+    const self_collision::params<double> p{2e3, 0.1, 1.0};
+    const auto at = [](double depth, double rate) {
+        return effects::meeting_state<double>{depth, rate, 0.05};
+    };
+    const double h = 1e-6, depth = 0.03;
+    const double slope = (self_collision::stored(p, at(depth + h, 0)) -
+                          self_collision::stored(p, at(depth - h, 0))) /
+                         (2 * h);
+    CHECK(self_collision::meet(p, at(depth, 0)) == doctest::Approx(slope).epsilon(1e-9));
+    const double c = 2 * 0.1 * std::sqrt(2e3 * 0.05);
+    CHECK(self_collision::meet(p, at(depth, -2.0)) == doctest::Approx(2e3 * depth + 2 * c));
+    CHECK(self_collision::meet(p, at(depth, 100.0)) == 0.0);
+    CHECK(self_collision::meet(p, at(-1e-9, -100.0)) == 0.0);
+}
+
+TEST_CASE("where nothing meets, self-collision changes no bit") {
+    for (const int precision : every_precision) {
+        snapshot ends[2];
+        for (const bool meets : {false, true}) {
+            stage body = hairpin(3, meets);
+            body.setup.options.precision = precision;
+            body.setup.options.time_step = 1e-4;
+            const auto simulation = body.open();
+            clap(*simulation, body, 0.05);
+            stage::finish(*simulation);
+            ends[meets] = state_of(*simulation);
+        }
+        CHECK(std::memcmp(ends[0].positions.data(), ends[1].positions.data(),
+                          ends[0].positions.size() * sizeof(double)) == 0);
+    }
+}
+
+TEST_CASE("legs that clap meet and do not pass through each other") {
+    const double through = least_gap(hairpin(5, false)), apart = least_gap(hairpin(5, true));
+    MESSAGE("least gap without: ", through, " m, with: ", apart, " m");
+    CHECK(through < 0);
+    CHECK(apart > 0.02);
+}
+
+TEST_CASE("parts that meet keep the body's momentum") {
+    stage body = hairpin(5, true);
+    body.setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 20;
+    const auto simulation = body.open();
+    clap(*simulation, body, 3.0);
+    stage::finish(*simulation);
+    const trace_view center = trace_of(*simulation, 0, LIMAX_TRACE_CENTER_OF_MASS);
+    for (int64_t sample = 1; sample < center.samples; ++sample)
+        for (int axis = 0; axis < 3; ++axis)
+            CHECK(std::abs(center.at(sample, axis) - center.at(0, axis)) < 1e-12);
+}
+
+TEST_CASE("slices change no bit of parts that meet") {
+    for (const int precision : every_precision) {
+        stage body = hairpin(4, true);
+        body.setup.options.precision = precision;
+        snapshot ends[2];
+        for (const int slice : {0, 7}) {
+            const auto simulation = body.open();
+            clap(*simulation, body, 3.0);
+            while (!simulation->advance(1.0, slice).finished) {
+            }
+            REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
+            ends[slice != 0] = state_of(*simulation);
+        }
+        CHECK(std::memcmp(ends[0].positions.data(), ends[1].positions.data(),
+                          ends[0].positions.size() * sizeof(double)) == 0);
+    }
+}
+
+TEST_CASE("RK4 refuses parts that meet by name") {
+    stage body = hairpin(2, true);
+    body.setup.options.integrator = LIMAX_RK4;
+    const std::string text = failure(LIMAX_INVALID_ARGUMENT,
+                                     [&] { check_options(body.setup.options, body.setup.scene); });
+    CHECK(text.find("the scene has self_collision") != std::string::npos);
+}
+
+TEST_CASE("the books of energy close while parts meet") {
+    stage body = hairpin(5, true);
+    body.setup.options.record[LIMAX_TRACE_LEDGER] = 100;
+    const auto simulation = body.open();
+    clap(*simulation, body, 3.0);
+    stage::finish(*simulation);
+    const trace_view books = trace_of(*simulation, 0, LIMAX_TRACE_LEDGER);
+    double start = 0, most = 0, worst = 0, in_contacts = 0;
+    for (int64_t sample = 0; sample < books.samples; ++sample) {
+        double energy = 0, works = 0;
+        for (int64_t column = 0; column < 4; ++column) energy += books.at(sample, column);
+        for (int64_t column = 4; column < books.width; ++column) works += books.at(sample, column);
+        if (sample == 0) start = energy;
+        most = std::max(most, energy);
+        worst = std::max(worst, std::abs(energy - start - works));
+        in_contacts = std::max(in_contacts, books.at(sample, 2));
+    }
+    MESSAGE("closure ", worst / most, ", most energy in contacts ", in_contacts, " J");
+    CHECK(in_contacts > 0.1);
+    CHECK(worst / most < 5e-3);
+}
