@@ -27,8 +27,8 @@ void require_smooth(const scene& scene) {
     std::string rough;
     effects::for_each([&]<class E>(E) {
         if (scene.has(effects::index_of<E>) &&
-            (effects::is_contact<E> ||
-             (E::hooks & (effects::hook_impulse | effects::hook_slip | effects::hook_meet))))
+            (effects::is_contact<E> || (E::hooks & (effects::hook_impulse | effects::hook_face |
+                                                    effects::hook_slip | effects::hook_meet))))
             rough += (rough.empty() ? "" : " and ") + std::string(E::name);
     });
     if (!rough.empty())
@@ -116,7 +116,8 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
 
 void check_beyond_cpu(const limax_simulation_options& options, const scene& scene) {
     effects::for_each([&]<class E>(E) {
-        if ((E::hooks & effects::hook_meet) && scene.has(effects::index_of<E>))
+        const bool beyond = E::hooks & (effects::hook_face | effects::hook_meet);
+        if (beyond && scene.has(effects::index_of<E>))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
     });

@@ -78,6 +78,34 @@ LIMAX_LAW void for_each_site(const lattice& grid, const Visit& visit) {
             for (int x = 0; x <= grid.nx; ++x) visit(x, y, z);
 }
 
+// One step along an axis; axes count on from 2 to 0.
+LIMAX_LAW constexpr direction unit(int axis) {
+    return {axis % 3 == 0, axis % 3 == 1, axis % 3 == 2};
+}
+
+// Calls visit(axis, x, y, z) for every face of every voxel, those between two of them once: the
+// square across `axis` whose lowest corner is the site (x, y, z).
+template <class Visit>
+LIMAX_LAW void for_each_face(const lattice& grid, const Visit& visit) {
+    for (int axis = 0; axis < 3; ++axis)
+        for_each_site(grid, [&](int x, int y, int z) {
+            if ((axis == 0 || x < grid.nx) && (axis == 1 || y < grid.ny) &&
+                (axis == 2 || z < grid.nz))
+                visit(axis, x, y, z);
+        });
+}
+
+// Whether exactly one of the two voxels beside a face is not empty; outside of the lattice all is.
+LIMAX_LAW constexpr bool is_exposed(const lattice& grid, const uint8_t* voxels, int axis, int x,
+                                    int y, int z) {
+    const direction d = unit(axis);
+    const int along = axis == 0 ? x : (axis == 1 ? y : z);
+    const int voxels_along = axis == 0 ? grid.nx : (axis == 1 ? grid.ny : grid.nz);
+    const bool before = along > 0 && voxels[grid.voxel(x - d.x, y - d.y, z - d.z)] != 0;
+    const bool after = along < voxels_along && voxels[grid.voxel(x, y, z)] != 0;
+    return before != after;
+}
+
 #if !defined(__CUDACC_RTC__)
 // Sites in use and springs of a body: `voxels` holds material indices, 0 is empty.
 int32_t count_masses(const int32_t lattice_size[3], const uint8_t* voxels);

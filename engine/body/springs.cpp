@@ -56,6 +56,17 @@ void fill_springs(spring_body& out, const voxel_body& body, int index,
     });
 }
 
+void fill_faces(spring_body& out, const voxel_body& body) {
+    const lattice& grid = body.grid;
+    for_each_face(grid, [&](int axis, int x, int y, int z) {
+        if (!is_exposed(body.grid, body.voxels, axis, x, y, z)) return;
+        const int64_t site = grid.site(x, y, z), a = grid.step(unit(axis + 1)),
+                      b = grid.step(unit(axis + 2));
+        out.faces[axis * out.count + site] = std::min(
+            {out.mass[site], out.mass[site + a], out.mass[site + b], out.mass[site + a + b]});
+    });
+}
+
 }  // namespace
 
 spring_body::spring_body(const body_description& description)
@@ -66,6 +77,7 @@ spring_body::spring_body(const body_description& description)
       damping(description.with_damping ? direction_count * count : 0),
       sine(description.with_actuation ? direction_count * count : 0),
       cosine(description.with_actuation ? direction_count * count : 0),
+      faces(description.with_faces ? 3 * count : 0),
       sites(grid.sites()) {
     const uint8_t* const voxels = description.voxels;
     // of the materials that occur
@@ -87,6 +99,7 @@ spring_body::spring_body(const body_description& description)
         rest[index] = rest_length(body.edge, directions[index]);
         fill_springs(*this, body, index, shares);
     }
+    if (description.with_faces) fill_faces(*this, body);
 }
 
 }  // namespace limax

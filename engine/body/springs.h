@@ -30,6 +30,7 @@ struct body_description {
     limax_sharing sharing;            // of a spring between its owners
     bool with_damping;  // a scene without damping or actuation holds no parameters for them
     bool with_actuation;
+    bool with_faces = false;  // one that has no effect on faces does not look for them
 };
 
 // Masses and springs by lattice rule. Site columns have `count` = padded(sites) elements; springs
@@ -47,7 +48,10 @@ struct spring_body {
     array<float> damping;          // c, N s/m; empty without damping
     array<float>
         sine;  // A, m: amplitude of sin(2 pi f t) in the rest length; empty without actuation
-    array<float> cosine;   // B, m; likewise
+    array<float> cosine;  // B, m; likewise
+    // mass of the lightest corner of each exposed face, kg, [axis][count]; 0 where no face is
+    // exposed; empty without faces
+    array<float> faces;
     array<int32_t> sites;  // site of each mass, [mass]
 
     spring_body() = default;

@@ -69,6 +69,10 @@ __device__ R every_effect(const whole_scene& scene, R x) {
                     velocity, x);
             if constexpr (bool(E::hooks & hook_impulse))
                 velocity = E::impulse(params, node, velocity, x);
+            if constexpr (bool(E::hooks & hook_face)) {
+                const vector<R> kick = E::face(params, face_state<R>{velocity, velocity, velocity, x}, x);
+                velocity = {velocity.x + kick.x, velocity.y + kick.y, velocity.z + kick.z};
+            }
             if constexpr (stores_energy_on_masses<E>) sum += energy_of_mass<E>(params, node);
         } else if constexpr (bool(E::hooks & hook_energy)) {
             sum += E::energy(spring);

@@ -85,6 +85,8 @@ public:
             masses.mass = mass;
         }
 
+        for (int axis = 0; axis < 3; ++axis) masses.step[axis] = body.grid.step(unit(axis));
+        masses.faces = body.faces.size() ? body.faces.data() : nullptr;
         for (int d = 0; d < direction_count; ++d) {
             springs.step[d] = body.grid.step(directions[d]);
             springs.used[d] = padded(std::max<int64_t>(0, body.grid.sites() - springs.step[d]));

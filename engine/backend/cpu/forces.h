@@ -143,6 +143,9 @@ public:
             if (const auto impulse = passes.impulse[active.index])
                 booked(active.index, [&] { impulse(masses, active.params, h); });
         for (const active_effect& active : active_)
+            if (const auto face = passes.face[active.index])
+                booked(active.index, [&] { face(masses, active.params, h); });
+        for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])

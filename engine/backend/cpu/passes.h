@@ -40,7 +40,9 @@ struct mass_arrays {
     S* lost_velocity[3];
     const S* mass;          // kg
     const S* inverse_mass;  // 1/kg; 0 at a site that is not in use
-    // Scratch of the thread, as above.
+    int64_t step[3];        // from a site to the next along each axis
+    const float* faces;     // as in spring_body, [axis][count]; null without faces
+    // Scratch of the thread, as above; zeros lie before it for the longest step.
     S* force[3];  // N; the same memory as the springs' in equal precision
 };
 
@@ -59,7 +61,8 @@ using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::mo
 // Adds the forces of one effect on the masses. `params` is the effect's own params<S>.
 template <class S>
 using node_pass = void (*)(const mass_arrays<S>&, const void* params);
-// Changes next_velocity by one effect's impulses over h, or by the friction of one contact.
+// Changes next_velocity by one effect's impulses over h, on masses or on exposed faces, or by the
+// friction of one contact.
 template <class S>
 using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
@@ -110,6 +113,7 @@ struct mass_passes {
     node_pass<S> node[effects::all::count];        // null where the effect has no such hook
     slip_pass<S> slip[effects::all::count];        // null where the effect is no contact
     impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
+    impulse_pass<S> face[effects::all::count];     // likewise
     kick_pass<S> kick[2];                          // [compensated]
     drift_pass<S> drift[2][2];                     // [compensated][predicted]
     stage_pass<S> stage[2][2];                     // [compensated][first]

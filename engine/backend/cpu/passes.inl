@@ -118,6 +118,53 @@ void impulse(const mass_arrays<R>& shared, const void* block, R h) {
     }
 }
 
+// Of four columns that begin at the corners of the faces across one axis, the mean.
+template <class R>
+LIMAX_LAW R mean_of_corners(const R* column, int64_t i, int64_t a, int64_t b) {
+    return R(0.25) * ((column[i] + column[i + a]) + (column[i + b] + column[i + a + b]));
+}
+
+// Faces are computed once each, as springs are, and their impulses gathered by their corners. After
+// the kick the forces' memory is free: it holds what each corner of a face takes, N s.
+template <class R, class E>
+void face(const mass_arrays<R>& shared, const void* block, R h) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const mass_arrays<R> robot = shared;
+    const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
+    const R *px = robot.predicted[0], *py = robot.predicted[1], *pz = robot.predicted[2];
+    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
+    R *tx = robot.force[0], *ty = robot.force[1], *tz = robot.force[2];
+    const R* inverse_mass = robot.inverse_mass;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int64_t a = robot.step[(axis + 1) % 3], b = robot.step[(axis + 2) % 3], c = a + b;
+        const float* lightest = robot.faces + axis * robot.count;
+        LIMAX_LOOP
+        for (int64_t i = 0; i < robot.count; ++i) {
+            const R d1x = x[i + c] - x[i], d1y = y[i + c] - y[i], d1z = z[i + c] - z[i];
+            const R d2x = x[i + b] - x[i + a], d2y = y[i + b] - y[i + a], d2z = z[i + b] - z[i + a];
+            face_state<R> state;
+            state.area = {R(0.5) * (d1y * d2z - d1z * d2y), R(0.5) * (d1z * d2x - d1x * d2z),
+                          R(0.5) * (d1x * d2y - d1y * d2x)};
+            state.velocity = {mean_of_corners(px, i, a, b), mean_of_corners(py, i, a, b),
+                              mean_of_corners(pz, i, a, b)};
+            state.after = {mean_of_corners(wx, i, a, b), mean_of_corners(wy, i, a, b),
+                           mean_of_corners(wz, i, a, b)};
+            state.mass = R(lightest[i]);
+            const vector<R> impulse = E::face(params, state, h);
+            tx[i] = R(0.25) * impulse.x;
+            ty[i] = R(0.25) * impulse.y;
+            tz[i] = R(0.25) * impulse.z;
+        }
+        LIMAX_LOOP
+        for (int64_t i = 0; i < robot.count; ++i) {
+            const R inverse = inverse_mass[i];
+            wx[i] = fma(inverse, (tx[i] + tx[i - a]) + (tx[i - b] + tx[i - c]), wx[i]);
+            wy[i] = fma(inverse, (ty[i] + ty[i - a]) + (ty[i - b] + ty[i - c]), wy[i]);
+            wz[i] = fma(inverse, (tz[i] + tz[i - a]) + (tz[i - b] + tz[i - c]), wz[i]);
+        }
+    }
+}
+
 // The contact is found again, from the same numbers and so with the same bits.
 template <class R, class E>
 void slip(const mass_arrays<R>& shared, const void* block, const void* friction_block, R h) {
@@ -276,6 +323,7 @@ constexpr mass_passes<R> make_mass_passes() {
         if constexpr (pushes_masses<E>) passes.node[index_of<E>] = node<R, E>;
         if constexpr (is_contact<E>) passes.slip[index_of<E>] = slip<R, E>;
         if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
+        if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });
     passes.kick[0] = kick<R, false>;
     passes.kick[1] = kick<R, true>;

@@ -203,7 +203,8 @@ void robot_run<S, F, compensated>::mark_centers() {
 // A robot that has ended needs no force again: most of its memory goes back.
 template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::release_springs() {
-    for (array<float>* column : {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine})
+    for (array<float>* column :
+         {&body_.stiffness, &body_.damping, &body_.sine, &body_.cosine, &body_.faces})
         *column = array<float>();
     columns_.release_springs();
     stepper_->release();
@@ -373,7 +374,8 @@ std::unique_ptr<robot> make_robot(const simulation_setup& setup, int32_t index,
                           setup.weights.data() + 3 * index * voxels, setup.materials.data(),
                           setup.options.edge, limax_sharing(setup.options.sharing),
                           setup.scene.has(effects::index_of<effects::damping>),
-                          setup.scene.has(effects::index_of<effects::actuation>)}),
+                          setup.scene.has(effects::index_of<effects::actuation>),
+                          (setup.scene.mask() & effects::face_bits) != 0}),
                       passes, outcome);
 }
 

@@ -39,7 +39,9 @@ public:
     void add_impulse_powers(const mass_arrays<S>& masses, powers& now) const {
         effects::for_each([&]<class E>(E) {
             const std::vector<double>& force = impulse_[effects::index_of<E>];
-            if (!(E::hooks & (effects::hook_impulse | effects::hook_slip)) || force.empty()) return;
+            constexpr unsigned kicks =
+                effects::hook_impulse | effects::hook_face | effects::hook_slip;
+            if (!(E::hooks & kicks) || force.empty()) return;
             each([&](std::size_t k, int axis, int32_t site) {
                 const double before = masses.velocity[axis][site],
                              after = masses.next_velocity[axis][site];

@@ -7,6 +7,7 @@
 #include "physics/effects/boxes.h"
 #include "physics/effects/contact.h"
 #include "physics/effects/damping.h"
+#include "physics/effects/drag.h"
 #include "physics/effects/effect.h"
 #include "physics/effects/friction.h"
 #include "physics/effects/gravity.h"
@@ -26,7 +27,7 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors, terrain, self_collision>;
+                 boxes, anchors, terrain, drag, self_collision>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -43,8 +44,8 @@ inline constexpr unsigned bit = 1u << index_of<E>;
 
 // Whether an effect has laws on masses, and so parameters for them.
 template <class E>
-inline constexpr bool acts_on_masses = (E::hooks &
-                                        (hook_node | hook_contact | hook_slip | hook_impulse)) != 0;
+inline constexpr bool acts_on_masses = (E::hooks & (hook_node | hook_contact | hook_slip |
+                                                    hook_impulse | hook_face)) != 0;
 
 // Whether an effect reads a scene's table of heights.
 template <class E>
@@ -68,6 +69,7 @@ LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
     return ((E::hooks & hooks ? bit<E> : 0u) | ... | 0u);
 }
 inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
+inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
 
 // How often a scene may have an effect: as it says itself, or once.
 template <class E>
@@ -125,6 +127,9 @@ constexpr bool hooks_match() {
     constexpr bool has_impulse = requires(node_state<float> s, vector<float> v) {
         E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f);
     };
+    constexpr bool has_face = requires(face_state<float> s) {
+        E::face(E::template make<float>(nullptr, nullptr), s, 0.0f);
+    };
     constexpr bool has_energy = requires(spring_state<double> s) { E::energy(s); }
     || requires(node_state<double> s) { E::energy(E::template make<double>(nullptr, nullptr), s); };
     constexpr bool has_bound = requires { E::bound(1.0, 1.0); }
@@ -140,7 +145,8 @@ constexpr bool hooks_match() {
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_impulse * hook_impulse | has_energy * hook_energy |
                                has_bound * hook_bound | has_contact * hook_contact |
-                               has_slip * hook_slip | has_hold * hook_hold | has_meet * hook_meet;
+                               has_slip * hook_slip | has_hold * hook_hold | has_face * hook_face |
+                               has_meet * hook_meet;
     return found == E::hooks && found != 0;
 }
 

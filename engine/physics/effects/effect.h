@@ -11,6 +11,8 @@
 //            bound of it; params have a `stiffness` and a `damping_ratio`
 //   impulse  vector<R> impulse(params, node, velocity, h): the velocity after all forces and an
 //            impulse over h that never overshoots what it drives at, m/s
+//   face     vector<R> face(params, face, h): the impulse over h on an exposed face, N s, of which
+//            each corner takes a quarter; after all impulses on single masses, axis by axis
 //   slip     vector<R> slip(params, normal, push, inverse_mass, velocity, h): the velocity after
 //            the impulse of a contact across its normal, which never reverses what it opposes,
 //            m/s; asked for each contact in turn, after all
@@ -53,7 +55,8 @@ enum hook : unsigned {
     hook_contact = 64,
     hook_slip = 128,
     hook_hold = 256,
-    hook_meet = 512
+    hook_face = 512,
+    hook_meet = 1024
 };
 
 // Components of a field that is a table of heights: it is not among the values.
@@ -99,6 +102,16 @@ struct node_state {
     vector<R> velocity;  // m/s, the velocity that forces read
     R mass;              // kg; 0 at a site that is not in use
     R inverse_mass;      // 1/kg; 0 at a site that is not in use
+};
+
+// One exposed face of a voxel at one moment: the square between a voxel and an empty one. Which of
+// the two is empty does not matter to a law: `area` may point either way.
+template <class R>
+struct face_state {
+    vector<R> area;      // along the normal, as long as the face is large: half of d1 x d2, m^2
+    vector<R> velocity;  // mean of its corners', that forces read, m/s
+    vector<R> after;     // mean of its corners' after all forces and the impulses so far, m/s
+    R mass;              // of its lightest corner, kg; 0 where no face is exposed
 };
 
 // Two masses that no spring joins, within reach of each other.
