@@ -467,6 +467,25 @@ limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, con
         scene->it.set_heights(effect, field, heights, nx, ny);
     });
 }
+limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
+                                    const limax_script_parameter* parameters, int32_t count,
+                                    const double* bound) {
+    return guard([&] {
+        require(scene, "scene");
+        require(name, "name");
+        require(text, "text");
+        if (count < 0)
+            fail(LIMAX_INVALID_ARGUMENT, format("count is %d; it must be 0 or more", count));
+        if (count > 0) require(parameters, "parameters");
+        std::vector<limax::scripted::parameter> given;
+        for (int32_t i = 0; i < count; ++i) {
+            require(parameters[i].name, "a parameter's name");
+            given.push_back({parameters[i].name, parameters[i].components, {}});
+            std::copy(parameters[i].value, parameters[i].value + 3, given.back().value);
+        }
+        scene->it.add_script(name, text, given, bound);
+    });
+}
 limax_status limax_scene_check(const limax_scene* scene) {
     return guard([&] {
         require(scene, "scene");

@@ -297,6 +297,21 @@ limax_status limax_scene_set(limax_scene* scene, const char* effect, const char*
 /* Sets a field that is a table of heights, [nx][ny], from 2 x 2 to 512 x 512; it is copied. */
 limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
                                      const double* heights, int32_t nx, int32_t ny);
+/* A number or a vector that the text of a scripted effect may name. */
+typedef struct limax_script_parameter {
+    const char* name;
+    int32_t components; /* 1 or 3 */
+    int32_t reserved;
+    double value[3];
+} limax_script_parameter;
+
+/* Adds an effect that a text describes: the force on every mass, N, in the language of
+ * engine/README.md. The error of a text names its line. `bound` holds the largest stiffness, N/m,
+ * and damping, N s/m, that the force gives a mass, 0 to 1e9 each; null where that is not known, and
+ * then a simulation needs a fixed time step. At most 8 for a scene; their order never matters. */
+limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
+                                    const limax_script_parameter* parameters, int32_t count,
+                                    const double* bound);
 /* Says whether every effect has one of those that it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 

@@ -1,7 +1,8 @@
 --- scene.lua: a scene is the list of its effects: `engine.scene { gravity = true, ground = {
 --- stiffness = 1e5 } }`. true takes an effect's defaults, a table changes some of its fields, false
 --- or nothing leaves it out. An effect that may be there several times also takes a list of such
---- tables, whose order changes no bit. The springs of the bodies act in every scene.
+--- tables, whose order changes no bit. The springs of the bodies act in every scene. A name that is
+--- no effect's, with a table that has a `force`, is an effect of the script's own.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -9,6 +10,7 @@ local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
+local scripted_effect = require "limax.engine.scripted_effect"
 
 local C = abi.C
 local class = object.class("scene", C.limax_scene_free)
@@ -146,7 +148,15 @@ local function scene(given)
   arguments.table("scene", given)
   local all, known = effects(), {}
   for i, effect in ipairs(all) do known[i] = effect.name end
+  local built_in, scripted = {}, {}
+  for _, name in ipairs(known) do built_in[name] = true end
+  for name, value in pairs(given) do
+    if not built_in[name] and scripted_effect.is(value) then
+      scripted[#scripted + 1], known[#known + 1] = name, name
+    end
+  end
   arguments.known("scene", given, known)
+  table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
   memory.collect()
   local out = ffi.new "limax_scene *[1]"
   abi.check(C.limax_scene_create(out))
@@ -169,6 +179,9 @@ local function scene(given)
       end
       if effect.name ~= ALWAYS then self.resolved[effect.name] = resolved end
     end
+  end
+  for _, name in ipairs(scripted) do
+    self.resolved[name] = scripted_effect.add(self.handle, name, given[name])
   end
   abi.check(C.limax_scene_check(self.handle))
   return self

@@ -111,6 +111,18 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
              format("record.contact needs the effect %s, which the scene does not name",
                     one_of(effect_entries()[effects::index_of<effects::friction>].needs).c_str()));
     scene.check();
+    for (const scripted_effect& script : scene.scripts()) {
+        if (options.time_step == 0 && !script.bounded)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("scene.%s states no bound, so no time step can be chosen for it: give "
+                        "bound = { stiffness = N/m, damping = N s/m } of its force, or a time_step",
+                        script.name.c_str()));
+        if (options.record[LIMAX_TRACE_LEDGER])
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("record.ledger: the ledger of energy has no account of scripted effects; "
+                        "the scene has '%s'",
+                        script.name.c_str()));
+    }
     if (options.integrator == LIMAX_RK4) require_smooth(scene);
 }
 
@@ -121,6 +133,10 @@ void check_beyond_cpu(const limax_simulation_options& options, const scene& scen
             fail(LIMAX_INVALID_ARGUMENT,
                  format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
     });
+    if (!scene.scripts().empty())
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene.%s: scripted effects run on the cpu alone; use device 'cpu'",
+                    scene.scripts()[0].name.c_str()));
     if (options.integrator == LIMAX_RK4)
         fail(LIMAX_INVALID_ARGUMENT,
              "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");

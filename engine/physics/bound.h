@@ -119,7 +119,7 @@ LIMAX_LAW effects::stiffness_damping bound_of_instances(const Scene& scene, doub
 
 // The longest stable step that the mass, which nothing holds, at `site`, of `mass` kg, allows, s.
 // `scene` has `has(effect)`, `instances(effect)` and `values(effect, instance)`, the components of
-// all fields.
+// all fields; where it may have scripted effects, also `script_bound()`.
 template <class Scene>
 LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const lattice& grid,
                                      const spring_constants& springs, int64_t site, double mass) {
@@ -138,6 +138,11 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
             sum.damping += most.damping;
         }
     });
+    if constexpr (requires { scene.script_bound(); }) {
+        const effects::stiffness_damping most = scene.script_bound();
+        sum.stiffness += most.stiffness;
+        sum.damping += most.damping;
+    }
     return stable_step(method, sum.stiffness / mass, sum.damping / mass);
 }
 

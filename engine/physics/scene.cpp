@@ -147,6 +147,43 @@ void scene::set_heights(const std::string& effect, const std::string& name, cons
     heights_ny_ = ny;
 }
 
+void scene::add_script(const std::string& name, const std::string& text,
+                       const std::vector<scripted::parameter>& parameters, const double* bound) {
+    constexpr std::size_t most_scripts = 8;
+    constexpr double most_stiffness = 1e9, most_damping = 1e9;  // N/m, N s/m: those of contacts
+    const std::string place = "scene." + name;
+    if (scripts_.size() == most_scripts)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("%s: at most %zu scripted effects are possible", place.c_str(), most_scripts));
+    for (const effect_entry& entry : effect_entries())
+        if (name == entry.name)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("%s: a scripted effect cannot have the name of one that is built in",
+                        place.c_str()));
+    scripted_effect added{
+        name, scripted::compile(place + ".force", text, parameters), bound != nullptr, {}};
+    if (bound) {
+        require_range((place + ".bound.stiffness").c_str(), bound[0], 0, most_stiffness, "N/m");
+        require_range((place + ".bound.damping").c_str(), bound[1], 0, most_damping, "N s/m");
+        added.bound = {bound[0], bound[1]};
+    }
+    const auto at =
+        std::lower_bound(scripts_.begin(), scripts_.end(), name,
+                         [](const scripted_effect& a, const std::string& b) { return a.name < b; });
+    if (at != scripts_.end() && at->name == name)
+        fail(LIMAX_INVALID_ARGUMENT, format("scene: effect '%s' is named twice", name.c_str()));
+    scripts_.insert(at, std::move(added));
+}
+
+effects::stiffness_damping scene::script_bound() const {
+    effects::stiffness_damping sum{0, 0};
+    for (const scripted_effect& script : scripts_) {
+        sum.stiffness += script.bound.stiffness;
+        sum.damping += script.bound.damping;
+    }
+    return sum;
+}
+
 void scene::check() const {
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;

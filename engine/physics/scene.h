@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/effects/all.h"
+#include "physics/scripted/program.h"
 
 namespace limax {
 
@@ -26,6 +27,14 @@ const std::vector<effect_entry>& effect_entries();
 // "'ground'", or "one of ground, planes", for messages.
 std::string one_of(const std::string& names);
 
+// An effect that a script brings: a force on every mass.
+struct scripted_effect {
+    std::string name;
+    scripted::program law;
+    bool bounded;                      // whether the script states the bound
+    effects::stiffness_damping bound;  // on each mass
+};
+
 class scene {
 public:
     scene();  // springs alone
@@ -37,6 +46,10 @@ public:
     // Sets the table of heights that an effect reads, [x][y], m.
     void set_heights(const std::string& effect, const std::string& field, const double* heights,
                      int nx, int ny);
+    // Adds a force that a text describes. `bound` is the largest stiffness and damping that it
+    // gives a mass, N/m and N s/m; null where that is not known.
+    void add_script(const std::string& name, const std::string& text,
+                    const std::vector<scripted::parameter>& parameters, const double* bound);
     // Refuses a scene in which an effect has none of those that it needs, or values that do not go
     // together.
     void check() const;
@@ -51,6 +64,11 @@ public:
         return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
     }
 
+    // Sorted by their names, so that the order of adding changes no bit.
+    const std::vector<scripted_effect>& scripts() const { return scripts_; }
+    // What all of them add to the bound of a mass.
+    effects::stiffness_damping script_bound() const;
+
     // Of the terrain; flat if nothing was set. The scene owns it.
     effects::height_table heights() const { return {heights_.data(), heights_nx_, heights_ny_}; }
 
@@ -61,6 +79,7 @@ private:
     std::vector<std::vector<std::vector<double>>> sorted_;  // the same
     std::vector<float> heights_ = {0, 0, 0, 0};             // m, [x][y]
     int heights_nx_ = 2, heights_ny_ = 2;
+    std::vector<scripted_effect> scripts_;
 };
 
 }  // namespace limax

@@ -2,6 +2,7 @@
 --- parameter, what steps its robots, and what each effect costs, measured on the spot on one CPU
 --- thread with a body of all voxels.
 
+local choice = require "limax.choice"
 local engine = require "limax.engine"
 local experiment = require "limax.experiment"
 local failure = require "limax.failure"
@@ -89,6 +90,10 @@ function scene_report.gather(file, device)
   for _, info in ipairs(infos) do
     if config.scene[info.name] then names[#names + 1] = info.name end
   end
+  -- effects of the script's own
+  for _, name in ipairs(choice.sorted_keys(config.scene)) do
+    if config.scene[name].force then names[#names + 1] = name end
+  end
   local cost = measure(config, infos, names)
   local facts = { file = file, lattice = config.lattice, effects = {}, step = cost.step,
     springs = cost.springs / cost.step }
@@ -111,6 +116,12 @@ end
 
 local function fields_of(info, values)
   local parts = {}
+  if not info then
+    for _, name in ipairs(choice.sorted_keys(values)) do
+      if name ~= "force" then parts[#parts + 1] = name .. " " .. shown(values[name]) end
+    end
+    return #parts == 0 and "a script's own" or "a script's own: " .. table.concat(parts, ", ")
+  end
   for i, field in ipairs(info.fields) do
     parts[i] = ("%s %s%s"):format(field.name, shown(values[field.name]),
       field.unit == "1" and "" or " " .. field.unit)
@@ -134,10 +145,11 @@ function scene_report.lines(facts)
   end
   line("%.3g us a step on one CPU thread; %2.0f %% springs", 1e6 * facts.step, 100 * facts.springs)
   for _, effect in ipairs(facts.effects) do
-    local list = infos[effect.name].instances > 1 and effect.fields or { effect.fields }
+    local info = infos[effect.name]
+    local list = info and info.instances > 1 and effect.fields or { effect.fields }
     for i, values in ipairs(list) do
       line("%4s  %-10s %s", i == 1 and ("%.0f %%"):format(100 * effect.cost) or "",
-        effect.name .. (#list > 1 and "[" .. i .. "]" or ""), fields_of(infos[effect.name], values))
+        effect.name .. (#list > 1 and "[" .. i .. "]" or ""), fields_of(info, values))
     end
   end
   return lines

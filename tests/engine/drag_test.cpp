@@ -280,7 +280,7 @@ TEST_CASE("faces cost nothing where no effect needs them, and are refused where 
                          "leapfrog",
                          error);
     body.setup.options.integrator = LIMAX_LEAPFROG;
-    CHECK_THROWS_WITH_AS(check_options_beyond_cpu(body.setup.options, body.setup.scene),
-                         "scene.drag acts on faces, which the cpu alone knows; use device 'cpu'",
+    CHECK_THROWS_WITH_AS(check_beyond_cpu(body.setup.options, body.setup.scene),
+                         "scene.drag: it runs on the cpu alone; use device 'cpu'",
                          error);
 }

@@ -3,6 +3,7 @@
 // x and p rounded to fp32, and their sums are widened before anything on masses. SI units.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <vector>
@@ -40,6 +41,7 @@ public:
 
     // Takes the effects' parameters into the coordinates of a robot whose own origin is there.
     void follow(const double origin[3]) {
+        std::copy(origin, origin + 3, origin_);
         for (active_effect& active : active_)
             effects::for_each([&]<class E>(E) {
                 if constexpr (effects::acts_on_masses<E>) {
@@ -88,6 +90,7 @@ public:
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         for (const active_effect& active : active_)
             if (const auto node = passes.node[active.index]) node(seen, active.params);
+        for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
         each_meeting<S>(
             seen.position, seen.predicted,
             [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
@@ -191,6 +194,22 @@ private:
         });
     }
 
+    // Adds the forces of a scripted effect.
+    void evaluate(const scripted::program& law, const mass_arrays<S>& seen, int64_t tick) {
+        // written before it is read within one call
+        static thread_local std::vector<S> registers;
+        const std::size_t needed = std::size_t(law.registers()) * scripted_block;
+        if (registers.size() < needed) registers.resize(needed);
+        mass_passes_of<S>(passes_).scripted(seen, {law.instructions.data(),
+                                                   law.constants.data(),
+                                                   int(law.instructions.size()),
+                                                   int(law.constants.size()),
+                                                   {law.force[0], law.force[1], law.force[2]},
+                                                   registers.data(),
+                                                   double(tick) * tick_,
+                                                   {origin_[0], origin_[1], origin_[2]}});
+    }
+
     // One instance of an effect of the scene with its parameters in this robot's coordinates.
     struct active_effect {
         int index, instance;
@@ -201,7 +220,8 @@ private:
     const spring_body& body_;
     const pass_table& passes_;
     robot_columns<S, F, compensated>& columns_;
-    double tick_;  // s
+    double tick_;                   // s
+    double origin_[3] = {0, 0, 0};  // the robot's own, m
     effects::actuation::clock clock_{};
     std::vector<active_effect> active_;
     std::unique_ptr<self_contacts<S>> meetings_;  // null where no effect needs them

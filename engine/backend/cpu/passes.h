@@ -6,6 +6,7 @@
 #include "body/springs.h"
 #include "genome/network.h"
 #include "physics/effects/all.h"
+#include "physics/scripted/operations.h"
 
 namespace limax::cpu {
 
@@ -67,6 +68,22 @@ template <class S>
 using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
 using slip_pass = void (*)(const mass_arrays<S>&, const void* contact, const void* friction, S h);
+// A scripted effect as its pass sees it: a program (physics/scripted/program.h) and the registers
+// of one block of masses, scripted_block numbers each, written before they are read.
+inline constexpr int scripted_block = 128;
+template <class S>
+struct scripted_law {
+    const scripted::instruction* instructions;
+    const double* constants;
+    int instruction_count, constant_count;
+    int16_t force[3];
+    S* registers;
+    double time;       // s
+    double origin[3];  // the robot's own, m
+};
+// Adds its forces.
+template <class S>
+using scripted_pass = void (*)(const mass_arrays<S>&, const scripted_law<S>&);
 template <class S>
 using kick_pass = void (*)(const mass_arrays<S>&, S h);
 // `share` as in predict(); not used without prediction.
@@ -114,10 +131,11 @@ struct mass_passes {
     slip_pass<S> slip[effects::all::count];        // null where the effect is no contact
     impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
     impulse_pass<S> face[effects::all::count];     // likewise
-    kick_pass<S> kick[2];                          // [compensated]
-    drift_pass<S> drift[2][2];                     // [compensated][predicted]
-    stage_pass<S> stage[2][2];                     // [compensated][first]
-    stage_end_pass<S> stage_end[2];                // [compensated]
+    scripted_pass<S> scripted;
+    kick_pass<S> kick[2];            // [compensated]
+    drift_pass<S> drift[2][2];       // [compensated][predicted]
+    stage_pass<S> stage[2][2];       // [compensated][first]
+    stage_end_pass<S> stage_end[2];  // [compensated]
     mass_limit_pass<S> limit;
 };
 

@@ -1,6 +1,8 @@
 // passes.inl: the loops of the CPU, included once per instruction set by a file that names it in
 // LIMAX_ISA. Every loop has unit stride and no branch, so that the compiler vectorises it;
 // tests/engine reads its report. The arithmetic is the laws'.
+#include <utility>
+
 #include "backend/cpu/passes.h"
 #include "genome/express_pass.h"
 #include "physics/integrator.h"
@@ -100,6 +102,68 @@ void node(const mass_arrays<R>& shared, const void* block) {
         fx[i] = force.x;
         fy[i] = force.y;
         fz[i] = force.z;
+    }
+}
+
+// One operation on a block of registers.
+template <scripted::operation what, class R>
+void operate(int count, const R* a, const R* b, const R* c, R* result) {
+    LIMAX_LOOP
+    for (int i = 0; i < count; ++i) result[i] = scripted::apply<what>(a[i], b[i], c[i]);
+}
+
+template <class R>
+using operate_pass = void (*)(int, const R*, const R*, const R*, R*);
+template <class R>
+struct operate_passes {
+    operate_pass<R> of[scripted::operation_count];
+};
+template <class R, int... index>
+constexpr operate_passes<R> make_operate_passes(std::integer_sequence<int, index...>) {
+    return {{operate<scripted::operation(index), R>...}};
+}
+template <class R>
+constexpr operate_passes<R> operations =
+    make_operate_passes<R>(std::make_integer_sequence<int, scripted::operation_count>{});
+
+template <class R>
+void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
+    const mass_arrays<R> robot = shared;
+    const auto at = [&](int index) { return law.registers + int64_t(index) * scripted_block; };
+    for (int k = 0; k < law.constant_count; ++k)
+        for (int i = 0; i < scripted_block; ++i) at(scripted::inputs + k)[i] = R(law.constants[k]);
+    for (int i = 0; i < scripted_block; ++i) at(scripted::input_time)[i] = R(law.time);
+    for (int64_t first = 0; first < robot.count; first += scripted_block) {
+        const int count =
+            int(robot.count - first < scripted_block ? robot.count - first : scripted_block);
+        for (int axis = 0; axis < 3; ++axis) {
+            const R *x = robot.position[axis] + first, *p = robot.predicted[axis] + first;
+            R *place = at(scripted::input_position + axis),
+              *velocity = at(scripted::input_velocity + axis);
+            const R origin = R(law.origin[axis]);
+            LIMAX_LOOP
+            for (int i = 0; i < count; ++i) {
+                place[i] = origin + x[i];
+                velocity[i] = p[i];
+            }
+        }
+        const R* mass = robot.mass + first;
+        R* known_mass = at(scripted::input_mass);
+        LIMAX_LOOP
+        for (int i = 0; i < count; ++i) known_mass[i] = mass[i];
+
+        R* result = at(scripted::inputs + law.constant_count);
+        for (int k = 0; k < law.instruction_count; ++k, result += scripted_block) {
+            const scripted::instruction step = law.instructions[k];
+            operations<R>.of[int(step.what)](count, at(step.a), at(step.b), at(step.c), result);
+        }
+        // a site without a mass has no force, whatever the law makes of its place
+        for (int axis = 0; axis < 3; ++axis) {
+            const R* by_law = at(law.force[axis]);
+            R* force = robot.force[axis] + first;
+            LIMAX_LOOP
+            for (int i = 0; i < count; ++i) force[i] += mass[i] > R(0) ? by_law[i] : R(0);
+        }
     }
 }
 
@@ -325,6 +389,7 @@ constexpr mass_passes<R> make_mass_passes() {
         if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
         if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });
+    passes.scripted = scripted_force<R>;
     passes.kick[0] = kick<R, false>;
     passes.kick[1] = kick<R, true>;
     passes.drift[0][0] = drift<R, false, false>;

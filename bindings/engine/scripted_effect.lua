@@ -1,0 +1,104 @@
+--- scripted_effect.lua: an effect that a script brings: `magnet = { force = "f = ...", strength =
+--- 0.2, bound = { stiffness = 20 } }`. `force` is the law's text (engine/README.md has the
+--- language), `bound` what it adds to the time step's bound; all else is a parameter, a number or a
+--- list of three.
+
+local ffi = require "ffi"
+local abi = require "limax.engine.abi"
+local arguments = require "limax.engine.arguments"
+local fault = require "limax.engine.fault"
+
+local C = abi.C
+local scripted_effect = {}
+
+--- Whether a scene's entry under a name that is no effect's is one of these.
+---@param given any
+---@return boolean
+function scripted_effect.is(given) return type(given) == "table" and given.force ~= nil end
+
+-- Where in the user's file a line of a law's text stands, as " (FILE:LINE)"; "" where the file does
+-- not hold the text as it is.
+local function place_of(text, line)
+  local _, _, path = fault.place()
+  local file = io.open(path, "rb")
+  if not file then return "" end
+  local content = file:read "*a"
+  file:close()
+  local start = content:find(text, 1, true)
+  -- the same text twice: nobody knows which
+  if not start or content:find(text, start + 1, true) then return "" end
+  local _, before = content:sub(1, start - 1):gsub("\n", "")
+  return (" (%s:%d)"):format(path:match "[^/]*$", before + line)
+end
+
+local function bound_of(what, given)
+  if given == nil then return nil end
+  arguments.table(what, given)
+  arguments.known(what, given, { "stiffness", "damping" })
+  local bound = {}
+  for _, name in ipairs { "stiffness", "damping" } do
+    bound[name] = arguments.number(what .. "." .. name, given[name] or 0)
+  end
+  return bound
+end
+
+-- The parameters among the fields, in the order of their names.
+local function parameters_of(what, given)
+  local names, resolved = {}, {}
+  for name in pairs(given) do
+    if type(name) ~= "string" then
+      arguments.refuse(what, "fields with names", name)
+    end
+    if name ~= "force" and name ~= "bound" then names[#names + 1] = name end
+  end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    local value, place = given[name], what .. "." .. name
+    if type(value) == "number" then
+      resolved[name] = arguments.number(place, value)
+    elseif type(value) == "table" then
+      resolved[name] = arguments.list(place, value, 3)
+    else
+      arguments.refuse(place, "a number or a list of three", value)
+    end
+  end
+  return names, resolved
+end
+
+--- Adds one to a scene, and returns it as scene:table() shows it.
+---@param handle ffi.cdata* limax_scene
+---@param name string
+---@param given table
+---@return table
+function scripted_effect.add(handle, name, given)
+  local what = "scene: " .. name
+  if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
+    arguments.refuse("scene", "effects named by letters, digits and _", name)
+  end
+  local text = arguments.text(what .. ".force", given.force)
+  if text:find("\0", 1, true) then
+    fault.raise(what .. ".force: a text cannot hold a byte 0")
+  end
+  local bound = bound_of(what .. ".bound", given.bound)
+  local names, resolved = parameters_of(what, given)
+  local list = ffi.new("limax_script_parameter[?]", math.max(1, #names))
+  for i, parameter in ipairs(names) do
+    local value, slot = resolved[parameter], list[i - 1]
+    slot.name = parameter
+    local components = type(value) == "table" and value or { value }
+    slot.components = #components
+    for c = 1, #components do slot.value[c - 1] = components[c] end
+  end
+  local limits = bound and ffi.new("double[2]", bound.stiffness, bound.damping)
+  local status = C.limax_scene_add_script(handle, name, text, list, #names, limits)
+  if status == C.LIMAX_INVALID_ARGUMENT then
+    local message = ffi.string(C.limax_error_text())
+    local line = tonumber(message:match "^[^,]*, line (%d+): ")
+    fault.raise(message .. (line and place_of(text, line) or ""))
+  end
+  abi.check(status)
+  resolved.force, resolved.bound = text, bound
+  return resolved
+end
+
+return scripted_effect

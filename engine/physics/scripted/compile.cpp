@@ -1,0 +1,494 @@
+// compile.cpp: reads the text of a scripted effect, by recursive descent, into a program. Nothing
+// of the text reaches a compiler, a shell or a file.
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "base/error.h"
+#include "physics/scripted/program.h"
+
+namespace limax::scripted {
+
+namespace {
+
+constexpr std::size_t longest_text = 16384;  // bytes
+// Operands are 16 bits wide, and more than this is no longer a law that a person wrote.
+constexpr int most_registers = 2000;
+constexpr int deepest = 100;  // nested brackets and signs, for the reader's own stack
+
+// A number in the register of x, or a vector in all three.
+struct value {
+    bool vector = false;
+    int16_t x = 0, y = 0, z = 0;
+};
+
+struct token {
+    enum { end, number, word, sign } kind = end;
+    std::string text;
+    double number_value = 0;
+    int line = 1;
+};
+
+bool starts_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+struct function {
+    const char* name;
+    operation what;
+    int operands;
+};
+// Of numbers.
+constexpr function functions[] = {
+    {"sqrt", operation::root, 1},    {"sin", operation::sine, 1},
+    {"cos", operation::cosine, 1},   {"exp", operation::exponential, 1},
+    {"abs", operation::absolute, 1}, {"min", operation::smaller, 2},
+    {"max", operation::larger, 2},
+};
+constexpr const char* words_of_vectors[] = {"vec", "dot", "cross", "length"};
+
+class reader {
+public:
+    reader(const std::string& place, const std::string& text,
+           const std::vector<parameter>& parameters);
+    program read();
+
+private:
+    [[noreturn]] void refuse(const std::string& problem) const {
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("%s, line %d: %s", place_.c_str(), now_.line, problem.c_str()));
+    }
+    // What stands at this place, for messages.
+    std::string here() const {
+        return now_.kind == token::end ? "the end of the text" : "'" + now_.text + "'";
+    }
+
+    void advance();
+    bool at(const char* sign) const { return now_.kind == token::sign && now_.text == sign; }
+    bool take(const char* sign) {
+        if (!at(sign)) return false;
+        advance();
+        return true;
+    }
+    void need(const char* sign) {
+        if (!take(sign)) refuse(format("expected '%s', got %s", sign, here().c_str()));
+    }
+
+    int16_t constant(double number);
+    int16_t emit(operation what, int16_t a, int16_t b = 0, int16_t c = 0);
+    value number(operation what, value a, value b = {}, value c = {}) {
+        return {false, emit(what, a.x, b.x, c.x), 0, 0};
+    }
+    // An operation on each component; a number stands for three.
+    value each(operation what, value a, value b) {
+        if (!a.vector) a.y = a.z = a.x;
+        if (!b.vector) b.y = b.z = b.x;
+        return {true, emit(what, a.x, b.x), emit(what, a.y, b.y), emit(what, a.z, b.z)};
+    }
+    value need_number(value v, const std::string& of) {
+        if (v.vector) refuse(of + " takes numbers, not vectors");
+        return v;
+    }
+    value need_vector(value v, const std::string& of) {
+        if (!v.vector) refuse(of + " takes vectors, not numbers");
+        return v;
+    }
+
+    void statement();
+    value expression() { return choice(); }
+    value choice();
+    value disjunction();
+    value conjunction();
+    value comparison();
+    value sum();
+    value product();
+    value signed_value();
+    value component_of(value v);
+    value primary();
+    value call(const std::string& name);
+    value dot(value a, value b);
+
+    const std::string& place_;
+    const std::string& text_;
+    std::size_t next_ = 0;
+    int line_ = 1;
+    token now_;
+    int depth_ = 0;
+    program program_;
+    // numbered as constant() says
+    std::vector<instruction> steps_;
+    std::map<std::string, value> names_;
+    std::map<std::string, bool> fixed_;  // names that no statement may change
+    std::map<std::string, bool> own_words_;
+};
+
+// While reading, constants are numbered below 0 and results from `inputs` on.
+int16_t reader::constant(double number) {
+    if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
+        refuse(format("this law takes more than %d numbers and operations", most_registers));
+    program_.constants.push_back(number);
+    return int16_t(-int(program_.constants.size()));
+}
+
+int16_t reader::emit(operation what, int16_t a, int16_t b, int16_t c) {
+    if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
+        refuse(format("this law takes more than %d numbers and operations", most_registers));
+    steps_.push_back({what, a, b, c});
+    return int16_t(inputs + int(steps_.size()) - 1);
+}
+
+reader::reader(const std::string& place, const std::string& text,
+               const std::vector<parameter>& parameters)
+    : place_(place), text_(text) {
+    if (text.size() > longest_text)
+        fail(LIMAX_INVALID_ARGUMENT, format("%s is %zu bytes long; at most %zu are possible",
+                                            place.c_str(), text.size(), longest_text));
+    const auto input_at = [](int first, bool vector) {
+        return vector ? value{true, int16_t(first), int16_t(first + 1), int16_t(first + 2)}
+                      : value{false, int16_t(first), 0, 0};
+    };
+    names_ = {{"x", input_at(input_position, true)},
+              {"v", input_at(input_velocity, true)},
+              {"m", input_at(input_mass, false)},
+              {"t", input_at(input_time, false)}};
+    for (const auto& [name, _] : names_) fixed_[name] = true;
+    own_words_ = {{"real", true}, {"f", true}};
+    for (const function& known : functions) own_words_[known.name] = true;
+    for (const char* word : words_of_vectors) own_words_[word] = true;
+    const int16_t zero = constant(0);
+    names_["f"] = {true, zero, zero, zero};
+    for (const parameter& given : parameters) {
+        bool legal = !given.name.empty() && starts_word(given.name[0]);
+        for (const char c : given.name) legal = legal && (starts_word(c) || is_digit(c));
+        if (!legal)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("%s: a parameter's name is letters, digits and _, not '%s'", place.c_str(),
+                        given.name.c_str()));
+        if (names_.count(given.name) || own_words_.count(given.name))
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("%s: no parameter can be called '%s': the name is taken", place.c_str(),
+                        given.name.c_str()));
+        if (given.components != 1 && given.components != 3)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("%s: parameter '%s' has %d components; it must be 1 or 3", place.c_str(),
+                        given.name.c_str(), given.components));
+        for (int c = 0; c < given.components; ++c)
+            if (!std::isfinite(given.value[c]))
+                fail(LIMAX_INVALID_ARGUMENT,
+                     format("%s: parameter '%s' is not finite", place.c_str(), given.name.c_str()));
+        const bool vector = given.components == 3;
+        value held{vector, constant(given.value[0]), 0, 0};
+        if (vector) {
+            held.y = constant(given.value[1]);
+            held.z = constant(given.value[2]);
+        }
+        names_[given.name] = held;
+        fixed_[given.name] = true;
+    }
+    advance();
+}
+
+void reader::advance() {
+    // blanks and comments
+    for (;; ++next_) {
+        if (next_ < text_.size() && text_[next_] == '/' && next_ + 1 < text_.size() &&
+            text_[next_ + 1] == '/')
+            while (next_ < text_.size() && text_[next_] != '\n') ++next_;
+        if (next_ >= text_.size()) break;
+        if (text_[next_] == '\n')
+            ++line_;
+        else if (text_[next_] != ' ' && text_[next_] != '\t' && text_[next_] != '\r')
+            break;
+    }
+    now_ = {};
+    now_.line = line_;
+    if (next_ >= text_.size()) return;
+    const char first = text_[next_];
+    std::size_t last = next_;
+    if (starts_word(first)) {
+        while (last < text_.size() && (starts_word(text_[last]) || is_digit(text_[last]))) ++last;
+        now_.kind = token::word;
+    } else if (is_digit(first) ||
+               (first == '.' && next_ + 1 < text_.size() && is_digit(text_[next_ + 1]))) {
+        const char* begin = text_.data() + next_;
+        const auto [stop, problem] =
+            std::from_chars(begin, text_.data() + text_.size(), now_.number_value);
+        last = std::size_t(stop - text_.data());
+        now_.kind = token::number;
+        if (problem != std::errc() || (last < text_.size() && starts_word(text_[last])))
+            refuse(format("a number that cannot be read, at '%.12s'", begin));
+    } else {
+        static const char* const signs[] = {"<=", ">=", "==", "!=", "&&", "||", "+=", "+",
+                                            "-",  "*",  "/",  "(",  ")",  ",",  ";",  ".",
+                                            "=",  "<",  ">",  "!",  "?",  ":"};
+        for (const char* sign : signs)
+            if (last == next_ &&
+                text_.compare(next_, std::char_traits<char>::length(sign), sign) == 0)
+                last = next_ + std::char_traits<char>::length(sign);
+        if (last == next_)
+            refuse(first > ' ' && first < 127
+                       ? format("'%c' is no sign of this language", first)
+                       : format("byte %d is no sign of this language", int(uint8_t(first))));
+        now_.kind = token::sign;
+    }
+    now_.text = text_.substr(next_, last - next_);
+    next_ = last;
+}
+
+program reader::read() {
+    bool sets_force = false;
+    while (now_.kind != token::end) {
+        sets_force = sets_force || (now_.kind == token::word && now_.text == "f");
+        statement();
+    }
+    if (!sets_force) refuse("the text never sets the force f");
+    const auto place_of = [&](int16_t at) -> int16_t {
+        if (at < 0) return int16_t(inputs - 1 - at);
+        return int16_t(at < inputs ? at : at + int(program_.constants.size()));
+    };
+    for (const instruction& step : steps_)
+        program_.instructions.push_back(
+            {step.what, place_of(step.a), place_of(step.b), place_of(step.c)});
+    const value force = names_["f"];
+    program_.force[0] = place_of(force.x);
+    program_.force[1] = place_of(force.y);
+    program_.force[2] = place_of(force.z);
+    return std::move(program_);
+}
+
+// [vec|real] NAME [.x|.y|.z] (=|+=) expression ;
+void reader::statement() {
+    if (take(";")) return;
+    if (now_.kind != token::word)
+        refuse(format("expected a statement such as 'f = ...;', got %s", here().c_str()));
+    std::string name = now_.text;
+    advance();
+    const bool makes = name == "vec" || name == "real";
+    const bool as_vector = name == "vec";
+    if (makes) {
+        if (now_.kind != token::word) refuse(format("expected a name, got %s", here().c_str()));
+        name = now_.text;
+        if (names_.count(name) || own_words_.count(name))
+            refuse(format("the name '%s' is taken", name.c_str()));
+        advance();
+    } else if (!names_.count(name)) {
+        refuse(format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
+    } else if (fixed_.count(name)) {
+        refuse(format("'%s' is given and cannot be changed", name.c_str()));
+    }
+    value& target = names_[name];
+    int16_t* component = nullptr;
+    if (!makes && target.vector && take(".")) {
+        component = now_.text == "x"   ? &target.x
+                    : now_.text == "y" ? &target.y
+                    : now_.text == "z" ? &target.z
+                                       : nullptr;
+        if (!component) refuse(format("a vector has x, y and z, not %s", here().c_str()));
+        advance();
+    }
+    const bool adds = !makes && at("+=");
+    if (!adds && !at("="))
+        refuse(format("expected '=' after '%s', got %s", name.c_str(), here().c_str()));
+    // a name is not yet known within the statement that makes it
+    value before = target;
+    if (makes) names_.erase(name);
+    advance();
+    value result = expression();
+    const bool wants_vector = makes ? as_vector : before.vector && !component;
+    if (result.vector != wants_vector)
+        refuse(format("'%s' is a %s; this is a %s", name.c_str(),
+                      wants_vector ? "vector" : "number", result.vector ? "vector" : "number"));
+    if (component) {
+        *component = adds ? emit(operation::add, *component, result.x) : result.x;
+    } else {
+        if (adds)
+            result = before.vector ? each(operation::add, before, result)
+                                   : number(operation::add, before, result);
+        names_[name] = result;
+    }
+    if (now_.kind != token::end) need(";");
+}
+
+value reader::choice() {
+    if (++depth_ > deepest) refuse(format("more than %d levels of brackets", deepest));
+    value chosen = disjunction();
+    if (take("?")) {
+        const value condition = need_number(chosen, "?");
+        const value yes = choice();
+        need(":");
+        const value no = choice();
+        if (yes.vector != no.vector) refuse("both sides of ':' must be numbers, or both vectors");
+        chosen = number(operation::choose, condition, yes, no);
+        if (yes.vector)
+            chosen = {true, chosen.x, emit(operation::choose, condition.x, yes.y, no.y),
+                      emit(operation::choose, condition.x, yes.z, no.z)};
+    }
+    --depth_;
+    return chosen;
+}
+
+value reader::disjunction() {
+    value left = conjunction();
+    while (take("||"))
+        left = number(operation::either, need_number(left, "||"), need_number(conjunction(), "||"));
+    return left;
+}
+
+value reader::conjunction() {
+    value left = comparison();
+    while (take("&&"))
+        left = number(operation::both, need_number(left, "&&"), need_number(comparison(), "&&"));
+    return left;
+}
+
+value reader::comparison() {
+    const value left = sum();
+    if (now_.kind != token::sign) return left;
+    const std::string sign = now_.text;
+    if (sign != "<" && sign != ">" && sign != "<=" && sign != ">=" && sign != "==" && sign != "!=")
+        return left;
+    advance();
+    const value right = need_number(sum(), sign);
+    need_number(left, sign);
+    if (sign == "<") return number(operation::less, left, right);
+    if (sign == ">") return number(operation::less, right, left);
+    if (sign == "<=") return number(operation::at_most, left, right);
+    if (sign == ">=") return number(operation::at_most, right, left);
+    const value same = number(operation::equal, left, right);
+    return sign == "==" ? same : number(operation::inverted, same);
+}
+
+value reader::sum() {
+    value left = product();
+    while (at("+") || at("-")) {
+        const operation what = at("+") ? operation::add : operation::subtract;
+        advance();
+        const value right = product();
+        if (left.vector != right.vector)
+            refuse("a number and a vector cannot be added or subtracted");
+        left = left.vector ? each(what, left, right) : number(what, left, right);
+    }
+    return left;
+}
+
+value reader::product() {
+    value left = signed_value();
+    while (at("*") || at("/")) {
+        const bool divides = at("/");
+        advance();
+        const value right = signed_value();
+        if (divides && right.vector) refuse("nothing can be divided by a vector");
+        if (left.vector && right.vector)
+            refuse("two vectors cannot be multiplied by *; there are dot and cross");
+        const operation what = divides ? operation::divide : operation::multiply;
+        left = left.vector || right.vector ? each(what, left, right) : number(what, left, right);
+    }
+    return left;
+}
+
+value reader::signed_value() {
+    if (++depth_ > deepest) refuse(format("more than %d levels of brackets", deepest));
+    value result;
+    if (take("-")) {
+        result = signed_value();
+        result = result.vector
+                     ? value{true, emit(operation::negate, result.x),
+                             emit(operation::negate, result.y), emit(operation::negate, result.z)}
+                     : number(operation::negate, result);
+    } else if (take("!")) {
+        result = number(operation::inverted, need_number(signed_value(), "!"));
+    } else {
+        result = component_of(primary());
+    }
+    --depth_;
+    return result;
+}
+
+value reader::component_of(value v) {
+    if (!take(".")) return v;
+    if (!v.vector) refuse("a number has no components");
+    const std::string name = now_.text;
+    if (name != "x" && name != "y" && name != "z")
+        refuse(format("a vector has x, y and z, not %s", here().c_str()));
+    advance();
+    return {false, name == "x" ? v.x : name == "y" ? v.y : v.z, 0, 0};
+}
+
+value reader::primary() {
+    if (now_.kind == token::number) {
+        const value result{false, constant(now_.number_value), 0, 0};
+        advance();
+        return result;
+    }
+    if (take("(")) {
+        const value inside = expression();
+        need(")");
+        return inside;
+    }
+    if (now_.kind != token::word)
+        refuse(format("expected a number, a name or '(', got %s", here().c_str()));
+    const std::string name = now_.text;
+    const auto known = names_.find(name);
+    if (known != names_.end()) {
+        advance();
+        return known->second;
+    }
+    if (own_words_.count(name) && name != "real") {
+        advance();
+        return call(name);
+    }
+    std::string there;
+    for (const auto& [word, _] : names_) there += (there.empty() ? "" : ", ") + word;
+    std::string callable;
+    for (const auto& [word, _] : own_words_)
+        if (word != "real" && word != "f") callable += (callable.empty() ? "" : ", ") + word;
+    refuse(format("unknown name '%s'; there are %s, and the functions %s", name.c_str(),
+                  there.c_str(), callable.c_str()));
+}
+
+value reader::call(const std::string& name) {
+    need("(");
+    std::vector<value> given;
+    do given.push_back(expression());
+    while (take(","));
+    need(")");
+    const auto takes = [&](std::size_t count) {
+        if (given.size() != count)
+            refuse(format("%s takes %zu %s, not %zu", name.c_str(), count,
+                          count == 1 ? "value" : "values", given.size()));
+    };
+    for (const function& known : functions) {
+        if (name != known.name) continue;
+        takes(std::size_t(known.operands));
+        for (const value v : given) need_number(v, name);
+        return number(known.what, given[0], given.size() > 1 ? given[1] : value{});
+    }
+    takes(name == "vec" ? 3 : name == "length" ? 1 : 2);
+    if (name == "vec") {
+        for (const value v : given) need_number(v, name);
+        return {true, given[0].x, given[1].x, given[2].x};
+    }
+    for (const value v : given) need_vector(v, name);
+    if (name == "length") return number(operation::root, dot(given[0], given[0]));
+    if (name == "dot") return dot(given[0], given[1]);
+    const value a = given[0], b = given[1];
+    const auto minor = [&](int16_t p, int16_t q, int16_t r, int16_t s) {
+        return emit(operation::subtract, emit(operation::multiply, p, q),
+                    emit(operation::multiply, r, s));
+    };
+    return {true, minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)};
+}
+
+value reader::dot(value a, value b) {
+    const int16_t first = emit(operation::add, emit(operation::multiply, a.x, b.x),
+                               emit(operation::multiply, a.y, b.y));
+    return {false, emit(operation::add, first, emit(operation::multiply, a.z, b.z)), 0, 0};
+}
+
+}  // namespace
+
+program compile(const std::string& place, const std::string& text,
+                const std::vector<parameter>& parameters) {
+    return reader(place, text, parameters).read();
+}
+
+}  // namespace limax::scripted

@@ -1,0 +1,34 @@
+// program.h: the law of a scripted effect as a straight line of operations: no branch, no loop and
+// no address in it, so that it ends, and reaches nothing but its own numbers. SI units.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "physics/scripted/operations.h"
+
+namespace limax::scripted {
+
+// Registers hold the inputs, then the constants, then one result after the other.
+struct program {
+    std::vector<double> constants;
+    std::vector<instruction> instructions;
+    int16_t force[3];  // registers of the force, N
+
+    int registers() const { return inputs + int(constants.size() + instructions.size()); }
+};
+
+// A number or a vector that the text may name. `components` is 1 or 3.
+struct parameter {
+    std::string name;
+    int components;
+    double value[3];
+};
+
+// Reads a law, a few assignments in the manner of C; README.md has the language. `place` names it
+// in messages, which tell the line and refuse every word that is not of the language.
+program compile(const std::string& place, const std::string& text,
+                const std::vector<parameter>& parameters);
+
+}  // namespace limax::scripted
