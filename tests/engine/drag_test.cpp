@@ -281,6 +281,5 @@ TEST_CASE("faces cost nothing where no effect needs them, and are refused where 
                          error);
     body.setup.options.integrator = LIMAX_LEAPFROG;
     CHECK_THROWS_WITH_AS(check_beyond_cpu(body.setup.options, body.setup.scene),
-                         "scene.drag: it runs on the cpu alone; use device 'cpu'",
-                         error);
+                         "scene.drag: it runs on the cpu alone; use device 'cpu'", error);
 }
