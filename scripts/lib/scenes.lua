@@ -57,6 +57,20 @@ function scenes.air(changes)
   return merged({ gravity = true, damping = true, actuation = true }, changes, "scenes.air")
 end
 
+--- Still water without a bottom or a surface: drag on exposed faces, damping and muscles. The field
+--- `buoyancy` is the weight of the water that a body displaces over its own: at 1 it hovers, below
+--- it sinks, above it rises. Size and weight are the body's, so a scene cannot tell. Other keys are effects: `drag = { current = { 0.2, 0, 0 } }` is a river.
+---@param options? { buoyancy?: number }
+---@return table scene
+function scenes.water(options)
+  local body, changes = split("scenes.water", options, { { "buoyancy", 1, 0, 100 } })
+  local scene = { drag = true, damping = true, actuation = true }
+  if body.buoyancy ~= 1 then
+    scene.gravity = { acceleration = { 0, 0, standard_gravity * (body.buoyancy - 1) } }
+  end
+  return merged(scene, changes, "scenes.water")
+end
+
 --- An endless slope, as flat ground under tilted gravity: x and y run along the slope, z at right
 --- angles to it. Downhill is +x, turned by `direction` about z. Other keys are effects.
 ---@param options { angle: number, direction?: number, gravity?: number } rad, rad, m/s^2

@@ -123,7 +123,8 @@ std::vector<unsigned> scenes() {
     std::vector<unsigned> masks;
     for (unsigned mask = 0; mask <= every_effect; ++mask) {
         const int count = __builtin_popcount(mask & ~bit<effects::springs>);
-        const bool wanted = count <= 2 || count >= effects::all::count - 2;
+        const bool wanted = (mask & ~every_effect) == 0 &&
+                            (count <= 2 || count >= __builtin_popcount(every_effect) - 2);
         if (wanted && mask & bit<effects::springs> &&
             (!(mask & bit<friction>) || mask & effects::contact_bits))
             masks.push_back(mask);

@@ -181,6 +181,20 @@ scenes:test("a robot stays whole in each, and no order of planes changes a bit",
     scene = limax.scenes.air { anchors = true, wind = { velocity = { 0, 3, 0 } } }, duration = 1 }
   local _, y = unpack(held:displacement())
   t:ok(y > 1e-4 and y < 0.1, "it leans by " .. y .. " m")
+  -- what sinks in water soon falls steadily, and slower than in air; what hovers stays
+  local function sunk(scene, duration)
+    local robot = limax.robot { voxels = "s" }:simulate { scene = scene, duration = duration,
+      settle = 0, device = "cpu" }
+    return -robot:displacement()[3], robot:mass()
+  end
+  t:near(sunk(limax.scenes.water(), 1), 0, { atol = 1e-7 })
+  local heavy = { buoyancy = 0.5 }
+  local mass = select(2, sunk(limax.scenes.water(heavy), 1))
+  local steady = math.sqrt(mass * 9.81 * 0.5 / (1000 * 0.1 ^ 2)) -- m/s: two faces across the fall
+  t:near(sunk(limax.scenes.water(heavy), 3) - sunk(limax.scenes.water(heavy), 2), steady,
+    { rtol = 5e-3 })
+  t:raises("scenes.water: buoyancy: expected a number from 0 to 100, got %-1",
+    function() limax.scenes.water { buoyancy = -1 } end)
   local corner = limax.scenes.corner { distance = 0.3 }
   local before = end_of(corner)
   corner.planes[1], corner.planes[2] = corner.planes[2], corner.planes[1]

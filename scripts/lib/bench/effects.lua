@@ -47,13 +47,18 @@ local function text_of(names, scene)
   return table.concat(list, ", ")
 end
 
--- Scenes by what they are called: springs alone first, all last.
-local function scenes()
+-- Effects on faces, which a GPU does not know.
+local CPU_ALONE = { drag = true }
+
+-- Scenes of a kind of device by what they are called: springs alone first, all last.
+local function scenes(kind)
   local infos, names = {}, {}
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
-    -- every scene has those
-    if info.name ~= "springs" then names[#names + 1] = info.name end
+    -- every scene has springs
+    if info.name ~= "springs" and not (kind == "cuda" and CPU_ALONE[info.name]) then
+      names[#names + 1] = info.name
+    end
   end
   local all = with_needs(infos, names)
   local list = { { name = "none but springs", scene = {} } }
@@ -91,7 +96,7 @@ function effects.run(how)
     robots, robots == 1 and "" or "s", cases.TIME_STEP))
 
   local rows, list = {}, {}
-  for i, scene in ipairs(scenes()) do
+  for i, scene in ipairs(scenes(device.kind)) do
     local case = cases.endless(materials, { lattice = { 5, 5, 5 }, count = robots,
       scene = scene.scene, integrator = "leapfrog", precision = "compensated", device = device,
       seconds = how.seconds / 5 })
