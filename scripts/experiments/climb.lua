@@ -4,8 +4,9 @@
 --- slides less than that.
 ---
 --- 40 generations of 20 robots took 11 s on one core of an AMD EPYC, in which the best went from
---- -0.02 m to 0.44 m. On a slope of 15 degrees the same evolution finds bodies that hold on, and
---- stays with them. Run it with: limax run scripts/experiments/climb.lua
+--- -0.02 m to 0.44 m, with seeds 2 and 3 to 0.24 m and 0.23 m. Steeper is harder: on 15 degrees, at
+--- 3 Hz, evolution found a body that holds on and stayed with it.
+--- Run it with: limax run scripts/experiments/climb.lua
 
 local limax = require "limax"
 

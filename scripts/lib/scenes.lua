@@ -59,7 +59,8 @@ end
 
 --- Still water without a bottom or a surface: drag on exposed faces, damping and muscles. The field
 --- `buoyancy` is the weight of the water that a body displaces over its own: at 1 it hovers, below
---- it sinks, above it rises. Size and weight are the body's, so a scene cannot tell. Other keys are effects: `drag = { current = { 0.2, 0, 0 } }` is a river.
+--- it sinks, above it rises. Size and weight are the body's, so a scene cannot tell. Other keys are
+--- effects: `drag = { current = { 0.2, 0, 0 } }` is a river.
 ---@param options? { buoyancy?: number }
 ---@return table scene
 function scenes.water(options)
