@@ -128,8 +128,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
 
 void check_beyond_cpu(const limax_simulation_options& options, const scene& scene) {
     effects::for_each([&]<class E>(E) {
-        const bool beyond = E::hooks & (effects::hook_face | effects::hook_meet);
-        if (beyond && scene.has(effects::index_of<E>))
+        if (scene.has(effects::index_of<E>) && (effects::cpu_bits & effects::bit<E>))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
     });

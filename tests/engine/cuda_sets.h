@@ -21,8 +21,8 @@ inline int shared_memory_of(int capability) {
     return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
 }
 
-// All that a kernel may have: effects on faces run on the CPU alone.
-inline constexpr unsigned every_effect = ((1u << effects::all::count) - 1) & ~effects::face_bits;
+// All that a kernel may have.
+inline constexpr unsigned every_effect = ((1u << effects::all::count) - 1) & ~effects::cpu_bits;
 // Those of a robot that walks on flat ground: kernels for them are built with limax.
 inline constexpr unsigned walking_effects =
     effects::bit<effects::springs> | effects::bit<effects::damping> |

@@ -70,6 +70,8 @@ LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
 }
 inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
+// Effects that only the CPU has.
+inline constexpr unsigned cpu_bits = bits_with(all{}, hook_face | hook_meet);
 
 // How often a scene may have an effect: as it says itself, or once.
 template <class E>
