@@ -1,0 +1,88 @@
+// scripted_test.cpp: the reader of scripted effects: programs that stay within their registers, and
+// an end, in a program or an error, for any text.
+#include <doctest/doctest.h>
+
+#include "base/error.h"
+#include "physics/scene.h"
+
+using namespace limax;
+using scripted::parameter;
+
+namespace {
+
+const std::vector<parameter> given = {{"centre", 3, {0, 0, 1}}, {"k", 1, {2, 0, 0}}};
+
+// Operands lie before the result that they make, and the force among all registers.
+void check_registers(const scripted::program& law) {
+    int next = scripted::inputs + int(law.constants.size());
+    for (const scripted::instruction& step : law.instructions) {
+        for (const int operand : {step.a, step.b, step.c}) {
+            CHECK(operand >= 0);
+            CHECK(operand < next);
+        }
+        CHECK(int(step.what) < scripted::operation_count);
+        ++next;
+    }
+    CHECK(next == law.registers());
+    for (const int at : law.force) {
+        CHECK(at >= 0);
+        CHECK(at < next);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("a law becomes operations on earlier registers alone") {
+    const scripted::program law = scripted::compile(
+        "law", "vec d = centre - x; real r = length(d); f = r > 1 ? k * d / r : cross(v, d);",
+        given);
+    check_registers(law);
+    CHECK(law.constants.size() == 6);  // 0, the parameters, 1
+}
+
+TEST_CASE("any text ends in a program or in an error that names its line") {
+    const std::string pieces[] = {
+        "f",  "x", "v",    "m",  "t",  "k",   "centre", "=",  "+=", ";",   "(",    ")",
+        ".x", ",", "+",    "-",  "*",  "/",   "1",      "?",  ":",  "vec", "real", "<",
+        "&&", "!", "dot(", "\n", "//", "1e9", "sqrt(",  "\"", "\\", "#",   "\x80", "q"};
+    const auto count = uint32_t(std::size(pieces));
+    int programs = 0, errors = 0;
+    uint64_t state = 1;
+    for (int i = 0; i < 20000; ++i) {
+        // half of them begin as laws do
+        std::string text = i % 2 ? "f = x" : "";
+        const int length = i % 12;
+        for (int k = 0; k < length; ++k) {
+            state = state * 6364136223846793005u + 1442695040888963407u;
+            text += " " + pieces[(state >> 33) % count];
+        }
+        try {
+            check_registers(scripted::compile("law", text, given));
+            ++programs;
+        } catch (const error& problem) {
+            CHECK(problem.status() == LIMAX_INVALID_ARGUMENT);
+            CHECK(std::string(problem.what()).rfind("law, line ", 0) == 0);
+            ++errors;
+        }
+    }
+    CHECK(programs > 100);
+    CHECK(errors > 100);
+}
+
+TEST_CASE("the order of adding scripted effects changes nothing, a name twice is refused") {
+    scene one, other;
+    const double bound[2] = {3, 0.5};
+    one.add_script("a", "f = x;", {}, bound);
+    one.add_script("b", "f = v;", {}, bound);
+    other.add_script("b", "f = v;", {}, bound);
+    other.add_script("a", "f = x;", {}, bound);
+    for (int i = 0; i < 2; ++i) CHECK(one.scripts()[i].name == other.scripts()[i].name);
+    CHECK(one.script_bound().stiffness == 6);
+    CHECK(one.script_bound().damping == 1);
+    CHECK_THROWS_WITH_AS(one.add_script("a", "f = x;", {}, bound),
+                         "scene: effect 'a' is named twice", error);
+    CHECK_THROWS_AS(one.add_script("gravity", "f = x;", {}, bound), error);
+    CHECK_THROWS_AS(one.add_script("c", "f = x;", {{"k", 2, {1, 2, 3}}}, bound), error);
+    CHECK_THROWS_AS(one.add_script("c", "f = x;", {{"k", 1, {__builtin_nan(""), 0, 0}}}, bound),
+                    error);
+}

@@ -1,0 +1,223 @@
+--- scripted_effect.lua: effects that a script brings as a text: closed forms, every word of the
+--- language, the same bits however the work is cut, and what is refused where.
+
+local limax = require "limax"
+local engine = require "limax.engine"
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local process = require "limax.test.process"
+
+local suite = require("limax.test").suite "scripted effects"
+
+local BODY = "ecs\nece\n\nsbs\ncec"
+local CPU = engine.device "cpu"
+
+-- A body in the air, under this scene alone.
+local function flown(scene, options)
+  local given = { scene = scene, device = CPU, settle = 0, duration = 1, precision = "double",
+    time_step = 1e-3 }
+  for name, value in pairs(options or {}) do given[name] = value end
+  return limax.robot { voxels = BODY }:simulate(given)
+end
+
+suite:test("a weight as a text falls as gravity does", function(t)
+  local own = flown { weight = { force = "f = m * g;", g = { 0.5, 0, -9.81 } } }
+  local built_in = flown { gravity = { acceleration = { 0.5, 0, -9.81 } } }
+  -- of sums of 1000 steps in double
+  t:near(own:displacement(), built_in:displacement(), { rtol = 1e-12, atol = 1e-15 })
+end)
+
+suite:test("a linear pull is a harmonic oscillation about its centre", function(t)
+  local scene = { damping = true,
+    pull = { force = "f = -k * m * (x - centre);", k = 40, centre = { 0.1, -0.2, 3 } } }
+  for _, integrator in ipairs { "leapfrog", "rk4" } do
+    local trace = flown(scene, { integrator = integrator, record = { center_of_mass = 20 } })
+      :trace "center_of_mass"
+    local start = trace[1]
+    for i = 1, trace:size() do
+      local share = math.cos(math.sqrt(40) * (i - 1) / 20)
+      for axis = 1, 3 do
+        local centre = scene.pull.centre[axis]
+        -- m: leapfrog's phase is late by (w dt)^2 / 24 of 6.3 rad, 1e-5 of a swing of 3 m
+        t:near(trace[i][axis], centre + (start[axis] - centre) * share, { atol = 1e-4 })
+      end
+    end
+  end
+end)
+
+suite:test("velocity, mass and time are what they are called", function(t)
+  -- dv/dt = -c v from 2 m/s
+  local slowed = flown({ drag = { force = "f = -c * m * v;", c = 3 } }, { velocity = { 2, 0, 0 } })
+  t:near(slowed:displacement()[1], 2 / 3 * (1 - math.exp(-3)), { rtol = 1e-5 })
+  -- a = sin(w t) from rest at t = 0
+  local shaken = flown { shake = { force = "f = vec(0, m * sin(w * t), 0);", w = 7 } }
+  t:near(shaken:displacement()[2], (7 - math.sin(7)) / 49, { rtol = 1e-5 })
+  -- t is below 0 while a body settles; leapfrog gives a force that sets in half a step too much
+  local late = flown({ push = { force = "f.z = t < 0 ? 0 : m;" } }, { settle = 0.5 })
+  t:near(late:displacement()[3], 0.5005, { rtol = 1e-9 })
+  -- every step's force, from where the body is by then, in fp32 too
+  local far = flown({ push = { force = "f.x = x.z > 500 ? m : 0;" } },
+    { position = { 0, 0, 1000 }, precision = "compensated" })
+  t:near(far:displacement()[1], 0.5, { rtol = 1e-4 })
+end)
+
+-- What each text is in Lua, with a = 3, b = -0.5, u = { 1, 2, 3 }, w = { -2, 0.5, 1 }.
+local MEANINGS = {
+  { "a + b * 2 - -1", 3 }, { "(a + b) * 2", 5 }, { "a / b / 2", -3 }, { "-a.5", false },
+  { "sqrt(a)", math.sqrt(3) }, { "sin(a)", math.sin(3) }, { "cos(b)", math.cos(-0.5) },
+  { "exp(b)", math.exp(-0.5) }, { "abs(b)", 0.5 }, { "min(a, b)", -0.5 }, { "max(a, b)", 3 },
+  { "a < b", 0 }, { "a > b", 1 }, { "a <= 3", 1 }, { "a >= 3.5", 0 }, { "a == 3", 1 },
+  { "a != 3", 0 }, { "a > 1 && b > 1", 0 }, { "a > 1 || b > 1", 1 }, { "!a", 0 }, { "!0", 1 },
+  { "a > 1 ? b : 7", -0.5 }, { "a < 1 ? 1 : b < 0 ? 2 : 4", 2 }, { "dot(u, w)", 2 },
+  { "cross(u, w).x", 0.5 }, { "cross(u, w).y", -7 }, { "cross(u, w).z", 4.5 },
+  { "length(u)", math.sqrt(14) }, { "(2 * u - w / 2).x", 3 }, { "(-u * 2).z", -6 },
+  { "(a > 1 ? u : w).y", 2 }, { "vec(1, a, 2).y", 3 }, { "1e-1 + .5", 0.6 },
+}
+
+suite:test("every word of the language means what it does in C", function(t)
+  for _, case in ipairs(MEANINGS) do
+    local text, expected = case[1], case[2]
+    local scene = { own = { force = "real r = 1; // unused\nr = " .. text .. ";\nf.x += m * r;\n",
+      a = 3, b = -0.5, u = { 1, 2, 3 }, w = { -2, 0.5, 1 } } }
+    if expected then
+      -- a constant acceleration for 1 s
+      t:near(flown(scene):displacement()[1], expected / 2, { rtol = 1e-9, atol = 1e-12 })
+    else
+      t:raises("line 2", function() flown(scene) end)
+    end
+  end
+end)
+
+-- ---- bits ---------------------------------------------------------------------------------------
+
+local MAGNET = { force = [[
+  vec d = centre - x;
+  f = strength * d / (dot(d, d) + 1e-2);
+]], centre = { 0, 0.3, 0.2 }, strength = 0.2, bound = { stiffness = 20 } }
+
+suite:test("the same bits with any instruction set, threads, slices and order", function(t)
+  local function ended(isa, threads, slice, precision)
+    local scene = limax.scenes.land { magnet = MAGNET,
+      breeze = { force = "f = c * (air - v);", air = { 1, 0, 0 }, c = 0.01,
+        bound = { damping = 0.01 } } }
+    local device = engine.device("cpu", { isa = isa, threads = threads })
+    local materials = engine.materials "paper"
+    -- more masses than one block of the pass
+    local robots = engine.population { lattice = { 5, 5, 5 }, count = 3 }
+    for i = 1, 3 do
+      local voxels = {}
+      for v = 1, 125 do voxels[v] = 1 + (v + i) % 4 end
+      robots:set_body(i, voxels)
+    end
+    robots:check(materials)
+    local simulation = engine.simulation(robots, materials, engine.scene(scene),
+      { duration = 0.1, precision = precision }, device)
+    while not simulation:advance(1, slice).finished do end
+    local states = {}
+    for i = 1, 3 do states[i] = simulation:state(i):table() end
+    return states
+  end
+  for _, precision in ipairs { "compensated", "mixed", "double" } do
+    local expected = ended(nil, 1, 100000, precision)
+    t:same_bits(ended(nil, 3, 7, precision), expected)
+    t:same_bits(ended("baseline", 2, 100000, precision), expected)
+  end
+end)
+
+-- ---- the time step ------------------------------------------------------------------------------
+
+suite:test("a bound enters the automatic step, and without one it is refused by name", function(t)
+  local function bound_with(bound)
+    local robot = flown({ damping = true, pull = { force = "f = -1 * x;", bound = bound } },
+      { time_step = "auto", duration = 0.1 })
+    return robot.record.outcome.time_step_bound
+  end
+  local loose = bound_with {}
+  t:ok(bound_with { stiffness = 1e7 } < 0.5 * loose)
+  t:ok(bound_with { damping = 1e3 } < 0.5 * loose)
+  t:raises("scene.pull states no bound", function() bound_with(nil) end)
+  t:raises("scene.pull.bound.stiffness is %-1", function() bound_with { stiffness = -1 } end)
+  t:raises("scene: pull.bound: unknown field", function() bound_with { stifness = 1 } end)
+end)
+
+-- ---- refusals -----------------------------------------------------------------------------------
+
+local REFUSED = {
+  { "f = strngth * x;", "line 1: unknown name 'strngth'" }, { "f = system(1);", "'system'" },
+  { "\nf = vec(1, 2);", "line 2: vec takes 3 values, not 2" }, { 'f = "x";', "'\"' is no sign" },
+  { "#include <stdio.h>\nf = x;", "'#' is no sign" }, { "f = x \\ 2;", "'\\' is no sign" },
+  { "x = f;", "'x' is given" }, { "f = 1;", "'f' is a vector" }, { "", "never sets the force" },
+  { "real a = 1; real a = 2; f = x;", "the name 'a' is taken" }, { "f = x * v;", "dot and cross" },
+  { "real dot = 1; f = x;", "taken" }, { "f = x + 1;", "added" }, { "f = 1 / x;", "divided" },
+  { "f = q;", "unknown name 'q'" }, { "real r = r; f = x;", "unknown name 'r'" },
+  { "f = x", nil }, { "f = x; f", "expected '='" }, { "f = (x;", "expected ')'" },
+  { "f = x.w;", "a vector has x, y and z" }, { "f = m.x;", "no components" },
+  { "f = x * 1..2;", "expected ';'" }, { "f = 12ab * x;", "cannot be read" },
+  { "asm(\"\"); f = x;", "unknown name 'asm'" }, { "for (;;) f = x;", "unknown name 'for'" },
+  { "f = `x`;", "no sign" }, { "f = x; { }", "no sign" }, { "f = \195\164;", "byte 195" },
+  { "f = " .. ("("):rep(1000) .. "x" .. (")"):rep(1000) .. ";", "levels" },
+  { "f = x" .. (" + x"):rep(1000) .. ";", "more than 2000" },
+  { "f = x;" .. (" "):rep(20000), "bytes long" },
+}
+
+suite:test("whatever is not of the language is refused, with its line", function(t)
+  for _, case in ipairs(REFUSED) do
+    local ok, message = pcall(engine.scene, { own = { force = case[1] } })
+    t:ok(ok == (case[2] == nil), case[1]:sub(1, 60))
+    if case[2] then t:ok(tostring(message):find(case[2], 1, true), tostring(message)) end
+  end
+end)
+
+suite:test("an error names the place in the user's file", function(t)
+  local here = debug.getinfo(1, "l").currentline
+  t:raises("scripted_effect.lua:" .. here + 5 .. "%)", function()
+    engine.scene { own = {
+      force = [[
+        vec towards = centre - x;
+        f = strength * toward;
+      ]], centre = { 0, 0, 1 }, strength = 1 } }
+  end)
+end)
+
+suite:test("parameters and names are checked", function(t)
+  local function refused(pattern, scene)
+    t:raises(pattern, function() engine.scene(scene) end)
+  end
+  refused("scene: own.a: expected a finite number", { own = { force = "f = x;", a = 0 / 0 } })
+  refused("scene: own.a: expected a list of 3", { own = { force = "f = x;", a = { 1, 2 } } })
+  refused("scene: own.a: expected a number or a list", { own = { force = "f = x;", a = "1" } })
+  refused("no parameter can be called 'dot'", { own = { force = "f = x;", dot = 1 } })
+  refused("no parameter can be called 't'", { own = { force = "f = x;", t = 1 } })
+  refused("a parameter's name is letters", { own = { force = "f = x;", ["a-b"] = 1 } })
+  refused("expected effects named by letters", { ["a b"] = { force = "f = x;" } })
+  refused("own.force: expected a string", { own = { force = 3 } })
+  refused("unknown field \"force\"", { gravity = { force = "f = x;" } })
+  refused("unknown field \"own\"", { own = { strength = 1 } })
+  local many = {}
+  for i = 1, 9 do many["own" .. i] = { force = "f = x;" } end
+  refused("at most 8 scripted effects", many)
+end)
+
+-- ---- experiments --------------------------------------------------------------------------------
+
+suite:test("an experiment keeps it, and its parameters can be changed by path", function(t)
+  local experiment = evolution.small { scene = limax.scenes.land { magnet = MAGNET } }
+  t:equal(experiment.config.scene.magnet.force, MAGNET.force)
+  local stronger = experiment:override { "scene.magnet.strength=0.5" }
+  t:equal(stronger.config.scene.magnet.strength, 0.5)
+  t:equal(stronger.config.scene.magnet.centre, MAGNET.centre)
+  local again = engine.scene(host.json.decode(host.json.encode(experiment.config.scene)))
+  t:equal(again:table(), experiment.config.scene)
+  t:raises("record.ledger: .* 'magnet'", function()
+    flown({ magnet = MAGNET }, { record = { ledger = 10 } })
+  end)
+end)
+
+suite:test("the shipped example runs", { limit = 60 }, function(t)
+  local done = process.limax({ host.home .. "/scripts/experiments/own_forces.lua" },
+    { folder = t:folder() })
+  t:ok(done.status == 0 and done.stderr == "", done.stderr)
+  t:ok(done.stdout:find "magnet: " and done.stdout:find "treadmill: ", done.stdout)
+end)
+
+return suite
