@@ -132,10 +132,6 @@ void check_beyond_cpu(const limax_simulation_options& options, const scene& scen
             fail(LIMAX_INVALID_ARGUMENT,
                  format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
     });
-    if (!scene.scripts().empty())
-        fail(LIMAX_INVALID_ARGUMENT,
-             format("scene.%s: scripted effects run on the cpu alone; use device 'cpu'",
-                    scene.scripts()[0].name.c_str()));
     if (options.integrator == LIMAX_RK4)
         fail(LIMAX_INVALID_ARGUMENT,
              "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");

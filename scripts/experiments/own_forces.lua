@@ -15,7 +15,6 @@ local strength, reach = 0.5, 0.2 -- N m, m
 local centre = { 1, 0, 0.5 } -- m, in the world
 local pulled = robot:simulate {
   duration = 10, -- s
-  device = "cpu",
   scene = {
     damping = true,
     wind = { velocity = { 0, 0, 0 }, drag = 0.1 }, -- N s/m
@@ -39,7 +38,6 @@ local speed = -0.2 -- m/s
 local function walk_on(belt_speed)
   return robot:simulate {
     duration = 5, -- s
-    device = "cpu",
     scene = limax.scenes.land {
       friction = false,
       treadmill = {

@@ -189,6 +189,24 @@ TEST_CASE("the common scenes run without a compiler") {
     for (const char* entry : {"express", "describe", "breed", "diversity"}) built({entry, {}});
 }
 
+TEST_CASE("scripted effects are text of the kernels that step robots, and compile there") {
+    asking_machine machine;
+    for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+        simulation_setup setup = setup_of(walking_effects, precision, LIMAX_LEAPFROG, {5, 5, 5});
+        CHECK(machine.step_of(setup).defines.count("LIMAX_SCRIPTED") == 0);
+        const double bound[2] = {20, 0};
+        setup.scene.add_script("pull", "f = k * (vec(0, 0, sin(t)) - x) - exp(-m) * v;",
+                               {{"k", 1, {3, 0, 0}}}, bound);
+        for (const cuda::kernel_form form :
+             {cuda::kernel_form::many, cuda::kernel_form::any_lattice}) {
+            const kernel_set set = machine.step_of(setup, form);
+            CHECK(set.defines.count("LIMAX_SCRIPTED") == 1);
+            const compiler* nvrtc = found_compiler();
+            if (nvrtc) CHECK(!compiled(*nvrtc, set, "sm_90").empty());
+        }
+    }
+}
+
 TEST_CASE("the kernels of the common lattices spill little") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;

@@ -10,12 +10,45 @@
 #define LIMAX_INSTANCES (2 | 1 << 8 | 2 << 16)
 #define LIMAX_PRECISION 3
 #define LIMAX_LEAPFROG 1
+// two scripted effects: what kernel_text() makes of `scripted_laws`, one after the other
+// clang-format off
+#define LIMAX_SCRIPTED \
+LIMAX_CONSTANT(8,0x0p+0)LIMAX_CONSTANT(9,0x1p-1)LIMAX_CONSTANT(10,-0x1p-2)\
+LIMAX_CONSTANT(11,0x1p+0)LIMAX_CONSTANT(12,0x1.8p+1)LIMAX_CONSTANT(13,0x1p+0)\
+LIMAX_CONSTANT(14,0x1.999999999999ap-4)LIMAX_OPERATION(15,3,12,6,0)\
+LIMAX_OPERATION(16,2,9,0,0)LIMAX_OPERATION(17,2,10,1,0)LIMAX_OPERATION(18,2,11,2,0)\
+LIMAX_OPERATION(19,3,15,16,0)LIMAX_OPERATION(20,3,15,17,0)\
+LIMAX_OPERATION(21,3,15,18,0)LIMAX_OPERATION(22,3,1,1,0)LIMAX_OPERATION(23,3,0,0,0)\
+LIMAX_OPERATION(24,1,23,22,0)LIMAX_OPERATION(25,3,2,2,0)\
+LIMAX_OPERATION(26,1,24,25,0)LIMAX_OPERATION(27,1,13,26,0)\
+LIMAX_OPERATION(28,4,19,27,0)LIMAX_OPERATION(29,4,20,27,0)\
+LIMAX_OPERATION(30,4,21,27,0)LIMAX_OPERATION(31,3,14,3,0)\
+LIMAX_OPERATION(32,3,14,4,0)LIMAX_OPERATION(33,3,14,5,0)\
+LIMAX_OPERATION(34,2,28,31,0)LIMAX_OPERATION(35,2,29,32,0)\
+LIMAX_OPERATION(36,2,30,33,0)LIMAX_FORCE(34,35,36)LIMAX_CONSTANT(8,0x0p+0)\
+LIMAX_CONSTANT(9,0x1.999999999999ap-4)LIMAX_CONSTANT(10,0x1.cp+2)\
+LIMAX_OPERATION(11,12,9,2,0)LIMAX_OPERATION(12,3,10,7,0)LIMAX_OPERATION(13,6,12,0,0)\
+LIMAX_OPERATION(14,9,3,0,0)LIMAX_OPERATION(15,0,14,0,0)LIMAX_OPERATION(16,8,15,0,0)\
+LIMAX_OPERATION(17,18,11,13,16)LIMAX_FORCE(8,8,17)
+// clang-format on
+#define LIMAX_SCRIPTED_REGISTERS 37
 #include "backend/cuda/kernels/scene.h"
+
+// the text that a macro stands for, where no macro of it is one
+#define LIMAX_AS_TEXT(...) #__VA_ARGS__
+#define LIMAX_TEXT_OF(...) LIMAX_AS_TEXT(__VA_ARGS__)
 
 using namespace limax;
 using namespace limax::test;
 
 namespace {
+
+// Two laws whose program stands above.
+std::vector<scripted::program> scripted_laws() {
+    return {scripted::compile("pull", "f = k * m * (centre - x) / (1 + dot(x, x)) - 0.1 * v;",
+                              {{"centre", 3, {0.5, -0.25, 1}}, {"k", 1, {3, 0, 0}}}),
+            scripted::compile("shake", "f.z = x.z > 0.1 ? sin(7 * t) : exp(-abs(v.x));", {})};
+}
 
 // A scene of every effect, whose contacts all lie about the origin of the world.
 scene every_scene() {
@@ -77,6 +110,13 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
         if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
             single.of<E>() = E::template make<double>(values.of(index), world);
     });
+    const std::vector<scripted::program> laws = scripted_laws();
+    int registers = 0;
+    std::vector<const scripted::program*> both;
+    for (const scripted::program& law : laws) both.push_back(&law);
+    CHECK(scripted::kernel_text(both, registers) == LIMAX_TEXT_OF(LIMAX_SCRIPTED));
+    CHECK(registers == LIMAX_SCRIPTED_REGISTERS);
+    const cuda::scripted_moment now{origin, 0.37};
     cuda::scene_params params(single);
     cuda::follow_origin(params, values, origin);
     double expected[count][3];
@@ -90,7 +130,7 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
         }
         m.mass = mass[i];
         m.inverse_mass = inverse_mass[i];
-        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, params, h,
+        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, params, now, h,
                          expected[i]);
         touching += cuda::touches(m, params);
     }
@@ -113,6 +153,16 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
     each([&](int index, const void* own) {
         if (passes.node[index]) passes.node[index](masses, own);
     });
+    std::vector<double> memory(std::size_t(registers) * cpu::scripted_block);
+    for (const scripted::program& law : laws)
+        passes.scripted(masses, {law.instructions.data(),
+                                 law.constants.data(),
+                                 int(law.instructions.size()),
+                                 int(law.constants.size()),
+                                 {law.force[0], law.force[1], law.force[2]},
+                                 memory.data(),
+                                 now.time,
+                                 {origin[0], origin[1], origin[2]}});
     passes.kick[0](masses, h);
     each([&](int index, const void* own) {
         if (passes.impulse[index]) passes.impulse[index](masses, own, h);

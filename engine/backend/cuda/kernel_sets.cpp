@@ -67,6 +67,20 @@ std::vector<unsigned> covering_masks(unsigned wanted) {
     return masks;
 }
 
+// What a scene's scripted effects are in the kernels that step robots and that prepare them. Their
+// parameters stand in the text: another value is another kernel.
+void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
+    if (scene.scripts().empty()) return;
+    std::vector<const scripted::program*> laws;
+    for (const scripted_effect& script : scene.scripts()) laws.push_back(&script.law);
+    int registers = 0;
+    step.defines.emplace("LIMAX_SCRIPTED", scripted::kernel_text(laws, registers));
+    step.defines.emplace("LIMAX_SCRIPTED_REGISTERS", std::to_string(registers));
+    const effects::stiffness_damping bound = scene.script_bound();
+    prepare.defines.emplace("LIMAX_SCRIPTED_STIFFNESS", format("%a", bound.stiffness));
+    prepare.defines.emplace("LIMAX_SCRIPTED_DAMPING", format("%a", bound.damping));
+}
+
 const char* name_of(kernel_form form) {
     switch (form) {
         case kernel_form::many: return "many";
@@ -233,6 +247,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
     if (const uint64_t code = instances_code(setup.scene))
         step.defines.emplace("LIMAX_INSTANCES", number(code));
+    kernel_set prepare{"prepare", of_scene};
+    add_scripts(setup.scene, step, prepare);
     const auto define = [&](const char* name, auto value) {
         step.defines.emplace(name, number(value));
     };
@@ -270,7 +286,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
             unsigned(std::max(1, out.step_->blocks_of_multiprocessor(
                                      "limax_advance", out.grid_.threads, out.grid_.shared_bytes)));
     out.summarize_ = kernels.load(kernel_set{"summarize", {}});
-    out.prepare_ = kernels.load(kernel_set{"prepare", of_scene});
+    out.prepare_ = kernels.load(prepare);
     bool measures = false;
     for (int kind = 0; kind < sample_kinds; ++kind)
         measures |= !taken_by_step(kind) && setup.options.record[kind] > 0;

@@ -88,6 +88,11 @@ void check_setup(const simulation_setup& setup) {
             fail(LIMAX_INVALID_ARGUMENT,
                  format("the reconstruction of the paper's scheme knows no '%s'", E::name));
     });
+    if (!setup.scene.scripts().empty())
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("the reconstruction of the paper's scheme knows no scripted effect; the scene "
+                    "has '%s'",
+                    setup.scene.scripts()[0].name.c_str()));
     for (std::size_t i = 0; i < setup.bodies.size(); ++i)
         if (!setup.mask[i] || setup.bodies[i].status != LIMAX_BODY_VALID)
             fail(LIMAX_INVALID_ARGUMENT,

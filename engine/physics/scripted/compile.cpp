@@ -1,5 +1,6 @@
 // compile.cpp: reads the text of a scripted effect, by recursive descent, into a program. Nothing
 // of the text reaches a compiler, a shell or a file.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -489,6 +490,22 @@ value reader::dot(value a, value b) {
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters) {
     return reader(place, text, parameters).read();
+}
+
+std::string kernel_text(const std::vector<const program*>& laws, int& registers) {
+    std::string text;
+    registers = 0;
+    for (const program* law : laws) {
+        registers = std::max(registers, law->registers());
+        int next = inputs;
+        for (const double constant : law->constants)
+            text += format("LIMAX_CONSTANT(%d,%a)", next++, constant);
+        for (const instruction& step : law->instructions)
+            text += format("LIMAX_OPERATION(%d,%d,%d,%d,%d)", next++, int(step.what), step.a,
+                           step.b, step.c);
+        text += format("LIMAX_FORCE(%d,%d,%d)", law->force[0], law->force[1], law->force[2]);
+    }
+    return text;
 }
 
 }  // namespace limax::scripted

@@ -35,7 +35,7 @@ enum input { input_position = 0, input_velocity = 3, input_mass = 6, input_time 
 // Writes the next register. Operands are earlier registers.
 struct instruction {
     operation what;
-    int16_t a, b, c;
+    int32_t a, b, c;
 };
 
 // The result of an operation on as many of a, b and c as it takes.

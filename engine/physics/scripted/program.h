@@ -31,4 +31,8 @@ struct parameter {
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters);
 
+// Programs as a kernel's text has them (backend/cuda/kernels/scripted.h): calls of macros, without
+// a blank. `registers` becomes the most that any of them needs.
+std::string kernel_text(const std::vector<const program*>& laws, int& registers);
+
 }  // namespace limax::scripted

@@ -406,6 +406,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         }
 
         // ---- one step ----
+        const scripted_moment now{
+            record.origin,
+            double(record.step + since_event - record.settle_steps) * record.time_step};
         each_tile([&](int tile) {
             tile_forces(grid, launch, columns, column_of(side), tile, shared);
             each_site(grid, tile, [&](int site, int index) {
@@ -415,8 +418,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 mass_state m;
                 mass_real next_velocity[3];
                 recall(m, site, shared.at.load(in_window));
-                begin_mass(m, force_on(index, shared), params, half_kick ? mass_real(0.5) * dt : dt,
-                           next_velocity);
+                begin_mass(m, force_on(index, shared), params, now,
+                           half_kick ? mass_real(0.5) * dt : dt, next_velocity);
                 if (last) {
                     store_mass(m, state + site, sites);
                     store_next_velocity(next_velocity, state + site, sites);

@@ -19,6 +19,11 @@ struct bounded_scene {
     __device__ const double* values(int effect, int instance) const {
         return scene.of(effect, instance);
     }
+#if defined(LIMAX_SCRIPTED_STIFFNESS)
+    __device__ effects::stiffness_damping script_bound() const {
+        return {LIMAX_SCRIPTED_STIFFNESS, LIMAX_SCRIPTED_DAMPING};
+    }
+#endif
 };
 
 using prepare_arguments = prepare_launch<mass_real>;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "backend/cuda/kernels/records.h"
+#include "backend/cuda/kernels/scripted.h"
 #include "physics/effects/all.h"
 #include "physics/held.h"
 #include "physics/integrator.h"
@@ -178,7 +179,7 @@ struct mass_state {
 
 // The velocity after everything that acts at t_n over h.
 LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_params& params,
-                          mass_real h, mass_real next_velocity[3]) {
+                          const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
     using namespace effects;
     const node_state<mass_real> node{{m.position[0], m.position[1], m.position[2]},
                                      {m.predicted[0], m.predicted[1], m.predicted[2]},
@@ -189,6 +190,7 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
         if constexpr (pushes_masses<E>)
             each_instance<E>(params, [&](const auto& p) { add_force<E>(p, node, total); });
     });
+    add_scripted_forces(node, now, total);
     const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,

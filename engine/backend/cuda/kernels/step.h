@@ -442,9 +442,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     });
             });
         meet_cluster();
+        const scripted_moment now{
+            record.origin,
+            double(record.step + since_event - record.settle_steps) * record.time_step};
         each_mass([&](int k) {
             recall(mass[k], mass_place[k], shared);
-            begin_mass(mass[k], force_on(mass_place[k], shared), params,
+            begin_mass(mass[k], force_on(mass_place[k], shared), params, now,
                        half_kick ? mass_real(0.5) * dt : dt, next_velocity[k]);
             if (last)
                 publish(mass[k], mass_place[k], shared);
