@@ -47,7 +47,7 @@ end)
 
 suite:test("velocity, mass and time are what they are called", function(t)
   -- dv/dt = -c v from 2 m/s
-  local slowed = flown({ drag = { force = "f = -c * m * v;", c = 3 } }, { velocity = { 2, 0, 0 } })
+  local slowed = flown({ brake = { force = "f = -c * m * v;", c = 3 } }, { velocity = { 2, 0, 0 } })
   t:near(slowed:displacement()[1], 2 / 3 * (1 - math.exp(-3)), { rtol = 1e-5 })
   -- a = sin(w t) from rest at t = 0
   local shaken = flown { shake = { force = "f = vec(0, m * sin(w * t), 0);", w = 7 } }
