@@ -152,7 +152,7 @@ TEST_CASE("a text that does not compile is refused with the compiler's log") {
     scratch_cache scratch;
     kernel_cache cache(scratch.folder);
     CHECK(failure(LIMAX_INTERNAL, [&] {
-              make_binary({"no_such_entry", {{"A", "1"}}}, 90, {}, nullptr, cache);
+              make_binary({"no_such_entry", {{"A", "1"}}}, 90, {}, cache);
           }).find("kernel 'no_such_entry A=1': a kernel does not compile") == 0);
 }
 
@@ -204,7 +204,7 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
     std::size_t notes = 0;
     const auto make = [&](const allowed_origins& allowed, int capability = 90) {
         kernel_cache cache(scratch.folder);
-        auto binary = make_binary(plain_set, capability, allowed, nullptr, cache);
+        auto binary = make_binary(plain_set, capability, allowed, cache);
         CHECK(binary->set == plain_set);
         CHECK(binary->bytes.size() > 100);
         CHECK(binary->seconds > 0);
@@ -274,7 +274,7 @@ TEST_CASE("kernels built with limax are found for every GPU that they run on") {
             ++(is_ptx ? ptx : machine_code);
             const int capability = std::atoi(std::strchr(b.architecture, '_') + 1);
             const auto found =
-                make_binary(set, is_ptx ? 9990 : capability, {true, false, false}, nullptr, cache);
+                make_binary(set, is_ptx ? 9990 : capability, {true, false, false}, cache);
             CHECK(found->origin == kernel_origin::ahead_of_time);
             CHECK(found->architecture == b.architecture);
             CHECK(found->bytes == b.bytes);
@@ -285,7 +285,7 @@ TEST_CASE("kernels built with limax are found for every GPU that they run on") {
         CHECK(machine_code >= 1);
         CHECK(ptx == 1);
         CHECK(failure(LIMAX_NO_DEVICE, [&] {
-                  make_binary(set, 70, {true, false, false}, nullptr, cache);
+                  make_binary(set, 70, {true, false, false}, cache);
               }).find("no kernel for compute capability 7.0") != std::string::npos);
     }
     CHECK(fs::is_empty(scratch.folder));
@@ -306,35 +306,6 @@ TEST_CASE("nvcc was given the text that NVRTC would be given") {
     }
     for (const kernel_set& set : ahead_of_time_sets()) sets.insert(lines(set.text()));
     for (const auto& set : sets) CHECK(sources.count(set) >= 1);
-}
-
-TEST_CASE("without a compiler the first substitute that was built runs") {
-    scratch_cache scratch;
-    kernel_cache cache(scratch.folder);
-    const kernel_set built = ahead_of_time_sets().front();
-    // that of the PTX: everything that was built runs there, or its PTX does
-    int capability = 0;
-    for (const embedded_binary& b : embedded_binaries())
-        if (kernel_set::of_title(b.set) == built)
-            capability = std::max(capability, std::atoi(std::strchr(b.architecture, '_') + 1));
-    int asked = 0;
-    const substitutes others = [&] {
-        ++asked;
-        return std::vector<kernel_set>{{"cells", {{"NOT_BUILT", "1"}}}, built, plain_set};
-    };
-    const auto found = make_binary(plain_set, capability, {true, false, false}, others, cache);
-    CHECK(found->set == built);
-    CHECK(found->origin == kernel_origin::ahead_of_time);
-    CHECK(asked == 1);
-    CHECK(failure(LIMAX_NO_DEVICE, [&] {
-              make_binary(
-                  plain_set, capability, {true, false, false},
-                  [] { return std::vector<kernel_set>{}; }, cache);
-          }).find("'cells' was not built with limax") != std::string::npos);
-    // with one, it is compiled as asked
-    if (!found_compiler()) return;
-    CHECK(make_binary(plain_set, capability, {}, others, cache)->set == plain_set);
-    CHECK(asked == 1);
 }
 
 TEST_CASE("LIMAX_KERNELS says where kernels may come from") {

@@ -157,8 +157,7 @@ TEST_CASE("the kernels between two simulations compile for every architecture") 
             const std::string& entry = listed.first;
             CAPTURE(capability);
             CAPTURE(entry);
-            const auto binary =
-                make_binary({entry, {}}, capability, {false, false, true}, nullptr, none);
+            const auto binary = make_binary({entry, {}}, capability, {false, false, true}, none);
             CHECK(binary->log.empty());
             for (const std::string& function : listed.second) {
                 CAPTURE(function);

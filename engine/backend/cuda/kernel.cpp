@@ -158,7 +158,7 @@ const std::vector<kernel_set>& ahead_of_time_sets() {
 const std::vector<header>& kernel_headers() { return embedded_headers(); }
 
 binary_pointer make_binary(const kernel_set& set, int capability, const allowed_origins& allowed,
-                           const substitutes& others, kernel_cache& cache) {
+                           kernel_cache& cache) {
     if (allowed.ahead_of_time)
         if (auto binary = ahead_of_time(set, capability, image_form::machine_code)) return binary;
     std::string why;
@@ -175,21 +175,15 @@ binary_pointer make_binary(const kernel_set& set, int capability, const allowed_
     } else {
         why = "LIMAX_KERNELS forbids it";
     }
-    if (allowed.ahead_of_time) {
+    if (allowed.ahead_of_time)
         if (auto binary = ahead_of_time(set, capability, image_form::ptx)) return binary;
-        const std::vector<kernel_set> list = others ? others() : std::vector<kernel_set>();
-        for (const image_form form : {image_form::machine_code, image_form::ptx})
-            for (const kernel_set& other : list)
-                if (auto binary = ahead_of_time(other, capability, form)) return binary;
-    }
     fail(LIMAX_NO_DEVICE,
          format("device 'cuda': no kernel for compute capability %d.%d: '%s' was not built with "
                 "limax, and it cannot be compiled: %s. Install NVRTC of the CUDA Toolkit 13 or 12",
                 capability / 10, capability % 10, set.title().c_str(), why.c_str()));
 }
 
-binary_pointer binary_of(const kernel_set& set, int capability, const allowed_origins& allowed,
-                         const substitutes& others) {
+binary_pointer binary_of(const kernel_set& set, int capability, const allowed_origins& allowed) {
     static std::mutex mutex;
     static std::map<std::string, std::shared_future<binary_pointer>> made;
 
@@ -208,7 +202,7 @@ binary_pointer binary_of(const kernel_set& set, int capability, const allowed_or
     if (!mine) return wanted.get();
     try {
         kernel_cache& cache = kernel_cache::users();
-        binary_pointer binary = make_binary(set, capability, allowed, others, cache);
+        binary_pointer binary = make_binary(set, capability, allowed, cache);
         for (const std::string& text : cache.take_notes())
             std::fprintf(stderr, "limax: %s\n", text.c_str());
         promise.set_value(std::move(binary));

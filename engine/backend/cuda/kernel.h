@@ -2,7 +2,6 @@
 // limax, the cache, or compiled now) and how they reach a GPU.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <mutex>
 
@@ -40,17 +39,13 @@ allowed_origins origins_of_environment();
 
 // A set for one architecture, not yet on any GPU.
 struct kernel_binary {
-    kernel_set set;            // what it was made from: what was asked for, or a substitute
+    kernel_set set;            // what it was made from
     std::string architecture;  // "sm_90" for a binary, "compute_90" for PTX
     std::string bytes;
     kernel_origin origin;
     double seconds;   // that it took to come by
     std::string log;  // the compiler's warnings
 };
-
-// Sets that do as well as the one asked for though they were made for more, best first. Called only
-// where nothing can be compiled.
-using substitutes = std::function<std::vector<kernel_set>()>;
 
 // The sets that were built with limax.
 const std::vector<kernel_set>& ahead_of_time_sets();
@@ -59,17 +54,16 @@ const std::vector<kernel_set>& ahead_of_time_sets();
 const std::vector<header>& kernel_headers();
 
 // The binary of a set for a GPU of this compute capability (90 for 9.0): ahead of time, else
-// cached, else compiled, else a substitute's ahead-of-time one. Raises LIMAX_NO_DEVICE saying what
-// is missing, or LIMAX_INTERNAL where the text does not compile.
+// cached, else compiled. Raises LIMAX_NO_DEVICE saying what is missing, or LIMAX_INTERNAL where the
+// text does not compile.
 std::shared_ptr<const kernel_binary> make_binary(const kernel_set& set, int capability,
                                                  const allowed_origins& allowed,
-                                                 const substitutes& others, kernel_cache& cache);
+                                                 kernel_cache& cache);
 
 // The same with the user's cache, once per process: later calls get what the first one got. What
 // the cache has to tell goes to stderr. From any thread.
 std::shared_ptr<const kernel_binary> binary_of(const kernel_set& set, int capability,
-                                               const allowed_origins& allowed = {},
-                                               const substitutes& others = nullptr);
+                                               const allowed_origins& allowed = {});
 
 // Machine instructions of a function in a binary for compute capability 7.0 or newer, padding at
 // its end not counted; 0 for PTX, and where the bytes are no binary or hold no such function.
@@ -132,8 +126,7 @@ public:
 
     // As binary_of(). A binary that this driver refuses to load, since it was built with a newer
     // CUDA, is compiled again with what is here.
-    std::shared_ptr<const kernel_module> load(const kernel_set& set,
-                                              const substitutes& others = nullptr);
+    std::shared_ptr<const kernel_module> load(const kernel_set& set);
 
 private:
     const context& context_;

@@ -142,8 +142,7 @@ int kernel_module::clusters_of_gpu(const char* name, const launch_shape& shape) 
     return clusters;
 }
 
-std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set,
-                                                          const substitutes& others) {
+std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set) {
     const std::string title = set.title();
     {
         const std::lock_guard lock(mutex_);
@@ -151,7 +150,7 @@ std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set,
     }
     const auto made = [&](const allowed_origins& allowed) {
         return std::make_shared<const kernel_module>(
-            context_, binary_of(set, context_.device().capability, allowed, others));
+            context_, binary_of(set, context_.device().capability, allowed));
     };
     std::shared_ptr<const kernel_module> module;
     try {
