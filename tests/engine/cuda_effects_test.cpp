@@ -120,11 +120,12 @@ using effects::actuation, effects::damping, effects::friction, effects::gravity,
 
 // Springs alone, each effect with them, all pairs, all but each and all; friction needs a contact.
 std::vector<unsigned> scenes() {
+    constexpr unsigned all = every_effect_of_a_block;
     std::vector<unsigned> masks;
-    for (unsigned mask = 0; mask <= every_effect; ++mask) {
+    for (unsigned mask = 0; mask <= all; ++mask) {
         const int count = __builtin_popcount(mask & ~bit<effects::springs>);
-        const bool wanted = (mask & ~every_effect) == 0 &&
-                            (count <= 2 || count >= __builtin_popcount(every_effect) - 2);
+        const bool wanted =
+            (mask & ~all) == 0 && (count <= 2 || count >= __builtin_popcount(all) - 2);
         if (wanted && mask & bit<effects::springs> &&
             (!(mask & bit<friction>) || mask & effects::contact_bits))
             masks.push_back(mask);

@@ -191,8 +191,21 @@ bool scene_kernels::double_springs() const { return setup_->options.precision ==
 
 scene_kernels::grid_memory scene_kernels::memory_of_robot() const {
     if (!on_grid_) return {};
-    const std::size_t seen = damped ? 6 : 3;  // values of a mass, as `exchanged` of kernels/grid.h
-    return {2 * seen * std::size_t(setup_->grid.sites()), 2 * grid_sums, 1};
+    const auto sites = std::size_t(setup_->grid.sites());
+    // values of a mass, as `exchanged` of kernels/tiles.h
+    const std::size_t seen = damped || meets ? 6 : 3;
+    grid_memory memory{2 * seen * sites, 2 * grid_sums, 1};
+    if (has_faces) {
+        memory.faces = 3 * sites;
+        memory.after = 6 * sites;
+    }
+    if (meets) {
+        memory.surface = sites;
+        memory.partners = (1 + most_partners) * sites;
+        memory.listed_at = 3 * sites;
+        memory.moved = 1;
+    }
+    return memory;
 }
 
 unsigned scene_kernels::most_robots() const { return blocks_at_once_; }
@@ -209,20 +222,24 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     out.form_ = form;
     out.damped = mask & effects::bit<effects::damping>;
     out.actuated = mask & effects::bit<effects::actuation>;
+    out.has_faces = mask & effects::face_bits;
+    out.meets = mask & effects::meeting_bits;
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
                         setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
                         name_of_precision(setup.options.precision));
 
-    // The path must not hang on the effects: it is chosen for all of them.
-    const kernel_needs needs{setup.options.precision, out.spring_columns, out.damped};
+    // The path hangs on no effect along springs or on single masses: it is chosen for all of them.
+    // Masses that are no neighbours find each other in global memory alone.
+    const kernel_needs needs{setup.options.precision, out.spring_columns, out.damped || out.meets};
     const kernel_needs most{setup.options.precision, 4, true};
     const std::size_t shared = gpu.device().shared_memory_of_block;
     const int most_cluster =
         std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
     out.on_grid_ = true;
-    const bool grid_path = form == kernel_form::any_lattice || grid_path_asked_for();
+    const bool grid_path =
+        form == kernel_form::any_lattice || out.has_faces || out.meets || grid_path_asked_for();
     for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup.grid.nz + cluster - 1) / cluster;
         if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;

@@ -17,7 +17,7 @@ enum class kernel_form { many, alone, any_lattice };
 // The kernels of one simulation on one GPU.
 class scene_kernels {
 public:
-    bool damped = false, actuated = false;
+    bool damped = false, actuated = false, has_faces = false, meets = false;
     int spring_columns = 0;  // parameters of a spring
     int state_columns = 0;   // of a robot's state
     std::shared_ptr<const block_plan> plan;
@@ -42,10 +42,12 @@ public:
                {unsigned(arguments.count + 63) / 64, 64}, stream, "summarizing traces", arguments);
     }
 
-    // Memory that robots on the grid path need besides, in elements of spring_real, of double and
-    // of unsigned; all 0 on the block path.
+    // Elements of what one robot needs besides on the grid path, as grid_launch and prepare_launch
+    // name it; all 0 on the block path.
     struct grid_memory {
-        std::size_t exchange = 0, sums = 0, arrived = 0;  // of one robot
+        std::size_t exchange = 0, sums = 0, arrived = 0;
+        std::size_t faces = 0, after = 0;                                 // where laws act on faces
+        std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
     };
     grid_memory memory_of_robot() const;
     // Whether springs are computed in double.

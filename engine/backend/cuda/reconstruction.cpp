@@ -81,9 +81,10 @@ void check_setup(const simulation_setup& setup) {
              "the reconstruction of the paper's scheme steps by symplectic Euler in single "
              "precision: integrator and precision must say so");
     effects::for_each([&]<class E>(E) {
-        const bool unknown = effects::repeatable<E> ||
-                             (E::hooks & (effects::hook_hold | effects::hook_face)) != 0 ||
-                             effects::reads_heights<E>;
+        const bool unknown =
+            effects::repeatable<E> ||
+            (E::hooks & (effects::hook_hold | effects::hook_face | effects::hook_meet)) != 0 ||
+            effects::reads_heights<E>;
         if (unknown && setup.scene.has(effects::index_of<E>))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("the reconstruction of the paper's scheme knows no '%s'", E::name));

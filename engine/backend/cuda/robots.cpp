@@ -98,7 +98,12 @@ private:
     device_memory<char> exchange_;  // of spring_real
     device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
-    device_memory<float> heights_;  // of the terrain; none in a scene without it
+    device_memory<float> faces_;  // what follows is there where the scene needs it alone
+    device_memory<R> after_;
+    device_memory<int32_t> surface_, partners_;
+    device_memory<char> listed_at_;  // of spring_real
+    device_memory<unsigned long long> moved_;
+    device_memory<float> heights_;  // of the terrain
     device_memory<double> device_samples_[sample_kinds];
     pinned<robot_record> records_;
     std::vector<int32_t> running_;                  // places in robots_
@@ -159,6 +164,12 @@ void robots_on_gpu<R>::release() {
     exchange_ = {};
     sums_ = {};
     arrived_ = {};
+    faces_ = {};
+    after_ = {};
+    surface_ = {};
+    partners_ = {};
+    listed_at_ = {};
+    moved_ = {};
     heights_ = {};
     for (device_memory<double>& samples : device_samples_) samples = {};
 }
@@ -194,6 +205,16 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
         arrived_ =
             device_memory<unsigned>(gpu_, count * memory.arrived, "the barriers" + of_robots);
         springs_.clear(stream_);
+        faces_ = device_memory<float>(gpu_, count * memory.faces, "the faces" + of_robots);
+        after_ = device_memory<R>(gpu_, count * memory.after, "the impulses" + of_robots);
+        surface_ = device_memory<int32_t>(gpu_, count * memory.surface, "the surfaces" + of_robots);
+        partners_ =
+            device_memory<int32_t>(gpu_, count * memory.partners, "the meetings" + of_robots);
+        listed_at_ =
+            device_memory<char>(gpu_, count * memory.listed_at * real, "the meetings" + of_robots);
+        moved_ = device_memory<unsigned long long>(gpu_, count * memory.moved,
+                                                   "the meetings" + of_robots);
+        moved_.clear(stream_);
     } else {
         const block_plan& plan = *scene_.plan;
         device_cells_ = device_memory<cell_entry>(gpu_, plan.cells.size(), "the plan");
@@ -231,6 +252,8 @@ pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
     launch.springs = springs_.data();
     launch.ranks = device_ranks_.data();
     launch.state = state_.data();
+    launch.faces = faces_.data();
+    launch.surface = surface_.data();
     scene_.launch_prepare(gpu_, stream_, launch, unsigned(count));
     device_prepared.download(prepared.data(), count, stream_);
     stream_.synchronize("preparing robots");
@@ -382,9 +405,19 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     arrived_.clear(stream_);
     sums_.clear(stream_);
     const auto on_grid = [&](auto* exchange) {
+        using spring_real = std::remove_pointer_t<decltype(exchange)>;
         for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
-            grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
-                launch, exchange, sums_.data(), arrived_.data(), setup_.grid, 0};
+            grid_launch<R, spring_real> arguments{
+                launch,
+                faces_.data(),
+                after_.data(),
+                {surface_.data(), partners_.data(),
+                 reinterpret_cast<spring_real*>(listed_at_.data()), moved_.data()},
+                exchange,
+                sums_.data(),
+                arrived_.data(),
+                setup_.grid,
+                0};
             arguments.step.running += first;
             scene_.launch_grid(gpu_, stream_, arguments,
                                std::min(robots - first, scene_.most_robots()));
@@ -416,6 +449,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     measure.mass = launch.mass;
     measure.springs = launch.springs;
     measure.state = launch.state;
+    measure.surface = surface_.data();
     launch.scene.heights.heights = measure.scene.heights.heights = heights_.data();
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = measure.samples[kind] = device_samples_[kind].data();

@@ -70,8 +70,9 @@ LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
 }
 inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
+inline constexpr unsigned meeting_bits = bits_with(all{}, hook_meet);
 // Effects that only the CPU has.
-inline constexpr unsigned cpu_bits = bits_with(all{}, hook_face | hook_meet);
+inline constexpr unsigned cpu_bits = bits_with(all{}, 0);
 
 // How often a scene may have an effect: as it says itself, or once.
 template <class E>

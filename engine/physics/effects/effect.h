@@ -21,8 +21,7 @@
 //            lowest corner, stays there whatever acts on it
 //   meet     R meet(params, meeting): the push that parts two masses of the body's surface that
 //            neither a spring nor a chain of two joins, N, and R stored(params, meeting): its
-//            energy, J; params have a `reach` in edges, beyond which neither is asked for. On the
-//            CPU alone
+//            energy, J; params have a `reach` in edges, beyond which neither is asked for
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step

@@ -47,16 +47,13 @@ local function text_of(names, scene)
   return table.concat(list, ", ")
 end
 
--- Effects on faces, which a GPU does not know.
-local CPU_ALONE = { drag = true }
-
--- Scenes of a kind of device by what they are called: springs alone first, all last.
-local function scenes(kind)
+-- Scenes by what they are called: springs alone first, all last.
+local function scenes()
   local infos, names = {}, {}
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
     -- every scene has springs
-    if info.name ~= "springs" and not (kind == "cuda" and CPU_ALONE[info.name]) then
+    if info.name ~= "springs" then
       names[#names + 1] = info.name
     end
   end

@@ -9,232 +9,9 @@
 // SI units.
 #pragma once
 
-#include "backend/cuda/kernels/block_memory.h"
-#include "backend/cuda/kernels/run.h"
-#include "backend/cuda/kernels/springs.h"
-
-namespace limax::cuda {
-
-constexpr int threads = LIMAX_THREADS, warps = threads / 32;
-constexpr int tile_x = LIMAX_TILE_X, tile_y = LIMAX_TILE_Y, tile_z = LIMAX_TILE_Z;
-constexpr int tile_masses = tile_x * tile_y * tile_z;
-// The window of a tile reaches one site beyond it on every side.
-constexpr int window_x = tile_x + 2, window_y = tile_y + 2, window_z = tile_z + 2;
-constexpr int window = window_x * window_y * window_z;
-// Its cells begin one site before it.
-constexpr int cells_x = tile_x + 1, cells_y = tile_y + 1, cells_z = tile_z + 1;
-constexpr int tile_cells = cells_x * cells_y * cells_z;
-// Values of a mass that its springs see.
-constexpr int exchanged = shares_velocity ? 6 : 3;
-// Whether what forces read of a velocity must be kept besides: then the columns of the next
-// velocity, which only the end of a slice needs, hold it.
-constexpr bool keeps_prediction = leapfrog && !(shares_state && shares_velocity);
-
-struct tile_memory {
-    corner_columns<window> at;
-    sum_columns<tile_masses> sum;
-    effects::actuation::moment<spring_real> now;  // of the muscles
-    int64_t part[grid_sums][warps];
-    int64_t sum_of[grid_sums];
-    double shift[3];  // of the origin, m
-    int moved, broken;
-    double touching;
-    robot_record record;  // every block keeps its own, and they agree
-    int64_t stop;
-};
-static_assert(sizeof(tile_memory) <= LIMAX_SHARED_BYTES);
-
-// A place in the lattice.
-struct place {
-    int x, y, z;
-    __device__ bool inside(const site_grid& grid) const {
-        return x >= 0 && y >= 0 && z >= 0 && x < grid.x && y < grid.y && z < grid.z;
-    }
-    __device__ int site(const site_grid& grid) const { return grid.at(x, y, z); }
-};
-
-// Tiles of the lattice along an axis.
-__device__ constexpr int tiles_along(int sites, int of_tile) {
-    return (sites + of_tile - 1) / of_tile;
-}
-__device__ constexpr int tiles_of(const site_grid& grid) {
-    return tiles_along(grid.x, tile_x) * tiles_along(grid.y, tile_y) * tiles_along(grid.z, tile_z);
-}
-__device__ inline place tile_base(const site_grid& grid, int tile) {
-    const int tiles_x = tiles_along(grid.x, tile_x), tiles_y = tiles_along(grid.y, tile_y);
-    return {tile % tiles_x * tile_x, tile / tiles_x % tiles_y * tile_y,
-            tile / (tiles_x * tiles_y) * tile_z};
-}
-
-using grid_arguments = grid_launch<mass_real, spring_real>;
-
-// Calls visit(site, index within the tile, its x, y, z there) for this thread's masses of a tile.
-template <class Visit>
-__device__ inline void each_site(const site_grid& grid, int tile, const Visit& visit) {
-    const place base = tile_base(grid, tile);
-    for (int index = threadIdx.x; index < tile_masses; index += threads) {
-        const place at{base.x + index % tile_x, base.y + index / tile_x % tile_y,
-                       base.z + index / (tile_x * tile_y)};
-        if (at.inside(grid)) visit(at.site(grid), index);
-    }
-}
-
-// Other blocks write what is read here: the reads go to the memory that all share.
-__device__ inline corner exchanged_corner(const site_grid& grid, const spring_real* column,
-                                          int site) {
-    const int sites = grid.count();
-    corner c{};
-    c.x = __ldcg(column + site);
-    c.y = __ldcg(column + sites + site);
-    c.z = __ldcg(column + 2 * sites + site);
-    if constexpr (shares_velocity) {
-        c.vx = __ldcg(column + 3 * sites + site);
-        c.vy = __ldcg(column + 4 * sites + site);
-        c.vz = __ldcg(column + 5 * sites + site);
-    }
-    return c;
-}
-__device__ inline void exchange_corner(const site_grid& grid, spring_real* column, int site,
-                                       const corner& c) {
-    const int sites = grid.count();
-    column[site] = c.x;
-    column[sites + site] = c.y;
-    column[2 * sites + site] = c.z;
-    if constexpr (shares_velocity) {
-        column[3 * sites + site] = c.vx;
-        column[4 * sites + site] = c.vy;
-        column[5 * sites + site] = c.vz;
-    }
-}
-
-// Waits until all blocks of the robot have come here; what they wrote before is then visible.
-__device__ inline void meet(unsigned* arrived, int blocks) {
-    __syncthreads();
-    if (blocks == 1) return;
-    if (threadIdx.x == 0) {
-        __threadfence();
-        const unsigned before = atomicAdd(arrived, 1u);
-        const unsigned goal = (before / blocks + 1) * blocks;
-        unsigned now;
-        do {
-            asm volatile("ld.acquire.gpu.u32 %0, [%1];" : "=r"(now) : "l"(arrived) : "memory");
-        } while (now < goal);
-    }
-    __syncthreads();
-}
-
-// Parameters of a cube's springs. They never change and lie far away, so most are asked for at once
-// and early; registers do not suffice for all, and for fewer where they also hold the lattice.
-struct fetched_springs {
-    static constexpr int early = site_grid::known ? 10 : 6;
-    spring_parameters held[early];
-    const site_grid& grid;
-    const float* columns;
-    int site;
-
-    __device__ fetched_springs(const site_grid& sites, const float* of_robot)
-        : grid(sites), columns(of_robot) {}
-
-    __device__ spring_parameters load(int i) const {
-        const cube_spring s = cube_spring_at(i);
-        spring_parameters out;
-        out.load(grid, columns, s.direction * grid.count() + site + grid.corner(s.near));
-        return out;
-    }
-    __device__ void fetch(int cell) {
-        site = cell;
-#pragma unroll
-        for (int i = 0; i < early; ++i) held[i] = load(i);
-    }
-    __device__ spring_parameters operator[](int i) const { return i < early ? held[i] : load(i); }
-};
-
-__device__ constexpr int window_corner(int number) {
-    return (number & 1) + (number >> 1 & 1) * window_x + (number >> 2) * (window_x * window_y);
-}
-__device__ constexpr int tile_corner(int number) {
-    return (number & 1) + (number >> 1 & 1) * tile_x + (number >> 2) * (tile_x * tile_y);
-}
-
-// A cell of a tile: in the lattice, within the tile (-1 before it), and its places in memory.
-struct tile_cell {
-    place at, within;
-    int in_window, in_tile;
-
-    __device__ tile_cell(const site_grid& grid, int tile, int index)
-        : within{index % cells_x - 1, index / cells_x % cells_y - 1,
-                 index / (cells_x * cells_y) - 1} {
-        const place base = tile_base(grid, tile);
-        at = {base.x + within.x, base.y + within.y, base.z + within.z};
-        in_window = (within.x + 1) + window_x * ((within.y + 1) + window_y * (within.z + 1));
-        in_tile = within.x + tile_x * (within.y + tile_y * within.z);
-    }
-    __device__ bool reaches(const site_grid& grid, int c) const {
-        return at.x + (c & 1) < grid.x && at.y + (c >> 1 & 1) < grid.y && at.z + (c >> 2) < grid.z;
-    }
-    __device__ bool ends_in_tile(int c) const {
-        const int x = within.x + (c & 1), y = within.y + (c >> 1 & 1), z = within.z + (c >> 2);
-        return x >= 0 && y >= 0 && z >= 0 && x < tile_x && y < tile_y && z < tile_z;
-    }
-};
-
-// Forces on the masses of a tile, of all springs that end in it. Asks for the first parameters,
-// then for the masses around, then waits for both.
-__device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
-                                   const float* columns, const spring_real* seen, int tile,
-                                   tile_memory& shared) {
-    fetched_springs springs(grid, columns);
-    const auto fetch = [&](int index) {
-        if (index >= tile_cells) return;
-        const tile_cell cell(grid, tile, index);
-        if (cell.at.inside(grid)) springs.fetch(cell.at.site(grid));
-    };
-    fetch(threadIdx.x);
-    const place base = tile_base(grid, tile);
-    for (int index = threadIdx.x; index < window; index += threads) {
-        const place at{base.x + index % window_x - 1, base.y + index / window_x % window_y - 1,
-                       base.z + index / (window_x * window_y) - 1};
-        if (at.inside(grid)) shared.at.store(index, exchanged_corner(grid, seen, at.site(grid)));
-    }
-    __syncthreads();
-    for (int index = threadIdx.x; index < tile_cells; index += threads) {
-        const tile_cell cell(grid, tile, index);
-        const auto store = [&](int c, const force& sum) {
-            if (cell.ends_in_tile(c) && cell.reaches(grid, c))
-                shared.sum.store(c * tile_masses + cell.in_tile + tile_corner(c), sum);
-        };
-        if (cell.at.inside(grid)) {
-            // A spring to a corner that does not exist has no stiffness, and is given no length.
-            cube_forces(
-                launch, springs, shared.now,
-                [&](int c) {
-                    return shared.at.load(cell.in_window +
-                                          (cell.reaches(grid, c) ? window_corner(c) : 0));
-                },
-                store);
-        } else {
-            // a mass on the lattice's low side is no corner of such a cell
-#pragma unroll
-            for (int c = 0; c < corners; ++c) store(c, {});
-        }
-        fetch(index + threads);
-    }
-    __syncthreads();
-}
-
-__device__ inline force force_on(int index, const tile_memory& shared) {
-    force total = shared.sum.load(index);
-#pragma unroll
-    for (int c = 1; c < corners; ++c) {
-        const force part = shared.sum.load(c * tile_masses + index);
-        total.x += part.x;
-        total.y += part.y;
-        total.z += part.z;
-    }
-    return total;
-}
-
-}  // namespace limax::cuda
+#include "backend/cuda/kernels/faces.h"
+#include "backend/cuda/kernels/meetings.h"
+#include "backend/cuda/kernels/tiles.h"
 
 extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     limax_advance(const __grid_constant__ limax::cuda::grid_arguments arguments) {
@@ -255,6 +32,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     mass_real* const state = launch.state + robot * (state_columns * sites);
     spring_real* const exchange = arguments.exchange + robot * (2 * exchanged * sites);
     unsigned* const arrived = arguments.arrived + robot;
+    // velocities after the kick, then impulses on corners of faces
+    mass_real* const after = arguments.after + robot * (6 * sites);
 
     copy_record(shared.record, launch.records[robot], thread, threads);
     __syncthreads();
@@ -275,6 +54,20 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         for (int tile = block; tile < tiles; tile += blocks) visit(tile);
     };
     const auto column_of = [&](int which) { return exchange + which * (exchanged * sites); };
+    // Calls visit(site, index within the tile) for this thread's masses.
+    const auto each_mass = [&](const auto& visit) {
+        each_tile([&](int tile) { each_site(grid, tile, visit); });
+    };
+    meeting_columns meeting = meetings_of(arguments, grid, robot, masses, columns);
+    // Lists the masses that may meet; at this step the lists were made.
+    int64_t listed = 0;
+    const auto list_meetings = [&](int64_t step) {
+        each_mass([&](int site, int) {
+            const spring_real* const seen = column_of(side);
+            meeting.list(site, exchanged_corner(grid, seen, site), seen);
+        });
+        listed = step;
+    };
     // A mass as the last step left it. What springs see comes from the exchange.
     const auto recall = [&](mass_state& m, int site, const corner& c) {
         mass_real kept[3];
@@ -290,18 +83,17 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
 
     // ---- A slice ends between kick and drift, where both velocities are at hand. ----
     const bool begun = record.begun;
-    each_tile([&](int tile) {
-        each_site(grid, tile, [&](int site, int) {
-            mass_state m;
-            mass_real next_velocity[3];
-            load_mass(m, next_velocity, masses[site], state + site, sites);
-            if (begun)
-                finish_mass(m, next_velocity, dt, record.step == 0 ? mass_real(1) : mass_real(0.5));
-            keep(m, site, 0);
-        });
+    each_mass([&](int site, int) {
+        mass_state m;
+        mass_real next_velocity[3];
+        load_mass(m, next_velocity, masses[site], state + site, sites);
+        if (begun)
+            finish_mass(m, next_velocity, dt, record.step == 0 ? mass_real(1) : mass_real(0.5));
+        keep(m, site, 0);
     });
     if (thread == 0) shared.now = moment_at(launch, record, record.step + begun);
     meet(arrived, blocks);
+    if constexpr (meets) list_meetings(record.step + begun);
 
     // `record.step` is the step of the last event, `since_event` how long ago that was.
     int since_event = begun, until_event = begun;
@@ -315,30 +107,27 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             const spring_real* const seen = column_of(side);
             const double of_total = 1.0 / record.total_mass;
             int64_t part[grid_sums] = {};
-            each_tile([&](int tile) {
-                each_site(grid, tile, [&](int site, int) {
-                    const corner c = exchanged_corner(grid, seen, site);
-                    mass_state m;
-                    recall(m, site, c);
-                    for (int axis = 0; axis < 3; ++axis)
-                        add_to_center(part + sum_center + 2 * axis, double(m.mass) * of_total,
-                                      double(m.position[axis]));
-                    part[sum_touching] += contact && touches(m, params);
-                    if (!limited) return;
-                    const int broken = broken_by_mass(m, launch, coarse);
-                    part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
-                    part[sum_speed] += broken & limit_speed ? 1 : 0;
-                    part[sum_coarse] += broken & limit_coarse ? 1 : 0;
-                    for (int d = 0; d < direction_count; ++d) {
-                        const float stiffness = columns[d * sites + site];
-                        if (!(stiffness > 0.0f)) continue;
-                        const direction along = direction_at(d);
-                        const int far = site + grid.at(along.x, along.y, along.z);
-                        part[sum_stretch] +=
-                            stretched(stiffness, c, exchanged_corner(grid, seen, far), launch,
-                                      length_class(d));
-                    }
-                });
+            each_mass([&](int site, int) {
+                const corner c = exchanged_corner(grid, seen, site);
+                mass_state m;
+                recall(m, site, c);
+                for (int axis = 0; axis < 3; ++axis)
+                    add_to_center(part + sum_center + 2 * axis, double(m.mass) * of_total,
+                                  double(m.position[axis]));
+                part[sum_touching] += contact && touches(m, params);
+                if (!limited) return;
+                const int broken = broken_by_mass(m, launch, coarse);
+                part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
+                part[sum_speed] += broken & limit_speed ? 1 : 0;
+                part[sum_coarse] += broken & limit_coarse ? 1 : 0;
+                for (int d = 0; d < direction_count; ++d) {
+                    const float stiffness = columns[d * sites + site];
+                    if (!(stiffness > 0.0f)) continue;
+                    const direction along = direction_at(d);
+                    const int far = site + grid.at(along.x, along.y, along.z);
+                    part[sum_stretch] += stretched(stiffness, c, exchanged_corner(grid, seen, far),
+                                                   launch, length_class(d));
+                }
             });
             for (int i = 0; i < grid_sums; ++i) {
                 const int64_t sum = sum_over_warp(part[i]);
@@ -378,13 +167,11 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 }
                 __syncthreads();
                 if (shared.moved) {
-                    each_tile([&](int tile) {
-                        each_site(grid, tile, [&](int site, int) {
-                            mass_state m;
-                            recall(m, site, exchanged_corner(grid, seen, site));
-                            shift_mass(m, shared.shift);
-                            keep(m, site, side);
-                        });
+                    each_mass([&](int site, int) {
+                        mass_state m;
+                        recall(m, site, exchanged_corner(grid, seen, site));
+                        shift_mass(m, shared.shift);
+                        keep(m, site, side);
                     });
                     follow_origin(params, launch.scene, record.origin);
                     meet(arrived, blocks);
@@ -409,27 +196,70 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         const scripted_moment now{
             record.origin,
             double(record.step + since_event - record.settle_steps) * record.time_step};
+        const mass_real h = half_kick ? mass_real(0.5) * dt : dt;
+        bool moved = false;
+        // friction, and on to the next step
+        const auto end_step = [&](mass_state& m, int site, mass_real next_velocity[3]) {
+            slow_mass(m, params, h, next_velocity);
+            if (last) {
+                store_mass(m, state + site, sites);
+                store_next_velocity(next_velocity, state + site, sites);
+            } else {
+                finish_mass(m, next_velocity, dt, half_kick ? mass_real(1) : mass_real(0.5));
+                keep(m, site, 1 - side);
+                if constexpr (meets) moved |= meeting.moved(site, corner_of(m));
+            }
+        };
         each_tile([&](int tile) {
-            tile_forces(grid, launch, columns, column_of(side), tile, shared);
+            const spring_real* const seen = column_of(side);
+            tile_forces(grid, launch, columns, seen, tile, shared);
             each_site(grid, tile, [&](int site, int index) {
                 const int in_window =
                     (index % tile_x + 1) + window_x * ((index / tile_x % tile_y + 1) +
                                                        window_y * (index / (tile_x * tile_y) + 1));
+                const corner own = shared.at.load(in_window);
                 mass_state m;
                 mass_real next_velocity[3];
-                recall(m, site, shared.at.load(in_window));
-                begin_mass(m, force_on(index, shared), params, now,
-                           half_kick ? mass_real(0.5) * dt : dt, next_velocity);
-                if (last) {
-                    store_mass(m, state + site, sites);
-                    store_next_velocity(next_velocity, state + site, sites);
+                recall(m, site, own);
+                kick_mass(
+                    m, force_on(index, shared), params, now, h,
+                    [&](effects::vector<mass_real>& total) {
+                        add_all_meetings(meeting, launch, site, own, seen, total);
+                    },
+                    next_velocity);
+                if constexpr (has_faces) {
+                    for (int axis = 0; axis < 3; ++axis) {
+                        after[axis * sites + site] = next_velocity[axis];
+                        if constexpr (compensated)
+                            state[(column_lost_velocity + axis) * sites + site] =
+                                m.lost_velocity[axis];
+                    }
                 } else {
-                    finish_mass(m, next_velocity, dt, half_kick ? mass_real(1) : mass_real(0.5));
-                    keep(m, site, 1 - side);
+                    end_step(m, site, next_velocity);
                 }
             });
             __syncthreads();
         });
+        if constexpr (has_faces) {
+            const face_columns faces{grid,
+                                     masses,
+                                     arguments.faces + robot * 3 * sites,
+                                     state,
+                                     column_of(side),
+                                     after,
+                                     after + 3 * sites};
+            push_faces(
+                faces, params, h,
+                [&](const auto& visit) { each_mass([&](int site, int) { visit(site); }); },
+                [&] { meet(arrived, blocks); });
+            each_mass([&](int site, int) {
+                mass_state m;
+                recall(m, site, exchanged_corner(grid, column_of(side), site));
+                mass_real next_velocity[3] = {after[site], after[sites + site],
+                                              after[2 * sites + site]};
+                end_step(m, site, next_velocity);
+            });
+        }
         if (last) {
             if (thread == 0) {
                 record.begun = 1;
@@ -439,8 +269,15 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         }
         ++since_event;
         if (thread == 0) shared.now = moment_at(launch, record, record.step + since_event);
+        const auto step = static_cast<unsigned long long>(record.step + since_event);
+        if constexpr (meets)
+            if (moved) atomicMax(arguments.meetings.moved + robot, step);
         meet(arrived, blocks);
         side = 1 - side;
+        // a block ahead may already have told of a later step: then lists are made once too often
+        if constexpr (meets)
+            if (__ldcg(arguments.meetings.moved + robot) > static_cast<unsigned long long>(listed))
+                list_meetings(int64_t(step));
     }
 
     __syncthreads();

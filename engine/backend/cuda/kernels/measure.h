@@ -3,7 +3,7 @@
 // depends on the lattice alone. Compiled for one scene (scene.h). SI units.
 #pragma once
 
-#include "backend/cuda/kernels/scene.h"
+#include "backend/cuda/kernels/surface.h"
 #include "body/lattice.h"
 
 namespace limax::cuda {
@@ -72,6 +72,41 @@ __device__ inline void each_spring(const measured_robot& robot, const Visit& vis
     }
 }
 
+// This thread's part of what is stored between masses that meet, J.
+__device__ inline double energy_of_meetings(const measured_robot& robot) {
+    using namespace effects;
+    const site_grid grid(robot.launch.grid);
+    const body_surface body{
+        grid, robot.launch.springs + robot.index * spring_columns * direction_count * robot.sites,
+        robot.launch.surface + robot.index * robot.sites};
+    double sum = 0;
+    for_each([&]<class E>(E) {
+        if constexpr (has<E> && bool(E::hooks & hook_meet)) {
+            const double reach = reach_of<E>(robot.launch.scene, robot.launch.rest[0]);
+            for (int64_t i = threadIdx.x; i < robot.sites; i += measure_threads) {
+                const int near = body.surface[i];
+                if (near < 0) break;
+                body.each_of_surface([&](int far) {
+                    if (far <= near) return true;
+                    double squared = 0;
+                    for (int axis = 2; axis >= 0; --axis) {
+                        const double e = robot.state(column_position + axis, far) -
+                                         robot.state(column_position + axis, near);
+                        squared = fma(e, e, squared);
+                    }
+                    if (squared < reach * reach && !body.joined(near, far)) {
+                        meeting_state<double> found{};
+                        found.depth = reach - square_root(squared);
+                        sum += E::stored(meeting_params<double, E>(robot.launch.scene), found);
+                    }
+                    return true;
+                });
+            }
+        }
+    });
+    return sum;
+}
+
 __device__ inline void measure_energy(const measured_robot& robot, double* out,
                                       double part[measure_threads]) {
     using namespace effects;
@@ -126,6 +161,7 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
             }
         });
     }
+    if constexpr (meets) elastic += energy_of_meetings(robot);
     double* const value[4] = {&kinetic, &elastic, &gravitational, &power};
     for (int i = 0; i < 4; ++i) {
         const double sum = over_block(*value[i], false, part);

@@ -28,6 +28,18 @@ struct bounded_scene {
 
 using prepare_arguments = prepare_launch<mass_real>;
 
+// Whether springs go out from a mass in all directions: then it lies below the surface.
+__device__ inline bool is_inside(const lattice& grid, const float* stiffness, int64_t site, int x,
+                                 int y, int z) {
+    if (x == 0 || y == 0 || z == 0 || x == grid.nx || y == grid.ny || z == grid.nz) return false;
+    bool all = true;
+    for (int d = 0; d < direction_count; ++d) {
+        const float* const along = stiffness + d * grid.sites();
+        all &= along[site] > 0.0f && along[site - grid.step(direction_at(d))] > 0.0f;
+    }
+    return all;
+}
+
 }  // namespace limax::cuda
 
 extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
@@ -100,7 +112,36 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
                 moves ? spring.cosine : 0.0f;
         }
     }
+    if constexpr (has_faces) {
+        float* const faces = launch.faces + robot * 3 * sites;
+        each_site([&](int64_t site, int x, int y, int z) {
+            for (int axis = 0; axis < 3; ++axis) {
+                const bool exposed = (axis == 0 || x < grid.nx) && (axis == 1 || y < grid.ny) &&
+                                     (axis == 2 || z < grid.nz) &&
+                                     is_exposed(grid, body.voxels, axis, x, y, z);
+                const int64_t a = grid.step(unit(axis + 1)), b = grid.step(unit(axis + 2));
+                faces[axis * sites + site] =
+                    exposed ? smaller(smaller(mass[site], mass[site + a]),
+                                      smaller(mass[site + b], mass[site + a + b]))
+                            : 0.0f;
+            }
+        });
+    }
     __syncthreads();
+    if constexpr (meets) {
+        int32_t* const surface = launch.surface + robot * sites;
+        each_site([&](int64_t site, int x, int y, int z) {
+            surface[site] = mass[site] > 0.0f && !is_inside(grid, columns, site, x, y, z);
+        });
+        __syncthreads();
+        // from marks to a list, in the order of the sites
+        if (threadIdx.x == 0) {
+            int64_t listed = 0;
+            for (int64_t site = 0; site < sites; ++site)
+                if (surface[site]) surface[listed++] = int32_t(site);
+            while (listed < sites) surface[listed++] = -1;
+        }
+    }
 
     const spring_constants springs{columns, damped ? columns + direction_count * sites : nullptr,
                                    sites};

@@ -160,10 +160,26 @@ struct step_launch {
     mass_params<R> params;
 };
 
+// Masses of a robot's surface that are, or soon may be, within reach of each other. Null in a scene
+// where none meet. F: the real of springs.
+template <class F>
+struct meeting_lists {
+    const int32_t* surface;     // sites of the masses of the surface, ascending, then -1s,
+                                // [robot][site]
+    int32_t* partners;          // [robot][1 + most_partners][site]: how many, then their sites
+    F* listed_at;               // where masses were when lists were made, m, [robot][3][site]
+    unsigned long long* moved;  // the last step after which a mass was too far from there, [robot]
+};
+// Partners of a mass that have room in a list. One that has more looks through the whole surface.
+inline constexpr int most_partners = 24;
+
 // What a launch of the grid kernel works on besides: several blocks share a robot.
 template <class R, class F>
 struct grid_launch {
     step_launch<R> step;
+    const float* faces;  // as in prepare_launch
+    R* after;            // velocities after the kick and impulses of faces, [robot][2][3][site]
+    meeting_lists<F> meetings;
     F* exchange;               // masses as springs see them, [robot][2][value][site]
     unsigned long long* sums;  // over all masses, modulo 2^64, [robot][2][grid_sums]
     unsigned* arrived;         // blocks that came to a barrier so far, [robot]
@@ -203,6 +219,9 @@ struct prepare_launch {
     float* springs;
     int32_t* ranks;
     R* state;
+    float* faces;      // kg, mass of the lightest corner of each exposed face, 0 where no face is
+                       // exposed, [robot][axis][site]; null in a scene without laws on faces
+    int32_t* surface;  // as in meeting_lists
     lattice grid;
     int32_t summed;   // stiffness is the sum over a spring's owners
     int32_t effects;  // bits of the scene's, which the kernel's include
@@ -221,6 +240,7 @@ struct measure_launch {
     const float* mass;
     const float* springs;
     const R* state;
+    const int32_t* surface;  // as in meeting_lists
     double* samples[sample_kinds];
     lattice grid;
     double rest[3];

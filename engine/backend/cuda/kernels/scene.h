@@ -44,8 +44,10 @@ inline constexpr bool leapfrog = LIMAX_LEAPFROG;
 inline constexpr bool damped = has<effects::damping>, actuated = has<effects::actuation>;
 inline constexpr bool holding = (LIMAX_EFFECTS & holding_bits) != 0;
 inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
-// Neighbours need a mass's velocity only where a law along springs reads it.
-inline constexpr bool shares_velocity = damped;
+inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;
+inline constexpr bool meets = (LIMAX_EFFECTS & effects::meeting_bits) != 0;
+// Other masses need a mass's velocity only where a law along springs or between masses reads it.
+inline constexpr bool shares_velocity = damped || meets;
 // The shared position is the mass's own, not a rounded copy.
 inline constexpr bool shares_state = sizeof(spring_real) == sizeof(mass_real);
 
@@ -177,20 +179,28 @@ struct mass_state {
     mass_real mass, inverse_mass;
 };
 
-// The velocity after everything that acts at t_n over h.
-LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_params& params,
-                          const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
+LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
+    return {{m.position[0], m.position[1], m.position[2]},
+            {m.predicted[0], m.predicted[1], m.predicted[2]},
+            m.mass,
+            m.inverse_mass};
+}
+
+// The velocity after all forces and the impulses on single masses at t_n over h, without friction.
+// meet(total) adds what other masses that are no neighbours do.
+template <class Meet>
+LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const scene_params& params,
+                         const scripted_moment& now, mass_real h, const Meet& meet,
+                         mass_real next_velocity[3]) {
     using namespace effects;
-    const node_state<mass_real> node{{m.position[0], m.position[1], m.position[2]},
-                                     {m.predicted[0], m.predicted[1], m.predicted[2]},
-                                     m.mass,
-                                     m.inverse_mass};
+    const node_state<mass_real> node = node_of(m);
     vector<mass_real> total{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)};
     for_each([&]<class E>(E) {
         if constexpr (pushes_masses<E>)
             each_instance<E>(params, [&](const auto& p) { add_force<E>(p, node, total); });
     });
     add_scripted_forces(node, now, total);
+    meet(total);
     const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
@@ -200,7 +210,17 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
         if constexpr (bool(E::hooks & hook_impulse))
             each_instance<E>(params, [&](const auto& p) { after = E::impulse(p, node, after, h); });
     });
-    // friction last: what it stops stays
+    next_velocity[0] = after.x;
+    next_velocity[1] = after.y;
+    next_velocity[2] = after.z;
+}
+
+// Friction, last of all: what it stops stays.
+LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, mass_real h,
+                         mass_real next_velocity[3]) {
+    using namespace effects;
+    const node_state<mass_real> node = node_of(m);
+    vector<mass_real> after{next_velocity[0], next_velocity[1], next_velocity[2]};
     for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & hook_slip))
             for_each([&]<class C>(C) {
@@ -218,6 +238,14 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_param
     next_velocity[0] = after.x;
     next_velocity[1] = after.y;
     next_velocity[2] = after.z;
+}
+
+// The velocity after everything that acts over h on a mass that no other meets.
+LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_params& params,
+                          const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
+    kick_mass(
+        m, springs, params, now, h, [](const auto&) {}, next_velocity);
+    slow_mass(m, params, h, next_velocity);
 }
 
 // Whether a mass lies below the surface of any contact.

@@ -85,6 +85,7 @@ struct block_memory {
     int64_t stop;  // last step of this launch
 };
 static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
+static_assert(!has_faces && !meets, "effects between masses that no spring joins need grid.h");
 
 // ---- cells ----
 
