@@ -120,7 +120,7 @@ using effects::actuation, effects::damping, effects::friction, effects::gravity,
 
 // Springs alone, each effect with them, all pairs, all but each and all; friction needs a contact.
 std::vector<unsigned> scenes() {
-    constexpr unsigned all = every_effect_of_a_block;
+    constexpr unsigned all = every_local_effect;
     std::vector<unsigned> masks;
     for (unsigned mask = 0; mask <= all; ++mask) {
         const int count = __builtin_popcount(mask & ~bit<effects::springs>);

@@ -21,9 +21,9 @@ inline int shared_memory_of(int capability) {
     return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
 }
 
-// All that a kernel may have, and of them those that one block of threads can serve.
+// All that a kernel may have, and of them those that act along springs and on single masses.
 inline constexpr unsigned every_effect = ((1u << effects::all::count) - 1) & ~effects::cpu_bits;
-inline constexpr unsigned every_effect_of_a_block =
+inline constexpr unsigned every_local_effect =
     every_effect & ~(effects::face_bits | effects::meeting_bits);
 // Those of a robot that walks on flat ground: kernels for them are built with limax.
 inline constexpr unsigned walking_effects =

@@ -130,8 +130,8 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
         }
         m.mass = mass[i];
         m.inverse_mass = inverse_mass[i];
-        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, params, now, h,
-                         expected[i]);
+        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, {}, params, now,
+                         h, expected[i]);
         touching += cuda::touches(m, params);
     }
     CHECK(touching > count / 4);

@@ -256,7 +256,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
                             : double_masses                      ? 8
                                                                  : 2;
     shape.shared_bytes = places * ((needs.shares_velocity ? 6 : 3) + 3 * corners) * spring_real +
-                         places * own * mass_real +
+                         places * (own + (needs.has_faces ? 6 : 0)) * mass_real +
                          in_memory * std::size_t(needs.spring_columns) * sizeof(float) +
                          std::size_t(warps + plan.cluster) * block_sums * sizeof(int64_t) +
                          sizeof(robot_record) + shared_slack;

@@ -34,7 +34,8 @@ block_plan plan_block(const lattice& grid, int cluster = 1);
 struct kernel_needs {
     int32_t precision;     // limax_precision
     int spring_columns;    // parameters of a spring: 1 to 4
-    bool shares_velocity;  // springs read the velocities of their ends
+    bool shares_velocity;  // laws on several masses read their velocities
+    bool has_faces;        // laws act on faces
 };
 
 // Threads and memory of a block.

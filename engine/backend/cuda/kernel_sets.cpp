@@ -189,16 +189,18 @@ std::string scene_kernels::describe() const {
 
 bool scene_kernels::double_springs() const { return setup_->options.precision == LIMAX_DOUBLE; }
 
-scene_kernels::grid_memory scene_kernels::memory_of_robot() const {
-    if (!on_grid_) return {};
+scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
     const auto sites = std::size_t(setup_->grid.sites());
-    // values of a mass, as `exchanged` of kernels/tiles.h
-    const std::size_t seen = damped || meets ? 6 : 3;
-    grid_memory memory{2 * seen * sites, 2 * grid_sums, 1};
-    if (has_faces) {
-        memory.faces = 3 * sites;
-        memory.after = 6 * sites;
+    robot_memory memory;
+    if (on_grid_) {
+        // values of a mass, as `exchanged` of kernels/tiles.h
+        const std::size_t seen = damped || has_faces || meets ? 6 : 3;
+        memory.exchange = 2 * seen * sites;
+        memory.sums = 2 * grid_sums;
+        memory.arrived = 1;
+        if (has_faces) memory.after = 6 * sites;
     }
+    if (has_faces) memory.faces = 3 * sites;
     if (meets) {
         memory.surface = sites;
         memory.partners = (1 + most_partners) * sites;
@@ -230,16 +232,16 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
                         setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
                         name_of_precision(setup.options.precision));
 
-    // The path hangs on no effect along springs or on single masses: it is chosen for all of them.
-    // Masses that are no neighbours find each other in global memory alone.
-    const kernel_needs needs{setup.options.precision, out.spring_columns, out.damped || out.meets};
-    const kernel_needs most{setup.options.precision, 4, true};
+    // The path hangs on no effect but one on faces, which needs more memory: it is chosen for all
+    // others.
+    const kernel_needs needs{setup.options.precision, out.spring_columns,
+                             out.damped || out.has_faces || out.meets, out.has_faces};
+    const kernel_needs most{setup.options.precision, 4, true, out.has_faces};
     const std::size_t shared = gpu.device().shared_memory_of_block;
     const int most_cluster =
         std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
     out.on_grid_ = true;
-    const bool grid_path =
-        form == kernel_form::any_lattice || out.has_faces || out.meets || grid_path_asked_for();
+    const bool grid_path = form == kernel_form::any_lattice || grid_path_asked_for();
     for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup.grid.nz + cluster - 1) / cluster;
         if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;

@@ -42,14 +42,14 @@ public:
                {unsigned(arguments.count + 63) / 64, 64}, stream, "summarizing traces", arguments);
     }
 
-    // Elements of what one robot needs besides on the grid path, as grid_launch and prepare_launch
-    // name it; all 0 on the block path.
-    struct grid_memory {
-        std::size_t exchange = 0, sums = 0, arrived = 0;
-        std::size_t faces = 0, after = 0;                                 // where laws act on faces
+    // Elements of what one robot needs besides, as step_launch and grid_launch name it; 0 where the
+    // path or the scene has no use for it.
+    struct robot_memory {
+        std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
+        std::size_t faces = 0;                                            // where laws act on faces
         std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
     };
-    grid_memory memory_of_robot() const;
+    robot_memory memory_of_robot() const;
     // Whether springs are computed in double.
     bool double_springs() const;
     // Robots that one launch can step.

@@ -101,7 +101,7 @@ private:
     device_memory<float> faces_;  // what follows is there where the scene needs it alone
     device_memory<R> after_;
     device_memory<int32_t> surface_, partners_;
-    device_memory<char> listed_at_;  // of spring_real
+    device_memory<float> listed_at_;
     device_memory<unsigned long long> moved_;
     device_memory<float> heights_;  // of the terrain
     device_memory<double> device_samples_[sample_kinds];
@@ -195,8 +195,15 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     springs_ = device_memory<float>(gpu_, count * spring_size + beyond, "the springs" + of_robots);
     state_ = device_memory<R>(gpu_, count * std::size_t(scene_.state_columns) * sites,
                               "the state" + of_robots);
+    const auto memory = scene_.memory_of_robot();
+    faces_ = device_memory<float>(gpu_, count * memory.faces, "the faces" + of_robots);
+    surface_ = device_memory<int32_t>(gpu_, count * memory.surface, "the surfaces" + of_robots);
+    partners_ = device_memory<int32_t>(gpu_, count * memory.partners, "the meetings" + of_robots);
+    listed_at_ = device_memory<float>(gpu_, count * memory.listed_at, "the meetings" + of_robots);
+    moved_ =
+        device_memory<unsigned long long>(gpu_, count * memory.moved, "the meetings" + of_robots);
+    moved_.clear(stream_);
     if (scene_.on_grid()) {
-        const auto memory = scene_.memory_of_robot();
         const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
         exchange_ =
             device_memory<char>(gpu_, count * memory.exchange * real, "the exchange" + of_robots);
@@ -204,17 +211,8 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
             device_memory<unsigned long long>(gpu_, count * memory.sums, "the sums" + of_robots);
         arrived_ =
             device_memory<unsigned>(gpu_, count * memory.arrived, "the barriers" + of_robots);
-        springs_.clear(stream_);
-        faces_ = device_memory<float>(gpu_, count * memory.faces, "the faces" + of_robots);
         after_ = device_memory<R>(gpu_, count * memory.after, "the impulses" + of_robots);
-        surface_ = device_memory<int32_t>(gpu_, count * memory.surface, "the surfaces" + of_robots);
-        partners_ =
-            device_memory<int32_t>(gpu_, count * memory.partners, "the meetings" + of_robots);
-        listed_at_ =
-            device_memory<char>(gpu_, count * memory.listed_at * real, "the meetings" + of_robots);
-        moved_ = device_memory<unsigned long long>(gpu_, count * memory.moved,
-                                                   "the meetings" + of_robots);
-        moved_.clear(stream_);
+        springs_.clear(stream_);
     } else {
         const block_plan& plan = *scene_.plan;
         device_cells_ = device_memory<cell_entry>(gpu_, plan.cells.size(), "the plan");
@@ -405,19 +403,9 @@ void robots_on_gpu<R>::step_robots(const step_launch<R>& launch) {
     arrived_.clear(stream_);
     sums_.clear(stream_);
     const auto on_grid = [&](auto* exchange) {
-        using spring_real = std::remove_pointer_t<decltype(exchange)>;
         for (unsigned first = 0; first < robots; first += scene_.most_robots()) {
-            grid_launch<R, spring_real> arguments{
-                launch,
-                faces_.data(),
-                after_.data(),
-                {surface_.data(), partners_.data(),
-                 reinterpret_cast<spring_real*>(listed_at_.data()), moved_.data()},
-                exchange,
-                sums_.data(),
-                arrived_.data(),
-                setup_.grid,
-                0};
+            grid_launch<R, std::remove_pointer_t<decltype(exchange)>> arguments{
+                launch, after_.data(), exchange, sums_.data(), arrived_.data(), setup_.grid, 0};
             arguments.step.running += first;
             scene_.launch_grid(gpu_, stream_, arguments,
                                std::min(robots - first, scene_.most_robots()));
@@ -441,6 +429,8 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.mass = mass_.data();
     launch.springs = springs_.data();
     launch.state = state_.data();
+    launch.faces = faces_.data();
+    launch.meetings = {surface_.data(), partners_.data(), listed_at_.data(), moved_.data()};
     launch.most = most;
     measure_launch<R> measure = scene_.template measure_arguments<R>();
     measure.records = launch.records;

@@ -9,8 +9,8 @@
 // SI units.
 #pragma once
 
-#include "backend/cuda/kernels/faces.h"
 #include "backend/cuda/kernels/meetings.h"
+#include "backend/cuda/kernels/tile_faces.h"
 #include "backend/cuda/kernels/tiles.h"
 
 extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
@@ -58,13 +58,13 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     const auto each_mass = [&](const auto& visit) {
         each_tile([&](int tile) { each_site(grid, tile, visit); });
     };
-    meeting_columns meeting = meetings_of(arguments, grid, robot, masses, columns);
+    const robot_meetings meeting = meetings_of(launch, grid, robot);
     // Lists the masses that may meet; at this step the lists were made.
     int64_t listed = 0;
     const auto list_meetings = [&](int64_t step) {
+        const spring_real* const seen = column_of(side);
         each_mass([&](int site, int) {
-            const spring_real* const seen = column_of(side);
-            meeting.list(site, exchanged_corner(grid, seen, site), seen);
+            meeting.list(site, [&](int other) { return exchanged_corner(grid, seen, other); });
         });
         listed = step;
     };
@@ -221,12 +221,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 mass_state m;
                 mass_real next_velocity[3];
                 recall(m, site, own);
-                kick_mass(
-                    m, force_on(index, shared), params, now, h,
-                    [&](effects::vector<mass_real>& total) {
-                        add_all_meetings(meeting, launch, site, own, seen, total);
-                    },
-                    next_velocity);
+                effects::vector<mass_real> met{};
+                if constexpr (meets)
+                    met = force_of_meetings(meeting, launch, site, [&](int other) {
+                        return exchanged_corner(grid, seen, other);
+                    });
+                kick_mass(m, force_on(index, shared), met, params, now, h, next_velocity);
                 if constexpr (has_faces) {
                     for (int axis = 0; axis < 3; ++axis) {
                         after[axis * sites + site] = next_velocity[axis];
@@ -241,16 +241,14 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             __syncthreads();
         });
         if constexpr (has_faces) {
-            const face_columns faces{grid,
-                                     masses,
-                                     arguments.faces + robot * 3 * sites,
-                                     state,
-                                     column_of(side),
-                                     after,
-                                     after + 3 * sites};
+            const tile_faces faces{
+                grid,  masses,           launch.faces + robot * 3 * sites, column_of(side),
+                after, after + 3 * sites};
             push_faces(
-                faces, params, h,
-                [&](const auto& visit) { each_mass([&](int site, int) { visit(site); }); },
+                [&](auto effect, int axis) {
+                    each_mass([&](int site, int) { faces.push(effect, params, axis, site, h); });
+                },
+                [&](int axis) { each_mass([&](int site, int) { faces.take(axis, site); }); },
                 [&] { meet(arrived, blocks); });
             each_mass([&](int site, int) {
                 mass_state m;
@@ -271,12 +269,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         if (thread == 0) shared.now = moment_at(launch, record, record.step + since_event);
         const auto step = static_cast<unsigned long long>(record.step + since_event);
         if constexpr (meets)
-            if (moved) atomicMax(arguments.meetings.moved + robot, step);
+            if (moved) atomicMax(launch.meetings.moved + robot, step);
         meet(arrived, blocks);
         side = 1 - side;
         // a block ahead may already have told of a later step: then lists are made once too often
         if constexpr (meets)
-            if (__ldcg(arguments.meetings.moved + robot) > static_cast<unsigned long long>(listed))
+            if (__ldcg(launch.meetings.moved + robot) > static_cast<unsigned long long>(listed))
                 list_meetings(int64_t(step));
     }
 

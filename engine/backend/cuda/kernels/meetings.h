@@ -1,12 +1,10 @@
 // meetings.h: masses of a robot's surface that meet, though neither a spring nor a chain of two
-// joins them, where masses lie in global memory. Each mass lists the others that may come within
-// reach, with a margin, in ascending order of their sites; lists hold until some mass has moved
-// half the margin, and are made by looking at every other mass of the surface. When they were made
-// changes no bit. SI units.
+// joins them. Each mass lists the others that may come within reach, with a margin, in ascending
+// order of their sites; lists hold until some mass has moved half the margin, and are made by
+// looking at every other mass of the surface. When they were made changes no bit. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/surface.h"
-#include "backend/cuda/kernels/tiles.h"
 
 namespace limax::cuda {
 
@@ -15,23 +13,25 @@ inline constexpr double margin_share = 0.3;
 // Of the way that a mass may move before lists are made anew: what rounding may hide is left out.
 inline constexpr double share_of_way = 0.999;
 
-// One robot's columns and lists, [..][site].
-struct meeting_columns : body_surface {
+// One robot's lists, [..][site]. corner_of(site) is a mass as springs see it.
+struct robot_meetings : body_surface {
     const float* masses;
     int32_t* partners;
-    spring_real* listed_at;
+    float* listed_at;
     spring_real reach, margin;  // m
 
-    // Lists the partners of the mass at a site, which lies at `at`.
-    __device__ void list(int site, const corner& at, const spring_real* seen) {
+    // Lists the partners of the mass at a site.
+    template <class CornerOf>
+    __device__ void list(int site, const CornerOf& corner_of) const {
         const int sites = grid.count();
-        listed_at[site] = at.x;
-        listed_at[sites + site] = at.y;
-        listed_at[2 * sites + site] = at.z;
+        const corner at = corner_of(site);
+        listed_at[site] = float(at.x);
+        listed_at[sites + site] = float(at.y);
+        listed_at[2 * sites + site] = float(at.z);
         int count = 0;
         if (is_of_surface(site))
             each_of_surface([&](int other) {
-                const corner there = exchanged_corner(grid, seen, other);
+                const corner there = corner_of(other);
                 const spring_real ex = there.x - at.x, ey = there.y - at.y, ez = there.z - at.z;
                 const spring_real most = reach + margin;
                 if (!(fma(ex, ex, fma(ey, ey, ez * ez)) < most * most) || other == site ||
@@ -45,9 +45,9 @@ struct meeting_columns : body_surface {
     // Whether the lists no longer hold for a mass that lies at `at`.
     __device__ bool moved(int site, const corner& at) const {
         const int sites = grid.count();
-        const spring_real ex = at.x - listed_at[site], ey = at.y - listed_at[sites + site],
-                          ez = at.z - listed_at[2 * sites + site];
-        const spring_real way = spring_real(0.5 * share_of_way) * margin;
+        const float ex = float(at.x) - listed_at[site], ey = float(at.y) - listed_at[sites + site],
+                    ez = float(at.z) - listed_at[2 * sites + site];
+        const float way = float(0.5 * share_of_way * margin);
         return !(fma(ex, ex, fma(ey, ey, ez * ez)) <= way * way);
     }
 
@@ -68,70 +68,69 @@ struct meeting_columns : body_surface {
     __device__ mass_real weight(int site) const { return mass_real(absolute(masses[site])); }
 };
 
-// Adds the pushes of the masses that the one at `site` meets. It lies and moves as `own` says.
-template <class E>
-__device__ inline void add_meetings(const meeting_columns& robot,
-                                    const typename E::template params<mass_real>& params, int site,
-                                    const corner& own, const spring_real* seen,
-                                    effects::vector<mass_real>& total) {
-    const mass_real reach = mass_real(robot.reach);
-    robot.each_partner(site, [&](int other) {
-        const corner there = exchanged_corner(robot.grid, seen, other);
-        // from the mass with the lower site to the other, so that both find the same push
-        const mass_real side = site < other ? mass_real(1) : mass_real(-1);
-        const mass_real ex = side * (mass_real(there.x) - mass_real(own.x)),
-                        ey = side * (mass_real(there.y) - mass_real(own.y)),
-                        ez = side * (mass_real(there.z) - mass_real(own.z));
-        const mass_real squared = fma(ex, ex, fma(ey, ey, ez * ez));
-        if (!(squared < reach * reach)) return;
-        const mass_real wx = side * (mass_real(there.vx) - mass_real(own.vx)),
-                        wy = side * (mass_real(there.vy) - mass_real(own.vy)),
-                        wz = side * (mass_real(there.vz) - mass_real(own.vz));
-        // coincident masses get no direction, and so no push
-        const mass_real inverse = inverse_length(squared + mass_real(1e-20));
-        const mass_real nx = ex * inverse, ny = ey * inverse, nz = ez * inverse;
-        const mass_real one = robot.weight(site), two = robot.weight(other);
-        const effects::meeting_state<mass_real> found{
-            reach - squared * inverse, fma(wx, nx, fma(wy, ny, wz * nz)), one * two / (one + two)};
-        const mass_real push = -side * E::meet(params, found);
-        total.x = fma(push, nx, total.x);
-        total.y = fma(push, ny, total.y);
-        total.z = fma(push, nz, total.z);
-    });
-}
-
-// The farthest that any effect between masses reaches, m.
-__device__ inline double reach_of_meetings(const launch_arguments& launch) {
+__device__ inline robot_meetings meetings_of(const launch_arguments& launch, const site_grid& grid,
+                                             int64_t robot) {
     double reach = 0;
     effects::for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_meet))
             reach = larger(reach, reach_of<E>(launch.scene, launch.rest[0]));
     });
-    return reach;
-}
-
-__device__ inline meeting_columns meetings_of(const grid_arguments& arguments,
-                                              const site_grid& grid, int64_t robot,
-                                              const float* masses, const float* stiffness) {
-    const meeting_lists<spring_real>& lists = arguments.meetings;
+    const meeting_lists& lists = launch.meetings;
     const int64_t sites = grid.count();
-    return {{grid, stiffness, lists.surface + robot * sites},
-            masses,
+    return {{grid, launch.springs + robot * (spring_columns * direction_count) * sites,
+             lists.surface + robot * sites},
+            launch.mass + robot * sites,
             lists.partners + robot * (1 + most_partners) * sites,
             lists.listed_at + robot * 3 * sites,
-            spring_real(reach_of_meetings(arguments.step)),
-            spring_real(margin_share * arguments.step.rest[0])};
+            spring_real(reach),
+            spring_real(margin_share * launch.rest[0])};
 }
 
-__device__ inline void add_all_meetings(const meeting_columns& robot,
-                                        const launch_arguments& launch, int site, const corner& own,
-                                        const spring_real* seen,
-                                        effects::vector<mass_real>& total) {
+// Adds the push of the mass at `other` on the one at `site`, which lies and moves as `own` says.
+template <class E>
+__device__ inline void add_push(const robot_meetings& robot,
+                                const typename E::template params<mass_real>& params, int site,
+                                const corner& own, int other, const corner& there,
+                                effects::vector<mass_real>& total) {
+    const mass_real reach = mass_real(robot.reach);
+    // from the mass with the lower site to the other, so that both find the same push
+    const mass_real side = site < other ? mass_real(1) : mass_real(-1);
+    const mass_real ex = side * (mass_real(there.x) - mass_real(own.x)),
+                    ey = side * (mass_real(there.y) - mass_real(own.y)),
+                    ez = side * (mass_real(there.z) - mass_real(own.z));
+    const mass_real squared = fma(ex, ex, fma(ey, ey, ez * ez));
+    if (!(squared < reach * reach)) return;
+    const mass_real wx = side * (mass_real(there.vx) - mass_real(own.vx)),
+                    wy = side * (mass_real(there.vy) - mass_real(own.vy)),
+                    wz = side * (mass_real(there.vz) - mass_real(own.vz));
+    // coincident masses get no direction, and so no push
+    const mass_real inverse = inverse_length(squared + mass_real(1e-20));
+    const mass_real nx = ex * inverse, ny = ey * inverse, nz = ez * inverse;
+    const mass_real one = robot.weight(site), two = robot.weight(other);
+    const effects::meeting_state<mass_real> found{
+        reach - squared * inverse, fma(wx, nx, fma(wy, ny, wz * nz)), one * two / (one + two)};
+    const mass_real push = -side * E::meet(params, found);
+    total.x = fma(push, nx, total.x);
+    total.y = fma(push, ny, total.y);
+    total.z = fma(push, nz, total.z);
+}
+
+// The force on the mass at a site of all that it meets, N.
+template <class CornerOf>
+__device__ inline effects::vector<mass_real> force_of_meetings(const robot_meetings& robot,
+                                                               const launch_arguments& launch,
+                                                               int site,
+                                                               const CornerOf& corner_of) {
+    effects::vector<mass_real> total{};
     effects::for_each([&]<class E>(E) {
-        if constexpr (has<E> && bool(E::hooks & effects::hook_meet))
-            add_meetings<E>(robot, meeting_params<mass_real, E>(launch.scene), site, own, seen,
-                            total);
+        if constexpr (has<E> && bool(E::hooks & effects::hook_meet)) {
+            robot.each_partner(site, [&](int other) {
+                add_push<E>(robot, meeting_params<mass_real, E>(launch.scene), site,
+                            corner_of(site), other, corner_of(other), total);
+            });
+        }
     });
+    return total;
 }
 
 }  // namespace limax::cuda

@@ -67,7 +67,7 @@ __device__ inline void step_reconstructed_mass(const reconstructed_masses& masse
     m.mass = masses.mass[i];
     m.inverse_mass = masses.inverse_mass[i];
     float next_velocity[3];
-    begin_mass(m, {masses.force[0][i], masses.force[1][i], masses.force[2][i]}, params, {}, dt,
+    begin_mass(m, {masses.force[0][i], masses.force[1][i], masses.force[2][i]}, {}, params, {}, dt,
                next_velocity);
     finish_mass(m, next_velocity, dt, 1.0f);
     for (int axis = 0; axis < 3; ++axis) {

@@ -138,6 +138,19 @@ struct mass_params<R, effects::list<E...>> : params_slot<R, E>... {
     }
 };
 
+// Masses of a robot's surface that are, or soon may be, within reach of each other. Null in a scene
+// where none meet.
+struct meeting_lists {
+    const int32_t* surface;     // sites of the masses of the surface, ascending, then -1s,
+                                // [robot][site]
+    int32_t* partners;          // [robot][1 + most_partners][site]: how many, then their sites
+    float* listed_at;           // where masses were when lists were made, m, [robot][3][site]
+    unsigned long long* moved;  // the last step after which a mass was too far from there, [robot];
+                                // on the grid path
+};
+// Partners of a mass that have room in a list. One that has more looks through the whole surface.
+inline constexpr int most_partners = 24;
+
 // What a launch of the step kernel works on, R being the real of its masses. Columns of robots lie
 // `sites` elements apart.
 template <class R>
@@ -150,6 +163,8 @@ struct step_launch {
     const float* springs;     // k, then c, then A and B as the scene needs them,
                               // [robot][parameter][direction][site]
     R* state;                 // [robot][column][site]: see state_column
+    const float* faces;       // as in prepare_launch
+    meeting_lists meetings;
     double* samples[sample_kinds];
     int64_t most;    // steps of each robot in the slice; 0 to go on with the slice under way
     double rest[3];  // L0 of edges, face diagonals and space diagonals, m
@@ -160,27 +175,12 @@ struct step_launch {
     mass_params<R> params;
 };
 
-// Masses of a robot's surface that are, or soon may be, within reach of each other. Null in a scene
-// where none meet. F: the real of springs.
-template <class F>
-struct meeting_lists {
-    const int32_t* surface;     // sites of the masses of the surface, ascending, then -1s,
-                                // [robot][site]
-    int32_t* partners;          // [robot][1 + most_partners][site]: how many, then their sites
-    F* listed_at;               // where masses were when lists were made, m, [robot][3][site]
-    unsigned long long* moved;  // the last step after which a mass was too far from there, [robot]
-};
-// Partners of a mass that have room in a list. One that has more looks through the whole surface.
-inline constexpr int most_partners = 24;
-
 // What a launch of the grid kernel works on besides: several blocks share a robot.
 template <class R, class F>
 struct grid_launch {
     step_launch<R> step;
-    const float* faces;  // as in prepare_launch
-    R* after;            // velocities after the kick and impulses of faces, [robot][2][3][site]
-    meeting_lists<F> meetings;
-    F* exchange;               // masses as springs see them, [robot][2][value][site]
+    R* after;     // velocities after the kick and impulses of faces, [robot][2][3][site]
+    F* exchange;  // masses as springs see them, [robot][2][value][site]
     unsigned long long* sums;  // over all masses, modulo 2^64, [robot][2][grid_sums]
     unsigned* arrived;         // blocks that came to a barrier so far, [robot]
     lattice grid;

@@ -46,8 +46,8 @@ inline constexpr bool holding = (LIMAX_EFFECTS & holding_bits) != 0;
 inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;
 inline constexpr bool meets = (LIMAX_EFFECTS & effects::meeting_bits) != 0;
-// Other masses need a mass's velocity only where a law along springs or between masses reads it.
-inline constexpr bool shares_velocity = damped || meets;
+// Other masses need a mass's velocity only where a law on more than one mass reads it.
+inline constexpr bool shares_velocity = damped || has_faces || meets;
 // The shared position is the mass's own, not a rounded copy.
 inline constexpr bool shares_state = sizeof(spring_real) == sizeof(mass_real);
 
@@ -187,10 +187,9 @@ LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
 }
 
 // The velocity after all forces and the impulses on single masses at t_n over h, without friction.
-// meet(total) adds what other masses that are no neighbours do.
-template <class Meet>
-LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const scene_params& params,
-                         const scripted_moment& now, mass_real h, const Meet& meet,
+// `met` is the force of masses that are no neighbours.
+LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vector<mass_real>& met,
+                         const scene_params& params, const scripted_moment& now, mass_real h,
                          mass_real next_velocity[3]) {
     using namespace effects;
     const node_state<mass_real> node = node_of(m);
@@ -200,7 +199,7 @@ LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const scene_params
             each_instance<E>(params, [&](const auto& p) { add_force<E>(p, node, total); });
     });
     add_scripted_forces(node, now, total);
-    meet(total);
+    if constexpr (meets) total = {total.x + met.x, total.y + met.y, total.z + met.z};
     const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
@@ -240,11 +239,11 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, mass_r
     next_velocity[2] = after.z;
 }
 
-// The velocity after everything that acts over h on a mass that no other meets.
-LIMAX_LAW void begin_mass(mass_state& m, const force& springs, const scene_params& params,
+// The velocity after everything that acts over h where nothing acts on faces.
+LIMAX_LAW void begin_mass(mass_state& m, const force& springs,
+                          const effects::vector<mass_real>& met, const scene_params& params,
                           const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
-    kick_mass(
-        m, springs, params, now, h, [](const auto&) {}, next_velocity);
+    kick_mass(m, springs, met, params, now, h, next_velocity);
     slow_mass(m, params, h, next_velocity);
 }
 

@@ -13,213 +13,8 @@
 // SI units.
 #pragma once
 
-#include "backend/cuda/kernels/block_memory.h"
-#include "backend/cuda/kernels/cluster.h"
-#include "backend/cuda/kernels/run.h"
-#include "backend/cuda/kernels/springs.h"
-
-namespace limax::cuda {
-
-constexpr int sites = site_grid(lattice{}).count();
-constexpr int places = LIMAX_PLANE * LIMAX_LAYERS;
-constexpr int threads = LIMAX_THREADS, warps = threads / 32;
-LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
-// Warps take slots in turn. A round that has a cube keeps parameters for one on every thread.
-constexpr int cell_rounds = rounds(LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS, warps);
-constexpr int cube_rounds = rounds(LIMAX_CUBE_SLOTS, warps);
-constexpr int rim_rounds = cell_rounds - cube_rounds;
-constexpr int mass_rounds = rounds(LIMAX_MASS_SLOTS, warps);
-
-// How far a corner lies from its cell in shared memory.
-LIMAX_LAW constexpr int corner_place(int number) {
-    return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
-}
-// The lowest layer of voxels of a block.
-__device__ inline int first_layer(int rank) { return rank * LIMAX_NZ / cluster_blocks; }
-__device__ inline int place_of(int site) {
-    constexpr site_grid grid{lattice{}};
-    const int row = site / grid.x;
-    const int layer = row / grid.y - first_layer(cluster_rank());
-    return site % grid.x + row % grid.y * LIMAX_ROW + layer * LIMAX_PLANE;
-}
-// The masses of a block's lowest layer are also the topmost that the block below sees: how far
-// their places there lie from those here, 0 for a mass that no other block sees.
-__device__ inline int place_below(int place) {
-    if (cluster_blocks == 1) return 0;
-    const int rank = cluster_rank();
-    if (rank == 0 || place >= LIMAX_PLANE) return 0;
-    return (first_layer(rank) - first_layer(rank - 1)) * LIMAX_PLANE;
-}
-
-// Parameters of the springs of one cell: the first in registers, and those for which registers are
-// too scarce in shared memory, [spring][thread].
-template <int in_registers>
-struct spring_set {
-    spring_parameters held[in_registers > 0 ? in_registers : 1];
-    spring_parameters* shared;
-
-    __device__ spring_parameters& operator[](int i) {
-        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
-    }
-    __device__ const spring_parameters& operator[](int i) const {
-        return i < in_registers ? held[i] : shared[(i - in_registers) * threads];
-    }
-};
-constexpr int cube_in_memory = cube_springs - LIMAX_CUBE_HELD;
-constexpr int parameters_in_memory =
-    threads * (cube_rounds * cube_in_memory + rim_rounds * rim_springs);
-
-struct block_memory {
-    corner_columns<places> at;  // every mass
-    sum_columns<places> sum;    // forces of springs
-    private_columns<places> own;
-    spring_parameters parameters[parameters_in_memory > 0 ? parameters_in_memory : 1];
-    effects::actuation::moment<spring_real> now;   // of the muscles
-    int64_t part[block_sums][warps];               // of sums over all masses
-    int64_t of_block[block_sums][cluster_blocks];  // the same, of every block
-    int64_t sum_of[block_sums];                    // and of all
-    int broken[5][cluster_blocks];                 // limits, by block
-    double shift[3];                               // of the origin, m
-    int moved;                                     // whether any of it is not 0
-    robot_record record;
-    int64_t stop;  // last step of this launch
-};
-static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
-static_assert(!has_faces && !meets, "effects between masses that no spring joins need grid.h");
-
-// ---- cells ----
-
-// Where a cell lies. A square's or bar's axes are its lane's own.
-struct cell_place {
-    int at;                     // its lowest corner; below 0 for no cell
-    int first, second;          // how far the ends of its axes lie; 0 for the second of a bar
-    int first_sum, second_sum;  // the same among the sums
-};
-
-__device__ inline cell_place place_of_cell(const cell_entry& cell) {
-    if (cell.site < 0) return {-1, 0, 0, 0, 0};
-    const int first = cell.axes & -cell.axes, second = cell.axes & ~first;
-    return {place_of(cell.site), corner_place(first), corner_place(second),
-            first * places + corner_place(first), second * places + corner_place(second)};
-}
-__device__ inline int rim_corner(const cell_place& place, int c) {
-    return place.at + (c & 1 ? place.first : 0) + (c & 2 ? place.second : 0);
-}
-
-template <class Set>
-__device__ inline void load_cube(Set&& set, const float* columns, const cell_entry& cell) {
-    constexpr site_grid grid{lattice{}};
-#pragma unroll
-    for (int i = 0; i < cube_springs; ++i) {
-        const cube_spring s = cube_spring_at(i);
-        set[i].load(grid, columns, s.direction * sites + cell.site + grid.corner(s.near));
-    }
-}
-template <class Set>
-__device__ inline void load_rim(Set&& set, const float* columns, const cell_entry& cell) {
-    constexpr site_grid grid{lattice{}};
-    const int first = cell.axes & -cell.axes;
-    const bool bar = cell.axes == first;
-#pragma unroll
-    for (int i = 0; i < rim_springs; ++i) {
-        const int near = rim_near(i) ? grid.corner(first) : 0;
-        if (i == 0 || !bar)
-            set[i].load(grid, columns, rim_direction(cell.axes, i) * sites + cell.site + near);
-        else
-            set[i] = {};
-    }
-}
-
-// ---- masses ----
-
-__device__ inline void add_sums(force& total, const block_memory& shared, int first, int place) {
-#pragma unroll
-    for (int c = first; c < first + 4; ++c) {
-        const force part = shared.sum.load(c * places + place);
-        total.x += part.x;
-        total.y += part.y;
-        total.z += part.z;
-    }
-}
-// The sums on the upper corners of the cells below may be another block's.
-__device__ inline force force_on(int place, block_memory& shared) {
-    force total{};
-    add_sums(total, shared, 0, place);
-    const int below = place_below(place);
-    if (below == 0)
-        add_sums(total, shared, 4, place);
-    else
-        add_sums(total, in_block(shared, cluster_rank() - 1), 4, place + below);
-    return total;
-}
-
-// Stores what all threads may read of a mass, and what no register holds until the next step.
-__device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
-    shared.at.store(place, corner_of(m));
-    shared.own.store(place, m);
-    if (const int below = place_below(place); below != 0)
-        in_block(shared, cluster_rank() - 1).at.store(place + below, corner_of(m));
-}
-// Takes back what publish() stored.
-__device__ inline void recall(mass_state& m, int place, const block_memory& shared) {
-    shared.own.load(place, m);
-    if constexpr (shares_state) take_corner(m, shared.at.load(place));
-}
-
-// This block's robot and its state, found anew at both ends of a launch so that no register holds
-// them meanwhile.
-__device__ inline int64_t robot_of(const launch_arguments& launch) {
-    return launch.running[blockIdx.x / cluster_blocks];
-}
-__device__ inline mass_real* state_of(const launch_arguments& launch) {
-    return launch.state + robot_of(launch) * (state_columns * sites);
-}
-
-// The site of this thread's mass in round k.
-__device__ inline int site_of(const launch_arguments& launch, int k) {
-    return launch.masses[cluster_rank() * (LIMAX_MASS_SLOTS * 32) + k * threads + threadIdx.x];
-}
-
-// Sums over all masses of a robot: by warp, by block, by cluster.
-__device__ inline void add_over_warp(int64_t value, int64_t part[warps]) {
-    value = sum_over_warp(value);
-    if (threadIdx.x % 32 == 0) part[threadIdx.x / 32] = value;
-}
-// Adds up parts first .. first + count - 1 for the first thread of every block.
-__device__ inline void add_over_blocks(block_memory& shared, int first, int count) {
-    __syncthreads();
-    if (threadIdx.x == 0)
-        for (int i = first; i < first + count; ++i) {
-            int64_t sum = shared.part[i][0];
-            for (int warp = 1; warp < warps; ++warp) sum += shared.part[i][warp];
-            if constexpr (cluster_blocks == 1)
-                shared.sum_of[i] = sum;
-            else
-                for (int block = 0; block < cluster_blocks; ++block)
-                    in_block(shared, block).of_block[i][cluster_rank()] = sum;
-        }
-    if constexpr (cluster_blocks == 1) return;
-    meet_cluster();
-    if (threadIdx.x == 0)
-        for (int i = first; i < first + count; ++i) {
-            int64_t sum = shared.of_block[i][0];
-            for (int block = 1; block < cluster_blocks; ++block) sum += shared.of_block[i][block];
-            shared.sum_of[i] = sum;
-        }
-}
-// Whether any thread of any block says so. `use` tells apart what is asked at the same step.
-__device__ inline bool any_of_robot(block_memory& shared, int use, int value) {
-    const int here = __syncthreads_or(value);
-    if constexpr (cluster_blocks == 1) return here != 0;
-    if (threadIdx.x < cluster_blocks)
-        in_block(shared, int(threadIdx.x)).broken[use][cluster_rank()] = here;
-    meet_cluster();
-    int any = 0;
-    for (int block = 0; block < cluster_blocks; ++block) any |= shared.broken[use][block];
-    return any != 0;
-}
-
-}  // namespace limax::cuda
+#include "backend/cuda/kernels/slab_faces.h"
+#include "backend/cuda/kernels/slabs.h"
 
 extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     limax_advance(const __grid_constant__ limax::cuda::launch_arguments launch) {
@@ -319,6 +114,15 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         if (thread == threads - 1) shared.now = now;
     };
 
+    const auto list_meetings = [&] {
+        constexpr site_grid grid{lattice{}};
+        const robot_meetings meeting = meetings_of(launch, grid, robot_of(launch));
+        each_mass([&](int k) {
+            meeting.list(site_at(mass_place[k]),
+                         [&](int site) { return corner_of_robot(site, shared); });
+        });
+    };
+
     // every block has laid out its memory before another writes there
     meet_cluster();
     // A slice ends between kick and drift, where both velocities are at hand.
@@ -331,6 +135,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     });
     tell_time(record.step + begun);
     meet_cluster();
+    if constexpr (meets) list_meetings();
 
     // `record.step` is the step of the last event, `since_event` how long ago that was.
     int since_event = begun, until_event = begun;
@@ -357,11 +162,14 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                             launch, set, [&](int c) { return shared.at.load(rim_corner(at, c)); });
                     });
                 if (too_long) broken |= limit_stretch;
-                if (any_of_robot(shared, 0, broken)) {
-                    const bool diverged = any_of_robot(shared, 3, broken & limits_of_divergence);
-                    const bool coarse_seen = any_of_robot(shared, 4, broken & limit_coarse);
-                    const bool nonfinite = any_of_robot(shared, 1, broken & limit_nonfinite);
-                    const bool speed = any_of_robot(shared, 2, broken & limit_speed);
+                if (any_of_robot(shared, limits_broken, broken)) {
+                    const bool diverged =
+                        any_of_robot(shared, divergence_found, broken & limits_of_divergence);
+                    const bool coarse_seen =
+                        any_of_robot(shared, coarse_found, broken & limit_coarse);
+                    const bool nonfinite =
+                        any_of_robot(shared, nonfinite_found, broken & limit_nonfinite);
+                    const bool speed = any_of_robot(shared, speed_found, broken & limit_speed);
                     if (thread == 0 && coarse_seen) record.coarse = 1;
                     if (diverged) {
                         if (thread == 0) note_divergence(record, step, nonfinite, speed);
@@ -442,19 +250,69 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                                 sum);
                     });
             });
+        // before any mass moves on
+        effects::vector<mass_real> met[mass_rounds] = {};
+        if constexpr (meets) {
+            constexpr site_grid grid{lattice{}};
+            const robot_meetings meeting = meetings_of(launch, grid, robot_of(launch));
+            each_mass([&](int k) {
+                met[k] = force_of_meetings(meeting, launch, site_at(mass_place[k]),
+                                           [&](int site) { return corner_of_robot(site, shared); });
+            });
+        }
         meet_cluster();
         const scripted_moment now{
             record.origin,
             double(record.step + since_event - record.settle_steps) * record.time_step};
-        each_mass([&](int k) {
-            recall(mass[k], mass_place[k], shared);
-            begin_mass(mass[k], force_on(mass_place[k], shared), params, now,
-                       half_kick ? mass_real(0.5) * dt : dt, next_velocity[k]);
+        const mass_real h = half_kick ? mass_real(0.5) * dt : dt;
+        bool moved = false;
+        const auto end_step = [&](int k) {
             if (last)
                 publish(mass[k], mass_place[k], shared);
             else
                 finish(k, half_kick ? mass_real(1) : mass_real(0.5));
-        });
+            if constexpr (meets) {
+                constexpr site_grid grid{lattice{}};
+                moved |= meetings_of(launch, grid, robot_of(launch))
+                             .moved(site_at(mass_place[k]), corner_of(mass[k]));
+            }
+        };
+        if constexpr (!has_faces) {
+            each_mass([&](int k) {
+                recall(mass[k], mass_place[k], shared);
+                begin_mass(mass[k], force_on(mass_place[k], shared), met[k], params, now, h,
+                           next_velocity[k]);
+                end_step(k);
+            });
+        } else {
+            const float* const lightest = launch.faces + robot_of(launch) * 3 * sites;
+            each_mass([&](int k) {
+                recall(mass[k], mass_place[k], shared);
+                kick_mass(mass[k], force_on(mass_place[k], shared), met[k], params, now, h,
+                          next_velocity[k]);
+                shared.own.store(mass_place[k], mass[k]);
+                show_velocity(next_velocity[k], mass_place[k], shared);
+            });
+            push_faces(
+                [&](auto effect, int axis) {
+                    each_mass([&](int k) {
+                        push_face(effect, params, lightest, axis, mass_place[k], h, shared);
+                    });
+                },
+                [&](int axis) {
+                    each_mass([&](int k) {
+                        take_from_faces(axis, mass_place[k], mass[k].inverse_mass, next_velocity[k],
+                                        shared);
+                        show_velocity(next_velocity[k], mass_place[k], shared);
+                    });
+                },
+                [] { meet_cluster(); });
+            each_mass([&](int k) {
+                recall(mass[k], mass_place[k], shared);
+                slow_mass(mass[k], params, h, next_velocity[k]);
+                end_step(k);
+            });
+        }
         if (last) {
             each_mass([&](int k) {
                 store_next_velocity(next_velocity[k], state_of(launch) + site_of(launch, k), sites);
@@ -467,7 +325,11 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         }
         ++since_event;
         tell_time(record.step + since_event);
-        meet_cluster();
+        if constexpr (meets) {
+            if (any_of_robot(shared, mass_moved, moved)) list_meetings();
+        } else {
+            meet_cluster();
+        }
     }
 
     // ---- back to where the next slice, or the host, finds it ----
