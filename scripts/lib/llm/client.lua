@@ -152,8 +152,9 @@ local function try(self, wish, deadline)
     local prompt = tokens.estimate(wish.messages)
     local refused = self.spending:refusal(prompt)
     if refused then return nil, failed("caps", refused), number end
+    local outcome = send(self, wish, math.min(self.timeout, left), number + 1)
+    if outcome.class == "request" then return nil, failed("request", outcome.message), number end
     number = number + 1
-    local outcome = send(self, wish, math.min(self.timeout, left), number)
     if outcome.reply then return answer_of(self, outcome), nil, number end
     if outcome.kind == "timeout" then timeouts = timeouts + 1 end
     if not outcome.learnt then
