@@ -459,3 +459,36 @@ suite:test("a real endpoint answers, where LIMAX_LLM_URL names one", { tags = { 
       answer.content)
     t:note(("%s answered in %.1f s"):format(made:describe().endpoint, answer.seconds))
   end)
+
+suite:test("limax doctor says which endpoint, and asks it only with --llm", function(t)
+  local server = faulty_server.open(t)
+  local function doctor(words, name)
+    return process.run(t:folder(), { "doctor", unpack(words) }, name and
+      ("LIMAX_LLM_URL=%s LIMAX_LLM_MODEL=m LIMAX_LLM_KEY='%s'"):format(server:url(name), KEY)
+      or "-u LIMAX_LLM_URL")
+  end
+  local status, output = doctor {}
+  t:equal(status, 0)
+  t:ok(output:find("LLM           none: no endpoint of a language model is configured", 1, true),
+    output)
+  status, output = doctor({}, "good")
+  t:equal(status, 0)
+  t:ok(output:find(server:url "good" .. "/chat/completions, model m, key from LIMAX_LLM_KEY; not"
+    .. " asked", 1, true), output)
+  t:equal(server:counts().good, nil)
+  local said
+  status, said = doctor({ "--llm" }, "good")
+  t:equal(status, 0)
+  t:ok(said:find("; answered in %d+%.%d s, form json_schema, 40 %+ 8 tokens"), said)
+  t:equal(server:counts().good, { requests = 1, keys = 1 })
+  output = output .. said
+  status, said = doctor({ "--llm", "--json" }, "f23_401")
+  t:equal(status, 1)
+  local facts = host.json.decode(said).llm
+  t:equal({ facts.answered, facts.failure }, { false, "auth: HTTP 401: Incorrect API key provided:"
+    .. " [key]. You can find yours at /account; is the key right?" })
+  t:ok(not leaks(output .. said), output .. said)
+  status, said = doctor({ "--llm" }, nil)
+  t:ok(status == 1 and said:find("set LIMAX_LLM_URL", 1, true), said)
+  server:close()
+end)
