@@ -51,6 +51,8 @@ def error(message, **fields):
 
 
 named("good", lambda connection, number: good(connection))
+named("varied", lambda connection, number: good(
+    connection, content='{"mutation_rate": %.2f}' % (0.05 + number % 10 / 50)))
 
 
 # ---- transport: 4 to 9, 14, 15 (1, 2, 3, 13 need no scenario) ------------------------------------
@@ -250,6 +252,8 @@ for name, (status, body) in {
     "f22_context": (400, error("the request exceeds the available context size", code=400,
                                type="exceed_context_size_error", n_prompt_tokens=9000,
                                n_ctx=4096)),
+    "f18_quota_403": (403, error("used up", code="insufficient_quota")),
+    "f18_quota_402": (402, error("Insufficient Balance")),
     "f23_403": (403, error("this model is not yours")),
     "f23_404": (404, error("The model `m` does not exist", code="model_not_found")),
     "f23_404_page": (404, b"404 page not found\n"),
@@ -257,6 +261,11 @@ for name, (status, body) in {
                                   "type": "value_error"}]}),
     "f24_error_object": (200, error("upstream broke")),
     "f24_error_text": (200, {"error": "model 'm' not found"}),
+    "f24_error_null": (200, completion(error=None)),
+    "f24_error_empty": (200, completion(error="")),
+    "f24_error_in_choice": (200, completion(choices=[{
+        "index": 0, "finish_reason": "error", "message": {"content": ""},
+        "error": {"message": "provider lost"}}])),
     "f24_error_status": (200, error("provider busy", code=503)),
     "f25_empty_204": (204, b""),
     "f25_empty_200": (200, b""),
@@ -275,6 +284,8 @@ for name, (status, body) in {
     "f27_parts_empty": (200, completion(content=[])),
     "f28_refusal": (200, completion(message={
         "content": None, "refusal": "I cannot\nhelp \x1b[31mwith that"})),
+    "f28_filter_400": (400, error("The prompt triggered the content policy",
+                                  code="content_filter", param="prompt")),
     "f28_filter": (200, completion(content="", finish="content_filter")),
     "f29_length": (200, completion(content='{"mutation_rate": 0.', finish="length")),
     "f29_length_empty": (200, completion(content="", finish="length")),

@@ -367,6 +367,8 @@ suite:test("the breaker opens for 5, 10, 20 generations, and closes with an answ
   local answer = other:ask(MESSAGES, { generation = 41 })
   t:equal({ answer.attempts, #seen.requests }, { 2, 2 })
   t:equal(seen.bodies[1].max_tokens, 16)
+  t:equal({ seen.records[1].probe, seen.records[1].attempt, seen.records[2].probe,
+    seen.records[2].attempt }, { true, 1, false, 2 })
   -- generations that were not asked in count as well
   alive, probed = true, {}
   ask:ask(MESSAGES, { generation = 45 })
@@ -408,3 +410,57 @@ suite:test("misuse raises at the caller's line, and data that JSON cannot hold i
     local _, failure = ask:ask { { role = "user", content = "\255" } }
     t:equal({ failure.class, failure.attempts, #notes.requests }, { "request", 0, 0 })
   end)
+
+suite:test("a message is one short line of printable text", function(t)
+  for said, expected in pairs {
+    ["a\nb\r\n\tc"] = "a b c", ["\27[2Jx"] = " [2Jx", ["x\194\1552Jy\226\128\174z"] = "x 2Jy z",
+    ["\127"] = " ",
+  } do
+    local ask = stage({}, { { status = 404, body = { error = { message = said } } } })
+    local _, failure = ask:ask(MESSAGES)
+    t:equal(failure.message, "HTTP 404: " .. expected:gsub("^ ", "")
+      .. "; are the URL and the model right?")
+  end
+  local ask = stage({}, { { status = 418, body = { error = ("é"):rep(1000) } } })
+  local _, failure = ask:ask(MESSAGES)
+  t:ok(#failure.message <= 300 and failure.message:find "é%.%.%.$", failure.message)
+end)
+
+-- Numbers that look random and are the same every time.
+local function generator(seed)
+  return function(n)
+    seed = (seed * 1103515245 + 12345) % 2 ^ 31
+    return math.floor(seed / 65536) % n + 1
+  end
+end
+
+suite:test("whatever a body holds, an answer or a failure with a class comes out", function(t)
+  local random = generator(7)
+  local seeds = {
+    host.json.encode(completion('{"mutation_rate":0.2}').body),
+    host.json.encode { error = { message = "m", code = "c", type = "t", param = "max_tokens" } },
+    host.json.encode { detail = { { loc = { "body", "seed" }, msg = "x" } } },
+    host.json.encode { choices = { { message = { content = { { type = "text", text = "a" } },
+      reasoning = "b", refusal = "c" }, finish_reason = "length" } }, usage = {} },
+  }
+  local pieces = { "null", "[]", "{}", "1e999", "-1", '"x"', "\255", "\0", "[[", "]", "}", ",", ":",
+    '"choices":', '"error":', '"message":', "true", "\\ud800", "" }
+  local statuses, classes = { 200, 200, 200, 400, 401, 422, 429, 500, 204, 302 }, {}
+  for _ = 1, 5000 do
+    local body = seeds[random(#seeds)]
+    for _ = 1, random(4) do
+      local from = random(#body + 1)
+      body = body:sub(1, from - 1) .. pieces[random(#pieces)] .. body:sub(from + random(12) - 1)
+    end
+    local status = statuses[random(#statuses)]
+    local ask = stage({ temperature = 1 }, { { status = status, body = body } })
+    local answer, failure = ask:ask(MESSAGES, SCHEMA)
+    t:ok(answer and type(answer.content) == "string" or type(failure.class) == "string"
+      and type(failure.message) == "string")
+    local class = answer and "answer" or failure.class
+    classes[class] = (classes[class] or 0) + 1
+  end
+  for _, class in ipairs { "answer", "envelope", "http", "auth" } do
+    t:ok((classes[class] or 0) > 20, class .. ": " .. host.json.encode(classes))
+  end
+end)

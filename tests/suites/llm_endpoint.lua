@@ -3,6 +3,7 @@
 
 local base64 = require "limax.llm.base64"
 local choice = require "limax.choice"
+local defaults = require "limax.defaults"
 local endpoint = require "limax.llm.endpoint"
 local host = require "limax.host"
 local options = require "limax.llm.options"
@@ -238,4 +239,24 @@ suite:test("base64 is that of RFC 4648", function(t)
     fooba = "Zm9vYmE=", foobar = "Zm9vYmFy", ["\255\239\190"] = "/+++" } do
     t:equal(base64.encode(plain), text)
   end
+end)
+
+suite:test("the client's page names every option and default, and its example runs", function(t)
+  local page = process.read(host.home .. "/scripts/lib/llm/README.md")
+  for name in pairs(options.rules) do
+    t:ok(page:find("`" .. name .. "`", 1, true) or name:find "^api" or name == "token", name)
+  end
+  for _, name in ipairs { "budget", "budget_loopback", "timeout", "timeout_loopback",
+    "max_tokens" } do
+    local value = defaults.fields.llm[name].value
+    t:ok(page:find("[^%d]" .. value .. "[^%d]"), name)
+  end
+  local example = page:match "```lua\n(.-)```"
+  local status, output = process.script(t:folder(), example, "-u LIMAX_LLM_URL")
+  t:equal(status, 0)
+  t:ok(output:find("^no endpoint of a language model is configured"), output)
+  status, output = process.script(t:folder(), example, "-u LIMAX_LLM_KEY -u LIMAX_LLM_KEY_FILE"
+    .. " LIMAX_LLM_URL=http://127.0.0.1:9 LIMAX_LLM_MODEL=m")
+  t:equal(status, 0)
+  t:ok(output:find("^transport: .*\n3\thttp://127.0.0.1:9/v1/chat/completions\n"), output)
 end)

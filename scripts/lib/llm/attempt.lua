@@ -14,10 +14,15 @@ attempt.LARGEST = 1048576
 local CONNECT = 5 -- s: what openai-python takes
 local LONGEST_MESSAGE = 300 -- bytes
 
+-- Beyond ASCII: C1 controls, which some terminals obey, line separators, and marks that turn the
+-- direction of a text (U+0080 to U+009F, U+2028 to U+202E, U+2066 to U+2069), in UTF-8.
+local CONTROLS = { "\194[\128-\159]", "\226\128[\168-\174]", "\226\129[\166-\169]" }
+
 --- A message as one short line of printable text.
 ---@param text string
 ---@return string
 function attempt.clean(text)
+  for _, control in ipairs(CONTROLS) do text = text:gsub(control, " ") end
   text = text:gsub("%c+", " "):gsub("%s+", " ")
   if #text > LONGEST_MESSAGE then
     -- not within a character
@@ -36,8 +41,9 @@ local function class_of_problem(kind)
 end
 
 local function class_of_status(status, refusal)
-  if status == 401 or status == 403 then return "auth" end
   if status == 402 or envelope.is_quota(refusal) then return "quota" end
+  if status == 401 or status == 403 then return "auth" end
+  if status == 400 and refusal.code == "content_filter" then return "filter" end
   if (status == 400 or status == 413 or status == 422) and envelope.is_context(refusal) then
     return "context"
   end
@@ -107,7 +113,8 @@ end
 ---@field fields table of the request
 ---@field body string the same as JSON
 ---@field timeout number s
----@field number integer of this attempt within its request
+---@field number integer of this attempt within its question
+---@field probe boolean is it the breaker's?
 ---@field options table of the client
 ---@field given limax.llm.given
 
@@ -115,7 +122,8 @@ end
 local function begin_record(asked)
   local fields, endpoint = asked.fields, asked.endpoint
   return {
-    time = host.time(), attempt = asked.number, endpoint = endpoint.redact(endpoint.shown),
+    time = host.time(), attempt = asked.number, probe = asked.probe,
+    endpoint = endpoint.redact(endpoint.shown),
     request = endpoint.redact(asked.body), request_sha256 = host.sha256(asked.body),
     ["gen_ai.operation.name"] = "chat", ["gen_ai.provider.name"] = endpoint.provider,
     ["gen_ai.request.model"] = endpoint.redact(endpoint.model),

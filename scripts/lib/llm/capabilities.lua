@@ -59,6 +59,7 @@ end
 ---@field schema table|nil a JSON schema
 ---@field name string|nil of the schema
 ---@field plain boolean|nil any text will do
+---@field probe boolean|nil is it the breaker's?
 
 --- The fields of a request but for its model.
 ---@param wish limax.llm.wish

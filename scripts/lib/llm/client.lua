@@ -99,7 +99,8 @@ local function send(self, wish, timeout, number)
   if not body then return { class = "request", headers = {}, message = message } end
   self.spending:count()
   local outcome = attempt.send { endpoint = self.endpoint, options = self.options,
-    given = self.given, fields = fields, body = body, timeout = timeout, number = number }
+    given = self.given, fields = fields, body = body, timeout = timeout, number = number,
+    probe = wish.probe or false }
   local reply, refusal = outcome.reply, outcome.refusal
   if outcome.envelope and envelope.has_choice(outcome.envelope) then
     local text = reply and reply.content .. (reply.reasoning or "") or ""
@@ -141,9 +142,9 @@ local function wait_for(self, outcome, count, timeouts, left)
   return seconds
 end
 
--- Attempts until one succeeds or none may follow.
-local function try(self, wish, deadline)
-  local clock, retries, timeouts, number = self.given.clock, 0, 0, 0
+-- Attempts until one succeeds or none may follow; `number` of them were made before.
+local function try(self, wish, deadline, number)
+  local clock, retries, timeouts = self.given.clock, 0, 0
   while true do
     local left = deadline - clock()
     if left <= 0 then
@@ -171,7 +172,8 @@ end
 
 -- One short request; nil where the endpoint answers, else the failure.
 local function probe(self, left)
-  local wish = { messages = PROBE_MESSAGES, max_tokens = PROBE_TOKENS, plain = true }
+  local wish = { messages = PROBE_MESSAGES, max_tokens = PROBE_TOKENS, plain = true,
+    probe = true }
   local refused = self.spending:refusal(tokens.estimate(wish.messages))
   if refused then return failed("caps", refused) end
   local outcome = send(self, wish, math.min(PROBE, self.timeout, left), 1)
@@ -213,13 +215,13 @@ local function decide(self, messages, asked, deadline)
     messages = messages, schema = asked.schema, name = asked.name, plain = asked.plain,
     max_tokens = asked.max_tokens or options.max_tokens or defaults.fields.llm.max_tokens.value,
     temperature = options.temperature, seed = options.seed,
-  }, deadline)
+  }, deadline, probed)
   if answer or ALIVE[failure.class] then
     self.breaker:succeeded()
-  elseif failure.class ~= "caps" and failure.class ~= "request" and count > 0 then
+  elseif failure.class ~= "caps" and failure.class ~= "request" and count > probed then
     self.breaker:failed()
   end
-  return answer, failure, count + probed
+  return answer, failure, count
 end
 
 ---@class limax.llm.question

@@ -58,7 +58,8 @@ end
 ---@return limax.llm.refusal|nil
 function envelope.refusal(value)
   local inner = value.error
-  if inner == nil or inner == host.json.null then
+  -- some servers send the field always
+  if inner == nil or inner == host.json.null or inner == "" or inner == false then
     if value.choices ~= nil then return nil end
     if value.detail ~= nil then return of_detail(value.detail) end
     if value.object ~= "error" then return nil end
@@ -160,6 +161,7 @@ function envelope.reply(value)
   if reply.content == "" and not reply.reasoning then
     local why = ({ length = "all tokens were used up before it began (finish_reason length)",
       tool_calls = "the model calls a tool that it was not offered" })[reply.finish_reason]
+      or text(object(choice.error).message)
     return nil, "envelope", "the answer holds no text" .. (why and ": " .. why or "")
   end
   return reply
