@@ -4,7 +4,6 @@
 // repeated in a message: it may hold a key.
 #include "http.h"
 
-#include <arpa/inet.h>
 #include <curl/curl.h>
 
 #include <algorithm>
@@ -16,10 +15,10 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "guard.h"
 #include "signals.h"
+#include "url.h"
 
 namespace limax::host {
 namespace {
@@ -59,8 +58,6 @@ struct http_answer {
 
 struct free_curl {
     void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-    void operator()(CURLU* url) const { curl_url_cleanup(url); }
-    void operator()(char* text) const { curl_free(text); }
 };
 
 // A multi handle with at most one transfer, taken out before either is freed.
@@ -106,49 +103,6 @@ public:
 private:
     struct sigaction before_ {};
 };
-
-std::string url_part(CURLU* url, CURLUPart part) {
-    char* text = nullptr;
-    if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
-    const std::unique_ptr<char, free_curl> owner(text);
-    return text;
-}
-
-bool is_loopback(const std::string& name) {
-    in_addr four{};
-    if (inet_pton(AF_INET, name.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == 127;
-    // libcurl itself resolves this name to the loopback addresses, whatever the system says
-    return name == "localhost" || name == "[::1]";
-}
-
-struct url_parts {
-    std::string scheme, host, port, path, query, fragment;
-    bool loopback;
-    bool credentials;
-    // scheme, host and port: what messages may show of a URL
-    std::string name() const { return scheme + "://" + host + (port.empty() ? "" : ":" + port); }
-};
-
-// A URL as libcurl itself will read it. Throws where it is none.
-url_parts read_url(const std::string& text) {
-    const std::unique_ptr<CURLU, free_curl> url(curl_url());
-    if (!url) throw std::runtime_error("libcurl is out of memory");
-    const CURLUcode code = curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0);
-    if (code != CURLUE_OK)
-        throw std::runtime_error(std::string("not a URL that can be asked: ") +
-                                 curl_url_strerror(code));
-    url_parts parts;
-    parts.scheme = url_part(url.get(), CURLUPART_SCHEME);
-    parts.host = url_part(url.get(), CURLUPART_HOST);
-    parts.port = url_part(url.get(), CURLUPART_PORT);
-    parts.path = url_part(url.get(), CURLUPART_PATH);
-    parts.query = url_part(url.get(), CURLUPART_QUERY);
-    parts.fragment = url_part(url.get(), CURLUPART_FRAGMENT);
-    parts.loopback = is_loopback(parts.host);
-    parts.credentials = !url_part(url.get(), CURLUPART_USER).empty() ||
-                        !url_part(url.get(), CURLUPART_PASSWORD).empty();
-    return parts;
-}
 
 // Throws where the URL may not be asked.
 url_parts check_url(const http_request& request) {
@@ -457,40 +411,8 @@ int http(lua_State* L) {
     return stopped ? raise_interrupt(L) : results;
 }
 
-// url(text) -> { scheme, host, port, path, query, fragment, loopback, credentials } | nil, message;
-// a part that the URL lacks is absent
-int url(lua_State* L) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, 1, &length);
-    std::string problem;
-    if (std::string::traits_type::length(text) != length)
-        problem = "a URL must not hold a zero byte";
-    if (problem.empty()) {
-        try {
-            const url_parts parts = read_url(text);
-            lua_createtable(L, 0, 8);
-            const std::pair<const char*, const std::string*> fields[] = {
-                {"scheme", &parts.scheme}, {"host", &parts.host},   {"port", &parts.port},
-                {"path", &parts.path},     {"query", &parts.query}, {"fragment", &parts.fragment}};
-            for (const auto& [name, value] : fields)
-                if (!value->empty()) set_text(L, name, *value);
-            lua_pushboolean(L, parts.loopback);
-            lua_setfield(L, -2, "loopback");
-            lua_pushboolean(L, parts.credentials);
-            lua_setfield(L, -2, "credentials");
-            return 1;
-        } catch (const std::runtime_error& error) {
-            problem = error.what();
-        }
-    }
-    return push_failure(L, problem);
-}
-
 }  // namespace
 
-void open_http(lua_State* L) {
-    add_function<http>(L, "http");
-    add_function<url>(L, "url");
-}
+void open_http(lua_State* L) { add_function<http>(L, "http"); }
 
 }  // namespace limax::host

@@ -5,7 +5,7 @@
 
 namespace limax::host {
 
-// Adds http and url to the host table on top of the stack.
+// Adds http to the host table on top of the stack.
 void open_http(lua_State* L);
 
 }  // namespace limax::host
