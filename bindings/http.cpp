@@ -213,10 +213,10 @@ void describe_problem(http_answer& answer, CURLcode code, const http_request& re
     } else if (kind == "headers") {
         answer.problem += " answered more than 64 KiB of headers";
     } else if (kind == "timeout") {
-        std::snprintf(amount, sizeof amount, "%g", request.timeout);
+        std::snprintf(amount, sizeof amount, "%.3g", request.timeout);
         answer.problem += std::string(" did not answer within ") + amount + " s";
     } else if (kind == "connect_timeout") {
-        std::snprintf(amount, sizeof amount, "%g",
+        std::snprintf(amount, sizeof amount, "%.3g",
                       std::min(request.timeout, request.connect_timeout));
         answer.problem += std::string(" was not reached within ") + amount + " s";
     } else {

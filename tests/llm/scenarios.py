@@ -41,8 +41,9 @@ def completion(content=GOOD, finish="stop", message=None, usage=None, **fields):
 
 
 def good(connection, **changed):
-    """A good answer."""
-    connection.answer("200 OK", completion(**changed))
+    """A good answer, with the tokens that such a prompt may well have."""
+    usage = {"prompt_tokens": len(connection.body) // 4, "completion_tokens": 8}
+    connection.answer("200 OK", completion(usage=usage, **changed))
 
 
 def error(message, **fields):
