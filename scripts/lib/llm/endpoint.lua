@@ -142,7 +142,8 @@ function endpoint.find(options, getenv)
     return nil, ("no key for https://%s: set LIMAX_LLM_KEY, or LIMAX_LLM_KEY_FILE to a file that"
       .. " you alone can read"):format(url.host)
   end
-  if key and (text:find(key, 1, true) or model:find(key, 1, true)) then
+  local secret = key and #key >= redaction.SHORTEST
+  if secret and (text:find(key, 1, true) or model:find(key, 1, true)) then
     return nil, "the key stands in the URL or the model's name, which are recorded"
   end
 

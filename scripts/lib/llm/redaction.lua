@@ -1,6 +1,5 @@
 --- redaction.lua: takes a key out of a text: as it is, in base64 (at any offset within a longer
---- text), percent-encoded, in hexadecimal, escaped as JSON does; whole, or 8 and more of its
---- characters in a row.
+--- text), percent-encoded, in hexadecimal, escaped as JSON does; whole or in pieces.
 
 local base64 = require "limax.llm.base64"
 
@@ -9,8 +8,13 @@ local redaction = {}
 --- What stands for what was taken out. It is legal inside a JSON string.
 redaction.MARK = "[key]"
 
--- So many characters of a key in a row are taken for the key: fewer occur by chance.
-local PIECE = 8
+-- So many characters of a key are taken for the key where they stand in a row: its first ones, as
+-- in "sk-proj-****", or any. Fewer, and words like the end of "no-key-required", occur by chance.
+local BEGINNING, ANY = 8, 12
+
+--- A shorter key is a placeholder, like "none", for a server that wants a key and looks at none. It
+--- hides nothing and stays where it is.
+redaction.SHORTEST = BEGINNING
 
 -- The letters of base64 that depend on the key alone, for the three ways in which it can lie in a
 -- longer text.
@@ -30,7 +34,7 @@ end
 
 local function percent(letter) return ("%%%02X"):format(letter:byte()) end
 
--- Forms whose pieces are 8 letters long: one letter, or more, for a character of the key.
+-- Forms in which a character of the key takes one letter, or now one and then more.
 local function plain_forms(key)
   local some = key:gsub("[^%w%-._~]", percent)
   local forms = { key, some, (some:gsub("%%..", string.lower)), (key:gsub("/", "\\/")),
@@ -42,42 +46,62 @@ end
 -- Forms in which each character of the key takes the same number of letters.
 local ESCAPES = { "%%%02X", "%%%02x", "%02X", "%02x", "\\u%04X", "\\u%04x" }
 
--- Pieces of forms with `unit` letters for a character, by their text.
-local function group_of(forms, unit, characters)
-  local group = { unit = unit, long = unit * characters, pieces = {}, first = {} }
+-- Where pieces of forms begin, by their text; `unit` letters stand for a character of the key.
+local function group_of(forms, unit)
+  local group = { unit = unit, starts = {}, lengths = { BEGINNING * unit, ANY * unit }, first = {} }
+  local function enter(form, at, length)
+    local piece = form:sub(at, at + length - 1)
+    local places = group.starts[piece] or {}
+    places[#places + 1] = { form = form, at = at }
+    group.starts[piece], group.first[piece:byte()] = places, true
+  end
   for _, form in ipairs(forms) do
-    for i = 1, #form - group.long + 1, unit do
-      local piece = form:sub(i, i + group.long - 1)
-      group.pieces[piece], group.first[piece:byte()] = true, true
-    end
+    enter(form, 1, group.lengths[1])
+    for at = 1, #form - group.lengths[2] + 1, unit do enter(form, at, group.lengths[2]) end
   end
   return group
 end
 
 local function groups_of(key)
-  local characters = math.min(PIECE, #key)
-  local groups = { group_of(plain_forms(key), 1, characters) }
+  local groups = { group_of(plain_forms(key), 1) }
   for i = 1, #ESCAPES, 2 do
     local forms = {}
     for k = i, i + 1 do
       local function escape(letter) return ESCAPES[k]:format(letter:byte()) end
       forms[#forms + 1] = key:gsub(".", escape)
     end
-    groups[#groups + 1] = group_of(forms, #forms[1] / #key, characters)
+    groups[#groups + 1] = group_of(forms, #forms[1] / #key)
   end
   return groups
 end
 
+-- How many letters of a text, from `i` on, belong to the key; 0: none.
+local function matched(text, i, group)
+  local longest = 0
+  for _, length in ipairs(group.lengths) do
+    for _, place in ipairs(group.starts[text:sub(i, i + length - 1)] or {}) do
+      local count, unit = length, group.unit
+      local form, at = place.form, place.at
+      while at + count <= #form
+        and text:sub(i + count, i + count + unit - 1) == form:sub(at + count, at + count + unit - 1)
+      do
+        count = count + unit
+      end
+      longest = math.max(longest, count)
+    end
+  end
+  return longest
+end
+
 local function without(text, group)
-  local pieces, first, long, unit = group.pieces, group.first, group.long, group.unit
-  local parts, from, i, last = {}, 1, 1, #text - long + 1
+  local first, parts, from, i = group.first, {}, 1, 1
+  local last = #text - group.lengths[1] + 1
   while i <= last do
-    if first[text:byte(i)] and pieces[text:sub(i, i + long - 1)] then
-      -- as far as pieces follow each other
-      local stop = i + long
-      while pieces[text:sub(stop - long + unit, stop + unit - 1)] do stop = stop + unit end
+    local count = first[text:byte(i)] and matched(text, i, group) or 0
+    if count > 0 then
       parts[#parts + 1] = text:sub(from, i - 1) .. redaction.MARK
-      from, i = stop, stop
+      i = i + count
+      from = i
     else
       i = i + 1
     end
@@ -86,11 +110,12 @@ local function without(text, group)
   return table.concat(parts) .. text:sub(from)
 end
 
---- The function that takes this key out of a text; without a key it changes nothing.
+--- The function that takes this key out of a text; without a key, or with a placeholder, it changes
+--- nothing.
 ---@param key string|nil
 ---@return fun(text: string): string
 function redaction.of(key)
-  if not key then return function(text) return text end end
+  if not key or #key < redaction.SHORTEST then return function(text) return text end end
   local groups = groups_of(key)
   return function(text)
     for _, group in ipairs(groups) do text = without(text, group) end
