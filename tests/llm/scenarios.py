@@ -256,6 +256,7 @@ for name, (status, body) in {
     "f18_quota_403": (403, error("used up", code="insufficient_quota")),
     "f18_quota_402": (402, error("Insufficient Balance")),
     "f23_403": (403, error("this model is not yours")),
+    "f23_error_in_list": (400, [error("API key not valid", code=400, status="INVALID_ARGUMENT")]),
     "f23_404": (404, error("The model `m` does not exist", code="model_not_found")),
     "f23_404_page": (404, b"404 page not found\n"),
     "f23_422": (422, {"detail": [{"loc": ["body", "messages"], "msg": "field required",
@@ -361,6 +362,9 @@ for name, refused in {
     "f21_no_form": [
         ("json_schema", error("'response_format.type' must be 'text'")),
         ("json_object", error("'response_format.type' must be 'json_schema' or 'text'"))],
+    "f21_seed": [("seed", {"object": "error", "message": {"detail": [
+        {"type": "extra_forbidden", "loc": ["body", "seed"],
+         "msg": "Extra inputs are not permitted"}]}})],
     "f21_grammar": [("json_schema", error(
         "Failed to parse grammar", code=400, type="invalid_request_error"))],
 }.items():

@@ -155,6 +155,12 @@ suite:test("tokens and cost add up, unknown is not zero, and caps end it", funct
   t:equal({ answer.usage == nil, answer.cost == nil, ask:totals().cost == host.json.null },
     { true, true, true })
   t:ok(ask:totals().estimated_tokens > 0)
+  -- a refusal is paid for as well
+  ask = stage({ price = { input = 1e6, output = 2e6 } }, { completion("",
+    { choices = { { message = { refusal = "no" } } } }) })
+  local _, refusal = ask:ask(MESSAGES)
+  t:equal({ refusal.class, refusal.cost, refusal.usage.output_tokens, ask:totals().cost },
+    { "refusal", 140, 20, 140 })
 
   local function refused(options, answers, number)
     ask, notes = stage(options, answers)

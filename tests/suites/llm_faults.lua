@@ -68,6 +68,7 @@ suite:test("21: what a refusal names is left out, and the next question begins t
       t:equal(last.response_format, { type = "json_object" })
     end },
     f21_no_form = { 3, function(last) t:equal(last.response_format, nil) end },
+    f21_seed = { 2, function(last) t:equal({ last.seed, last.temperature }, { nil, 0.3 }) end },
     f21_grammar = { 2, function(last) t:equal(last.response_format.type, "json_object") end },
     f21_json_word = { 2, function(last)
       t:ok(last.messages[1].content:find("one JSON object", 1, true))
@@ -75,7 +76,7 @@ suite:test("21: what a refusal names is left out, and the next question begins t
   }
   for name, case in pairs(cases) do
     local requests, check = unpack(case)
-    local came = play(t, server, name, { options = { temperature = 0.3 },
+    local came = play(t, server, name, { options = { temperature = 0.3, seed = 5 },
       messages = name == "f21_json_word" and { { role = "user", content = "Propose." } } or nil })
     t:ok(came.class == "answer" and came.requests == requests, ("%s: %s after %d requests")
       :format(name, came.class, came.requests))
@@ -96,6 +97,7 @@ suite:test("22 to 25: refusals that are final, and bodies that are no answer", f
       t:ok(came.records[1].raw_body:find("provided: [key]", 1, true))
     end },
     { "f23_403", "auth", 1, {}, "HTTP 403: this model is not yours" },
+    { "f23_error_in_list", "http", 1, {}, "HTTP 400: API key not valid" },
     { "f23_404", "http", 1, {}, "does not exist; are the URL and the model right?" },
     { "f23_404_page", "http", 1, {}, "HTTP 404; are the URL and the model right?" },
     { "f23_422", "http", 1, {}, "HTTP 422: field required" },

@@ -152,6 +152,9 @@ suite:test("the breaker opens for 5, 10, 20 generations, and closes with an answ
   other:restore(host.json.decode(host.json.encode(ask:state())))
   local _, failure = other:ask(MESSAGES, { generation = 40 })
   t:equal({ failure.class, #seen.requests }, { "breaker", 0 })
+  -- no probe is sent without time for it
+  _, failure = other:ask(MESSAGES, { generation = 41, budget = 0 })
+  t:equal({ failure.class, #seen.requests }, { "budget", 0 })
   local answer = other:ask(MESSAGES, { generation = 41 })
   t:equal({ answer.attempts, #seen.requests }, { 2, 2 })
   t:equal(seen.bodies[1].max_tokens, 16)

@@ -127,10 +127,17 @@ local function answer_of(self, outcome)
 end
 
 local function failed(class_name, message, outcome)
-  return { class = class_name, message = message, http_status = outcome and outcome.status }
+  outcome = outcome or {}
+  return { class = class_name, message = message, http_status = outcome.status,
+    usage = outcome.usage, cost = outcome.cost }
 end
 
--- Why the retry of this outcome cannot be, or the seconds to wait before it.
+local function no_time()
+  return failed("budget", "no time is left in this generation's budget")
+end
+
+-- Seconds to wait before this failure is tried again; nil, and why where that is worth a word, if
+-- it is not.
 local function wait_for(self, outcome, count, timeouts, left)
   if not retry.wanted(outcome) then return nil end
   if count == retry.MOST then return nil, ("%d attempts failed"):format(count + 1) end
@@ -147,9 +154,7 @@ local function try(self, wish, deadline, number)
   local clock, retries, timeouts = self.given.clock, 0, 0
   while true do
     local left = deadline - clock()
-    if left <= 0 then
-      return nil, failed("budget", "no time is left in this generation's budget"), number
-    end
+    if left <= 0 then return nil, no_time(), number end
     local prompt = tokens.estimate(wish.messages)
     local refused = self.spending:refusal(prompt)
     if refused then return nil, failed("caps", refused), number end
@@ -203,7 +208,9 @@ local function decide(self, messages, asked, deadline)
   end
   local probed = 0
   if state == "probe" then
-    local failure = probe(self, deadline - self.given.clock())
+    local rest = deadline - self.given.clock()
+    if rest <= 0 then return nil, no_time(), 0 end
+    local failure = probe(self, rest)
     probed = 1
     if failure then
       if failure.class ~= "caps" then self.breaker:failed() end
@@ -252,6 +259,8 @@ end
 ---@field attempts integer
 ---@field seconds number
 ---@field http_status integer|nil
+---@field usage { input_tokens: integer, output_tokens: integer }|nil where the model did run
+---@field cost number|nil
 
 --- Asks, and tries again where that makes sense, until the budget is used up.
 ---@param messages { role: string, content: string }[]

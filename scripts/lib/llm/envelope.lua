@@ -7,6 +7,16 @@ local envelope = {}
 
 local BOM = "\239\187\191"
 
+local function text(value) return type(value) == "string" and value ~= "" and value or nil end
+
+local function object(value)
+  return type(value) == "table" and not host.json.is_array(value) and value or {}
+end
+
+local function list(value)
+  return type(value) == "table" and host.json.is_array(value) and value or nil
+end
+
 --- The JSON object of a body; nil and why not.
 ---@param body string
 ---@param content_type string|nil
@@ -16,6 +26,9 @@ function envelope.decode(body, content_type)
   if body == "" then return nil, "the answer is empty" end
   if body:sub(1, #BOM) == BOM then body = body:sub(#BOM + 1) end
   local value, message = host.json.decode(body, "the answer")
+  -- Google wraps an error in a list
+  local first = (list(value) or {})[1]
+  if object(first).error ~= nil then value = first end
   if type(value) == "table" and not host.json.is_array(value) then return value end
   if body:find "^%s*data:" or (content_type or ""):find("text/event-stream", 1, true) then
     return nil, "the endpoint streams its answer, though it was asked not to"
@@ -25,16 +38,6 @@ function envelope.decode(body, content_type)
   end
   if value ~= nil then return nil, "the answer is JSON, but no object" end
   return nil, "the answer is no JSON: " .. message
-end
-
-local function text(value) return type(value) == "string" and value ~= "" and value or nil end
-
-local function object(value)
-  return type(value) == "table" and not host.json.is_array(value) and value or {}
-end
-
-local function list(value)
-  return type(value) == "table" and host.json.is_array(value) and value or nil
 end
 
 ---@class limax.llm.refusal
@@ -52,8 +55,8 @@ local function of_detail(detail)
   return { message = text(first.msg), param = text(place[#place]) }
 end
 
---- What an error says: OpenAI's object, a bare text, vLLM's and FastAPI's forms; nil where the
---- value is no error.
+--- What an error says: OpenAI's object, a bare text, the forms of vLLM, FastAPI and Mistral; nil
+--- where the value is no error.
 ---@param value table decoded
 ---@return limax.llm.refusal|nil
 function envelope.refusal(value)
@@ -67,6 +70,9 @@ function envelope.refusal(value)
   end
   if type(inner) ~= "table" then return { message = text(inner) or tostring(inner) } end
   inner = object(inner)
+  -- Mistral
+  local detail = object(inner.message).detail
+  if detail ~= nil then return of_detail(detail) end
   local status = tonumber(inner.code)
   return { message = text(inner.message), code = text(inner.code), type = text(inner.type),
     param = text(inner.param),
