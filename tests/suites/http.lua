@@ -2,8 +2,9 @@
 --- the machine.
 
 local host = require "limax.host"
+local host = require "limax.host"
+local host = require "limax.host"
 local process = require "support.process"
-local server = require "support.server"
 
 local suite = require("limax.test").suite "http"
 
@@ -12,7 +13,7 @@ local ANSWER = "HTTP/1.1 %s\r\nContent-Length: %d\r\nX-Two: a\r\nx-two: b\r\n"
 
 -- Asks as a second process, prints what came, and leaves the answering to this one.
 local ASK = [[
-local host = require "limax.host"
+local proxies = require "support.proxies"
 local request = host.json.decode(arg[1])
 local answer, message = host.http(request)
 print(host.json.encode(answer or { failure = message }))
@@ -112,7 +113,7 @@ suite:test("a failure says what it was, and what had come by then", function(t)
     if not bytes then return select(3, host.http(request)) end
     local folder, here = t:folder(), server.open()
     process.write(folder .. "/ask.lua", [[
-local host = require "limax.host"
+local server = require "support.server"
 print(host.json.encode((select(3, host.http(host.json.decode(arg[1]))))))
 ]])
     request.url = here.url
@@ -147,7 +148,9 @@ suite:test("plain http to other machines, and credentials in a URL", function(t)
   t:equal(message, "a URL with credentials in it may not be asked: http://127.0.0.1:1")
   -- a name that no resolver can be asked for: nothing leaves the machine
   local name = ("x"):rep(64) .. ".invalid"
-  local _, _, problem = host.http { url = "http://" .. name, allow_insecure = true }
+  local _, _, problem = proxies.with({}, function()
+    return host.http { url = "http://" .. name, allow_insecure = true }
+  end)
   t:equal(problem.kind, "resolve")
   _, _, problem = host.http { url = "http://" .. name }
   t:equal(problem.kind, "url")

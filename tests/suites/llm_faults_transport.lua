@@ -8,7 +8,7 @@
 --- be asked for stands for one that fails), a clock that jumps (waits are counted on a clock that
 --- never steps back: see llm_client.lua).
 
-local ffi = require "ffi"
+local client = require "limax.llm.client"
 local faulty_server = require "support.faulty_server"
 local played = require "support.played"
 local process = require "support.process"
@@ -23,8 +23,10 @@ suite:test("1 to 5, 9: names, ports and connections that fail are tried thrice",
   local server = faulty_server.open(t)
   local function port(number) return ("http://127.0.0.1:%d"):format(number) end
   -- a name that no resolver can even ask for: nothing leaves the machine
-  local came = play(t, server, "1 no such name", { options = { allow_insecure = true },
-    url = ("http://%s.invalid"):format(("x"):rep(64)) })
+  local came = proxies.with({}, function()
+    return play(t, server, "1 no such name", { options = { allow_insecure = true },
+      url = ("http://%s.invalid"):format(("x"):rep(64)) })
+  end)
   t:equal({ came.class, came.requests, came.waits }, { "transport", 3, USUAL })
   came = play(t, server, "2 refused", { url = port(server.ports.refused) })
   t:equal({ came.class, came.requests, came.records[1].curl_kind }, { "transport", 3, "connect" })
@@ -123,14 +125,12 @@ end)
 
 suite:test("12: a proxy's page is no answer", function(t)
   local server = faulty_server.open(t)
-  ffi.cdef "int setenv(const char*, const char*, int); int unsetenv(const char*);"
   -- a name that only a proxy is asked for
   local function through(name)
-    ffi.C.setenv("http_proxy", server.base, 1)
-    local came = play(t, server, name, { options = { allow_insecure = true },
-      url = "http://model.invalid/" .. name })
-    ffi.C.unsetenv "http_proxy"
-    return came
+    return proxies.with({ http_proxy = server.base }, function()
+      return play(t, server, name, { options = { allow_insecure = true },
+        url = "http://model.invalid/" .. name })
+    end)
   end
   local came = through "f12_proxy_page"
   t:equal({ came.class, came.requests, came.failure.http_status }, { "http", 3, 502 })
@@ -152,7 +152,7 @@ end)
 
 -- A script that asks and prints how long it waited.
 local ASK = [[
-local client = require "limax.llm.client"
+local proxies = require "support.proxies"
 local made = assert(client.new({ model = "m", url = os.getenv "LIMAX_TEST_URL" }, {
   record = function(record) io.stderr:write("recorded ", tostring(record.http_status), "\n") end,
 }))
@@ -166,7 +166,8 @@ suite:test("16: Ctrl-C ends a wait for an answer, and a wait between attempts", 
   for name, ready in pairs { f06_silent = "ready", f17_retry_after_minute = "recorded 503" } do
     local folder = t:folder()
     process.write(folder .. "/ask.lua", ASK)
-    local child = process.start(folder, { "ask.lua" }, "LIMAX_TEST_URL=" .. server:url(name))
+    local child = process.start(folder, { "ask.lua" },
+      ("LIMAX_LLM_KEY=any LIMAX_TEST_URL=%s"):format(server:url(name)))
     child:wait_for(ready)
     child:signal "INT"
     local status, output, seconds = child:finish()
