@@ -2,9 +2,9 @@
 --- the machine.
 
 local host = require "limax.host"
-local host = require "limax.host"
-local host = require "limax.host"
 local process = require "support.process"
+local proxies = require "support.proxies"
+local server = require "support.server"
 
 local suite = require("limax.test").suite "http"
 
@@ -13,7 +13,7 @@ local ANSWER = "HTTP/1.1 %s\r\nContent-Length: %d\r\nX-Two: a\r\nx-two: b\r\n"
 
 -- Asks as a second process, prints what came, and leaves the answering to this one.
 local ASK = [[
-local proxies = require "support.proxies"
+local host = require "limax.host"
 local request = host.json.decode(arg[1])
 local answer, message = host.http(request)
 print(host.json.encode(answer or { failure = message }))
@@ -113,7 +113,7 @@ suite:test("a failure says what it was, and what had come by then", function(t)
     if not bytes then return select(3, host.http(request)) end
     local folder, here = t:folder(), server.open()
     process.write(folder .. "/ask.lua", [[
-local server = require "support.server"
+local host = require "limax.host"
 print(host.json.encode((select(3, host.http(host.json.decode(arg[1]))))))
 ]])
     request.url = here.url

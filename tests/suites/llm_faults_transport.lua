@@ -8,10 +8,10 @@
 --- be asked for stands for one that fails), a clock that jumps (waits are counted on a clock that
 --- never steps back: see llm_client.lua).
 
-local client = require "limax.llm.client"
 local faulty_server = require "support.faulty_server"
 local played = require "support.played"
 local process = require "support.process"
+local proxies = require "support.proxies"
 
 local suite = require("limax.test").suite "llm faults transport"
 
@@ -152,7 +152,7 @@ end)
 
 -- A script that asks and prints how long it waited.
 local ASK = [[
-local proxies = require "support.proxies"
+local client = require "limax.llm.client"
 local made = assert(client.new({ model = "m", url = os.getenv "LIMAX_TEST_URL" }, {
   record = function(record) io.stderr:write("recorded ", tostring(record.http_status), "\n") end,
 }))
