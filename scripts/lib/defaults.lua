@@ -92,18 +92,6 @@ defaults.fields = {
     max_tokens = { value = 4096, unit = "tokens", minimum = 1, maximum = 1e6, integer = true,
       reason = "an answer takes some hundred, thinking before it some thousand; always sent,"
         .. " because llama.cpp's server writes without end otherwise" },
-    max_calls = { unit = "requests", minimum = 1, maximum = 1e9, integer = true,
-      reason = "no cap unless asked" },
-    max_tokens_total = { unit = "tokens", minimum = 1, maximum = 1e12,
-      reason = "no cap unless asked" },
-    max_cost = { unit = "the currency of the price", above = 0, maximum = 1e9,
-      reason = "no cap unless asked" },
-    price = { unit = "per 1e6 tokens", minimum = 0, maximum = 1e6,
-      reason = "unknown unless told: no table of prices stays true" },
-    temperature = { unit = "1", minimum = 0, maximum = 2,
-      reason = "the endpoint's own: some models refuse any other" },
-    seed = { unit = "1", minimum = 0, maximum = 2 ^ 31 - 1, integer = true,
-      reason = "not sent unless asked: endpoints promise no repeatable answer" },
   },
 }
 

@@ -7,13 +7,24 @@ local schema = require "limax.schema"
 
 local fields = defaults.fields.llm
 
+-- Fields that stay absent unless an experiment names them: no cap, no price (no table of prices
+-- stays true), and nothing sent that some model refuses.
+local absent = {
+  max_calls = { unit = "requests", minimum = 1, maximum = 1e9, integer = true },
+  max_tokens_total = { unit = "tokens", minimum = 1, maximum = 1e12 },
+  max_cost = { unit = "the currency of the price", above = 0, maximum = 1e9 },
+  price = { unit = "per 1e6 tokens", minimum = 0, maximum = 1e6 },
+  temperature = { unit = "1", minimum = 0, maximum = 2 },
+  seed = { unit = "1", minimum = 0, maximum = 2 ^ 31 - 1, integer = true },
+}
+
 local function no_key(given, path)
   if given == nil then return nil end
   return nil, ("%s: an experiment cannot name a key, because it is recorded with the run; set"
     .. " LIMAX_LLM_KEY, or LIMAX_LLM_KEY_FILE to a file that you alone can read"):format(path)
 end
 
--- A number that stays absent where none is given.
+-- A number that stays absent where none is given, or whose default depends on the endpoint.
 local function optional(field)
   local rule = schema.number(field)
   return function(given, path)
@@ -25,7 +36,7 @@ end
 -- { input = , output = }, both or none: half a price is no price.
 local function price(given, path)
   if given == nil then return nil end
-  local number = schema.number(fields.price)
+  local number = schema.number(absent.price)
   local checked, message = schema.fields { input = number, output = number }(given, path)
   if not checked then return nil, message end
   if not checked.input or not checked.output then
@@ -44,12 +55,12 @@ options.rules = {
   budget = optional(fields.budget),
   timeout = optional(fields.timeout),
   max_tokens = schema.number(fields.max_tokens),
-  max_calls = optional(fields.max_calls),
-  max_tokens_total = optional(fields.max_tokens_total),
-  max_cost = optional(fields.max_cost),
+  max_calls = optional(absent.max_calls),
+  max_tokens_total = optional(absent.max_tokens_total),
+  max_cost = optional(absent.max_cost),
   price = price,
-  temperature = optional(fields.temperature),
-  seed = optional(fields.seed),
+  temperature = optional(absent.temperature),
+  seed = optional(absent.seed),
   format = schema.choice { "json_schema", "json_object", "plain" },
   key_header = schema.choice { "authorization", "api-key" },
   ca_file = schema.text("[^%c]+", "the path of a file with certificates"),
