@@ -13,7 +13,7 @@ local SCHEMA = { schema = { type = "object" }, name = "proposal" }
 
 suite:test("a good answer comes back with what it cost, and is recorded", function(t)
   local ask, notes = stage({ price = { input = 2, output = 10 }, temperature = 0.5, seed = 7 },
-    { completion '{"mutation_rate":0.2}' })
+    { completion('{"mutation_rate":0.2}', { system_fingerprint = "fp_1" }) })
   local answer = ask:ask(MESSAGES, { schema = { type = "object" }, name = "proposal" })
   t:equal(answer, { content = '{"mutation_rate":0.2}', finish_reason = "stop", model = "m-1",
     id = "c1", usage = { input_tokens = 100, output_tokens = 20 }, cost = 4e-4, attempts = 1,
@@ -27,8 +27,9 @@ suite:test("a good answer comes back with what it cost, and is recorded", functi
   t:equal(record.request_sha256, host.sha256(record.request))
   t:equal({ record.http_status, record.attempt, record["gen_ai.request.model"],
     record["gen_ai.request.seed"], record["gen_ai.response.id"],
-    record["gen_ai.usage.input_tokens"], record["gen_ai.response.finish_reasons"] },
-    { 200, 1, "m", 7, "c1", 100, { "stop" } })
+    record["gen_ai.usage.input_tokens"], record["gen_ai.response.finish_reasons"],
+    record["gen_ai.openai.response.system_fingerprint"] },
+    { 200, 1, "m", 7, "c1", 100, { "stop" }, "fp_1" })
   t:equal(ask:totals(), { calls = 1, answers = 1, input_tokens = 100, output_tokens = 20,
     estimated_tokens = 0, charged = 4e-4, cost = 4e-4 })
   t:equal(ask:describe(), { endpoint = "http://127.0.0.1:1/v1/chat/completions", model = "m",

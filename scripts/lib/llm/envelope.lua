@@ -183,6 +183,7 @@ function envelope.telemetry(value)
   end
   return {
     ["gen_ai.response.id"] = text(value.id), ["gen_ai.response.model"] = text(value.model),
+    ["gen_ai.openai.response.system_fingerprint"] = text(value.system_fingerprint),
     ["gen_ai.response.finish_reasons"] = #reasons > 0 and reasons or nil,
     ["gen_ai.usage.input_tokens"] = usage.input_tokens,
     ["gen_ai.usage.output_tokens"] = usage.output_tokens,
