@@ -178,3 +178,10 @@ suite:test("16: Ctrl-C ends a wait for an answer, and a wait between attempts", 
   end
   server:close()
 end)
+
+suite:test("the server ends with its standard input, and so with its parent", function(t)
+  local server = faulty_server.open(t)
+  t:equal(play(t, server, "good").class, "answer")
+  server:close()
+  t:equal(play(t, server, "good").records[1].curl_kind, "connect")
+end)
