@@ -22,8 +22,9 @@
 namespace limax::host {
 namespace {
 
-constexpr mode_t file_mode = 0666;    // less the umask
-constexpr mode_t folder_mode = 0777;  // less the umask
+constexpr mode_t file_mode = 0666;        // less the umask
+constexpr mode_t folder_mode = 0777;      // less the umask
+constexpr off_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
 
 // A failure of the system, turned into nil and a message where the Lua function ends.
@@ -168,6 +169,33 @@ void append(const std::string& path, std::string_view text) {
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }
 
+// The text of a small file that nobody but its owner, who is this process's user, may read or
+// write: a key.
+std::string read_private(const std::string& path) {
+    const descriptor file(open_path(path, O_RDONLY | O_NONBLOCK));
+    if (!file.fine()) fail("open", path);
+    // of the file that was opened, not of what the path may mean by now
+    struct stat found {};
+    if (fstat(file.get(), &found) != 0) fail("look at", path);
+    if (!S_ISREG(found.st_mode)) throw system_problem{path + " is no file"};
+    if (found.st_uid != geteuid()) throw system_problem{path + " belongs to another user"};
+    if ((found.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+        throw system_problem{path + " is open to other users; say: chmod 600 " + path};
+    if (found.st_size > largest_private)
+        throw system_problem{path + " is longer than 64 KiB, which is no key"};
+    std::string text(static_cast<std::size_t>(found.st_size), '\0');
+    std::size_t have = 0;
+    while (have < text.size()) {
+        const ssize_t count =
+            persist([&] { return read(file.get(), text.data() + have, text.size() - have); });
+        if (count < 0) fail("read", path);
+        if (count == 0) break;
+        have += static_cast<std::size_t>(count);
+    }
+    text.resize(have);
+    return text;
+}
+
 // Makes the folder and those above it. A folder that is there is fine.
 void make_folder(const std::string& path) {
     struct stat found {};
@@ -267,6 +295,16 @@ int lua_truncate(lua_State* L) {
     });
 }
 
+// read_private(path) -> text | nil, message
+int lua_read_private(lua_State* L) {
+    const std::string path = path_argument(L, 1);
+    std::string text;
+    const int results = answer(L, [&] { text = read_private(path); });
+    if (results != 1) return results;
+    lua_pushlstring(L, text.data(), text.size());
+    return 1;
+}
+
 // remove(path): a file, or a folder that is empty
 int lua_remove(lua_State* L) {
     const std::string path = path_argument(L, 1);
@@ -342,6 +380,7 @@ void open_files(lua_State* L) {
     add_function<lua_mkdir>(L, "mkdir");
     add_function<lua_exists>(L, "exists");
     add_function<lua_list>(L, "list");
+    add_function<lua_read_private>(L, "read_private");
     add_function<lua_truncate>(L, "truncate");
     add_function<lua_remove>(L, "remove");
     add_function<lua_rename>(L, "rename");

@@ -21,6 +21,7 @@
 #include "protect.h"
 #include "sha256.h"
 #include "signals.h"
+#include "url.h"
 
 namespace limax::host {
 namespace {
@@ -88,6 +89,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_protect(L, line.home.c_str());
     open_json(L);
     open_http(L);
+    open_url(L);
     open_files(L);
     open_machine(L);
     lua_setfield(L, -2, "limax.host");

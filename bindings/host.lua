@@ -19,6 +19,7 @@
 ---@field mkdir fun(path: string): true|nil, string|nil with the folders above it
 ---@field exists fun(path: string): "file"|"folder"|nil
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
+---@field read_private fun(path: string): string|nil, string|nil only its owner, us, may touch it
 ---@field truncate fun(path: string, size: integer): true|nil, string|nil
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
@@ -37,11 +38,31 @@
 ---@field headers? table<string, string>
 ---@field body? string
 ---@field timeout? number s for the whole exchange, 60
+---@field connect_timeout? number s until the connection stands, 30
+---@field largest? integer bytes of an answer's body, unpacked; 16777216 (16 MiB)
+---@field ca_file? string PEM certificates to trust instead of the system's
+---@field allow_insecure? boolean plain http to other machines too
 
 ---@class limax.host.answer
 ---@field status integer
 ---@field headers table<string, string> names in lower case
----@field body string at most 16 MiB
+---@field body string
+
+-- What had come when a request failed; status is 0 where no answer had begun.
+---@class limax.host.http_problem: limax.host.answer
+---@field kind "url"|"resolve"|"connect"|"connect_timeout"|"tls"|"certificate"|"timeout"|"reset"|
+---"partial"|"size"|"headers"|"encoding"|"protocol"
+---@field curl string libcurl's own words
+
+---@class limax.host.url
+---@field scheme string
+---@field host string an IPv6 address in brackets
+---@field port? string
+---@field path string
+---@field query? string
+---@field fragment? string
+---@field loopback boolean does it mean this machine?
+---@field credentials boolean a user or a password stands in it
 
 ---@class limax.host.terminal
 ---@field stdin boolean
@@ -76,8 +97,11 @@
 ---@field protect fun(call: function, ...): boolean, any, any pcall that also ends an interrupt
 ---@field exit fun(status?: integer) with output flushed and objects freed
 ---@field sha256 fun(text: string): string hexadecimal
----@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil
+---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
+---limax.host.http_problem|nil
+---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it
 ---@field clock fun(): number s, never steps back
+---@field wait fun(seconds: number) Ctrl-C ends it at once
 ---@field time fun(): string "2026-11-21T10:15:03Z"
 ---@field terminal fun(): limax.host.terminal
 ---@field environment fun(): limax.host.environment

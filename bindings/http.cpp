@@ -1,9 +1,9 @@
 // http.cpp: one HTTP request at a time through libcurl's multi interface, in short waits so that
-// Ctrl-C ends it. https to anywhere, plain http to this machine only; no redirects; answers are
-// capped. No header is ever repeated in a message: it may hold a key.
+// Ctrl-C ends it. https to anywhere, certificates always verified; plain http to this machine, and
+// elsewhere only where the request allows it; no redirects; answers are capped. No header is ever
+// repeated in a message: it may hold a key.
 #include "http.h"
 
-#include <arpa/inet.h>
 #include <curl/curl.h>
 
 #include <algorithm>
@@ -14,40 +14,50 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "guard.h"
 #include "signals.h"
+#include "url.h"
 
 namespace limax::host {
 namespace {
 
-constexpr std::size_t largest_answer = 16u << 20;  // bytes of body and headers together
-constexpr int wait_slice = 50;                     // ms between looks at the interrupt
-constexpr double default_timeout = 60;             // s
-constexpr double longest_timeout = 86400;          // s
-constexpr double longest_connect = 30;             // s
+constexpr std::size_t largest_answer = 16u << 20;  // bytes of a body, unpacked
+constexpr std::size_t largest_headers = 64u
+                                        << 10;  // bytes of all headers, interim answers included
+constexpr int wait_slice = 50;                  // ms between looks at the interrupt
+constexpr double default_timeout = 60;          // s
+constexpr double longest_timeout = 86400;       // s
+constexpr double longest_connect = 30;          // s
 
 struct http_request {
     std::string url;
     std::string method;
     std::map<std::string, std::string> headers;
     std::optional<std::string> body;
+    std::string ca_file;  // certificates to trust instead of the system's; empty: the system's
     double timeout = default_timeout;
+    double connect_timeout = longest_connect;
+    std::size_t largest = largest_answer;
+    bool allow_insecure = false;
 };
 
 struct http_answer {
     bool interrupted = false;
-    std::string problem;  // empty when an answer came
+    std::string problem;       // empty when a whole answer came
+    const char* kind = "url";  // of the problem: what `kind_of` names, or a URL that is refused
+    std::string curl;          // libcurl's own words for it
     long status = 0;
     std::map<std::string, std::string> headers;  // names in lower case
     std::string body;
-    std::size_t received = 0;  // bytes so far
+    std::size_t header_bytes = 0;  // so far
+    std::size_t largest = largest_answer;
+    bool over_size = false;
 };
 
 struct free_curl {
     void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-    void operator()(CURLU* url) const { curl_url_cleanup(url); }
-    void operator()(char* text) const { curl_free(text); }
 };
 
 // A multi handle with at most one transfer, taken out before either is freed.
@@ -94,65 +104,38 @@ private:
     struct sigaction before_ {};
 };
 
-std::string url_part(CURLU* url, CURLUPart part) {
-    char* text = nullptr;
-    if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
-    const std::unique_ptr<char, free_curl> owner(text);
-    return text;
-}
-
-bool is_loopback(const std::string& name) {
-    in_addr four{};
-    if (inet_pton(AF_INET, name.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == 127;
-    // libcurl itself resolves this name to the loopback addresses, whatever the system says
-    return name == "localhost" || name == "[::1]";
-}
-
-struct target {
-    bool loopback;
-    std::string name;  // scheme, host and port: what messages may show of a URL
-};
-
-// Throws where the URL is none, or where it may not be asked.
-target check_url(const std::string& text) {
-    const std::unique_ptr<CURLU, free_curl> url(curl_url());
-    if (!url) throw std::runtime_error("libcurl is out of memory");
-    const CURLUcode code = curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0);
-    if (code != CURLUE_OK)
-        throw std::runtime_error(std::string("not a URL that can be asked: ") +
-                                 curl_url_strerror(code));
-    const std::string scheme = url_part(url.get(), CURLUPART_SCHEME);
-    const std::string host = url_part(url.get(), CURLUPART_HOST);
-    const std::string port = url_part(url.get(), CURLUPART_PORT);
-    const bool loopback = is_loopback(host);
-    if (scheme != "https" && !(scheme == "http" && loopback))
+// Throws where the URL may not be asked.
+url_parts check_url(const http_request& request) {
+    url_parts parts = read_url(request.url);
+    const bool plain = parts.scheme == "http" && (parts.loopback || request.allow_insecure);
+    if (parts.scheme != "https" && !plain)
         throw std::runtime_error("only https, or http to this machine, may be asked, not " +
-                                 scheme + "://" + host);
-    return {loopback, scheme + "://" + host + (port.empty() ? "" : ":" + port)};
+                                 parts.scheme + "://" + parts.host);
+    if (parts.credentials)
+        throw std::runtime_error("a URL with credentials in it may not be asked: " + parts.name());
+    return parts;
 }
 
 // libcurl's callbacks: a return value other than the number of bytes ends the transfer. No
 // exception may leave them.
 
-bool take(http_answer& answer, std::size_t bytes) noexcept {
-    answer.received += bytes;
-    return answer.received <= largest_answer;
-}
-
 std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* to) noexcept {
     auto& answer = *static_cast<http_answer*>(to);
-    if (!take(answer, size * count)) return 0;
     try {
-        answer.body.append(bytes, size * count);
+        // what fits is kept: a transcript may show how it began
+        const std::size_t room = answer.largest - answer.body.size();
+        answer.over_size = size * count > room;
+        answer.body.append(bytes, std::min(size * count, room));
     } catch (const std::exception&) {
         return 0;
     }
-    return size * count;
+    return answer.over_size ? 0 : size * count;
 }
 
 std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* to) noexcept {
     auto& answer = *static_cast<http_answer*>(to);
-    if (!take(answer, size * count)) return 0;
+    answer.header_bytes += size * count;
+    if (answer.header_bytes > largest_headers) return 0;
     try {
         const std::string line(bytes, size * count);
         const std::size_t colon = line.find(':');
@@ -192,23 +175,64 @@ void append(header_list& list, const std::string& line) {
     list.reset(longer);
 }
 
-std::string describe_problem(CURLcode code, const http_request& request, const http_answer& answer,
-                             const target& where, const char* detail) {
-    if (answer.received > largest_answer) return where.name + " answered more than 16 MiB";
-    if (code == CURLE_OPERATION_TIMEDOUT) {
-        char seconds[32];
-        std::snprintf(seconds, sizeof seconds, "%g", request.timeout);
-        return where.name + " did not answer within " + seconds + " s";
+// What failed, as one word: scripts decide by it whether another try makes sense. `begun` is
+// whether the connection stood and the request was on its way.
+const char* kind_of(CURLcode code, const http_answer& answer, bool begun) {
+    if (answer.over_size || code == CURLE_FILESIZE_EXCEEDED) return "size";
+    if (answer.header_bytes > largest_headers) return "headers";
+    switch (code) {
+        case CURLE_COULDNT_RESOLVE_HOST:
+        case CURLE_COULDNT_RESOLVE_PROXY: return "resolve";
+        case CURLE_COULDNT_CONNECT: return "connect";
+        case CURLE_OPERATION_TIMEDOUT: return begun ? "timeout" : "connect_timeout";
+        case CURLE_PARTIAL_FILE: return "partial";
+        case CURLE_SEND_ERROR:
+        case CURLE_RECV_ERROR:
+        case CURLE_GOT_NOTHING:
+        case CURLE_HTTP2:
+        case CURLE_HTTP2_STREAM: return "reset";
+        case CURLE_SSL_CONNECT_ERROR: return "tls";
+        case CURLE_PEER_FAILED_VERIFICATION:
+        case CURLE_SSL_ISSUER_ERROR:
+        case CURLE_SSL_CACERT_BADFILE: return "certificate";
+        case CURLE_BAD_CONTENT_ENCODING: return "encoding";
+        default: return "protocol";
     }
-    return where.name + ": " + (*detail != '\0' ? detail : curl_easy_strerror(code));
 }
 
-http_answer perform(const http_request& request, const target& where) {
+void describe_problem(http_answer& answer, CURLcode code, const http_request& request,
+                      const url_parts& where, const char* detail, bool begun) {
+    answer.kind = kind_of(code, answer, begun);
+    answer.curl = *detail != '\0' ? detail : curl_easy_strerror(code);
+    const std::string kind = answer.kind;
+    char amount[32];
+    answer.problem = where.name();
+    if (kind == "size") {
+        std::snprintf(amount, sizeof amount, "%g", static_cast<double>(request.largest) / 1048576);
+        answer.problem += std::string(" answered more than ") + amount + " MiB";
+    } else if (kind == "headers") {
+        answer.problem += " answered more than 64 KiB of headers";
+    } else if (kind == "timeout") {
+        std::snprintf(amount, sizeof amount, "%.3g", request.timeout);
+        answer.problem += std::string(" did not answer within ") + amount + " s";
+    } else if (kind == "connect_timeout") {
+        std::snprintf(amount, sizeof amount, "%.3g",
+                      std::min(request.timeout, request.connect_timeout));
+        answer.problem += std::string(" was not reached within ") + amount + " s";
+    } else {
+        answer.problem += ": " + answer.curl;
+    }
+}
+
+long milliseconds(double seconds) { return static_cast<long>(std::ceil(seconds * 1000)); }
+
+http_answer perform(const http_request& request, const url_parts& where) {
     static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
     if (started != CURLE_OK) throw std::runtime_error("libcurl cannot start");
     const without_sigpipe quiet;
     // declared before the handles that point at them
     http_answer answer;
+    answer.largest = request.largest;
     char detail[CURL_ERROR_SIZE] = "";
     header_list headers;
     for (const auto& [name, value] : request.headers)
@@ -227,9 +251,13 @@ http_answer perform(const http_request& request, const target& where) {
     set(easy, CURLOPT_QUICK_EXIT, 1L);
     set(easy, CURLOPT_USERAGENT, "limax/" LIMAX_VERSION);
     set(easy, CURLOPT_ACCEPT_ENCODING, "");
-    set(easy, CURLOPT_TIMEOUT_MS, static_cast<long>(std::ceil(request.timeout * 1000)));
+    set(easy, CURLOPT_SSL_VERIFYPEER, 1L);
+    set(easy, CURLOPT_SSL_VERIFYHOST, 2L);
+    if (!request.ca_file.empty()) set(easy, CURLOPT_CAINFO, request.ca_file.c_str());
+    set(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
     set(easy, CURLOPT_CONNECTTIMEOUT_MS,
-        static_cast<long>(std::ceil(std::min(request.timeout, longest_connect) * 1000)));
+        milliseconds(std::min(request.timeout, request.connect_timeout)));
+    set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
     set(easy, CURLOPT_HTTPHEADER, headers.get());
     set(easy, CURLOPT_WRITEFUNCTION, take_body);
     set(easy, CURLOPT_WRITEDATA, &answer);
@@ -261,10 +289,12 @@ http_answer perform(const http_request& request, const target& where) {
     int left = 0;
     const CURLMsg* const message = curl_multi_info_read(handles.multi(), &left);
     const CURLcode result = message == nullptr ? CURLE_FAILED_INIT : message->data.result;
-    if (result != CURLE_OK)
-        answer.problem = describe_problem(result, request, answer, where, detail);
-    else
-        curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
+    curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
+    if (result != CURLE_OK) {
+        curl_off_t begun = 0;  // microseconds until the request could be sent; 0: it never could
+        curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &begun);
+        describe_problem(answer, result, request, where, detail, begun != 0);
+    }
     return answer;
 }
 
@@ -286,6 +316,15 @@ std::string line_field(lua_State* L, const char* name) {
     return text;
 }
 
+double seconds_field(lua_State* L, const char* name, double most) {
+    const double given = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+    if (given > 0 && given <= most) return given;
+    char text[96];
+    std::snprintf(text, sizeof text, "http: %s must be a number of seconds above 0, at most %.0f",
+                  name, most);
+    throw std::runtime_error(text);
+}
+
 http_request read_request(lua_State* L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     http_request request;
@@ -299,10 +338,20 @@ http_request read_request(lua_State* L) {
         } else if (field == "body") {
             request.body = text_field(L, "body");
         } else if (field == "timeout") {
-            request.timeout = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-            if (!(request.timeout > 0 && request.timeout <= longest_timeout))
-                throw std::runtime_error(
-                    "http: timeout must be a number of seconds above 0, at most 86400");
+            request.timeout = seconds_field(L, "timeout", longest_timeout);
+        } else if (field == "connect_timeout") {
+            request.connect_timeout = seconds_field(L, "connect_timeout", longest_connect);
+        } else if (field == "largest") {
+            const double given = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+            if (!(given >= 1 && given <= static_cast<double>(largest_answer)))
+                throw std::runtime_error("http: largest must be a number of bytes, 1 to 16777216");
+            request.largest = static_cast<std::size_t>(given);
+        } else if (field == "allow_insecure") {
+            if (!lua_isboolean(L, -1))
+                throw std::runtime_error("http: allow_insecure must be true or false");
+            request.allow_insecure = lua_toboolean(L, -1) != 0;
+        } else if (field == "ca_file") {
+            request.ca_file = line_field(L, "ca_file");
         } else if (field == "headers") {
             if (!lua_istable(L, -1)) throw std::runtime_error("http: headers must be a table");
             for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1)) {
@@ -313,7 +362,8 @@ http_request read_request(lua_State* L) {
             }
         } else {
             throw std::runtime_error("http: unknown field '" + field +
-                                     "'; known are: body, headers, method, timeout, url");
+                                     "'; known are: allow_insecure, body, ca_file, "
+                                     "connect_timeout, headers, largest, method, timeout, url");
         }
     }
     if (request.url.empty()) throw std::runtime_error("http: the field url is missing");
@@ -321,37 +371,44 @@ http_request read_request(lua_State* L) {
     return request;
 }
 
+void set_text(lua_State* L, const char* field, const std::string& text) {
+    lua_pushlstring(L, text.data(), text.size());
+    lua_setfield(L, -2, field);
+}
+
+// Pushes { status, body, headers }; status is 0 where no line of an answer came.
 void push_answer(lua_State* L, const http_answer& answer) {
-    lua_createtable(L, 0, 3);
+    lua_createtable(L, 0, 5);
     lua_pushinteger(L, answer.status);
     lua_setfield(L, -2, "status");
-    lua_pushlstring(L, answer.body.data(), answer.body.size());
-    lua_setfield(L, -2, "body");
+    set_text(L, "body", answer.body);
     lua_createtable(L, 0, static_cast<int>(answer.headers.size()));
-    for (const auto& [name, value] : answer.headers) {
-        lua_pushlstring(L, value.data(), value.size());
-        lua_setfield(L, -2, name.c_str());
-    }
+    for (const auto& [name, value] : answer.headers) set_text(L, name.c_str(), value);
     lua_setfield(L, -2, "headers");
 }
 
-// http{ url=, method=, headers=, body=, timeout= } -> { status=, headers=, body= } | nil, message
+// http(request) -> { status=, headers=, body= } | nil, message, { kind=, curl=, status=, headers=,
+// body= }: what had come until then
 int http(lua_State* L) {
     bool stopped = false;
+    int results = 1;
     {
         const http_request request = read_request(L);
         http_answer answer;
         try {
-            const target where = check_url(request.url);
-            answer = perform(request, where);
+            answer = perform(request, check_url(request));
         } catch (const std::runtime_error& error) {
-            answer.problem = error.what();
+            answer.problem = answer.curl = error.what();
         }
         stopped = answer.interrupted;
-        if (!stopped && !answer.problem.empty()) return push_failure(L, answer.problem);
+        if (!stopped && !answer.problem.empty()) results += push_failure(L, answer.problem);
         if (!stopped) push_answer(L, answer);
+        if (results > 1) {
+            set_text(L, "kind", answer.kind);
+            set_text(L, "curl", answer.curl);
+        }
     }
-    return stopped ? raise_interrupt(L) : 1;
+    return stopped ? raise_interrupt(L) : results;
 }
 
 }  // namespace

@@ -8,19 +8,25 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include "guard.h"
+#include "signals.h"
 
 namespace limax::host {
 namespace {
 
 constexpr int usual_columns = 80;
+constexpr double longest_wait = 86400;                     // s
+constexpr std::chrono::duration<double> wait_slice{0.05};  // between looks at the interrupt
 
 void set_text(lua_State* L, const char* field, const std::string& text) {
     lua_pushlstring(L, text.data(), text.size());
@@ -72,6 +78,21 @@ int clock_seconds(lua_State* L) {
     clock_gettime(CLOCK_MONOTONIC, &now);
     lua_pushnumber(L, static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec));
     return 1;
+}
+
+// wait(seconds): does nothing for so long; Ctrl-C ends it at once
+int wait_seconds(lua_State* L) {
+    const lua_Number seconds = luaL_checknumber(L, 1);
+    luaL_argcheck(L, seconds >= 0 && seconds <= longest_wait, 1,
+                  "a wait is 0 to 86400 seconds long");
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    for (;;) {
+        if (interrupted()) return raise_interrupt(L);
+        const auto left = end - std::chrono::steady_clock::now();
+        if (left.count() <= 0) return 0;
+        // a signal may come between the look above and the sleep: short sleeps
+        std::this_thread::sleep_for(std::min<std::chrono::duration<double>>(left, wait_slice));
+    }
 }
 
 // time() -> "2026-11-21T10:15:03Z"
@@ -145,6 +166,7 @@ int opens(lua_State* L) {
 void open_machine(lua_State* L) {
     add_function<terminal>(L, "terminal");
     add_function<clock_seconds>(L, "clock");
+    add_function<wait_seconds>(L, "wait");
     add_function<time_text>(L, "time");
     add_function<environment>(L, "environment");
     add_function<opens>(L, "opens");

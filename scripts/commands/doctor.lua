@@ -4,6 +4,7 @@
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
+local llm_check = require "limax.llm.check"
 local passes = require "limax.passes"
 local scene_report = require "limax.scene_report"
 local script = require "limax.script"
@@ -28,12 +29,15 @@ local GREEN, RED, YELLOW = 34, 160, 136
 
 local command = {
   summary = "show what this machine offers and what is missing",
-  usage = "limax doctor [--json] [--scene FILE]",
+  usage = "limax doctor [--json] [--llm] [--scene FILE]",
   text = "Exits 1 if a self check fails; a missing tool or GPU is no failure.\n"
+    .. "With --llm the language model that LIMAX_LLM_URL names is asked one short question, and\n"
+    .. "no answer is a failure; otherwise nothing is sent.\n"
     .. "With --scene it says instead what the scene of an experiment's file will run: its effects\n"
     .. "with every parameter, and what each costs on one CPU thread.",
   options = {
     { name = "json", text = "print one JSON object" },
+    { name = "llm", text = "ask the language model one short question" },
     { name = "scene", argument = "FILE", text = "what the scene of this experiment will run" },
   },
 }
@@ -151,7 +155,7 @@ local function gather_tiers(cpu)
   return list
 end
 
-local function gather()
+local function gather(ask)
   local environment = host.environment()
   local device = engine.device "cpu"
   local description = device:describe()
@@ -172,6 +176,7 @@ local function gather()
   }
   for name, fact in pairs(gather_cuda()) do facts[name] = fact end
   facts.tiers = gather_tiers(device)
+  facts.llm = llm_check.gather(ask)
   return facts
 end
 
@@ -245,6 +250,8 @@ local function lines_of(facts)
   for _, tier in ipairs(facts.tiers) do
     line(tier.measured and "ok" or "", tier.name, "%s: %s", tier.what, tiers.price(tier.measured))
   end
+  local mark, text = llm_check.line(facts.llm)
+  line(mark, "LLM", "%s", text)
   for _, tool in ipairs(facts.tools) do
     line(tool.path and "ok" or "", tool.name, "%s", tool.path or "not found; for " .. tool.purpose)
   end
@@ -274,14 +281,16 @@ function command.run(arguments)
       or table.concat(scene_report.lines(facts), "\n"))
     return 0
   end
-  local facts = gather()
+  local facts = gather(arguments.llm)
   if arguments.json then
     print(host.json.encode(facts, { indent = 2 }))
   else
     show(facts)
   end
   local on_cuda = facts.self_check_cuda
-  return facts.self_check.passed and (not on_cuda or on_cuda.passed) and 0 or 1
+  local fine = facts.self_check.passed and (not on_cuda or on_cuda.passed)
+    and (not arguments.llm or facts.llm.answered)
+  return fine and 0 or 1
 end
 
 return command

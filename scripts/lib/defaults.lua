@@ -79,6 +79,20 @@ defaults.fields = {
     rate = { value = 0, unit = "Hz", minimum = 0, maximum = 1e5, integer = true,
       reason = "a trace costs memory: none unless asked" },
   },
+  -- the client of a language model
+  llm = {
+    budget = { value = 180, unit = "s", above = 0, maximum = 86400,
+      reason = "per generation, all attempts and waits together: a remote answer takes 1 to 60 s" },
+    budget_loopback = { value = 900, unit = "s", above = 0, maximum = 86400,
+      reason = "per generation: a first request to a local server also loads the model" },
+    timeout = { value = 120, unit = "s", above = 0, maximum = 86400,
+      reason = "per attempt: twice what a slow remote answer takes" },
+    timeout_loopback = { value = 600, unit = "s", above = 0, maximum = 86400,
+      reason = "per attempt: some thousand tokens at the speed of a CPU" },
+    max_tokens = { value = 4096, unit = "tokens", minimum = 1, maximum = 1e6, integer = true,
+      reason = "an answer takes some hundred, thinking before it some thousand; always sent,"
+        .. " because llama.cpp's server writes without end otherwise" },
+  },
 }
 
 --- The kinds of trace, in the engine's order.

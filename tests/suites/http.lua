@@ -3,6 +3,7 @@
 
 local host = require "limax.host"
 local process = require "support.process"
+local proxies = require "support.proxies"
 local server = require "support.server"
 
 local suite = require("limax.test").suite "http"
@@ -94,4 +95,93 @@ suite:test("misuse raises", function(t)
   t:raises("must not hold a line break", function()
     host.http { url = "http://127.0.0.1:1/", headers = { a = "x\r\nHost: y" } }
   end)
+  t:raises("must not hold a line break", function()
+    host.http { url = "http://127.0.0.1:1/", headers = { ["a\nHost"] = "y" } }
+  end)
+  t:raises("connect_timeout must be a number of seconds above 0, at most 30", function()
+    host.http { url = "x", connect_timeout = 31 }
+  end)
+  t:raises("largest must be a number of bytes", function() host.http { url = "x", largest = 0 } end)
+  t:raises("allow_insecure must be true or false", function()
+    host.http { url = "x", allow_insecure = 1 }
+  end)
+end)
+
+suite:test("a failure says what it was, and what had come by then", function(t)
+  local function failed(request, bytes)
+    request.url = request.url or "http://127.0.0.1:1/"
+    if not bytes then return select(3, host.http(request)) end
+    local folder, here = t:folder(), server.open()
+    process.write(folder .. "/ask.lua", [[
+local host = require "limax.host"
+print(host.json.encode((select(3, host.http(host.json.decode(arg[1]))))))
+]])
+    request.url = here.url
+    local child = process.start(folder, { "ask.lua", host.json.encode(request) })
+    here:answer(bytes)
+    local _, output = child:finish()
+    here:close()
+    return t:ok(host.json.decode(output), output)
+  end
+  local refused = failed {}
+  t:equal({ refused.kind, refused.status, refused.body, refused.headers }, { "connect", 0, "", {} })
+  t:ok(refused.curl:find("connect", 1, true), refused.curl)
+  t:equal(failed({ url = "ftp://127.0.0.1/" }).kind, "url")
+  local half = failed({}, "HTTP/1.1 200 OK\r\nContent-Length: 100\r\nX-A: b\r\n\r\nhalf")
+  t:equal({ half.kind, half.status, half.body, half.headers["x-a"] },
+    { "partial", 200, "half", "b" })
+  -- a length that is said is believed; a length that is not is counted
+  local large = failed({ largest = 10 }, ANSWER:format("200 OK", 11, ("x"):rep(11)))
+  t:equal({ large.kind, large.body }, { "size", "" })
+  large = failed({ largest = 10 }, "HTTP/1.1 200 OK\r\nConnection: close\r\n\r\n" .. ("x"):rep(11))
+  t:equal({ large.kind, large.body }, { "size", ("x"):rep(10) })
+  local long = failed({}, "HTTP/1.1 200 OK\r\n" .. ("X-A: " .. ("y"):rep(1000) .. "\r\n"):rep(70)
+    .. "\r\n")
+  t:equal({ long.kind, long.body }, { "headers", "" })
+  local silent = server.open()
+  t:equal(failed({ url = silent.url, timeout = 0.2 }).kind, "timeout")
+  silent:close()
+end)
+
+suite:test("plain http to other machines, and credentials in a URL", function(t)
+  local _, message = host.http { url = "http://me:secret@127.0.0.1:1/" }
+  t:equal(message, "a URL with credentials in it may not be asked: http://127.0.0.1:1")
+  -- a name that no resolver can be asked for: nothing leaves the machine
+  local name = ("x"):rep(64) .. ".invalid"
+  local _, _, problem = proxies.with({}, function()
+    return host.http { url = "http://" .. name, allow_insecure = true }
+  end)
+  t:equal(problem.kind, "resolve")
+  _, _, problem = host.http { url = "http://" .. name }
+  t:equal(problem.kind, "url")
+  _, _, problem = host.http { url = "ftp://" .. name, allow_insecure = true }
+  t:equal(problem.kind, "url")
+end)
+
+suite:test("a URL is read as it will be asked", function(t)
+  t:equal(host.url "https://example.org:8443/a/b?c=d#e", { scheme = "https", host = "example.org",
+    port = "8443", path = "/a/b", query = "c=d", fragment = "e", loopback = false,
+    credentials = false })
+  t:equal(host.url "http://u:p@[::1]", { scheme = "http", host = "[::1]", path = "/",
+    loopback = true, credentials = true })
+  for url, loopback in pairs { ["http://127.9.9.9"] = true, ["http://localhost"] = true,
+    ["http://127.1"] = true, ["http://0x7f.1"] = true, ["http://2130706433"] = true,
+    ["http://128.0.0.1"] = false, ["http://localhost.example.org"] = false } do
+    t:ok(host.url(url).loopback == loopback, url)
+  end
+  for _, url in ipairs { "", "example.org", "http://", "http://a b/", "https://x\0y" } do
+    local parts, message = host.url(url)
+    t:equal(parts, nil)
+    t:ok(message:find "URL", message)
+  end
+end)
+
+suite:test("a wait lasts as long as it should", function(t)
+  local start = host.clock()
+  host.wait(0)
+  host.wait(0.12)
+  local took = host.clock() - start
+  t:ok(took >= 0.12 and took < 0.12 + 2, tostring(took))
+  t:raises("0 to 86400 seconds", function() host.wait(-1) end)
+  t:raises("0 to 86400 seconds", function() host.wait(0 / 0) end)
 end)

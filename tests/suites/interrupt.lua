@@ -34,6 +34,7 @@ suite:test("it ends interpreted loops, pcall loops, coroutines and waits", funct
       .. "jit.off() while true do f() end",
     "while true do local p = io.popen 'sleep 0.01' p:read '*a' p:close() end",
     "io.popen('sleep 20'):read '*a'",
+    "require('limax.host').wait(20)",
   } do
     local output = interrupt(t, READY .. loop)
     t:equal(output, "ready\nlimax: interrupted\n")

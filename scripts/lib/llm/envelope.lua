@@ -1,0 +1,193 @@
+--- envelope.lua: what stands around a model's text in an answer of the chat completions protocol,
+--- and in a refusal, read without trust: every field may be missing or of another type.
+
+local host = require "limax.host"
+
+local envelope = {}
+
+local BOM = "\239\187\191"
+
+local function text(value) return type(value) == "string" and value ~= "" and value or nil end
+
+local function object(value)
+  return type(value) == "table" and not host.json.is_array(value) and value or {}
+end
+
+local function list(value)
+  return type(value) == "table" and host.json.is_array(value) and value or nil
+end
+
+--- The JSON object of a body; nil and why not.
+---@param body string
+---@param content_type string|nil
+---@return table|nil
+---@return string|nil message
+function envelope.decode(body, content_type)
+  if body == "" then return nil, "the answer is empty" end
+  if body:sub(1, #BOM) == BOM then body = body:sub(#BOM + 1) end
+  local value, message = host.json.decode(body, "the answer")
+  -- Google wraps an error in a list
+  local first = (list(value) or {})[1]
+  if object(first).error ~= nil then value = first end
+  if type(value) == "table" and not host.json.is_array(value) then return value end
+  if body:find "^%s*data:" or (content_type or ""):find("text/event-stream", 1, true) then
+    return nil, "the endpoint streams its answer, though it was asked not to"
+  end
+  if body:find "^%s*<" then
+    return nil, "the answer is a web page, not JSON: is the URL that of the API?"
+  end
+  if value ~= nil then return nil, "the answer is JSON, but no object" end
+  return nil, "the answer is no JSON: " .. message
+end
+
+---@class limax.llm.refusal
+---@field message string|nil
+---@field code string|nil
+---@field type string|nil
+---@field param string|nil
+---@field status integer|nil an HTTP status that stands in the body
+
+-- What pydantic says of the fields of a request: { detail = { { loc = , msg = } } }.
+local function of_detail(detail)
+  if text(detail) then return { message = detail } end
+  local first = object((list(detail) or {})[1])
+  local place = list(first.loc) or {}
+  return { message = text(first.msg), param = text(place[#place]) }
+end
+
+--- What an error says: OpenAI's object, a bare text, the forms of vLLM, FastAPI and Mistral; nil
+--- where the value is no error.
+---@param value table decoded
+---@return limax.llm.refusal|nil
+function envelope.refusal(value)
+  local inner = value.error
+  -- some servers send the field always
+  if inner == nil or inner == host.json.null or inner == "" or inner == false then
+    if value.choices ~= nil then return nil end
+    if value.detail ~= nil then return of_detail(value.detail) end
+    if value.object ~= "error" then return nil end
+    inner = value
+  end
+  if type(inner) ~= "table" then return { message = text(inner) or tostring(inner) } end
+  inner = object(inner)
+  -- Mistral
+  local detail = object(inner.message).detail
+  if detail ~= nil then return of_detail(detail) end
+  local status = tonumber(inner.code)
+  return { message = text(inner.message), code = text(inner.code), type = text(inner.type),
+    param = text(inner.param),
+    status = status and status >= 400 and status < 600 and math.floor(status) or nil }
+end
+
+local CONTEXT_WORDS = { "maximum context length", "context size", "context window",
+  "context length" }
+
+--- Whether a refusal says that the prompt is too long.
+---@param refusal limax.llm.refusal
+---@return boolean
+function envelope.is_context(refusal)
+  if refusal.type == "exceed_context_size_error" or refusal.code == "context_length_exceeded" then
+    return true
+  end
+  local message = (refusal.message or ""):lower()
+  for _, words in ipairs(CONTEXT_WORDS) do
+    if message:find(words, 1, true) then return true end
+  end
+  return false
+end
+
+--- Whether a refusal says that an account is used up, by its code or type: words like "quota" stand
+--- in messages about limits per minute, too.
+---@param refusal limax.llm.refusal
+---@return boolean
+function envelope.is_quota(refusal)
+  return refusal.code == "insufficient_quota" or refusal.type == "insufficient_quota"
+end
+
+-- A text, or the texts of a list of parts one after the other.
+local function content_of(value)
+  if type(value) == "string" then return value end
+  local parts = {}
+  for _, part in ipairs(list(value) or {}) do
+    local kind = object(part).type
+    if kind == "text" or kind == "output_text" then parts[#parts + 1] = text(part.text) end
+  end
+  return table.concat(parts)
+end
+
+local function count(value)
+  if type(value) ~= "number" or value < 0 or value ~= math.floor(value) then return nil end
+  return value
+end
+
+--- What an answer used: both counts, or none, because half a usage gives no cost.
+---@param value table decoded
+---@return { input_tokens: integer, output_tokens: integer }|nil
+function envelope.usage(value)
+  value = object(value.usage)
+  local input, output = count(value.prompt_tokens), count(value.completion_tokens)
+  if not input or not output then return nil end
+  return { input_tokens = input, output_tokens = output }
+end
+
+--- Whether an answer holds a choice at all: then the model has run.
+---@param value table decoded
+---@return boolean
+function envelope.has_choice(value) return (list(value.choices) or {})[1] ~= nil end
+
+---@class limax.llm.reply
+---@field content string
+---@field reasoning string|nil
+---@field finish_reason string|nil
+---@field model string|nil
+---@field id string|nil
+
+--- The first choice of an answer. nil: the class of the failure ("envelope", "refusal", "filter")
+--- and why.
+---@param value table decoded
+---@return limax.llm.reply|nil
+---@return string|nil class
+---@return string|nil message
+function envelope.reply(value)
+  local choices = list(value.choices)
+  if not choices then return nil, "envelope", "the answer has no list of choices" end
+  if choices[1] == nil then return nil, "envelope", "the answer's list of choices is empty" end
+  local choice = object(choices[1])
+  local message = object(choice.message)
+  local reply = {
+    content = content_of(message.content),
+    reasoning = text(message.reasoning_content) or text(message.reasoning),
+    finish_reason = text(choice.finish_reason), model = text(value.model), id = text(value.id),
+  }
+  local refusal = text(message.refusal)
+  if refusal then return nil, "refusal", "the model refuses: " .. refusal end
+  if reply.finish_reason == "content_filter" then
+    return nil, "filter", "the provider's content filter ended the answer"
+  end
+  if reply.content == "" and not reply.reasoning then
+    local why = ({ length = "all tokens were used up before it began (finish_reason length)",
+      tool_calls = "the model calls a tool that it was not offered" })[reply.finish_reason]
+      or text(object(choice.error).message)
+    return nil, "envelope", "the answer holds no text" .. (why and ": " .. why or "")
+  end
+  return reply
+end
+
+--- The fields of an answer in OpenTelemetry's names, as far as they are there.
+---@param value table decoded
+---@return table<string, any>
+function envelope.telemetry(value)
+  local usage, reasons = envelope.usage(value) or {}, host.json.array {}
+  for _, choice in ipairs(list(value.choices) or {}) do
+    reasons[#reasons + 1] = text(object(choice).finish_reason)
+  end
+  return {
+    ["gen_ai.response.id"] = text(value.id), ["gen_ai.response.model"] = text(value.model),
+    ["gen_ai.openai.response.system_fingerprint"] = text(value.system_fingerprint),
+    ["gen_ai.response.finish_reasons"] = #reasons > 0 and reasons or nil,
+    ["gen_ai.usage.input_tokens"] = usage.input_tokens,
+    ["gen_ai.usage.output_tokens"] = usage.output_tokens,
+  }
+end
+
+return envelope

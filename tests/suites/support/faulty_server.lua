@@ -1,0 +1,56 @@
+--- faulty_server.lua: the misbehaving server of tests/llm as a child process. It ends with this
+--- process, however that ends: its standard input is ours.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local faulty_server = {}
+
+local START = 20 -- s that Python, and openssl if certificates are wanted, may take
+
+local methods = {}
+local class = { __index = methods }
+
+--- Starts it; skips the test where there is no Python.
+---@param t limax.test_context
+---@param options { certificates: boolean|nil }|nil
+---@return table server with .ports: see faulty_server.py
+function faulty_server.open(t, options)
+  if os.execute "command -v python3 >/dev/null 2>&1" ~= 0 then t:skip "there is no python3" end
+  local folder = t:folder()
+  local script = host.home .. "/tests/llm/faulty_server.py"
+  if host.file.exists(script) ~= "file" then t:skip "tests/llm is not installed" end
+  local pipe = assert(io.popen(("exec python3 -B %s %s >%s 2>%s"):format(process.quote(script),
+    options and options.certificates and process.quote(folder) or "",
+    process.quote(folder .. "/ports"), process.quote(folder .. "/log")), "w"))
+  local start = host.clock()
+  while not process.read(folder .. "/ports"):find "\n" do
+    t:ok(host.clock() - start < START, process.read(folder .. "/log"))
+    host.wait(0.02)
+  end
+  local ports = host.json.decode(process.read(folder .. "/ports"))
+  return setmetatable({ pipe = pipe, ports = ports,
+    base = ("http://127.0.0.1:%d/"):format(ports.port) }, class)
+end
+
+--- The base URL of a scenario.
+---@param name string
+---@return string
+function methods:url(name) return self.base .. name .. "/v1" end
+
+--- How many requests each scenario had: { name = { requests = , keys = } }.
+---@return table<string, { requests: integer, keys: integer }>
+function methods:counts()
+  return host.json.decode(assert(host.http { url = self.base .. "_counts" }).body)
+end
+
+--- The last request to a scenario.
+---@param name string
+---@return table
+function methods:last(name)
+  return host.json.decode(assert(host.http { url = self.base .. "_last/" .. name }).body)
+end
+
+function methods:close() self.pipe:close() end
+
+return faulty_server
