@@ -71,6 +71,26 @@ local function lines_of(text, first, last)
   return table.concat(picked, "\n")
 end
 
+--- Lines `first` to `last` of a file.
+---@param path string
+---@param first integer
+---@param last integer
+---@return string|nil
+function source.lines(path, first, last)
+  local text = source.read(path)
+  return text and lines_of(text, first, last)
+end
+
+--- Where a file lies that an experiment names: as it is named, else beside the experiment.
+---@param path string
+---@param folder string|nil of the experiment
+---@return string
+function source.beside(path, folder)
+  if host.file.exists(path) == "file" or not folder then return path end
+  local beside = folder .. "/" .. path
+  return host.file.exists(beside) == "file" and beside or path
+end
+
 --- File, lines and SHA-256 of a function's text.
 ---@param call function
 ---@param base string|nil folder that file names are relative to

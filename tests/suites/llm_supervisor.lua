@@ -1,0 +1,104 @@
+--- llm_supervisor.lua: runs that a language model supervises, from prompt to transcript, with a
+--- client of the suite's own in the model's place.
+
+local host = require "limax.host"
+local limax = require "limax"
+local source = require "limax.source"
+local talker = require "support.talker"
+
+local suite = require("limax.test").suite "llm supervisor"
+
+-- A tiny experiment with this supervisor.
+local function experiment(supervisor, given)
+  local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
+    repetitions = 1, simulation = { duration = 0.05, settle = 0, accuracy = "preview" },
+    fitness = "distance", supervisor = supervisor }
+  for name, value in pairs(given or {}) do fields[name] = value end
+  return limax.experiment(fields)
+end
+
+-- Runs it in a new folder; the folder, the lines of ledger and transcript, and what was said.
+local function run(t, supervisor, given)
+  local folder, said = t:folder() .. "/run", {}
+  limax.start(experiment(supervisor, given), { out = folder, device = "cpu",
+    say = function(text) said[#said + 1] = text end }):finish()
+  local lines = {}
+  for _, name in ipairs { "ledger", "transcript", "timing" } do
+    lines[name] = {}
+    for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
+      table.insert(lines[name], (assert(host.json.decode(row))))
+    end
+  end
+  return { folder = folder, ledger = lines.ledger, transcript = lines.transcript,
+    timing = lines.timing, said = table.concat(said, "\n") }
+end
+
+-- The ledger's entry of a field before generation `generation`.
+local function entry(done, generation, field)
+  for _, each in ipairs(done.ledger[generation + 1].entries) do
+    if each.field == field then return each end
+  end
+end
+
+local function of_kind(done, kind)
+  local list = {}
+  for _, line in ipairs(done.transcript) do
+    if line.kind == kind then list[#list + 1] = line end
+  end
+  return list
+end
+
+suite:test("a proposal goes from the model through parser and ledger into the run", function(t)
+  local seen = {}
+  local done = run(t, { "llm", client = talker.new(function(messages, n)
+    seen[n] = messages
+    return ('```json\n{"mutation_rate": 0.%d, "reason": "step %d"}\n```'):format(15 + n, n)
+  end) })
+  t:equal({ seen[1][1].role, seen[1][2].role }, { "system", "user" })
+  t:ok(seen[1][2].content:find("json", 1, true))
+  for generation = 1, 3 do
+    local line = done.ledger[generation + 1]
+    t:equal({ line.supervisor, line.set_by, line.reason },
+      { "llm", "model", "model: step " .. generation })
+    t:near(entry(done, generation, "mutation_rate").applied, 0.15 + generation / 100)
+  end
+  t:equal(#of_kind(done, "attempt"), 3)
+  t:equal(#of_kind(done, "outcome"), 3)
+  for _, line in ipairs(of_kind(done, "attempt")) do
+    t:ok(host.file.exists(("%s/prompts/%s.md"):format(done.folder, line.template_sha256)))
+    t:equal(line.request_sha256, host.sha256(line.request))
+  end
+  t:equal(done.timing[2].supervision.accepted, 1)
+end)
+
+suite:test("rejected fields are asked about once, and the second answer counts", function(t)
+  local done = run(t, { "llm", client = talker.new(function(messages, n)
+    if #messages == 2 then return '{"mutation_rate": "0.2", "elites": 3}' end
+    t:equal(messages[3], { role = "assistant", content = '{"mutation_rate": "0.2", "elites": 3}' })
+    t:ok(messages[4].content:find("mutation_rate: expected a finite number", 1, true))
+    t:ok(n % 2 == 0)
+    return '{"crossover_rate": 0.5}'
+  end) })
+  t:equal(entry(done, 1, "crossover_rate").outcome, "accepted")
+  t:equal(entry(done, 1, "mutation_rate").outcome, "kept")
+  t:equal(#of_kind(done, "attempt"), 6)
+end)
+
+suite:test("without a usable answer the fallback proposes, and else nothing changes", function(t)
+  local silent = talker.new(function() return { class = "timeout", message = "no answer" } end)
+  local done = run(t, { "llm", client = silent, fallback = function()
+    return { crossover_rate = 0.45 }, "my own"
+  end })
+  t:equal(entry(done, 1, "crossover_rate").applied, 0.45)
+  t:equal({ done.ledger[2].set_by, done.ledger[2].reason },
+    { "function", "function instead: timeout: no answer; my own" })
+  t:ok(done.timing[2].supervision.fallen_back)
+
+  done = run(t, { "llm", client = silent })
+  t:equal({ done.ledger[2].set_by, done.ledger[2].reason }, { "keep", "kept: timeout: no answer" })
+  t:ok(done.said:find("before generation 1 the model was not used: timeout: no answer", 1, true))
+
+  done = run(t, { "llm", client = silent, fallback = function() error "no idea" end })
+  t:equal(done.ledger[2].set_by, "keep")
+  t:ok(done.ledger[2].reason:find("no idea", 1, true), done.ledger[2].reason)
+end)
