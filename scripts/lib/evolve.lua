@@ -173,7 +173,8 @@ function Run:first_generation()
   robots:initialize()
   return self:express(robots, { materials = self.first_materials, generation = 0,
     parameters = self.config.breeding, timing = { breed = host.clock() - began, supervise = 0 },
-    ledger = { supervisor = self.experiment.supervisor.name, entries = host.json.array {} },
+    ledger = { supervisor = (self.session or self.experiment.supervisor).name,
+      entries = host.json.array {} },
     record = function(i)
       return { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
     end })

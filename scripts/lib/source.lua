@@ -139,8 +139,9 @@ end
 --- loaded from its folder. Sorted, absolute, files of limax itself left out.
 ---@param origin string|nil the experiment's file
 ---@param given table what was handed to limax.experiment
+---@param named? string[] absolute paths of others, those that do not exist left out
 ---@return string[]
-function source.scripts(origin, given)
+function source.scripts(origin, given, named)
   local seen, list = {}, {}
   local function add(path)
     if seen[path] or is_library(path) or host.file.exists(path) ~= "file" then return end
@@ -156,6 +157,7 @@ function source.scripts(origin, given)
     end
   end
   add_functions(given, add)
+  for _, path in ipairs(named or {}) do add(path) end
   table.sort(list)
   return list
 end

@@ -33,6 +33,7 @@ supervise.entries = {
   llm = require "limax.supervise.llm",
   one_fifth = require "limax.supervise.one_fifth",
   random = require "limax.supervise.random",
+  replay = require "limax.supervise.replay",
   rules = require "limax.supervise.rules",
   schedule = require "limax.supervise.schedule",
 }

@@ -102,3 +102,90 @@ suite:test("without a usable answer the fallback proposes, and else nothing chan
   t:equal(done.ledger[2].set_by, "keep")
   t:ok(done.ledger[2].reason:find("no idea", 1, true), done.ledger[2].reason)
 end)
+
+-- ---- replay -------------------------------------------------------------------------------------
+
+-- A model with every kind of answer: good, odd, refused, slow, none.
+local function moody(messages, n)
+  local answers = { '{"mutation_rate": 0.15, "reason": "up"}', '{"mutation_rate": "x"}',
+    { class = "timeout", message = "no answer within 2 s" }, "I would rather not.",
+    '<think>{"mutation_rate": 0.5}</think> {"crossover_rate": 0.9, "elites": 1}',
+    { class = "breaker", message = "the endpoint is given a rest" } }
+  return answers[(n + #messages) % #answers + 1]
+end
+
+local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0011.jsonl",
+  "r01/population/g0011.npy" }
+
+local function same_run(t, got, expected)
+  for _, name in ipairs(SAME) do
+    local text = t:ok(source.read(got .. "/" .. name))
+    t:ok(text == source.read(expected .. "/" .. name), name .. " differs")
+  end
+end
+
+local LONG = { generations = 12 }
+
+suite:test("a replay gives the bytes of the run that it replays, and asks nobody", { limit = 60 },
+  function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody), fallback = "rules" }, LONG)
+    local sets = {}
+    for _, line in ipairs(recorded.ledger) do sets[line.set_by or "none"] = true end
+    t:ok(sets.model and sets.rules, "the model should be used, and not always")
+    for _, match in ipairs { "request", "generation" } do
+      local again = run(t, { "replay", run = recorded.folder, match = match }, LONG)
+      same_run(t, again.folder, recorded.folder)
+      t:ok(not host.file.exists(again.folder .. "/transcript.jsonl"))
+      local config = host.json.decode(source.read(again.folder .. "/config.json"))
+      t:equal(config.supervisor.name, "replay")
+    end
+  end)
+
+suite:test("a replay that asks another question, or goes on longer, ends with the reason",
+  { limit = 60 }, function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody) })
+    t:raises("generation 1 of repetition 1 asks another question", function()
+      run(t, { "replay", run = recorded.folder }, { seed = 2 })
+    end)
+    local folder = t:folder() .. "/longer"
+    t:raises("holds no outcome of generation 4, repetition 1; a replay never asks a model",
+      function()
+        limax.start(experiment({ "replay", run = recorded.folder, match = "generation" },
+          { generations = 9 }), { out = folder, device = "cpu" }):finish()
+      end)
+    t:equal(host.json.decode(source.read(folder .. "/checkpoint")).generation, 3)
+    t:ok(run(t, { "replay", run = recorded.folder, match = "generation" }, { seed = 2 }))
+  end)
+
+suite:test("a transcript that is none is refused before the run, a cut last line is not",
+  { limit = 60 }, function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody) })
+    local path = recorded.folder .. "/transcript.jsonl"
+    local text = source.read(path)
+    local function replayed(changed)
+      assert(host.file.write_atomic(path, changed))
+      return run(t, { "replay", run = recorded.folder })
+    end
+    t:ok(replayed(text .. '{"schema": "limax.transcript/1", "kind": "att'))
+    t:raises("transcript.jsonl: line 1: expected schema limax.transcript/1, got limax.transcript/2",
+      function() replayed((text:gsub("limax.transcript/1", "limax.transcript/2"))) end)
+    t:raises("transcript.jsonl: line 2", function() replayed((text:gsub("\n", "\nbroken ", 1))) end)
+    t:raises("expected kind attempt or outcome", function()
+      replayed((text:gsub('"kind":"attempt"', '"kind":"guess"')))
+    end)
+    t:raises("expected a list as asks", function()
+      replayed((text:gsub('"asks":%[.-%],"client"', '"client"')))
+    end)
+    t:raises("holds no outcome of generation 3", function()
+      replayed((text:gsub('[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', "")))
+    end)
+    assert(host.file.remove(path))
+    t:raises("only a run that a model supervised can be replayed", function()
+      run(t, { "replay", run = recorded.folder })
+    end)
+    t:raises("is no run folder", function()
+      local other = t:folder()
+      assert(host.file.write_atomic(other .. "/transcript.jsonl", text))
+      run(t, { "replay", run = other })
+    end)
+  end)

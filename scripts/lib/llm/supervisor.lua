@@ -16,7 +16,8 @@ local supervisor = {}
 
 ---@class limax.llm.session
 ---@field client table client.lua, or what takes its place
-local Session = {}
+---@field name string
+local Session = { name = "llm" }
 Session.__index = Session
 
 -- Equal answers in a row after which a user is told, once.
@@ -28,11 +29,9 @@ local BUDGET = 180
 --- no endpoint, no prompt, a parser that cannot stand alone.
 ---@param run limax.run
 ---@param options table checked options of the supervisor
----@param given? { clock: (fun(): number)|nil }
 ---@return limax.llm.session
-function supervisor.start(run, options, given)
-  local self = setmetatable({ run = run, options = options, unchanged = 0,
-    clock = given and given.clock or host.clock }, Session)
+function supervisor.start(run, options)
+  local self = setmetatable({ run = run, options = options, unchanged = 0 }, Session)
   local folder = run.experiment.origin and source.folder_of(run.experiment.origin)
   local parser, message = parse.from(options.parse, folder)
   if not parser then failure.raise(2, "supervisor \"llm\": " .. message) end
@@ -60,6 +59,7 @@ function Session:open()
     local outcome = recorded:outcome(self.run.repetition, generation)
     if outcome then
       self:resume_from(outcome)
+      self:compare_prompts(outcome)
       return
     end
   end
@@ -69,6 +69,15 @@ function Session:resume_from(outcome)
   if outcome.client then self.client:restore(outcome.client) end
   self.unchanged, self.answered = outcome.unchanged or 0, true
   self.same = outcome.answer_sha256
+end
+
+-- Says so where a resumed run goes on with another prompt.
+function Session:compare_prompts(outcome)
+  local ask, now = outcome.asks[1], self.exchange.prompt.template
+  if ask and ask.template_sha256 ~= now.sha256 then
+    self.run:say(("%s has changed since generation %d; going on with it as it is now")
+      :format(now.name, outcome.generation))
+  end
 end
 
 -- Bytes above 127 of a body that is no UTF-8 become question marks.
@@ -97,10 +106,10 @@ function Session:ask(purpose, request)
     detail = request.detail }
   self.notes[#self.notes + 1] = note
   self.asking = { purpose = purpose, request = request }
-  local began = self.clock()
+  local began = host.clock()
   local answer, problem = self.client:ask(request.messages, { schema = request.schema,
     name = "proposal", budget = self.deadline - began, max_tokens = self.options.max_tokens })
-  note.seconds = self.clock() - began
+  note.seconds = host.clock() - began
   self.model_seconds = self.model_seconds + note.seconds
   if not answer then
     note.attempts, note.http_status = problem.attempts, problem.http_status
@@ -292,7 +301,7 @@ function Session:decide(given)
   self:open()
   self.generation, self.judge = given.generation, given.judge
   self.notes, self.model_seconds = {}, 0
-  local began = self.clock()
+  local began = host.clock()
   self.deadline = began + (self.options.budget or self.client:describe().budget or BUDGET)
   self:refresh_prompts()
 
@@ -309,7 +318,7 @@ function Session:decide(given)
     unchanged = self.unchanged, answer_sha256 = self.same, client = self.client:state() }
   local parameters, fields, record = supervisor.apply(line, given.judge)
   line.fields = record.entries
-  line.seconds = self.clock() - began
+  line.seconds = host.clock() - began
   local run = self.run
   if not self.transcript:outcome(run.repetition, given.generation, line) then
     local why = "the transcript cannot be written: " .. self.transcript.problem
@@ -329,8 +338,13 @@ function Session:decide(given)
     asks = #self.notes, attempts = sum(self.notes, "attempts"),
     input_tokens = sum(self.notes, "input_tokens"),
     output_tokens = sum(self.notes, "output_tokens"), cost = sum(self.notes, "cost"),
-    fallen_back = outcome.set_by ~= "model" and outcome.set_by ~= "held" }
+    fallen_back = supervisor.is_fallback(line.set_by) }
 end
+
+--- Was a generation set by somebody else, or nobody, because the model could not?
+---@param set_by string
+---@return boolean
+function supervisor.is_fallback(set_by) return set_by ~= "model" and set_by ~= "held" end
 
 --- What an outcome line does to a generation.
 ---@param line table
