@@ -328,7 +328,7 @@ function Run:judge(robots, proposal, reason, about)
     return bound
   end
   return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
-    set_by = about.set_by, limits = self.limits, parameters = robots.parameters,
+    source = about.source, limits = self.limits, parameters = robots.parameters,
     materials = materials, first = self.first_fields, allowed = self.config.supervision,
     cost = cost, first_step = self.first_step }
 end

@@ -220,7 +220,7 @@ end
 ---@field proposal any what the supervisor returned
 ---@field reason? any its second result
 ---@field supervisor string its name
----@field set_by? string whose proposal it is, where that may be another's: "model", "rules", "keep"
+---@field source? string whose proposal it is, where that may be another's: "model", "rules", "keep"
 ---@field limits ledger.limit[]
 ---@field parameters table<string, number> of the generation just scored
 ---@field materials table[] all materials now, as `engine.materials` gives them, in index order
@@ -234,7 +234,7 @@ end
 ---@param request ledger.request
 ---@return table<string, number> parameters
 ---@return table<string, table<string, number>> materials
----@return { supervisor: string, set_by: string|nil, reason: string|nil, entries: table[] } record
+---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
 function ledger.judge(request)
   local proposal, entries = request.proposal, {}
   local reason = type(request.reason) == "string" and request.reason or nil
@@ -303,7 +303,7 @@ function ledger.judge(request)
     end
   end
   for _, entry in ipairs(refused) do entries[#entries + 1] = entry end
-  return parameters, fields, { supervisor = request.supervisor, set_by = request.set_by,
+  return parameters, fields, { supervisor = request.supervisor, source = request.source,
     reason = reason, entries = entries }
 end
 

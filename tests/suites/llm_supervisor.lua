@@ -58,7 +58,7 @@ suite:test("a proposal goes from the model through parser and ledger into the ru
   t:ok(seen[1][2].content:find("json", 1, true))
   for generation = 1, 3 do
     local line = done.ledger[generation + 1]
-    t:equal({ line.supervisor, line.set_by, line.reason },
+    t:equal({ line.supervisor, line.source, line.reason },
       { "llm", "model", "model: step " .. generation })
     t:near(entry(done, generation, "mutation_rate").applied, 0.15 + generation / 100)
   end
@@ -90,16 +90,16 @@ suite:test("without a usable answer the fallback proposes, and else nothing chan
     return { crossover_rate = 0.45 }, "my own"
   end })
   t:equal(entry(done, 1, "crossover_rate").applied, 0.45)
-  t:equal({ done.ledger[2].set_by, done.ledger[2].reason },
+  t:equal({ done.ledger[2].source, done.ledger[2].reason },
     { "function", "function instead: timeout: no answer; my own" })
   t:ok(done.timing[2].supervision.fallen_back)
 
   done = run(t, { "llm", client = silent })
-  t:equal({ done.ledger[2].set_by, done.ledger[2].reason }, { "keep", "kept: timeout: no answer" })
+  t:equal({ done.ledger[2].source, done.ledger[2].reason }, { "keep", "kept: timeout: no answer" })
   t:ok(done.said:find("before generation 1 the model was not used: timeout: no answer", 1, true))
 
   done = run(t, { "llm", client = silent, fallback = function() error "no idea" end })
-  t:equal(done.ledger[2].set_by, "keep")
+  t:equal(done.ledger[2].source, "keep")
   t:ok(done.ledger[2].reason:find("no idea", 1, true), done.ledger[2].reason)
 end)
 
@@ -130,7 +130,7 @@ suite:test("a replay gives the bytes of the run that it replays, and asks nobody
   function(t)
     local recorded = run(t, { "llm", client = talker.new(moody), fallback = "rules" }, LONG)
     local sets = {}
-    for _, line in ipairs(recorded.ledger) do sets[line.set_by or "none"] = true end
+    for _, line in ipairs(recorded.ledger) do sets[line.source or "none"] = true end
     t:ok(sets.model and sets.rules, "the model should be used, and not always")
     for _, match in ipairs { "request", "generation" } do
       local again = run(t, { "replay", run = recorded.folder, match = match }, LONG)

@@ -168,7 +168,7 @@ local function outcomes(given, detail)
       end
     end
     list[#list + 1] = { generation = history[k].generation, fields = fields,
-      set_by = record.set_by or record.supervisor, reason = record.reason and short(record.reason),
+      source = record.source or record.supervisor, reason = record.reason and short(record.reason),
       best_before = rounded(history[k - 1].best_standard or history[k - 1].best),
       best_after = rounded(history[k].best_standard or history[k].best) }
   end

@@ -113,7 +113,7 @@ end
 function Replay:decide(given)
   local line = self:find(given)
   local parameters, fields, record = supervisor.apply(line, given.judge)
-  return parameters, fields, record, { fallen_back = supervisor.is_fallback(line.set_by) }
+  return parameters, fields, record, { fallen_back = supervisor.is_fallback(line.source) }
 end
 
 return replay

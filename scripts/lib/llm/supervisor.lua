@@ -42,7 +42,8 @@ function supervisor.start(run, options)
   local fallback = options.fallback or "keep"
   if fallback ~= "keep" then self.fallback = require("limax.supervise").get(fallback) end
   local make = options.client or require("limax.llm.client").new
-  self.client = make(options, { record = function(attempt) self:record(attempt) end })
+  self.client, message = make(options, { record = function(attempt) self:record(attempt) end })
+  if not self.client then failure.raise(2, "supervisor \"llm\": " .. tostring(message)) end
   return self
 end
 
@@ -68,7 +69,7 @@ end
 function Session:resume_from(outcome)
   if outcome.client then self.client:restore(outcome.client) end
   self.unchanged, self.answered = outcome.unchanged or 0, true
-  self.same = outcome.answer_sha256
+  self.same, self.last_source = outcome.answer_sha256, outcome.source
 end
 
 -- Says so where a resumed run goes on with another prompt.
@@ -108,7 +109,8 @@ function Session:ask(purpose, request)
   self.asking = { purpose = purpose, request = request }
   local began = host.clock()
   local answer, problem = self.client:ask(request.messages, { schema = request.schema,
-    name = "proposal", budget = self.deadline - began, max_tokens = self.options.max_tokens })
+    name = "proposal", budget = self.deadline - began, generation = self.generation,
+    max_tokens = self.options.max_tokens })
   note.seconds = host.clock() - began
   self.model_seconds = self.model_seconds + note.seconds
   if not answer then
@@ -117,7 +119,7 @@ function Session:ask(purpose, request)
     return nil, note
   end
   note.attempts, note.finish_reason = answer.attempts, answer.finish_reason
-  note.truncated = answer.truncated or nil
+  note.truncation = answer.truncation
   local usage = answer.usage or {}
   note.input_tokens, note.output_tokens = usage.input_tokens, usage.output_tokens
   note.cost = answer.cost
@@ -160,7 +162,7 @@ function Session:consult(history)
   if not request then return nil, message end
   local answer, note = self:ask("first", request)
   -- too long for the model, or cut by its server without a word: shorter, once
-  local cut = answer and answer.truncated and not self:read(answer, note)
+  local cut = answer and answer.truncation == "prompt" and not self:read(answer, note)
   if note.failure == "context" or cut then
     local shorter = self.exchange:first(history, math.floor(request.tokens / 2))
     if shorter and shorter.messages_sha256 ~= request.messages_sha256 then
@@ -204,7 +206,7 @@ end
 
 -- Another supervisor in the model's place, which may fail too.
 function Session:fall_back(given, why)
-  if not self.fallback then return { set_by = "keep", why = why, reason = "kept: " .. why } end
+  if not self.fallback then return { source = "keep", why = why, reason = "kept: " .. why } end
   local name = self.fallback.name
   local ok, proposal, reason =
     user_call.attempt(self.fallback.call, given.history, given.random, given.limits)
@@ -212,10 +214,10 @@ function Session:fall_back(given, why)
     if failure.of_machine(proposal) then error(proposal, 0) end
     why = ("%s; the fallback %s failed: %s"):format(why, name,
       parse.clean(failure.bare(proposal), 200))
-    return { set_by = "keep", why = why, reason = "kept: " .. why }
+    return { source = "keep", why = why, reason = "kept: " .. why }
   end
   local said = type(reason) == "string" and "; " .. parse.clean(reason, 200) or ""
-  return { set_by = name, why = why, proposal = type(proposal) == "table"
+  return { source = name, why = why, proposal = type(proposal) == "table"
     and recordable(proposal, 3) or nil, reason = ("%s instead: %s%s"):format(name, why, said) }
 end
 
@@ -243,7 +245,9 @@ end
 function Session:decide_now(given)
   local every = self.options.ask_every or 1
   if (given.generation - 1) % every ~= 0 then
-    return { set_by = "held", reason = ("the model is asked every %d generations"):format(every) }
+    -- what was decided then holds on
+    return { source = self.last_source or "keep",
+      reason = ("the model is asked every %d generations"):format(every) }
   end
   if not self.transcript:flush() then
     return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
@@ -260,7 +264,7 @@ function Session:decide_now(given)
   if not parsed then return self:fall_back(given, why) end
   self:compare(parsed.proposal)
   self:project()
-  return { set_by = "model", proposal = parsed.proposal,
+  return { source = "model", proposal = parsed.proposal,
     reason = parsed.reason and "model: " .. parsed.reason or "model" }
 end
 
@@ -302,7 +306,7 @@ function Session:decide(given)
   self.generation, self.judge = given.generation, given.judge
   self.notes, self.model_seconds = {}, 0
   local began = host.clock()
-  self.deadline = began + (self.options.budget or self.client:describe().budget or BUDGET)
+  self.deadline = began + (self.options.budget or self.client.budget or BUDGET)
   self:refresh_prompts()
 
   local before = self:recorded(given)
@@ -313,7 +317,7 @@ function Session:decide(given)
   end
 
   local outcome = self:decide_now(given)
-  local line = { supervisor = "llm", asks = host.json.array(self.notes), set_by = outcome.set_by,
+  local line = { supervisor = "llm", asks = host.json.array(self.notes), source = outcome.source,
     why = outcome.why, proposal = outcome.proposal, reason = outcome.reason,
     unchanged = self.unchanged, answer_sha256 = self.same, client = self.client:state() }
   local parameters, fields, record = supervisor.apply(line, given.judge)
@@ -324,27 +328,28 @@ function Session:decide(given)
     local why = "the transcript cannot be written: " .. self.transcript.problem
     run:say(("before generation %d %s; the model's answers are not used until it can")
       :format(given.generation, why), why)
-    if outcome.set_by == "model" then
+    if outcome.source == "model" then
       -- what is not recorded is not used: this line takes the other's place
-      line.set_by, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
+      line.source, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
       parameters, fields, record = supervisor.apply(line, given.judge)
       line.fields = record.entries
       self.transcript:replace_waiting(line)
     end
   end
+  self.last_source = line.source
   if line.why then run:say(("before generation %d the model was not used: %s")
     :format(given.generation, line.why), "not used: " .. line.why) end
   return parameters, fields, record, { model_seconds = self.model_seconds,
     asks = #self.notes, attempts = sum(self.notes, "attempts"),
     input_tokens = sum(self.notes, "input_tokens"),
     output_tokens = sum(self.notes, "output_tokens"), cost = sum(self.notes, "cost"),
-    fallen_back = supervisor.is_fallback(line.set_by) }
+    fallen_back = supervisor.is_fallback(line.source) }
 end
 
 --- Was a generation set by somebody else, or nobody, because the model could not?
----@param set_by string
+---@param who string `source` of an outcome
 ---@return boolean
-function supervisor.is_fallback(set_by) return set_by ~= "model" and set_by ~= "held" end
+function supervisor.is_fallback(who) return who ~= "model" end
 
 --- What an outcome line does to a generation.
 ---@param line table
@@ -353,7 +358,7 @@ function supervisor.is_fallback(set_by) return set_by ~= "model" and set_by ~= "
 ---@return table fields
 ---@return table record
 function supervisor.apply(line, judge)
-  return judge(line.proposal, line.reason, { supervisor = line.supervisor, set_by = line.set_by })
+  return judge(line.proposal, line.reason, { supervisor = line.supervisor, source = line.source })
 end
 
 -- What the transcript holds of this generation, if it began as it would begin now: a run that was
