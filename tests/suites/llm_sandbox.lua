@@ -128,7 +128,8 @@ suite:test("memory has an end, and the process keeps none of it", { limit = 60 }
   for _ = 1, 20 do run(HUNGRY["a table of tables"], "", { bytes = 16 * 2 ^ 20 }) end
   t:ok(resident() - before < 32 * 1024, "kB more: " .. resident() - before)
   for _, body in ipairs { "return ('x'):rep(1e9)", "return ('x'):rep(2 ^ 60)",
-    "return ('x'):rep(1e6, ('y'):rep(1e6))", "return (('x'):rep(1e6)):gsub('x', ('y'):rep(1e4))" } do
+    "return ('x'):rep(1e6, ('y'):rep(1e6))",
+    "return (('x'):rep(1e6)):gsub('x', ('y'):rep(1e4))" } do
     local ok, message = run(body)
     t:ok(not ok and message:find("longer than", 1, true), body .. ": " .. tostring(message))
   end

@@ -47,24 +47,23 @@ local function upvalues(call)
 end
 
 -- The text of a function alone, out of the lines where it stands: from one of the words `function`
--- to one of the words `end`, with its own name left out.
-local function cut(lines)
-  local found
+-- to one of the words `end`, with its own name left out. Which ones, the compiled code tells.
+local function cut(lines, call)
+  local code = string.dump(call, true)
   for from in lines:gmatch "()%f[%w_]function%f[^%w_]" do
     -- it begins on the first line
     if lines:sub(1, from):find("\n", 1, true) then break end
     local last_break = lines:match ".*()\n" or 0
     for to in lines:gmatch "%f[%w_]end()%f[^%w_]" do
       if to > last_break and to > from then
-        local text = "return " .. lines:sub(from, to - 1):gsub("^function%s+[%w_%.:]+", "function")
-        if loadstring(text) then
-          if found and found ~= text then return nil end
-          found = text
-        end
+        local text = lines:sub(from, to - 1):gsub("^function%s+[%w_%.]+", "function")
+        text = "return (" .. text .. ")"
+        local chunk = loadstring(text)
+        local made = chunk and chunk()
+        if type(made) == "function" and string.dump(made, true) == code then return text end
       end
     end
   end
-  return found
 end
 
 -- A parser from a function of the experiment: its text, for another Lua state.
@@ -80,7 +79,7 @@ local function of_function(call)
   if info.source:sub(1, 1) == "@" then
     text = source.lines(info.source:sub(2), info.linedefined, info.lastlinedefined)
   end
-  text = text and cut(text)
+  text = text and cut(text, call)
   if not text then
     return nil, place .. ": the function's text cannot be told from its neighbours; put it on lines"
       .. " of its own, or in a file that returns it: parse = \"file.lua\""

@@ -3,6 +3,7 @@
 --- no character is left that could end a fence, open a tag or steer a terminal.
 
 local choice = require "limax.choice"
+local failure = require "limax.failure"
 local host = require "limax.host"
 
 local template = {}
@@ -106,7 +107,8 @@ end
 local function entered(value)
   if type(value) == "table" then
     local ok, text = pcall(template.json, value)
-    return ok and text or nil, not ok and text or nil
+    if ok then return text end
+    return nil, failure.bare(text)
   end
   if type(value) ~= "string" then
     return nil, "expected a text or a table, got a " .. type(value)
