@@ -14,6 +14,7 @@
 #include "json.h"
 #include "pattern.h"
 #include "signals.h"
+#include "stack_room.h"
 
 namespace limax::host {
 namespace {
@@ -24,14 +25,13 @@ using steady = std::chrono::steady_clock;
 constexpr std::size_t most_bytes = std::size_t{64} << 20;
 constexpr std::int64_t most_instructions = 200'000'000;  // 2 to 4 s of the interpreter
 constexpr double most_seconds = 5;
-// Between two looks at the limits: a microsecond's work of the interpreter, and the longest chain
-// of library calls that nothing stops.
-constexpr int instructions_between = 1000;
+// Between two looks at the limits: half a microsecond, or that many library calls.
+constexpr int instructions_between = 50;
 // Longest text that string.rep makes.
 constexpr std::size_t longest_repetition = std::size_t{1} << 20;
 constexpr std::size_t longest_error = 300;  // bytes of a parser's own message
 
-enum class stop { none, instructions, time, interrupt };
+enum class stop { none, instructions, time, stack, interrupt };
 
 // All of a parser's run that C++ knows of; the allocator's user data, so that a hook finds it.
 struct confinement {
@@ -41,6 +41,7 @@ struct confinement {
     std::int64_t instructions_left = most_instructions;
     double seconds = most_seconds;
     steady::time_point deadline;
+    stack_room room;
     stop stopped = stop::none;
 
     std::string_view source;
@@ -89,6 +90,7 @@ bool is_over(confinement& here) {
 void look(lua_State* L, lua_Debug*) {
     confinement& here = of(L);
     here.instructions_left -= instructions_between;
+    if (!here.room.is_there(L)) here.stopped = stop::stack;
     if (!is_over(here)) return;
     lua_sethook(L, look, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
     luaL_error(L, "stopped");
@@ -255,6 +257,7 @@ std::string why(lua_State* L, const confinement& here, int status) {
             return "stopped after " + std::to_string(most_instructions / 1000000) +
                    " million instructions";
         case stop::time: return "stopped after " + std::to_string(here.seconds).substr(0, 4) + " s";
+        case stop::stack: return "stack overflow: its recursion has no end";
         case stop::interrupt: return "interrupted";
         case stop::none: break;
     }

@@ -9,19 +9,21 @@
 
 #include "guard.h"
 #include "signals.h"
+#include "stack_room.h"
 
 namespace limax::host {
 namespace {
 
 using steady = std::chrono::steady_clock;
 
-// Instructions between two looks at the clock: about ten microseconds.
-constexpr int instructions_between = 1000;
+// Instructions between two looks: half a microsecond.
+constexpr int instructions_between = 50;
 constexpr double most_seconds = 1e6;
 
 // The call that is timed; one at a time, on the thread that runs Lua.
 struct limit {
     steady::time_point deadline;
+    stack_room room;
     bool passed = false;
     char place[256] = "";  // where it stood then: "FILE:LINE"
 };
@@ -31,7 +33,7 @@ limit* timed = nullptr;
 void look(lua_State* L, lua_Debug* frame) {
     if (timed == nullptr) return;
     if (!timed->passed) {
-        if (steady::now() < timed->deadline) return;
+        if (timed->room.is_there(L) && steady::now() < timed->deadline) return;
         timed->passed = true;
         if (lua_getinfo(L, "Sl", frame) != 0 && frame->currentline > 0)
             std::snprintf(timed->place, sizeof timed->place, " (at %s:%d)", frame->short_src,
@@ -67,7 +69,10 @@ int within(lua_State* L) {
         // what it returned after all, if anything, came too late
         lua_settop(L, 0);
         lua_pushboolean(L, 0);
-        lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
+        if (here.room.is_gone())
+            lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
+        else
+            lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
         return 2;
     }
     lua_pushboolean(L, status == 0);
