@@ -2,6 +2,7 @@
 --- place are options; README.md has a section on them. The first such loop over an evolution
 --- strategy's step size is Custode et al., arXiv 2408.02451; the paper's is arXiv 2405.00698.
 
+local client_options = require "limax.llm.options"
 local schema = require "limax.schema"
 
 local function text_or_function(expected)
@@ -50,6 +51,9 @@ local options = {
     integer = true, reason = "as in the paper" },
   client = own_client,
 }
+
+-- Those of the endpoint: url, model, budget, ...; a key is refused.
+for name, rule in pairs(client_options.rules) do options[name] = rule end
 
 return {
   options = options,
