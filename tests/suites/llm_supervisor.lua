@@ -8,45 +8,7 @@ local talker = require "support.talker"
 
 local suite = require("limax.test").suite "llm supervisor"
 
--- A tiny experiment with this supervisor.
-local function experiment(supervisor, given)
-  local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
-    repetitions = 1, simulation = { duration = 0.05, settle = 0, accuracy = "preview" },
-    fitness = "distance", supervisor = supervisor }
-  for name, value in pairs(given or {}) do fields[name] = value end
-  return limax.experiment(fields)
-end
-
--- Runs it in a new folder; the folder, the lines of ledger and transcript, and what was said.
-local function run(t, supervisor, given)
-  local folder, said = t:folder() .. "/run", {}
-  limax.start(experiment(supervisor, given), { out = folder, device = "cpu",
-    say = function(text) said[#said + 1] = text end }):finish()
-  local lines = {}
-  for _, name in ipairs { "ledger", "transcript", "timing" } do
-    lines[name] = {}
-    for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
-      table.insert(lines[name], (assert(host.json.decode(row))))
-    end
-  end
-  return { folder = folder, ledger = lines.ledger, transcript = lines.transcript,
-    timing = lines.timing, said = table.concat(said, "\n") }
-end
-
--- The ledger's entry of a field before generation `generation`.
-local function entry(done, generation, field)
-  for _, each in ipairs(done.ledger[generation + 1].entries) do
-    if each.field == field then return each end
-  end
-end
-
-local function of_kind(done, kind)
-  local list = {}
-  for _, line in ipairs(done.transcript) do
-    if line.kind == kind then list[#list + 1] = line end
-  end
-  return list
-end
+local run, entry, of_kind = talker.run, talker.entry, talker.of_kind
 
 suite:test("a proposal goes from the model through parser and ledger into the run", function(t)
   local seen = {}
@@ -150,7 +112,7 @@ suite:test("a replay that asks another question, or goes on longer, ends with th
     local folder = t:folder() .. "/longer"
     t:raises("holds no outcome of generation 4, repetition 1; a replay never asks a model",
       function()
-        limax.start(experiment({ "replay", run = recorded.folder, match = "generation" },
+        limax.start(talker.experiment({ "replay", run = recorded.folder, match = "generation" },
           { generations = 9 }), { out = folder, device = "cpu" }):finish()
       end)
     t:equal(host.json.decode(source.read(folder .. "/checkpoint")).generation, 3)

@@ -156,7 +156,7 @@ function Session:read(answer, note)
   return parsed, problems
 end
 
--- The model's proposal: nil and why where there is none that can be used.
+-- The model's proposal: nil and why where there is none that can be used, and what there is.
 function Session:consult(history)
   local request, message = self.exchange:first(history)
   if not request then return nil, message end
@@ -174,16 +174,17 @@ function Session:consult(history)
 
   local first, problems = self:read(answer, note)
   if #problems == 0 then return first end
+  local second
   local second_request = self.exchange:again(request, answer.content or "", problems)
   if second_request then
     local again, again_note = self:ask("again", second_request)
-    local second, left
+    local left
     if again then second, left = self:read(again, again_note) end
     if second and second.useful then return second end
     problems = left or problems
   end
   if first and first.useful then return first end
-  return nil, "no usable answer: " .. problems[1]
+  return nil, "no usable answer: " .. problems[1], second or first
 end
 
 -- ---- deciding -----------------------------------------------------------------------------------
@@ -204,9 +205,13 @@ local function recordable(value, depth)
   return copy
 end
 
--- Another supervisor in the model's place, which may fail too.
-function Session:fall_back(given, why)
-  if not self.fallback then return { source = "keep", why = why, reason = "kept: " .. why } end
+-- Another supervisor in the model's place, which may fail too. Where there is none, the ledger
+-- shows how the model's fields were rejected.
+function Session:fall_back(given, why, rejected)
+  if not self.fallback then
+    return { source = "keep", why = why, reason = "kept: " .. why,
+      proposal = rejected and rejected.proposal }
+  end
   local name = self.fallback.name
   local ok, proposal, reason =
     user_call.attempt(self.fallback.call, given.history, given.random, given.limits)
@@ -252,16 +257,17 @@ function Session:decide_now(given)
   if not self.transcript:flush() then
     return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
   end
-  local ok, parsed, why = failure.attempt(self.consult, self, given.history)
+  local ok, parsed, why, rejected = failure.attempt(self.consult, self, given.history)
   if not ok then
     if failure.of_machine(parsed) then error(parsed, 0) end
     -- a client of the experiment's own, most likely
-    parsed, why = nil, "asking failed: " .. parse.clean(failure.bare(parsed), 200)
+    why, rejected = "asking failed: " .. parse.clean(failure.bare(parsed), 200), nil
+    parsed = nil
   end
   if self.transcript.problem then
     return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
   end
-  if not parsed then return self:fall_back(given, why) end
+  if not parsed then return self:fall_back(given, why, rejected) end
   self:compare(parsed.proposal)
   self:project()
   return { source = "model", proposal = parsed.proposal,

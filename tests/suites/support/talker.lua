@@ -1,7 +1,10 @@
 --- talker.lua: a client that needs no network: it has the methods of scripts/lib/llm/client.lua and
---- answers as a function says. Experiments of a suite take it as `client`.
+--- answers as a function says. Experiments of a suite take it as `client`. And tiny runs under it,
+--- with what they left.
 
 local host = require "limax.host"
+local limax = require "limax"
+local source = require "limax.source"
 
 local talker = {}
 
@@ -37,6 +40,77 @@ function talker.new(answer)
     end
     return client
   end
+end
+
+--- A tiny experiment with this supervisor.
+---@param supervisor table|string|function
+---@param given? table fields in the place of others
+---@return limax.experiment
+function talker.experiment(supervisor, given)
+  local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
+    repetitions = 1, simulation = { duration = 0.06, settle = 0, accuracy = "preview" },
+    fitness = "distance", supervisor = supervisor }
+  for name, value in pairs(given or {}) do fields[name] = value end
+  return limax.experiment(fields)
+end
+
+---@class talker.done
+---@field folder string
+---@field ledger table[] lines, and those of transcript and timing
+---@field said string
+
+--- Reads what a run left.
+---@param folder string
+---@return talker.done
+function talker.read(folder)
+  local done = { folder = folder }
+  for _, name in ipairs { "ledger", "transcript", "timing" } do
+    done[name] = {}
+    for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
+      table.insert(done[name], (assert(host.json.decode(row))))
+    end
+  end
+  return done
+end
+
+--- Runs it in a new folder.
+---@param t limax.test_context
+---@param supervisor table|string|function
+---@param given? table fields of the experiment
+---@param options? table of `limax.start`
+---@return talker.done
+function talker.run(t, supervisor, given, options)
+  local folder, said = t:folder() .. "/run", {}
+  local start = { out = folder, device = "cpu",
+    say = function(text) said[#said + 1] = text end }
+  for name, value in pairs(options or {}) do start[name] = value end
+  limax.start(talker.experiment(supervisor, given), start):finish()
+  local done = talker.read(folder)
+  done.said = table.concat(said, "\n")
+  return done
+end
+
+--- The ledger's entry of a field before generation `generation`.
+---@param done talker.done
+---@param generation integer
+---@param field string
+---@return table|nil
+function talker.entry(done, generation, field)
+  for _, each in ipairs(done.ledger[generation + 1].entries) do
+    if each.field == field then return each end
+  end
+end
+
+--- The transcript's attempts or outcomes.
+---@param done talker.done
+---@param kind "attempt"|"outcome"
+---@return table[]
+function talker.of_kind(done, kind)
+  local list = {}
+  for _, line in ipairs(done.transcript) do
+    if line.kind == kind then list[#list + 1] = line end
+  end
+  return list
 end
 
 return talker
