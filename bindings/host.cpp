@@ -19,8 +19,10 @@
 #include "machine.h"
 #include "packages.h"
 #include "protect.h"
+#include "sandbox.h"
 #include "sha256.h"
 #include "signals.h"
+#include "time_limit.h"
 #include "url.h"
 
 namespace limax::host {
@@ -92,6 +94,8 @@ void open_host(lua_State* L, const command_line& line) {
     open_url(L);
     open_files(L);
     open_machine(L);
+    open_sandbox(L);
+    open_time_limit(L);
     lua_setfield(L, -2, "limax.host");
     lua_pop(L, 1);
 }

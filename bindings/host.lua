@@ -64,6 +64,14 @@
 ---@field loopback boolean does it mean this machine?
 ---@field credentials boolean a user or a password stands in it
 
+---@class limax.host.sandboxed
+---@field source string Lua text that returns a function(text, limits)
+---@field name string of the source, "=parse.lua"
+---@field text string
+---@field limits string JSON
+---@field seconds? number 5 at most, the default
+---@field bytes? number 64 MiB at most, the default
+
 ---@class limax.host.terminal
 ---@field stdin boolean
 ---@field stdout boolean
@@ -95,6 +103,11 @@
 ---@field interrupted fun(): boolean
 ---@field raise_if_interrupted fun()
 ---@field protect fun(call: function, ...): boolean, any, any pcall that also ends an interrupt
+---@field within fun(seconds: number, handler: function, call: function, ...): boolean, any xpcall
+--- of a function without the compiler, stopped after so many seconds
+---@field sandbox fun(request: limax.host.sandboxed): boolean, any, string|nil, string|nil runs a
+--- parser in a Lua state of its own: true, what it returned (the second and third are texts), or
+--- false and why
 ---@field exit fun(status?: integer) with output flushed and objects freed
 ---@field sha256 fun(text: string): string hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,

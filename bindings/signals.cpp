@@ -244,6 +244,11 @@ void acknowledge_interrupt() {
 
 bool was_interrupted() { return pressed; }
 
+void set_hook(lua_State* L, lua_Hook hook, int mask, int count) {
+    const without_interrupts blocked;
+    if (!pending) lua_sethook(L, hook, mask, count);
+}
+
 void push_interrupt(lua_State* L) {
     lua_pushlightuserdata(L, const_cast<char*>(&interrupt_key));
     lua_rawget(L, LUA_REGISTRYINDEX);

@@ -21,6 +21,10 @@ void acknowledge_interrupt();
 // Whether Ctrl-C came in since the last rearm, acknowledged or not.
 bool was_interrupted();
 
+// Sets a hook of Lua, or takes it away (nullptr), unless an interrupt is pending, whose own hook
+// stays.
+void set_hook(lua_State* L, lua_Hook hook, int mask, int count);
+
 // Pushes the one value that an interrupt raises.
 void push_interrupt(lua_State* L);
 // Raises it. Only where no C++ exception is being handled.

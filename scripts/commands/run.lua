@@ -35,6 +35,8 @@ local command = {
     { name = "together",
       text = "several repetitions at a time, with the same bytes; what a GPU does anyway" },
     { name = "apart", text = "one repetition after the other, on a GPU too" },
+    { name = "live-prompts",
+      text = "with a language model: read its prompts again before each generation" },
     { name = "resume", argument = "DIR", text = "continue the run in this folder" },
     { name = "changed", text = "with --resume: go on although script or configuration differ" },
     { name = "quiet", short = "q", text = "no progress, nothing at the end; warnings stay" },
@@ -206,6 +208,10 @@ local function execute(session, experiment, arguments)
     experiment = experiment:override(changes_of(arguments))
     session.alone = arguments.repetition
   end
+  if arguments.live_prompts and experiment.supervisor.name ~= "llm" then
+    failure.raise(2, ('--live-prompts: the supervisor %q reads no prompts; "llm" does')
+      :format(experiment.supervisor.name))
+  end
   session.first, session.last = span(experiment.config, session.alone)
   local device = or_refuse(1, engine.device, arguments.device or "auto",
     { threads = arguments.threads })
@@ -233,6 +239,7 @@ local function execute(session, experiment, arguments)
       session.progress:say(text)
     end,
     on_progress = function(state) session.progress:robots(state) end,
+    live_prompts = arguments.live_prompts,
     on_generation = function(entry, seconds)
       session.tally:add(entry.repetition, entry.population.records)
       session.progress:generation(entry, seconds)

@@ -14,6 +14,7 @@ local metrics = require "limax.metrics"
 local population = require "limax.population"
 local run_folder = require "limax.run_folder"
 local settings = require "limax.settings"
+local user_call = require "limax.user_call"
 
 ---@class limax.run one repetition of an experiment
 ---@field experiment limax.experiment
@@ -34,6 +35,7 @@ Run.__index = Run
 ---@field on_progress? fun(progress: table) while robots are simulated
 ---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
 ---@field on_generation? fun(entry: table, seconds: table) after each generation
+---@field live_prompts? boolean read a model's prompts again before each generation
 
 local evolve = {}
 
@@ -57,7 +59,8 @@ function evolve.start(experiment, options)
 
   local self = setmetatable({ experiment = experiment, config = config, repetition = repetition,
     device = device, folder = folder, out = options.out, on_progress = options.on_progress,
-    wait = options.wait, on_generation = options.on_generation, history = {}, said = {} }, Run)
+    wait = options.wait, on_generation = options.on_generation, history = {}, said = {},
+    live_prompts = options.live_prompts }, Run)
   self.say_aloud = options.say or function(text) io.stderr:write(text, "\n") end
   self.options = settings.engine_options(config.simulation, config.record)
   self.scene = engine.scene(config.scene)
@@ -72,6 +75,8 @@ function evolve.start(experiment, options)
     initial_scale = config.genome.initial_scale, seed = config.seed, repetition = repetition }
   self.first_step, self.first_step_material =
     full_body.bound(config.lattice, self.first_materials, self.scene, self.options, device)
+  local supervisor = experiment.supervisor
+  if supervisor.start then self.session = supervisor.start(self) end
   self:warn()
   return self
 end
@@ -168,7 +173,8 @@ function Run:first_generation()
   robots:initialize()
   return self:express(robots, { materials = self.first_materials, generation = 0,
     parameters = self.config.breeding, timing = { breed = host.clock() - began, supervise = 0 },
-    ledger = { supervisor = self.experiment.supervisor.name, entries = host.json.array {} },
+    ledger = { supervisor = (self.session or self.experiment.supervisor).name,
+      entries = host.json.array {} },
     record = function(i)
       return { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
     end })
@@ -248,7 +254,8 @@ function Run:close(robots)
     population = robots }
   if self.folder then
     seconds.write = self.folder:write_generation { metrics = line, ledger = robots.ledger,
-      seconds = seconds, text = text, genomes = robots.engine:genomes_bytes(), robots = #robots,
+      seconds = seconds, supervision = before.supervision, text = text, robots = #robots,
+      genomes = robots.engine:genomes_bytes(),
       genes = robots.engine.genes, champion = robots[robots.ranked[1]]:table() }
   end
   robots:end_traces "its population was bred"
@@ -309,21 +316,8 @@ end
 
 -- ---- supervise and breed ------------------------------------------------------------------------
 
--- Asks the supervisor for the parameters of the generation after `robots`; the ledger binds what it
--- says. A supervisor that fails costs this generation's change, never the run.
-function Run:supervise(robots)
-  local generation = robots.generation + 1
-  local supervisor = self.experiment.supervisor
-  local random = engine.random(self.config.seed, self.repetition, "supervision", generation, 0)
-  local ok, proposal, reason = failure.attempt(supervisor.call, self.history, random,
-    self.limits)
-  if not ok then
-    if failure.of_machine(proposal) then error(proposal, 0) end
-    local message = "the supervisor failed: " .. failure.bare(proposal)
-    self:say(("before generation %d %s; parameters stay"):format(generation, message),
-      message)
-    proposal, reason = nil, message
-  end
+-- What the ledger makes of a proposal for the generation after `robots`.
+function Run:judge(robots, proposal, reason, about)
   local materials = {}
   for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
   local cost = function(fields)
@@ -333,10 +327,37 @@ function Run:supervise(robots)
     candidate:free()
     return bound
   end
-  local parameters, fields, record = ledger.judge { proposal = proposal, reason = reason,
-    supervisor = supervisor.name, limits = self.limits, parameters = robots.parameters,
+  return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
+    source = about.source, limits = self.limits, parameters = robots.parameters,
     materials = materials, first = self.first_fields, allowed = self.config.supervision,
     cost = cost, first_step = self.first_step }
+end
+
+-- Asks the supervisor for the parameters of the generation after `robots`; the ledger binds what it
+-- says. A supervisor that fails costs this generation's change, never the run. The last result are
+-- numbers for timing.jsonl.
+function Run:supervise(robots)
+  local generation = robots.generation + 1
+  local supervisor = self.experiment.supervisor
+  local random = engine.random(self.config.seed, self.repetition, "supervision", generation, 0)
+  local parameters, fields, record, numbers
+  if self.session then
+    parameters, fields, record, numbers = self.session:decide { generation = generation,
+      history = self.history, random = random, limits = self.limits,
+      judge = function(...) return self:judge(robots, ...) end }
+  else
+    local attempt = supervisor.own and user_call.attempt or failure.attempt
+    local ok, proposal, reason = attempt(supervisor.call, self.history, random, self.limits)
+    if not ok then
+      if failure.of_machine(proposal) then error(proposal, 0) end
+      local message = "the supervisor failed: " .. failure.bare(proposal)
+      self:say(("before generation %d %s; parameters stay"):format(generation, message),
+        message)
+      proposal, reason = nil, message
+    end
+    parameters, fields, record =
+      self:judge(robots, proposal, reason, { supervisor = supervisor.name })
+  end
   -- a misspelt field would else be found in the ledger alone
   for _, entry in ipairs(record.entries) do
     if entry.outcome == "rejected" then
@@ -344,13 +365,15 @@ function Run:supervise(robots)
       self:say(("before generation %d %s"):format(generation, message), message)
     end
   end
-  return parameters, fields, record
+  local shares = ledger.shares(record)
+  for name, value in pairs(numbers or {}) do shares[name] = value end
+  return parameters, fields, record, shares
 end
 
 -- The offspring of a scored generation.
 function Run:breed(robots, choice)
   local began, generation = host.clock(), robots.generation + 1
-  local parameters, fields, record = self:supervise(robots)
+  local parameters, fields, record, shares = self:supervise(robots)
   local supervised = host.clock()
   local function set(name, value)
     parameters[name] = value
@@ -378,7 +401,8 @@ function Run:breed(robots, choice)
   for k = 1, #elites do kept[k] = keep or nil end
   return self:express(offspring, { materials = materials, generation = generation,
     parameters = parameters, ledger = record, kept = kept,
-    timing = { supervise = supervised - began, breed = host.clock() - supervised },
+    timing = { supervise = supervised - began, breed = host.clock() - supervised,
+      supervision = shares },
     record = function(i)
       if elites[i] then return mating.elite_record(robots.records[elites[i]], keep) end
       local pair = pairs_of_robots[i]

@@ -156,6 +156,13 @@ local function resolve_parts(given)
   return { fitness = fitness, selection = selection, supervisor = supervisor }
 end
 
+-- Script files that an experiment names: the parser of a language model's answers.
+local function named_scripts(given, base)
+  local parser = type(given.supervisor) == "table" and given.supervisor.parse
+  if type(parser) ~= "string" then return {} end
+  return { host.file.absolute(source.beside(parser, base)) }
+end
+
 -- Turns what a script gave into an experiment; `nil, message` on the first thing that is wrong.
 local function resolve(given, origin)
   if type(given) ~= "table" then
@@ -205,7 +212,7 @@ local function resolve(given, origin)
 
   return setmetatable({ config = config, given = given, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    scripts = source.scripts(origin, given) }, Experiment)
+    scripts = source.scripts(origin, given, named_scripts(given, base)) }, Experiment)
 end
 
 -- ---- the module ---------------------------------------------------------------------------------

@@ -101,6 +101,18 @@ function failure.attempt(call, ...)
   return finish(xpcall(call, trace, ...))
 end
 
+--- The same for a function that must come back: after so many seconds it is stopped, which counts
+--- as an error.
+---@param seconds number
+---@param call function
+---@param ... any
+---@return boolean ok
+---@return any result_or_error
+---@return any ...
+function failure.attempt_within(seconds, call, ...)
+  return finish(host.within(seconds, trace, call, ...))
+end
+
 -- message -> the traceback of where it was raised first
 local traces = {}
 

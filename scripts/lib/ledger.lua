@@ -67,6 +67,19 @@ function ledger.material_fields(material)
   return { "amplitude", "phase", "stiffness" }
 end
 
+--- What the largest change per generation lets a value become, the range aside.
+---@param limit ledger.limit
+---@param before number
+---@param unit number what the limit's range is in: the first value of a stiffness, else 1
+---@return number least
+---@return number most
+function ledger.reach(limit, before, unit)
+  if not limit.factor then return before - limit.step, before + limit.step end
+  -- a value of 0 could never grow by a factor: the change counts from the range's low end
+  local from = math.max(before, limit.minimum * unit)
+  return from / limit.factor, from * limit.factor
+end
+
 -- One value within its range and its largest change from `before`: value, outcome, reason.
 local function bound(limit, before, proposed, unit)
   local low, high = limit.minimum * unit, limit.maximum * unit
@@ -75,14 +88,10 @@ local function bound(limit, before, proposed, unit)
     value = math.min(math.max(value, low), high)
     outcome, reason = "clamped", ("the range is %.6g to %.6g"):format(low, high)
   end
-  local least, most
+  local least, most = ledger.reach(limit, before, unit)
   if limit.factor then
-    -- a value of 0 could never grow by a factor: the change counts from the range's low end
-    local from = math.max(before, low)
-    least, most = from / limit.factor, from * limit.factor
     reason = reason or ("at most x%.6g per generation"):format(limit.factor)
   else
-    least, most = before - limit.step, before + limit.step
     reason = reason or ("at most %.6g per generation"):format(limit.step)
   end
   if value < least or value > most then
@@ -211,6 +220,7 @@ end
 ---@field proposal any what the supervisor returned
 ---@field reason? any its second result
 ---@field supervisor string its name
+---@field source? string whose proposal it is, where that may be another's: "model", "rules", "keep"
 ---@field limits ledger.limit[]
 ---@field parameters table<string, number> of the generation just scored
 ---@field materials table[] all materials now, as `engine.materials` gives them, in index order
@@ -224,7 +234,7 @@ end
 ---@param request ledger.request
 ---@return table<string, number> parameters
 ---@return table<string, table<string, number>> materials
----@return { supervisor: string, reason: string|nil, entries: table[] } record
+---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
 function ledger.judge(request)
   local proposal, entries = request.proposal, {}
   local reason = type(request.reason) == "string" and request.reason or nil
@@ -293,7 +303,26 @@ function ledger.judge(request)
     end
   end
   for _, entry in ipairs(refused) do entries[#entries + 1] = entry end
-  return parameters, fields, { supervisor = request.supervisor, reason = reason, entries = entries }
+  return parameters, fields, { supervisor = request.supervisor, source = request.source,
+    reason = reason, entries = entries }
+end
+
+--- How much of what was proposed came to what: the number of proposed fields, and the shares of
+--- them by outcome.
+---@param record { entries: table[] }
+---@return table<string, number>
+function ledger.shares(record)
+  local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
+  local proposed = 0
+  for _, entry in ipairs(record.entries) do
+    if counts[entry.outcome] then
+      counts[entry.outcome] = counts[entry.outcome] + 1
+      proposed = proposed + 1
+    end
+  end
+  local function share(outcome) return proposed > 0 and counts[outcome] / proposed or nil end
+  return { proposed = proposed, accepted = share "accepted", clamped = share "clamped",
+    rate_limited = share "rate-limited", rejected = share "rejected" }
 end
 
 --- Notes that a script's own loop sets a parameter, whatever was proposed for it.

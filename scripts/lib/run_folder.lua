@@ -186,7 +186,7 @@ end
 
 --- Writes a whole generation; the checkpoint that names it comes last. Returns the seconds that it
 --- took.
----@param given table metrics, ledger, seconds, text, genomes, genes, robots, champion
+---@param given table metrics, ledger, seconds, supervision, text, genomes, genes, robots, champion
 ---@return number
 function Folder:write_generation(given)
   local began = host.clock()
@@ -209,7 +209,8 @@ function Folder:write_generation(given)
   for key, value in pairs(given.seconds) do seconds[key] = value end
   seconds.write = host.clock() - began
   self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
-    generation = generation, ended = host.time(), seconds = seconds })
+    generation = generation, ended = host.time(), seconds = seconds,
+    supervision = given.supervision })
   self:write_checkpoint(repetition, generation)
   return host.clock() - began
 end

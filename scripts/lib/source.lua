@@ -71,6 +71,26 @@ local function lines_of(text, first, last)
   return table.concat(picked, "\n")
 end
 
+--- Lines `first` to `last` of a file.
+---@param path string
+---@param first integer
+---@param last integer
+---@return string|nil
+function source.lines(path, first, last)
+  local text = source.read(path)
+  return text and lines_of(text, first, last)
+end
+
+--- Where a file lies that an experiment names: as it is named, else beside the experiment.
+---@param path string
+---@param folder string|nil of the experiment
+---@return string
+function source.beside(path, folder)
+  if host.file.exists(path) == "file" or not folder then return path end
+  local beside = folder .. "/" .. path
+  return host.file.exists(beside) == "file" and beside or path
+end
+
 --- File, lines and SHA-256 of a function's text.
 ---@param call function
 ---@param base string|nil folder that file names are relative to
@@ -119,8 +139,9 @@ end
 --- loaded from its folder. Sorted, absolute, files of limax itself left out.
 ---@param origin string|nil the experiment's file
 ---@param given table what was handed to limax.experiment
+---@param named? string[] absolute paths of others, those that do not exist left out
 ---@return string[]
-function source.scripts(origin, given)
+function source.scripts(origin, given, named)
   local seen, list = {}, {}
   local function add(path)
     if seen[path] or is_library(path) or host.file.exists(path) ~= "file" then return end
@@ -136,6 +157,7 @@ function source.scripts(origin, given)
     end
   end
   add_functions(given, add)
+  for _, path in ipairs(named or {}) do add(path) end
   table.sort(list)
   return list
 end

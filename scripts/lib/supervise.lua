@@ -19,14 +19,21 @@ local supervise = {}
 
 ---@class limax.supervisor.entry
 ---@field options table<string, schema.rule>
----@field make fun(options: table): limax.supervisor.law
+---@field make? fun(options: table): limax.supervisor.law
+---@field start? fun(options: table, run: limax.run): limax.supervisor.session of those that keep
+--- something between generations, in the place of `make`
+
+---@class limax.supervisor.session
+---@field decide fun(self: any, given: limax.supervision.given): table, table, table, table
 
 -- Each is one file in supervise/.
 ---@type table<string, limax.supervisor.entry>
 supervise.entries = {
   fixed = require "limax.supervise.fixed",
+  llm = require "limax.supervise.llm",
   one_fifth = require "limax.supervise.one_fifth",
   random = require "limax.supervise.random",
+  replay = require "limax.supervise.replay",
   rules = require "limax.supervise.rules",
   schedule = require "limax.supervise.schedule",
 }
@@ -36,14 +43,18 @@ supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "e
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
----@field call limax.supervisor.law
+---@field call limax.supervisor.law|nil
+---@field start (fun(run: limax.run): limax.supervisor.session)|nil in the place of `call`
+---@field own boolean|nil is it the user's own function?
 
 --- The supervisor that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.supervisor.law
 ---@return limax.supervisor
 function supervise.get(spec)
-  if type(spec) == "function" then return { name = "function", call = spec } end
+  if type(spec) == "function" then return { name = "function", call = spec, own = true } end
   local name, options = choice.read("supervisor", spec, supervise.entries)
+  local start = supervise.entries[name].start
+  if start then return { name = name, start = function(run) return start(options, run) end } end
   return { name = name, call = supervise.entries[name].make(options) }
 end
 

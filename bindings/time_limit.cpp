@@ -1,0 +1,87 @@
+// time_limit.cpp: host.within: a protected call that ends after so many seconds, whatever Lua runs
+// in it. Compiled loops check no hook, so the function runs without the compiler, and what was
+// compiled before is forgotten. A single call into C or into the engine is not cut short.
+#include "time_limit.h"
+
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+#include "guard.h"
+#include "signals.h"
+#include "stack_room.h"
+
+namespace limax::host {
+namespace {
+
+using steady = std::chrono::steady_clock;
+
+// Instructions between two looks: half a microsecond.
+constexpr int instructions_between = 50;
+constexpr double most_seconds = 1e6;
+
+// The call that is timed; one at a time, on the thread that runs Lua.
+struct limit {
+    steady::time_point deadline;
+    stack_room room;
+    bool passed = false;
+    char place[256] = "";  // where it stood then: "FILE:LINE"
+};
+limit* timed = nullptr;
+
+// Raises in every further instruction, so that no pcall of the function swallows it.
+void look(lua_State* L, lua_Debug* frame) {
+    if (timed == nullptr) return;
+    if (!timed->passed) {
+        if (timed->room.is_there(L) && steady::now() < timed->deadline) return;
+        timed->passed = true;
+        if (lua_getinfo(L, "Sl", frame) != 0 && frame->currentline > 0)
+            std::snprintf(timed->place, sizeof timed->place, " (at %s:%d)", frame->short_src,
+                          frame->currentline);
+        set_hook(L, look, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
+    }
+    luaL_error(L, "stopped");
+}
+
+// within(seconds, handler, call, ...) -> true, results... | false, what `handler` made of the error
+// | false, message
+int within(lua_State* L) {
+    const double seconds = luaL_checknumber(L, 1);
+    luaL_argcheck(L, seconds > 0 && seconds <= most_seconds, 1, "seconds above 0");
+    luaL_checktype(L, 2, LUA_TFUNCTION);
+    luaL_checkany(L, 3);
+    if (timed != nullptr) return luaL_error(L, "within: called within another one");
+
+    limit here;
+    here.deadline = steady::now() + std::chrono::duration_cast<steady::duration>(
+                                        std::chrono::duration<double>(seconds));
+    timed = &here;
+    luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);
+    luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_FLUSH);
+    set_hook(L, look, LUA_MASKCOUNT, instructions_between);
+    const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
+    set_hook(L, nullptr, 0, 0);
+    luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_ON);
+    timed = nullptr;
+
+    if (interrupted()) return raise_interrupt(L);
+    if (here.passed) {
+        // what it returned after all, if anything, came too late
+        lua_settop(L, 0);
+        lua_pushboolean(L, 0);
+        if (here.room.is_gone())
+            lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
+        else
+            lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
+        return 2;
+    }
+    lua_pushboolean(L, status == 0);
+    lua_replace(L, 2);
+    return lua_gettop(L) - 1;
+}
+
+}  // namespace
+
+void open_time_limit(lua_State* L) { add_function<within>(L, "within"); }
+
+}  // namespace limax::host
