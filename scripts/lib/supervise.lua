@@ -20,15 +20,21 @@ local supervise = {}
 ---@class limax.supervisor.entry
 ---@field options table<string, schema.rule>
 ---@field make fun(options: table): limax.supervisor.law
+---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 
 -- Each is one file in supervise/.
 ---@type table<string, limax.supervisor.entry>
 supervise.entries = {
+  bandit = require "limax.supervise.bandit",
+  constant_median = require "limax.supervise.constant_median",
   fixed = require "limax.supervise.fixed",
   one_fifth = require "limax.supervise.one_fifth",
   random = require "limax.supervise.random",
   rules = require "limax.supervise.rules",
   schedule = require "limax.supervise.schedule",
+  self_adaptive = require "limax.supervise.self_adaptive",
+  shuffled = require "limax.supervise.shuffled",
+  yoked = require "limax.supervise.yoked",
 }
 
 --- The four parameters, in the order of DESIGN's table.
@@ -37,6 +43,7 @@ supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "e
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
 ---@field call limax.supervisor.law
+---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 
 --- The supervisor that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.supervisor.law
@@ -44,7 +51,10 @@ supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "e
 function supervise.get(spec)
   if type(spec) == "function" then return { name = "function", call = spec } end
   local name, options = choice.read("supervisor", spec, supervise.entries)
-  return { name = name, call = supervise.entries[name].make(options) }
+  local entry = supervise.entries[name]
+  return { name = name, call = entry.make(options), unfit = entry.unfit and function(config)
+    return entry.unfit(options, config)
+  end }
 end
 
 return supervise
