@@ -4,6 +4,7 @@
 local arms = require "limax.compare.arms"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
+local figures = require "limax.compare.figures"
 local host = require "limax.host"
 local outcome = require "limax.compare.outcome"
 local runs = require "limax.compare.runs"
@@ -57,13 +58,18 @@ local function printed(arguments, result)
   return chosen and tables[chosen](result) or tables.text(result, terminal.style())
 end
 
-local function write(folder, result)
+--- Writes a comparison in every form, with the figures and their data.
+---@param folder string
+---@param result table of verdict.compare
+---@param list limax.compare.arm[]
+---@param outcomes table<limax.compare.run, number>
+function command.write(folder, result, list, outcomes)
   local made, message = host.file.mkdir(folder)
   if not made then failure.raise(2, message) end
-  local plain = { color = false, ascii = true, width = 80 }
-  local texts = { ["compare.txt"] = tables.text(result, plain),
-    ["compare.csv"] = tables.csv(result), ["compare.json"] = tables.json(result),
-    ["compare.tex"] = tables.latex(result) }
+  local texts = figures.files(list, outcomes)
+  texts["compare.txt"] = tables.text(result, { color = false, ascii = true, width = 80 })
+  texts["compare.csv"], texts["compare.json"] = tables.csv(result), tables.json(result)
+  texts["compare.tex"] = tables.latex(result)
   for name, text in pairs(texts) do
     local written, wrong = host.file.write_atomic(folder .. "/" .. name, text)
     if not written then failure.raise(1, wrong) end
@@ -77,9 +83,10 @@ function command.run(arguments)
   local list = runs.read(runs.expand(arguments))
   local groups = arms.group(list)
   local device = engine.device(arguments.device)
-  local result = verdict.compare(groups, outcome.measure(list, device),
+  local outcomes = outcome.measure(list, device)
+  local result = verdict.compare(groups, outcomes,
     { baseline = arguments.baseline, target = arguments.target })
-  if arguments.out then write(arguments.out, result) end
+  if arguments.out then command.write(arguments.out, result, groups, outcomes) end
   io.stdout:write(printed(arguments, result))
   return 0
 end

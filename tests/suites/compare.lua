@@ -53,6 +53,15 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   t:ok(source.read(base .. "/out/compare.tex"):find("\\begin{tabular}", 1, true))
   local csv = source.read(base .. "/out/compare.csv")
   t:equal(select(2, csv:gsub("\n", "")), 3)
+  -- a line per run and generation; ledgers have none for what was kept; the ends of each run
+  local lines = { learning = 1 + 6 * 3, diversity = 1 + 6 * 3, changes = 1 + 3 * 2 * 4,
+    first_last = 1 + 6 }
+  for name, count in pairs(lines) do
+    local data = source.read(("%s/out/%s.csv"):format(base, name))
+    t:equal(select(2, data:gsub("\n", "")), count)
+    local picture = source.read(("%s/out/%s.svg"):format(base, name))
+    t:ok(picture:find(">random</text>", 1, true) and picture:find "</svg>%s*$", name)
+  end
 
   done = process.limax({ "compare", base .. "/fixed1", "--csv", "--latex" }, { folder = base })
   t:equal(done.status, 2)
@@ -193,13 +202,13 @@ suite:test("no claim: few runs, other evaluations, a model that was not asked", 
   for i, one in ipairs(asked.runs) do
     one.ledger[1] = { generation = 0, supervisor = "llm" }
     for g = 1, 10 do
-      one.ledger[g + 1] = { generation = g, supervisor = i == 1 and g <= 4 and "keep" or "llm" }
+      one.ledger[g + 1] = { generation = g, set_by = i == 1 and g <= 4 and "keep" or "model" }
     end
   end
   result = judge { arm_of("fixed", counting(9, 0)), asked }
   t:near(result.arms[2].model.share, 86 / 90)
   t:equal(result.arms[2].claimed, true)
-  asked.runs[2].ledger[2].supervisor = "keep"
+  asked.runs[2].ledger[2].set_by = "rules"
   result = judge { arm_of("fixed", counting(9, 0)), asked }
   t:equal(result.arms[2].claimed, false)
   t:ok(result.arms[2].claim:find "^partly model: it set 94 %%", result.arms[2].claim)

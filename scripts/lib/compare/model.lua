@@ -9,24 +9,20 @@ model.WHOLE = 0.95
 -- Supervisors that ask a model, or repeat what one said.
 local ASKS = { llm = true, replay = true }
 
--- Did the model itself set this generation? Its ledger line says who did.
-local function by_model(line)
-  return ASKS[line.supervisor] == true and (line.source == nil or line.source == "model")
-end
-
---- The share of an arm's bred generations that a model set; nil for an arm that asks none.
+--- The share of an arm's bred generations that a model set; nil for an arm that asks none. A ledger
+--- line says who set it; generations for which the model was not to be asked ("held") do not count.
 ---@param list limax.compare.run[]
 ---@return { share: number, generations: integer }|nil
 function model.of(list)
   local supervisor = list[1].config.supervisor
-  local name = type(supervisor) == "table" and supervisor.name or supervisor
+  local name = type(supervisor) == "table" and (supervisor.name or supervisor[1]) or supervisor
   if not ASKS[name] then return nil end
   local all, own = 0, 0
   for _, run in ipairs(list) do
     for _, line in ipairs(run.ledger) do
       -- generation 0 is nobody's
-      if line.generation > 0 then
-        all, own = all + 1, own + (by_model(line) and 1 or 0)
+      if line.generation > 0 and line.set_by ~= "held" then
+        all, own = all + 1, own + (line.set_by == "model" and 1 or 0)
       end
     end
   end
