@@ -4,9 +4,8 @@
 local arms = require "limax.compare.arms"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
-local figures = require "limax.compare.figures"
-local host = require "limax.host"
 local outcome = require "limax.compare.outcome"
+local pages = require "limax.compare.pages"
 local runs = require "limax.compare.runs"
 local tables = require "limax.compare.tables"
 local terminal = require "limax.terminal"
@@ -58,24 +57,6 @@ local function printed(arguments, result)
   return chosen and tables[chosen](result) or tables.text(result, terminal.style())
 end
 
---- Writes a comparison in every form, with the figures and their data.
----@param folder string
----@param result table of verdict.compare
----@param list limax.compare.arm[]
----@param outcomes table<limax.compare.run, number>
-function command.write(folder, result, list, outcomes)
-  local made, message = host.file.mkdir(folder)
-  if not made then failure.raise(2, message) end
-  local texts = figures.files(list, outcomes)
-  texts["compare.txt"] = tables.text(result, { color = false, ascii = true, width = 80 })
-  texts["compare.csv"], texts["compare.json"] = tables.csv(result), tables.json(result)
-  texts["compare.tex"] = tables.latex(result)
-  for name, text in pairs(texts) do
-    local written, wrong = host.file.write_atomic(folder .. "/" .. name, text)
-    if not written then failure.raise(1, wrong) end
-  end
-end
-
 ---@param arguments table
 ---@return integer status
 function command.run(arguments)
@@ -86,7 +67,7 @@ function command.run(arguments)
   local outcomes = outcome.measure(list, device)
   local result = verdict.compare(groups, outcomes,
     { baseline = arguments.baseline, target = arguments.target })
-  if arguments.out then command.write(arguments.out, result, groups, outcomes) end
+  if arguments.out then pages.write(arguments.out, result, groups, outcomes) end
   io.stdout:write(printed(arguments, result))
   return 0
 end

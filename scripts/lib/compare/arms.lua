@@ -11,7 +11,7 @@ local arms = {}
 
 -- What says nothing about an arm: who repeats it, what it is called, what it writes down.
 local ASIDE = { seed = true, repetitions = true, run = true, name = true, schema = true,
-  not_in_paper = true, record = true }
+  not_in_paper = true, record = true, evaluations = true }
 
 -- What must be equal in all runs: the question (fitness, world, body, time) and the budget.
 local QUESTION = { fitness = true, lattice = true, materials = true, scene = true,
@@ -59,6 +59,10 @@ local function fields_of(run)
     elseif not ASIDE[name] then
       flatten(value, name, QUESTION[name] and shared or own)
     end
+  end
+  -- what was spent on tuning is of the same budget
+  if config.evaluations then
+    shared.evaluations = schema.show(config.evaluations + run.before)
   end
   return own, shared
 end

@@ -97,6 +97,20 @@ local function test_lines(result)
   return lines
 end
 
+-- What is said of each arm, equal sentences once.
+local function claims(result)
+  local list, of = {}, {}
+  for _, arm in ipairs(result.arms) do
+    local claim = arm.claim
+    if claim and not of[claim] then
+      of[claim] = { claim = claim, names = {} }
+      list[#list + 1] = of[claim]
+    end
+    if claim then table.insert(of[claim].names, arm.name) end
+  end
+  return list
+end
+
 --- The comparison as text for a terminal.
 ---@param result table of verdict.compare
 ---@param style limax.terminal.style
@@ -115,8 +129,10 @@ function tables.text(result, style)
       :format(result.failed_at_publish))
   end
   add ""
+  for _, each in ipairs(claims(result)) do
+    add(("%s: %s."):format(table.concat(each.names, ", "), each.claim))
+  end
   for _, arm in ipairs(result.arms) do
-    if arm.claim then add(("%s: %s."):format(arm.name, arm.claim)) end
     if arm.model then
       add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
         arm.model.generations))
