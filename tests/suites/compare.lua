@@ -202,13 +202,13 @@ suite:test("no claim: few runs, other evaluations, a model that was not asked", 
   for i, one in ipairs(asked.runs) do
     one.ledger[1] = { generation = 0, supervisor = "llm" }
     for g = 1, 10 do
-      one.ledger[g + 1] = { generation = g, set_by = i == 1 and g <= 4 and "keep" or "model" }
+      one.ledger[g + 1] = { generation = g, source = i == 1 and g <= 4 and "keep" or "model" }
     end
   end
   result = judge { arm_of("fixed", counting(9, 0)), asked }
   t:near(result.arms[2].model.share, 86 / 90)
   t:equal(result.arms[2].claimed, true)
-  asked.runs[2].ledger[2].set_by = "rules"
+  asked.runs[2].ledger[2].source = "rules"
   result = judge { arm_of("fixed", counting(9, 0)), asked }
   t:equal(result.arms[2].claimed, false)
   t:ok(result.arms[2].claim:find "^partly model: it set 94 %%", result.arms[2].claim)

@@ -184,7 +184,7 @@ local function ledger_csv(list)
         for _, entry in ipairs(line.entries) do
           if entry.outcome ~= "kept" then
             rows[#rows + 1] = { arm = arm.name, seed = run.seed, repetition = run.repetition,
-              generation = line.generation, supervisor = line.supervisor, set_by = line.set_by,
+              generation = line.generation, supervisor = line.supervisor, source = line.source,
               field = entry.field, before = entry.before, proposed = entry.proposed,
               applied = entry.applied, outcome = entry.outcome, reason = entry.reason }
           end
@@ -192,7 +192,7 @@ local function ledger_csv(list)
       end
     end
   end
-  return csv.encode({ "arm", "seed", "repetition", "generation", "supervisor", "set_by", "field",
+  return csv.encode({ "arm", "seed", "repetition", "generation", "supervisor", "source", "field",
     "before", "proposed", "applied", "outcome", "reason" }, rows)
 end
 

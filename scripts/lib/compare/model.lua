@@ -21,8 +21,8 @@ function model.of(list)
   for _, run in ipairs(list) do
     for _, line in ipairs(run.ledger) do
       -- generation 0 is nobody's
-      if line.generation > 0 and line.set_by ~= "held" then
-        all, own = all + 1, own + (line.set_by == "model" and 1 or 0)
+      if line.generation > 0 and line.source ~= "held" then
+        all, own = all + 1, own + (line.source == "model" and 1 or 0)
       end
     end
   end
