@@ -94,7 +94,8 @@ local function write_list(self)
     local tuned = cell.arm.tuned and self.tuned[cell.repetition]
     list[k] = { path = cell.path, arm = cell.arm.name, repetition = cell.repetition,
       tuning_evaluations = tuned and tuned.evaluations or nil,
-      donor = cell.donor and ("another repetition of " .. cell.donor.arm.name) or nil,
+      donor = cell.donor and ("%s of another repetition of %s"):format(
+        cell.arm.blind and "history" or "parameters", cell.donor.arm.name) or nil,
       donor_repetition = cell.donor and cell.donor.repetition or nil }
   end
   local made, message = host.file.mkdir(self.out)

@@ -136,6 +136,22 @@ suite:test("arms that share a supervisor are told apart by what differs", functi
   t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
 end)
 
+suite:test("an arm that repeats another run says whose parameters they are", function(t)
+  local base = t:folder()
+  local given = { { path = run(base .. "/a", { supervisor = "random" }) },
+    { path = run(base .. "/b", { supervisor = "fixed", seed = 2 }) } }
+  for seed, lender in ipairs { "b", "a", "a" } do
+    given[#given + 1] = { path = run(base .. "/yoked" .. seed, { seed = seed + 2,
+      supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } }) }
+  end
+  local groups = arms.group(runs.read(given))
+  t:equal(#groups, 4)
+  t:equal({ groups[3].name, #groups[3].runs, groups[3].donor },
+    { "yoked", 1, "parameters of fixed" })
+  t:equal({ groups[4].name, #groups[4].runs, groups[4].donor },
+    { 'yoked (supervisor.donor="parameters of random")', 2, "parameters of random" })
+end)
+
 -- ---- verdicts on outcomes by hand ---------------------------------------------------------------
 
 -- An arm of runs with these outcomes, repetitions 1, 2, ...; each took `evaluations`.

@@ -135,7 +135,7 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
   t:equal(result.baseline, "fixed")
   for _, arm in ipairs(result.arms) do
     t:equal(arm.donor, (arm.name == "yoked" or arm.name == "shuffled"
-      or arm.name == "constant_median") and "another repetition of rules" or nil)
+      or arm.name == "constant_median") and "parameters of another repetition of rules" or nil)
     t:ok(not arm.claimed, arm.name)
   end
   for _, name in ipairs { "compare.txt", "compare.csv", "compare.json", "compare.tex",

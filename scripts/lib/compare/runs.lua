@@ -16,7 +16,7 @@ runs.STUDY = "study.json"
 ---@field path string
 ---@field arm? string its name in the study
 ---@field before? integer evaluations spent on this run before its first generation (tuning)
----@field donor? string what its parameters were taken from
+---@field donor? string "parameters of another repetition of rules"
 
 ---@class limax.compare.run one repetition of a run
 ---@field path string of its folder
@@ -89,6 +89,15 @@ function runs.expand(words)
   return list
 end
 
+-- Whose parameters a run without a study repeats, as its ledger says: "parameters of random".
+local function donor_of(ledger)
+  local line = ledger and ledger[2]
+  local reads = line and (line.supervisor == "yoked" or line.supervisor == "shuffled"
+    or line.supervisor == "constant_median")
+  local name = reads and (line.reason or ""):match "repetition %d+ of .+ %(([%w_]+)%)"
+  return name and "parameters of " .. name or nil
+end
+
 --- Everything that the comparison needs of these folders, repetition by repetition.
 ---@param given limax.compare.given[]
 ---@return limax.compare.run[]
@@ -107,7 +116,8 @@ function runs.read(given)
       for _, line in ipairs(metrics[repetition]) do evaluations = evaluations + line.evaluations end
       list[#list + 1] = { path = path, seed = tostring(config.seed), repetition = repetition,
         config = config, lines = metrics[repetition], ledger = ledger[repetition] or {},
-        evaluations = evaluations, before = each.before or 0, arm = each.arm, donor = each.donor }
+        evaluations = evaluations, before = each.before or 0, arm = each.arm,
+        donor = each.donor or donor_of(ledger[repetition]) }
     end
   end
   return list

@@ -137,7 +137,7 @@ function tables.text(result, style)
       add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
         arm.model.generations))
     end
-    if arm.donor then add(("%s: parameters of %s."):format(arm.name, arm.donor)) end
+    if arm.donor then add(("%s: %s."):format(arm.name, arm.donor)) end
     if arm.tuning > 0 then
       add(("%s: %.0f of its evaluations went into tuning."):format(arm.name, arm.tuning))
     end

@@ -87,7 +87,9 @@ function model_arms.unnamed(options, given)
   local inner, message = require("limax.llm.client").new(plain, given)
   if not inner then return nil, message end
   local client = setmetatable({}, { __index = function(_, name)
-    return function(_, ...) return inner[name](inner, ...) end
+    local value = inner[name]
+    if type(value) ~= "function" then return value end
+    return function(_, ...) return value(inner, ...) end
   end })
   function client:ask(messages, request)
     local asked = {}
