@@ -12,6 +12,9 @@ local runs = require "limax.compare.runs"
 local source = require "limax.source"
 local study = require "limax.study"
 
+-- it comes with the client of a language model
+local served, faulty_server = pcall(require, "support.faulty_server")
+
 local suite = require("limax.test").suite "study"
 
 local TINY = { seed = 3, lattice = { 2, 2, 2 }, population = 4, fitness = "distance",
@@ -222,4 +225,48 @@ suite:test("unnamed: names go out as letters and come back", function(t)
   t:equal(asked, 'Set "A" (not mutation_rates) and bone.E: {"D":0.3}')
   t:equal(model_arms.with_names '{"A": 0.2, "D" :0.1, "reason": "A is \\"B\\" now"}',
     '{"mutation_rate": 0.2, "elite_fraction" :0.1, "reason": "A is \\"B\\" now"}')
+end)
+
+suite:test("arms that ask a model: an endpoint, their share, and whose history they are told",
+  { limit = 60 }, function(t)
+  if not (limax.supervise.entries.llm and served) then t:skip "there is no llm supervisor" end
+  local server = faulty_server.open(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", [[
+local study = require "limax.study"
+study.main({ repetitions = 2, evaluations = 24, experiment = { lattice = { 2, 2, 2 },
+  population = 4, fitness = "distance", record = {},
+  simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
+]]))
+  local function run(out, arms)
+    return process.limax({ "tiny.lua", "--out", out, "--device", "cpu", "--arms", arms },
+      { folder = base, before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
+  end
+  local done = run("told", "fixed,llm,llm_paper,llm_blind,yoked")
+  t:ok(done.status == 0, done.stderr .. done.stdout)
+  t:ok(done.stdout:find "\ntokens: about [%d.e-]+ million for %d+ answers", done.stdout)
+  for _, name in ipairs { "llm", "llm_paper", "llm_blind" } do
+    t:ok(done.stdout:find("\n" .. name .. ": the model set 100.0 % of ", 1, true), done.stdout)
+  end
+  t:ok(done.stdout:find("\nllm_blind: history of another repetition of llm.", 1, true), done.stdout)
+  t:ok(done.stdout:find("\nyoked: parameters of another repetition of llm.", 1, true), done.stdout)
+  -- the blind model's second question tells of the generations that the other repetition had
+  local function told(path)
+    for line in source.read(path):gmatch "[^\n]+" do
+      local entry = host.json.decode(line)
+      if entry.request and entry.generation == 2 then
+        local content = host.json.decode(entry.request).messages[2].content
+        return assert(content:match "\nThe last generations.-\n%[(.-)%]\n")
+      end
+    end
+  end
+  local blind = told(base .. "/told/llm_blind/r01/transcript.jsonl")
+  t:equal(blind, told(base .. "/told/llm/r02/transcript.jsonl"))
+  t:ok(blind ~= told(base .. "/told/llm/r01/transcript.jsonl"))
+
+  done = run("unnamed", "fixed,llm_unnamed")
+  t:ok(done.status == 0, done.stderr .. done.stdout)
+  local asked = host.json.encode(server:last "varied")
+  t:ok(not asked:find "mutation_rate" and asked:find('\\"A\\"', 1, true), asked)
+  server:close()
 end)
