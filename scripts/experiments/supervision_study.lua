@@ -15,9 +15,9 @@ study.main({
     simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, record = {},
   },
   quick = {
-    repetitions = 3, evaluations = 150,
+    repetitions = 3, evaluations = 200,
     experiment = {
-      seed = 1, lattice = { 3, 3, 3 }, population = 10, genome = { sigma = 0.25 },
+      seed = 1, lattice = { 3, 3, 3 }, population = 8, genome = { sigma = 0.25 },
       fitness = "walk", simulation = { duration = 1, settle = 0.1, accuracy = "preview" },
       record = {},
     },

@@ -35,6 +35,7 @@ local study = {}
 ---@field device limax.device
 ---@field quick boolean
 ---@field say fun(text: string)
+---@field hear fun(text: string) the warnings of runs
 
 local function print_line(text) io.stdout:write(text, "\n") end
 
@@ -68,11 +69,10 @@ function study.new(given)
   local base = source.copy(given.experiment)
   base.generations, base.repetitions = 1, given.repetitions
   local population = experiments.new(base).config.population
-  -- tuning takes a population for each setting at least; two are left to the run
-  local least = (tuning.SETTINGS + 2) * population
+  local least = tuning.LEAST_POPULATIONS * population
   if given.evaluations < least then
     failure.raise(2, ("a study needs evaluations for %d populations at least, %d, got %d"):format(
-      tuning.SETTINGS + 2, least, given.evaluations))
+      tuning.LEAST_POPULATIONS, least, given.evaluations))
   end
   base.generations, base.evaluations =
     most_generations(given.evaluations, population), given.evaluations
@@ -81,6 +81,12 @@ function study.new(given)
     evaluations = given.evaluations, generations = base.generations, tuned = {},
     device = given.device or engine.device "auto", quick = given.quick or false,
     say = given.say or print_line }
+  -- what every run of an arm has to say is said once
+  local said = {}
+  self.hear = function(text)
+    if not said[text] then self.say(text) end
+    said[text] = true
+  end
   self.cells = plan.cells(plan.choose(plan.arms(self.config, with_model), given.arms),
     self.repetitions)
   return self
@@ -119,7 +125,7 @@ function study.run(self)
       spent = (", %d more in tuning"):format(self.tuned[cell.repetition].evaluations)
     end
     local result = cells.run { experiment = cells.experiment(self, cell), device = self.device,
-      repetition = cell.repetition, path = self.out .. "/" .. cell.path, say = self.say }
+      repetition = cell.repetition, path = self.out .. "/" .. cell.path, say = self.hear }
     local best = result.best and ("%.4g"):format(result.best) or "-"
     self.say(("[%d/%d] %s, repetition %d: %d generations, %d evaluations%s, best %s, %.1f s")
       :format(k, #self.cells, cell.arm.name, cell.repetition, result.generations,
@@ -130,7 +136,8 @@ function study.run(self)
   for _, group in ipairs(groups) do
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
   end
-  local outcomes = outcome.measure(list, self.device)
+  -- as `limax compare` does, so that it repeats the same numbers wherever the study ran
+  local outcomes = outcome.measure(list, engine.device "cpu")
   local result = verdict.compare(groups, outcomes)
   pages.write(self.out .. "/compare", result, groups, outcomes)
   return result

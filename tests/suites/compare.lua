@@ -48,7 +48,10 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   local result = assert(host.json.decode(done.stdout))
   t:equal(result.baseline, "fixed")
   t:equal(#result.arms, 2)
-  t:equal(#result.arms[2].values, 3)
+  for k, one in ipairs(result.arms[2].runs) do
+    t:equal({ one.seed, one.repetition, one.evaluations > 6 }, { tostring(k), 1, true })
+    t:ok(one.outcome and one.mean_best_so_far)
+  end
   t:equal(done.stdout, source.read(base .. "/out/compare.json"))
   t:ok(source.read(base .. "/out/compare.tex"):find("\\begin{tabular}", 1, true))
   local csv = source.read(base .. "/out/compare.csv")
@@ -96,7 +99,7 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   t:ok(done.status == 0, done.stderr)
   done = process.limax({ "compare", "r", "--json" }, { folder = base })
   t:ok(done.status == 0, done.stderr)
-  t:equal(host.json.decode(done.stdout).arms[1].values, { 7 })
+  t:equal(host.json.decode(done.stdout).arms[1].runs[1].outcome, 7)
 end)
 
 suite:test("other questions and budgets are refused with the fields that differ", function(t)

@@ -11,6 +11,7 @@ local process = require "limax.test.process"
 local runs = require "limax.compare.runs"
 local source = require "limax.source"
 local study = require "limax.study"
+local tuning = require "limax.study.tuning"
 
 -- it comes with the client of a language model
 local served, faulty_server = pcall(require, "support.faulty_server")
@@ -22,7 +23,7 @@ local TINY = { seed = 3, lattice = { 2, 2, 2 }, population = 4, fitness = "dista
   record = {} }
 
 local function tiny(out, given)
-  local options = { experiment = TINY, out = out, repetitions = 2, evaluations = 24,
+  local options = { experiment = TINY, out = out, repetitions = 2, evaluations = 32,
     device = limax.engine.device "cpu", with_model = false, say = function() end }
   for name, value in pairs(given or {}) do options[name] = value end
   return study.new(options)
@@ -79,8 +80,8 @@ end)
 
 suite:test("what a study cannot be is refused", function(t)
   t:raises("two repetitions at least", function() tiny("/nowhere", { repetitions = 1 }) end)
-  t:raises("6 populations at least, 24, got 23",
-    function() tiny("/nowhere", { evaluations = 23 }) end)
+  t:raises("8 populations at least, 32, got 31",
+    function() tiny("/nowhere", { evaluations = 31 }) end)
   t:raises('unknown arm yoke; did you mean "yoked"?',
     function() tiny("/nowhere", { arms = { "fixed", "yoke" } }) end)
   t:raises("yoked reads the runs of llm or rules, which is not among the arms",
@@ -131,7 +132,7 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
 
   -- nobody has more than the budget, tuning included, and nobody leaves a population of it
   for _, run in ipairs(runs.read(runs.expand { whole.out })) do
-    t:ok(run.evaluations <= 24 and run.evaluations > 24 - 4, run.path .. ": " .. run.evaluations)
+    t:ok(run.evaluations <= 32 and run.evaluations > 32 - 4, run.path .. ": " .. run.evaluations)
     t:equal(run.before > 0, run.arm == "tuned_fixed")
   end
   t:equal(#result.arms, 13)
@@ -148,7 +149,7 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
 end)
 
 suite:test("a study that was stopped goes on to the same bytes", { limit = 60 }, function(t)
-  local some = { arms = { "fixed", "tuned_fixed", "rules", "yoked" }, evaluations = 28 }
+  local some = { arms = { "fixed", "tuned_fixed", "rules", "yoked" }, evaluations = 36 }
   local whole = tiny(t:folder() .. "/whole", some)
   study.run(whole)
   -- stopped after its third run, the first one cut to two of its generations
@@ -168,17 +169,18 @@ suite:test("a study that was stopped goes on to the same bytes", { limit = 60 },
 
   -- the same folder is no place for another study
   cut_to(stopped.out .. "/fixed/r01", 1)
-  some.evaluations = 32
-  t:raises("was begun by another study: evaluations was 28, is 32",
+  some.evaluations = 40
+  t:raises("was begun by another study: evaluations was 36, is 40",
     function() study.run(tiny(again.out, some)) end)
 end)
 
 suite:test("what is spent on tuning is of the same budget, and the best setting is taken",
   function(t)
   local one = tiny(t:folder() .. "/one", { evaluations = 120 })
-  local tuned = require("limax.study.tuning").run(one, 1)
-  -- four settings of at most nine evaluations; the first, with one elite, takes 4 and 3
-  t:ok(tuned.evaluations >= 4 * 6 and tuned.evaluations <= 4 * 9, tuned.evaluations)
+  local tuned = tuning.run(one, 1)
+  t:equal({ tuning.budget(one) }, { 3, 12 })
+  -- the first, with one elite, takes 4, 3 and 3
+  t:ok(tuned.evaluations >= 3 * 8 and tuned.evaluations <= 3 * 12, tuned.evaluations)
   one.tuned[1] = tuned
   for _, cell in ipairs(one.cells) do
     if cell.arm.tuned and cell.repetition == 1 then
@@ -197,7 +199,7 @@ suite:test("the script tells its price first and says that it is too small", fun
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", [[
 local study = require "limax.study"
-local small = { repetitions = 2, evaluations = 24, experiment = { lattice = { 2, 2, 2 },
+local small = { repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2, 2 },
   population = 4, fitness = "distance", record = {},
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }
 study.main({ repetitions = 10, evaluations = 1000, experiment = {}, quick = small }, { ... })
@@ -205,7 +207,7 @@ study.main({ repetitions = 10, evaluations = 1000, experiment = {}, quick = smal
   local done = process.limax({ "tiny.lua", "--quick", "--device", "cpu", "--arms",
     "fixed,rules" }, { folder = base })
   t:ok(done.status == 0, done.stderr)
-  local price, runs_at = done.stdout:find("evaluations: at most 96, 24 a run", 1, true),
+  local price, runs_at = done.stdout:find("evaluations: at most 128, 32 a run", 1, true),
     done.stdout:find("[1/4] fixed, repetition 1", 1, true)
   t:ok(price and runs_at and price < runs_at, done.stdout)
   t:ok(done.stdout:find "\ntime: about [%d.e-]+ h %(", done.stdout)
@@ -234,7 +236,7 @@ suite:test("arms that ask a model: an endpoint, their share, and whose history t
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", [[
 local study = require "limax.study"
-study.main({ repetitions = 2, evaluations = 24, experiment = { lattice = { 2, 2, 2 },
+study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2, 2 },
   population = 4, fitness = "distance", record = {},
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
 ]]))

@@ -68,6 +68,12 @@ local function exploratory_table(result, style)
   return terminal.table({ "arm", "reached", "evaluations to it", "mean best so far" }, rows, style)
 end
 
+-- Names of arms, or "every arm" where a few words say it.
+local function arm_list(names, result)
+  if #names > 2 and #names == result.comparisons then return "every arm" end
+  return table.concat(names, ", ")
+end
+
 -- How the tests were chosen, and what they can show.
 local function test_lines(result)
   local lines, said = {}, {}
@@ -82,7 +88,7 @@ local function test_lines(result)
   end
   for k, each in ipairs(lines) do
     local test = each.test
-    lines[k] = ("%s for %s: %s."):format(TESTS[test.name], table.concat(each.names, ", "),
+    lines[k] = ("%s for %s: %s."):format(TESTS[test.name], arm_list(each.names, result),
       test.why)
   end
   for _, arm in ipairs(result.arms) do
@@ -130,7 +136,7 @@ function tables.text(result, style)
   end
   add ""
   for _, each in ipairs(claims(result)) do
-    add(("%s: %s."):format(table.concat(each.names, ", "), each.claim))
+    add(("%s: %s."):format(arm_list(each.names, result), each.claim))
   end
   for _, arm in ipairs(result.arms) do
     if arm.model then
@@ -186,8 +192,12 @@ function tables.json(result)
   local list = host.json.array {}
   for i, arm in ipairs(result.arms) do
     local row = row_of(arm)
-    row.values, row.claimed, row.why = host.json.array(arm.values), arm.claimed,
-      arm.test and arm.test.why
+    row.claimed, row.why, row.runs = arm.claimed, arm.test and arm.test.why, host.json.array {}
+    for k, run in ipairs(arm.runs) do
+      row.runs[k] = { seed = run.seed, repetition = run.repetition, outcome = arm.values[k],
+        evaluations = run.evaluations, mean_best_so_far = arm.exploratory.areas[k],
+        evaluations_to_target = arm.exploratory.to_target[k] }
+    end
     list[i] = row
   end
   return host.json.encode({ schema = "limax.compare/1", outcome = outcome.TEXT,

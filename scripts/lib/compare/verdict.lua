@@ -147,7 +147,7 @@ function verdict.compare(list, outcomes, options)
   for i, arm in ipairs(list) do
     local values = values_of(arm.runs, outcomes)
     local centre, name = sample.centre(values)
-    local row = { name = arm.name, n = #values, values = values, centre = centre,
+    local row = { name = arm.name, runs = arm.runs, n = #values, values = values, centre = centre,
       centre_name = name, donor = arm.donor, model = model.of(arm.runs),
       evaluations = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "evaluations"))),
       tuning = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "before"))),
