@@ -17,7 +17,8 @@ local command = {
   text = [[
 Each RUN is a run folder, or the folder of a study. Runs are grouped into arms by their
 configuration without seed and repetition; a pair is equal seed and repetition. Fitness, lattice,
-materials, scene, simulation (but for its tier), population and generations must be equal in all.
+materials, scene, simulation (but for its tier), population, generations and evaluations must be
+equal in all.
 
 The one outcome is best_standard of the last generation: its champion, under the run's first
 materials, simulated again at the tier publish. Where the arm and the baseline have the same pairs,

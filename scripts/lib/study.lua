@@ -3,6 +3,7 @@
 --- study is a folder; started again there it goes on where it was stopped.
 
 local arms = require "limax.compare.arms"
+local budget = require "limax.budget"
 local cells = require "limax.study.cells"
 local engine = require "limax.engine"
 local experiments = require "limax.experiment"
@@ -37,12 +38,13 @@ local study = {}
 ---@field say fun(text: string)
 ---@field hear fun(text: string) the warnings of runs
 
-local function print_line(text) io.stdout:write(text, "\n") end
+-- Evaluations end a run, never this many generations.
+local NO_LIMIT = 1e6
 
--- With half of the population elites, the most that a supervisor may keep.
-local function most_generations(evaluations, population)
-  local bred = population - math.floor(0.5 * population + 0.5)
-  return 2 + math.ceil((evaluations - population) / math.max(1, bred))
+-- At once: whoever reads a file of it wants to know where it stands.
+local function print_line(text)
+  io.stdout:write(text, "\n")
+  io.stdout:flush()
 end
 
 ---@class limax.study.given
@@ -67,15 +69,16 @@ function study.new(given)
   local with_model = given.with_model
   if with_model == nil then with_model = model_arms.available() end
   local base = source.copy(given.experiment)
-  base.generations, base.repetitions = 1, given.repetitions
-  local population = experiments.new(base).config.population
+  base.generations, base.repetitions = NO_LIMIT, given.repetitions
+  local config = experiments.new(base).config
+  local population = config.population
   local least = tuning.LEAST_POPULATIONS * population
   if given.evaluations < least then
     failure.raise(2, ("a study needs evaluations for %d populations at least, %d, got %d"):format(
       tuning.LEAST_POPULATIONS, least, given.evaluations))
   end
-  base.generations, base.evaluations =
-    most_generations(given.evaluations, population), given.evaluations
+  config.evaluations = given.evaluations
+  base.generations, base.evaluations = budget.most_generations(config), given.evaluations
   local self = { out = given.out:gsub("(.)/+$", "%1"), given = given.experiment,
     config = experiments.new(base).config, repetitions = given.repetitions,
     evaluations = given.evaluations, generations = base.generations, tuned = {},

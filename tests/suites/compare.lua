@@ -7,6 +7,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "limax.test.process"
+local proposals = require "limax.compare.proposals"
 local runs = require "limax.compare.runs"
 local source = require "limax.source"
 local tables = require "limax.compare.tables"
@@ -241,6 +242,15 @@ suite:test("a champion that fails at publish is the worst of all, and counted", 
   t:equal(result.failed_at_publish, 1)
   t:equal(result.arms[1].values, { 4, 5, 6, 2, 8, 9 })
   t:equal(result.arms[1].n, 6)
+end)
+
+suite:test("exploratory: shares of proposed fields by what became of them", function(t)
+  local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
+    { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
+    { outcome = "accepted" } } } } }
+  t:equal(proposals.shares { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
+    rate_limited = 0.25, rejected = 0 })
+  t:equal(proposals.shares { { ledger = {} } }, { proposed = 0 })
 end)
 
 suite:test("exploratory: a missed target is censored, the area is a mean", function(t)

@@ -158,6 +158,17 @@ local function changed_materials(list)
   return choice.sorted_keys(found)
 end
 
+-- Does a value ever change within a run of this arm?
+local function moves(arm, value)
+  for _, run in ipairs(arm.runs) do
+    for _, line in ipairs(run.lines) do
+      if value(line) ~= value(run.lines[1]) then return true end
+    end
+  end
+  return false
+end
+
+-- A value by generation, of the arms in which it moves; of all if it moves in none.
 local function by_generation(list, title, value)
   local panel = { title = title, x = { label = "generation", linear = true },
     y = { label = title, linear = true }, curves = {}, right = 130 }
@@ -171,7 +182,15 @@ local function by_generation(list, title, value)
     for _, run in ipairs(arm.runs) do longest = math.max(longest, #run.lines) end
   end
   for generation = 0, longest - 1 do xs[#xs + 1] = generation end
-  for k, arm in ipairs(list) do add_curves(panel, arm, k, #list, xs, points_of) end
+  local still = 0
+  for _, arm in ipairs(list) do still = still + (moves(arm, value) and 0 or 1) end
+  local all = still == #list
+  for k, arm in ipairs(list) do
+    if all or moves(arm, value) then add_curves(panel, arm, k, #list, xs, points_of) end
+  end
+  if still > 0 and not all then
+    panel.note = ("left as it was in %d of the arms, which are not drawn"):format(still)
+  end
   return panel
 end
 

@@ -5,6 +5,7 @@ local csv = require "limax.bench.csv"
 local host = require "limax.host"
 local model = require "limax.compare.model"
 local outcome = require "limax.compare.outcome"
+local proposals = require "limax.compare.proposals"
 local sample = require "limax.statistics.sample"
 local terminal = require "limax.terminal"
 local verdict = require "limax.compare.verdict"
@@ -66,6 +67,21 @@ local function exploratory_table(result, style)
       e.evaluations and ("%.0f"):format(e.evaluations) or "missed", number(e.area) }
   end
   return terminal.table({ "arm", "reached", "evaluations to it", "mean best so far" }, rows, style)
+end
+
+-- What became of proposed fields, of the arms that proposed any.
+local function proposal_table(result, style)
+  local rows = {}
+  for _, arm in ipairs(result.arms) do
+    local row = { arm.name, arm.proposals.proposed }
+    for k, name in ipairs(proposals.SHARES) do
+      row[k + 2] = number(arm.proposals[name] and 100 * arm.proposals[name], "%.1f %%")
+    end
+    if arm.proposals.proposed > 0 then rows[#rows + 1] = row end
+  end
+  if #rows == 0 then return nil end
+  return terminal.table({ "arm", "fields proposed", "accepted", "clamped", "rate-limited",
+    "rejected" }, rows, style)
 end
 
 -- Names of arms, or "every arm" where a few words say it.
@@ -154,26 +170,31 @@ function tables.text(result, style)
     .. "(%s), and the mean of the best so far over evaluations"):format(result.target,
     result.target_given and "--target" or "the centre of the baseline's last generations"))
   add(exploratory_table(result, style))
+  local fates = proposal_table(result, style)
+  if fates then add("\n" .. fates) end
   return table.concat(parts, "\n") .. "\n"
 end
 
 -- ---- for other programs -------------------------------------------------------------------------
 
 local COLUMNS = { "arm", "n", "centre", "centre_name", "evaluations", "tuning_evaluations", "donor",
-  "model_share", "test", "p", "p_holm", "smallest_p_holm", "n_for_80_percent_power", "difference",
-  "difference_low", "difference_high", "a12", "claim", "reached", "evaluations_to_target",
-  "mean_best_so_far" }
+  "model_share", "test", "zeros", "p", "p_holm", "smallest_p_holm", "n_for_80_percent_power",
+  "difference", "difference_low", "difference_high", "a12", "claim", "reached",
+  "evaluations_to_target", "mean_best_so_far", "proposed", "accepted", "clamped", "rate_limited",
+  "rejected" }
 
 -- One arm as plain columns.
 local function row_of(arm)
   local test, e = arm.test or {}, arm.exploratory
-  return { arm = arm.name, n = arm.n, centre = arm.centre, centre_name = arm.centre_name,
+  local row = { arm = arm.name, n = arm.n, centre = arm.centre, centre_name = arm.centre_name,
     evaluations = arm.evaluations, tuning_evaluations = arm.tuning, donor = arm.donor,
-    model_share = arm.model and arm.model.share, test = test.name, p = test.p,
+    model_share = arm.model and arm.model.share, test = test.name, zeros = test.zeros, p = test.p,
     p_holm = test.p_holm, smallest_p_holm = test.smallest_p_holm,
     n_for_80_percent_power = test.needed, difference = test.difference, difference_low = test.low,
     difference_high = test.high, a12 = test.a12, claim = arm.claim, reached = e.reached,
     evaluations_to_target = e.evaluations, mean_best_so_far = e.area }
+  for name, value in pairs(arm.proposals) do row[name] = value end
+  return row
 end
 
 --- A line per arm.

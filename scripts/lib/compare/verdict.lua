@@ -9,6 +9,7 @@ local failure = require "limax.failure"
 local holm = require "limax.statistics.holm"
 local model = require "limax.compare.model"
 local power = require "limax.statistics.power"
+local proposals = require "limax.compare.proposals"
 local rank_sum = require "limax.statistics.rank_sum"
 local sample = require "limax.statistics.sample"
 local signed_rank = require "limax.statistics.signed_rank"
@@ -151,7 +152,8 @@ function verdict.compare(list, outcomes, options)
       centre_name = name, donor = arm.donor, model = model.of(arm.runs),
       evaluations = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "evaluations"))),
       tuning = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "before"))),
-      exploratory = curves.exploratory(arm.runs, target) }
+      exploratory = curves.exploratory(arm.runs, target),
+      proposals = proposals.shares(arm.runs) }
     if arm ~= baseline then
       row.test = test_of(arm, baseline, outcomes)
       tests[#tests + 1] = row.test
