@@ -28,6 +28,7 @@ local study = {}
 ---@field out string folder
 ---@field given table the experiment as given
 ---@field config table resolved
+---@field fitness function
 ---@field repetitions integer
 ---@field evaluations integer of each cell
 ---@field generations integer that no cell reaches: evaluations end it
@@ -79,8 +80,9 @@ function study.new(given)
   end
   config.evaluations = given.evaluations
   base.generations, base.evaluations = budget.most_generations(config), given.evaluations
+  local experiment = experiments.new(base)
   local self = { out = given.out:gsub("(.)/+$", "%1"), given = given.experiment,
-    config = experiments.new(base).config, repetitions = given.repetitions,
+    config = experiment.config, fitness = experiment.fitness.call, repetitions = given.repetitions,
     evaluations = given.evaluations, generations = base.generations, tuned = {},
     device = given.device or engine.device "auto", quick = given.quick or false,
     say = given.say or print_line }
@@ -140,7 +142,7 @@ function study.run(self)
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
   end
   -- as `limax compare` does, so that it repeats the same numbers wherever the study ran
-  local outcomes = outcome.measure(list, engine.device "cpu")
+  local outcomes = outcome.measure(list, engine.device "cpu", self.fitness)
   local result = verdict.compare(groups, outcomes)
   pages.write(self.out .. "/compare", result, groups, outcomes)
   return result

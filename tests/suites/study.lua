@@ -149,7 +149,10 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
 end)
 
 suite:test("a study that was stopped goes on to the same bytes", { limit = 60 }, function(t)
-  local some = { arms = { "fixed", "tuned_fixed", "rules", "yoked" }, evaluations = 36 }
+  local own = source.copy(TINY)
+  own.fitness = function(robot) return robot:distance() end
+  local some = { arms = { "fixed", "tuned_fixed", "rules", "yoked" }, evaluations = 36,
+    experiment = own }
   local whole = tiny(t:folder() .. "/whole", some)
   study.run(whole)
   -- stopped after its third run, the first one cut to two of its generations
@@ -166,6 +169,13 @@ suite:test("a study that was stopped goes on to the same bytes", { limit = 60 },
   t:equal(bytes_of(again), bytes_of(whole))
   t:equal(source.read(again.out .. "/compare/compare.csv"),
     source.read(whole.out .. "/compare/compare.csv"))
+
+  -- its script begins studies, not runs
+  local done = process.limax({ "run", "--resume", again.out .. "/fixed/r01" },
+    { folder = t:folder() })
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find("was not started from a script that returns an experiment", 1, true),
+    done.stderr)
 
   -- the same folder is no place for another study
   cut_to(stopped.out .. "/fixed/r01", 1)

@@ -50,7 +50,7 @@ local function key_of(run)
 end
 
 -- The champions of runs of one world, all at a time.
-local function simulate(list, device, values)
+local function simulate(list, device, values, fitness_call)
   local config = list[1].config
   local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
   local options = rescore.options(config, { accuracy = TIER })
@@ -66,7 +66,8 @@ local function simulate(list, device, values)
     if result.status == "done" then
       local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
         outcome = result, body = body.record(robots, i, materials) }
-      values[run] = scoring.call(fitness_of(run), scored_robot.new(record, { population = robots,
+      local call = fitness_call or fitness_of(run)
+      values[run] = scoring.call(call, scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }))
     end
@@ -76,8 +77,9 @@ end
 --- The outcome of each run; a champion that does not end well at `publish` has none.
 ---@param list limax.compare.run[]
 ---@param device limax.device
+---@param fitness_call? function the fitness of all of them, where it is at hand
 ---@return table<limax.compare.run, number>
-function outcome.measure(list, device)
+function outcome.measure(list, device, fitness_call)
   local values, groups, by_key = {}, {}, {}
   for _, run in ipairs(list) do
     local key = key_of(run)
@@ -87,7 +89,7 @@ function outcome.measure(list, device)
     end
     table.insert(by_key[key], run)
   end
-  for _, group in ipairs(groups) do simulate(group, device, values) end
+  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call) end
   return values
 end
 

@@ -86,6 +86,16 @@ local function reread(path, experiment, repetition, device)
   return run
 end
 
+--- An experiment of a study. Its runs go on by the study alone: the script that began them returns
+--- no experiment, and run again it would begin a study.
+---@param given table
+---@return limax.experiment
+function cells.experiment_of(given)
+  local experiment = experiments.new(given)
+  experiment.origin = nil
+  return experiment
+end
+
 --- The experiment of a cell.
 ---@param study limax.study
 ---@param cell limax.study.cell
@@ -109,7 +119,7 @@ function cells.experiment(study, cell)
   if arm.tuned and tuned then
     given.breeding, given.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
   end
-  return experiments.new(given)
+  return cells.experiment_of(given)
 end
 
 return cells

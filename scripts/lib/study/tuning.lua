@@ -4,7 +4,6 @@
 
 local cells = require "limax.study.cells"
 local engine = require "limax.engine"
-local experiments = require "limax.experiment"
 local ledger = require "limax.ledger"
 local source = require "limax.source"
 
@@ -57,7 +56,7 @@ function tuning.run(study, repetition)
     given.name, given.repetitions, given.supervisor = "tuning", study.repetitions, "fixed"
     given.generations, given.evaluations = study.generations, evaluations
     given.breeding = k == 1 and source.copy(study.config.breeding) or drawn(study, repetition, k)
-    local result = cells.run { experiment = experiments.new(given), repetition = repetition,
+    local result = cells.run { experiment = cells.experiment_of(given), repetition = repetition,
       path = ("%s/tuning/r%02d-%d"):format(study.out, repetition, k), device = study.device,
       say = study.hear }
     spent = spent + result.evaluations
