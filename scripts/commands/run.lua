@@ -1,6 +1,7 @@
 --- run.lua: `limax run FILE`: runs an experiment to its end, keeps every generation in a run
 --- folder, and goes on where an earlier run stopped.
 
+local budget = require "limax.budget"
 local engine = require "limax.engine"
 local evolve = require "limax.evolve"
 local experiments = require "limax.experiment"
@@ -133,8 +134,19 @@ end
 
 -- Whether a repetition has its last generation.
 local function is_whole(session, config, repetition)
-  local last = session.last_generations[repetition]
-  return last ~= nil and last + 1 >= config.generations
+  local done = session.done_generations[repetition]
+  return done ~= nil and not budget.allows_another(config, done.count, done.evaluations)
+end
+
+-- Generations that are on disk and their evaluations, by repetition.
+local function done_generations(folder)
+  local done = {}
+  for _, line in ipairs(folder:lines "metrics") do
+    local sofar = done[line.repetition] or { evaluations = 0 }
+    done[line.repetition] = { count = line.generation + 1,
+      evaluations = sofar.evaluations + line.evaluations }
+  end
+  return done
 end
 
 -- Gives the turn to the first repetition that is not whole: its lines are the next ones.
@@ -168,7 +180,7 @@ local function compute(session, experiment, run_options)
     end
   end
   local function ended(repetition)
-    session.last_generations[repetition] = config.generations - 1
+    session.done_generations[repetition] = { count = config.generations, evaluations = 0 }
     pass_turn(session, config)
   end
   pass_turn(session, config)
@@ -216,7 +228,7 @@ local function execute(session, experiment, arguments)
   local device = or_refuse(1, engine.device, arguments.device or "auto",
     { threads = arguments.threads })
 
-  session.last_generations = session.folder and session.folder:last_generations() or {}
+  session.done_generations = session.folder and done_generations(session.folder) or {}
   session.left = {}
   for repetition = session.first, session.last do
     if not is_whole(session, experiment.config, repetition) then
@@ -228,7 +240,7 @@ local function execute(session, experiment, arguments)
 
   local slower = passes.warning(device:describe())
   if slower then session.notes[#session.notes + 1] = "CPU passes: " .. slower end
-  local total = experiment.config.generations * (session.last - session.first + 1)
+  local total = budget.most_generations(experiment.config) * (session.last - session.first + 1)
   local before = session.folder and #session.folder:lines "metrics" or 0
   session.progress = progress.new { total = total, done = before, quiet = session.quiet,
     repetitions = experiment.config.repetitions }

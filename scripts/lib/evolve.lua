@@ -3,6 +3,7 @@
 --- repetition, generation, robot), so a run can stop after any generation and go on with the same
 --- bits.
 
+local budget = require "limax.budget"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local full_body = require "limax.full_body"
@@ -66,7 +67,7 @@ function evolve.start(experiment, options)
   self.scene = engine.scene(config.scene)
   self.first_materials = engine.materials(config.materials)
   self.first_fields = evolve.material_fields(self.first_materials)
-  self.limits = ledger.limits(config.population, config.supervision.ranges)
+  self.limits = ledger.limits(config.population, config.supervision.ranges, config.supervision)
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()
   self.encoding = engine.encoding { lattice = config.lattice, features = config.genome.features,
@@ -228,7 +229,9 @@ function Run:next_generation(robots, choice)
     if not robots.ranked then robots:score() end
     self:close(robots)
   end
-  if robots.generation + 1 < self.config.generations then
+  local spent = 0
+  for _, entry in ipairs(self.history) do spent = spent + entry.evaluations end
+  if budget.allows_another(self.config, robots.generation + 1, spent) then
     self.offspring = self:breed(robots, choice)
   end
 end

@@ -74,6 +74,9 @@ local function ranges(given, path)
   return result
 end
 
+-- Robots that a repetition may simulate. No default: generations are the limit.
+local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
+
 local five = fields.experiment.lattice.value
 local rules = schema.fields {
   name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
@@ -95,6 +98,7 @@ local rules = schema.fields {
   record = settings.record,
   population = schema.number(fields.experiment.population),
   generations = schema.number(fields.experiment.generations),
+  evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
   breeding = numbers(fields.breeding),
   fitness = anything,
@@ -174,6 +178,10 @@ local function resolve(given, origin)
     return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
       .. " it is the one field without a default"
   end
+  if config.evaluations and config.evaluations < config.population then
+    return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
+      config.population, config.evaluations)
+  end
   local materials, scene, parts
   materials, message =
     resolved("materials", engine.materials, material_source(given.materials, origin))
@@ -209,6 +217,8 @@ local function resolve(given, origin)
   config.fitness = source.describe(given.fitness, base)
   config.selection = source.describe(chosen(given.selection, defaults.selection), base)
   config.supervisor = source.describe(chosen(given.supervisor, defaults.supervisor), base)
+  local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
+  if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
   return setmetatable({ config = config, given = given, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
@@ -219,8 +229,8 @@ end
 
 --- Checks and resolves an experiment. Whatever is wrong raises at the caller's line, with exit
 --- status 2. Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
---- generations, repetitions, breeding, fitness (the one without a default), selection, supervisor,
---- supervision, not_in_paper.
+--- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
+--- supervisor, supervision, not_in_paper.
 ---@param given table
 ---@return limax.experiment
 function experiment.new(given)

@@ -17,6 +17,7 @@ local ledger = {}
 ---@field step? number largest difference between two generations
 ---@field unit string
 ---@field material? boolean a field of materials; for stiffness the range is in first values
+---@field allowed boolean may a supervisor set it in this experiment?
 
 -- What may be proposed: DESIGN's table of ranges and largest changes.
 local proposable = {
@@ -40,12 +41,14 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 --- The limits that bind proposals in a population of this size, narrowed by an experiment's ranges.
 ---@param population integer
 ---@param ranges? table<string, number[]> field -> { least, most }
+---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
 ---@return ledger.limit[]
-function ledger.limits(population, ranges)
+function ledger.limits(population, ranges, allowed)
   local list = {}
   for i, given in ipairs(proposable) do
     local limit = {}
     for key, value in pairs(given) do limit[key] = value end
+    limit.allowed = not allowed or allowed[given.material and "materials" or "hyperparameters"]
     -- one robot at least is kept
     if limit.field == "elite_fraction" then limit.minimum = 1 / population end
     local range = ranges and ranges[limit.field]

@@ -13,8 +13,9 @@ local resume = {}
 local fixed_fields = { "genome", "lattice", "population", "seed" }
 
 -- Changing these leaves what a score means as it was.
-local scores_stand_under = { breeding = true, generations = true, name = true, not_in_paper = true,
-  repetitions = true, selection = true, supervision = true, supervisor = true }
+local scores_stand_under = { breeding = true, evaluations = true, generations = true, name = true,
+  not_in_paper = true, repetitions = true, selection = true, supervision = true,
+  supervisor = true }
 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12

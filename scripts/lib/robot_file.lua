@@ -83,17 +83,26 @@ function robot_file.describe(population, i, materials, edge)
     edge = edge, voxels = layers, weights = weights, materials = materials:table() }
 end
 
+--- Puts the body of a description into an engine's population, as its robot i.
+---@param population limax.population of the description's lattice
+---@param i integer
+---@param description limax.robot.description
+---@param materials limax.materials
+function robot_file.place(population, i, description, materials)
+  local weights = {}
+  for _, name in ipairs(robot_file.weights) do
+    weights[name] = as_grid(description.weights[name])
+  end
+  population:set_body(i, body.lattice(description.voxels, description.lattice), weights, materials)
+end
+
 --- The body of a description as an engine's population of one robot, checked.
 ---@param description limax.robot.description
 ---@param materials limax.materials
 ---@return limax.population
 function robot_file.build(description, materials)
   local population = engine.population { lattice = description.lattice, count = 1 }
-  local weights = {}
-  for _, name in ipairs(robot_file.weights) do
-    weights[name] = as_grid(description.weights[name])
-  end
-  population:set_body(1, body.lattice(description.voxels, description.lattice), weights, materials)
+  robot_file.place(population, 1, description, materials)
   population:check(materials, { require_muscle = false })
   return population
 end

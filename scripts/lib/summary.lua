@@ -107,7 +107,8 @@ local function next_commands(folder, config)
     end
     local seed = (tonumber(config.seed) or 0) % 1000 + 1
     add(again("seed", seed, "seed" .. seed), "another seed: is it luck?")
-    add(again("generations", 2 * config.generations, "longer"), "twice as long")
+    local limit = config.evaluations and "evaluations" or "generations"
+    add(again(limit, 2 * config[limit], "longer"), "twice as long")
   end
   local examples = {
     { "run ", "jump.lua", "evolve jumping" },

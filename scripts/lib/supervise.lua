@@ -22,6 +22,7 @@ local supervise = {}
 ---@field make? fun(options: table): limax.supervisor.law
 ---@field start? fun(options: table, run: limax.run): limax.supervisor.session of those that keep
 --- something between generations, in the place of `make`
+---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 
 ---@class limax.supervisor.session
 ---@field decide fun(self: any, given: limax.supervision.given): table, table, table, table
@@ -29,6 +30,8 @@ local supervise = {}
 -- Each is one file in supervise/.
 ---@type table<string, limax.supervisor.entry>
 supervise.entries = {
+  bandit = require "limax.supervise.bandit",
+  constant_median = require "limax.supervise.constant_median",
   fixed = require "limax.supervise.fixed",
   llm = require "limax.supervise.llm",
   one_fifth = require "limax.supervise.one_fifth",
@@ -36,6 +39,9 @@ supervise.entries = {
   replay = require "limax.supervise.replay",
   rules = require "limax.supervise.rules",
   schedule = require "limax.supervise.schedule",
+  self_adaptive = require "limax.supervise.self_adaptive",
+  shuffled = require "limax.supervise.shuffled",
+  yoked = require "limax.supervise.yoked",
 }
 
 --- The four parameters, in the order of DESIGN's table.
@@ -46,6 +52,7 @@ supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "e
 ---@field call limax.supervisor.law|nil
 ---@field start (fun(run: limax.run): limax.supervisor.session)|nil in the place of `call`
 ---@field own boolean|nil is it the user's own function?
+---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 
 --- The supervisor that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.supervisor.law
@@ -53,9 +60,16 @@ supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "e
 function supervise.get(spec)
   if type(spec) == "function" then return { name = "function", call = spec, own = true } end
   local name, options = choice.read("supervisor", spec, supervise.entries)
-  local start = supervise.entries[name].start
-  if start then return { name = name, start = function(run) return start(options, run) end } end
-  return { name = name, call = supervise.entries[name].make(options) }
+  local entry = supervise.entries[name]
+  local supervisor = { name = name, unfit = entry.unfit and function(config)
+    return entry.unfit(options, config)
+  end }
+  if entry.start then
+    supervisor.start = function(run) return entry.start(options, run) end
+  else
+    supervisor.call = entry.make(options)
+  end
+  return supervisor
 end
 
 return supervise

@@ -241,6 +241,10 @@ local function small(words, name)
     words[#words + 1] = "--set"
     words[#words + 1] = change
   end
+  -- one that it names itself is read by a later line
+  for _, word in ipairs(words) do
+    if word == "--out" then return words end
+  end
   words[#words + 1] = "--out"
   words[#words + 1] = "runs/" .. name
   return words

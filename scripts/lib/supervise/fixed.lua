@@ -1,5 +1,5 @@
 --- fixed.lua: the supervisor that changes nothing: the control that every other one is measured
---- against.
+--- against, as in the paper (Zhang, 2024), whose runs without a model keep their parameters.
 
 return {
   options = {},

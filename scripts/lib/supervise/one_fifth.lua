@@ -1,6 +1,7 @@
 --- one_fifth.lua: Rechenberg's rule: if more than a fifth of the offspring beat their parents, the
 --- search is timid and mutation_scale grows; if fewer do, it shrinks. The two changes cancel at
---- exactly a fifth.
+--- exactly a fifth. Source: Rechenberg, "Evolutionsstrategie" (1973); the asymmetric factors: Kern
+--- et al., "Learning probability distributions in continuous evolutionary algorithms" (2004).
 
 local schema = require "limax.schema"
 

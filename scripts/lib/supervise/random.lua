@@ -1,5 +1,7 @@
 --- random.lua: a random walk of the parameters inside the ranges that bind every proposal, no step
 --- larger than the largest change per generation: the control for whoever claims to know better.
+--- Materials walk too where the experiment allows it. Source: Karafotias, Hoogendoorn, Eiben, "Why
+--- parameter control mechanisms should be benchmarked against random variation" (2013).
 
 local schema = require "limax.schema"
 
@@ -10,17 +12,32 @@ local function reflected(value, low, high)
   return math.min(math.max(value, low), high)
 end
 
--- One step from `before`: a factor where the ledger limits by a factor, else a difference.
-local function step(before, limit, share, random)
+-- One step from `before`: a factor where the ledger limits by a factor, else a difference. `unit`
+-- is what the limit's range counts in.
+local function step(before, limit, unit, share, random)
   local u = share * (2 * random:uniform() - 1)
+  local least, most = limit.minimum * unit, limit.maximum * unit
   if limit.factor then
-    local low, high = math.log(limit.minimum), math.log(limit.maximum)
-    local from = math.log(math.max(before, limit.minimum))
+    local low, high = math.log(least), math.log(most)
+    local from = math.log(math.max(before, least))
     local value = math.exp(reflected(from + u * math.log(limit.factor), low, high))
     -- exp(log(x)) may miss x by a rounding
-    return math.min(math.max(value, limit.minimum), limit.maximum)
+    return math.min(math.max(value, least), most)
   end
-  return reflected(before + u * limit.step, limit.minimum, limit.maximum)
+  return reflected(before + u * limit.step, least, most)
+end
+
+-- Steps of one field in every material that has it.
+local function step_materials(proposal, history, limit, share, random)
+  local first = history[1].materials.materials
+  for k, material in ipairs(history[#history].materials.materials) do
+    local before = material[limit.field]
+    if before and material.kind ~= "empty" then
+      local unit = limit.field == "stiffness" and first[k].stiffness or 1
+      proposal[material.name] = proposal[material.name] or {}
+      proposal[material.name][limit.field] = step(before, limit, unit, share, random)
+    end
+  end
 end
 
 return {
@@ -35,7 +52,12 @@ return {
       local proposal = {}
       for _, limit in ipairs(limits) do
         local before = now.parameters[limit.field]
-        if before then proposal[limit.field] = step(before, limit, options.step, random) end
+        if limit.allowed and limit.material then
+          proposal.materials = proposal.materials or {}
+          step_materials(proposal.materials, history, limit, options.step, random)
+        elseif limit.allowed and before then
+          proposal[limit.field] = step(before, limit, 1, options.step, random)
+        end
       end
       return proposal, "a random step"
     end

@@ -1,7 +1,9 @@
 --- rules.lua: the supervisor used when none is named: it needs no network and says in words what
 --- it saw. In order: too many failures, robots that have become alike, a stall (of a diverse
 --- population, whose search is too coarse, or of one that is nearly alike, whose search is too
---- narrow), and else a slow way back to the experiment's own parameters.
+--- narrow), and else a slow way back to the experiment's own parameters. The rules are ours; that
+--- lost diversity asks for exploration is Ursem's, "Diversity-guided evolutionary algorithms"
+--- (2002).
 
 local schema = require "limax.schema"
 

@@ -1,6 +1,8 @@
 --- schedule.lua: parameters set in advance as lines over generations. With
 --- { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } } it falls from 0.2 to 0.02 between
 --- generations 0 and 39 and stays there. Generation 0 itself has the experiment's own parameters.
+--- Source: deterministic control in Eiben, Hinterding, Michalewicz, "Parameter control in
+--- evolutionary algorithms" (1999); EvoGym's genetic algorithm lets its share of elites fall so.
 
 local schema = require "limax.schema"
 

@@ -1,0 +1,76 @@
+--- compare.lua: `limax compare RUN...`: do the arms of these runs differ? One outcome, exact tests,
+--- and what their number can show.
+
+local arms = require "limax.compare.arms"
+local engine = require "limax.engine"
+local failure = require "limax.failure"
+local outcome = require "limax.compare.outcome"
+local pages = require "limax.compare.pages"
+local runs = require "limax.compare.runs"
+local tables = require "limax.compare.tables"
+local terminal = require "limax.terminal"
+local verdict = require "limax.compare.verdict"
+
+local command = {
+  summary = "compare finished runs: what can be claimed, and what cannot",
+  usage = "limax compare RUN... [options]",
+  text = [[
+Each RUN is a run folder, or the folder of a study. Runs are grouped into arms by their
+configuration without seed and repetition; a pair is equal seed and repetition. Fitness, lattice,
+materials, scene, simulation (but for its tier), population, generations and evaluations must be
+equal in all.
+
+The one outcome is best_standard of the last generation: its champion, under the run's first
+materials, simulated again at the tier publish. Where the arm and the baseline have the same pairs,
+the test is Wilcoxon's exact signed-rank test with a bootstrap of the paired differences, else Mann
+and Whitney's exact test; p values are adjusted by Holm over all arms. No arm is claimed to differ
+whose evaluations are not the baseline's (within one population), or of whose generations a model
+set less than 95 %. Everything else is exploratory.]],
+  positional = { least = 1, name = "RUN" },
+  options = {
+    { name = "baseline", argument = "ARM",
+      text = "the arm that others are held against; fixed if there is one, else the first" },
+    { name = "target", argument = "VALUE", kind = "number",
+      text = "of the exploratory evaluations to a target; the baseline's centre if left out" },
+    { name = "out", argument = "DIR",
+      text = "write text, CSV, JSON, LaTeX and the figures with their data there" },
+    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
+      text = "that simulates the champions again" },
+    { name = "csv", text = "print CSV" },
+    { name = "json", text = "print JSON" },
+    { name = "latex", text = "print a LaTeX table" },
+  },
+}
+
+local FORMS = { "csv", "json", "latex" }
+
+local function printed(arguments, result)
+  local chosen
+  for _, form in ipairs(FORMS) do
+    if arguments[form] then
+      if chosen then
+        failure.raise(2, ("--%s and --%s exclude each other"):format(chosen, form))
+      end
+      chosen = form
+    end
+  end
+  if not result then return nil end
+  return chosen and tables[chosen](result) or tables.text(result, terminal.style())
+end
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  printed(arguments)
+  local list = runs.read(runs.expand(arguments))
+  local groups = arms.group(list)
+  local device = engine.device(arguments.device)
+  local outcomes = outcome.measure(list, device)
+  local result = verdict.compare(groups, outcomes,
+    { baseline = arguments.baseline, target = arguments.target })
+  if arguments.out then pages.write(arguments.out, result, groups, outcomes) end
+  io.stdout:write(printed(arguments, result))
+  return 0
+end
+
+return command

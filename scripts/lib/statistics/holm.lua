@@ -1,0 +1,24 @@
+--- holm.lua: p values adjusted for having been looked at together.
+--- Source: Holm, "A simple sequentially rejective multiple test procedure" (1979).
+
+local holm = {}
+
+--- The adjusted p of each: the k-th smallest of m times m - k + 1, at most 1, and never below that
+--- of a smaller one.
+---@param list number[]
+---@return number[]
+function holm.adjust(list)
+  local order, adjusted, least = {}, {}, 0
+  for i = 1, #list do order[i] = i end
+  table.sort(order, function(i, j)
+    if list[i] ~= list[j] then return list[i] < list[j] end
+    return i < j
+  end)
+  for k, i in ipairs(order) do
+    least = math.max(least, math.min(1, (#list - k + 1) * list[i]))
+    adjusted[i] = least
+  end
+  return adjusted
+end
+
+return holm

@@ -1,0 +1,25 @@
+--- midranks.lua: ranks of numbers where equal ones share the mean of their places. They are given
+--- doubled, as whole numbers, so that sums of them compare exactly.
+
+local midranks = {}
+
+--- Twice the mid-rank of each number, 1 the smallest, and whether any two are equal.
+---@param list number[]
+---@return integer[] doubled
+---@return boolean ties
+function midranks.doubled(list)
+  local order, doubled, ties = {}, {}, false
+  for i = 1, #list do order[i] = i end
+  table.sort(order, function(i, j) return list[i] < list[j] end)
+  local first = 1
+  while first <= #order do
+    local last = first
+    while last < #order and list[order[last + 1]] == list[order[first]] do last = last + 1 end
+    for k = first, last do doubled[order[k]] = first + last end
+    ties = ties or last > first
+    first = last + 1
+  end
+  return doubled, ties
+end
+
+return midranks

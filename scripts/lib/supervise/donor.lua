@@ -1,0 +1,136 @@
+--- donor.lua: the parameters of another run, for the controls that ask whether a supervisor's
+--- answers help because they answer, or only because parameters vary: `yoked`, `shuffled` and
+--- `constant_median`. What they read is metrics.jsonl and ledger.jsonl of a finished run; what they
+--- propose is what was applied there.
+
+local choice = require "limax.choice"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local schema = require "limax.schema"
+local source = require "limax.source"
+
+local donor = {}
+
+---@class limax.donor
+---@field run string folder
+---@field repetition integer
+---@field config table of that run
+---@field supervisor string that gave the parameters
+---@field settings table[] of generations 1, 2, ...: parameters and materials as they were applied
+
+--- Options of every supervisor that reads another run.
+donor.options = {
+  run = function(given, path)
+    if type(given) ~= "string" or given == "" then
+      return nil, ("%s.run: expected the folder of another run, got %s"):format(
+        path:gsub("%.run$", ""), schema.show(given))
+    end
+    return given
+  end,
+  repetition = schema.number { value = 1, unit = "of that run", minimum = 1, maximum = 1e6,
+    integer = true, reason = "a run of one repetition has no other" },
+}
+
+local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(options.run, text)) end
+
+local function json_of(options, name)
+  local text, message = source.read(options.run .. "/" .. name)
+  local value
+  if text then value, message = host.json.decode(text, options.run .. "/" .. name) end
+  if value == nil then fail(options, "is no run folder: " .. tostring(message)) end
+  return value
+end
+
+-- The lines of one repetition, by generation.
+local function lines_of(options, name)
+  local path = options.run .. "/" .. name
+  local text, message = source.read(path)
+  if not text then fail(options, tostring(message)) end
+  local lines = {}
+  for line in text:gmatch "[^\n]+" do
+    local value, wrong = host.json.decode(line, path)
+    if not value then fail(options, tostring(wrong)) end
+    if value.repetition == options.repetition then lines[value.generation] = value end
+  end
+  if not lines[0] then
+    fail(options, ("has no repetition %d in %s"):format(options.repetition, name))
+  end
+  return lines
+end
+
+--- The run that `options` name; what cannot serve raises.
+---@param options { run: string, repetition: integer }
+---@return limax.donor
+function donor.read(options)
+  local config, status = json_of(options, "config.json"), json_of(options, "STATUS")
+  if status.state ~= "done" then
+    fail(options, ("is not done (%s)"):format(tostring(status.state)))
+  end
+  local metrics, ledger = lines_of(options, "metrics.jsonl"), lines_of(options, "ledger.jsonl")
+  local settings = {}
+  for generation = 1, #metrics do
+    settings[generation] = { parameters = metrics[generation].parameters,
+      materials = metrics[generation].materials }
+  end
+  return { run = options.run, repetition = options.repetition, config = config,
+    supervisor = ledger[0].supervisor, settings = settings }
+end
+
+-- Do both runs begin alike? Parameters that move in bounded steps from elsewhere are not the same.
+local BEGINNING = { "breeding", "population", "materials" }
+
+--- Why that run cannot lend its parameters to this experiment; nil if it can. It needs as many
+--- generations, or the same budget of evaluations, and the same limits and beginning.
+---@param options { run: string, repetition: integer }
+---@param config table of the experiment
+---@return string|nil
+function donor.unfit(options, config)
+  local from = donor.read(options)
+  local own = from.config
+  local function differs(a, b) return host.json.encode { a } ~= host.json.encode { b } end
+  if #from.settings + 1 < config.generations
+    and (not config.evaluations or config.evaluations ~= own.evaluations) then
+    return ("%s has %d generations, this experiment %d"):format(options.run, #from.settings + 1,
+      config.generations)
+  end
+  for _, name in ipairs(BEGINNING) do
+    if differs(own[name], config[name]) then
+      return ("%s began with another %s"):format(options.run, name)
+    end
+  end
+  for _, name in ipairs { "ranges", "hyperparameters", "materials" } do
+    local mine = config.supervision[name]
+    if differs(own.supervision[name], mine) and not (name ~= "ranges" and not mine) then
+      return ("%s had other limits: supervision.%s"):format(options.run, name)
+    end
+  end
+end
+
+--- One generation's setting as a proposal, as far as this experiment allows.
+---@param setting { parameters: table<string, number>, materials: table }
+---@param limits ledger.limit[]
+---@return limax.proposal
+function donor.proposal(setting, limits)
+  local proposal = {}
+  for _, limit in ipairs(limits) do
+    if limit.allowed and not limit.material then
+      proposal[limit.field] = setting.parameters[limit.field]
+    elseif limit.allowed then
+      proposal.materials = proposal.materials or {}
+      for _, name in ipairs(choice.sorted_keys(setting.materials)) do
+        proposal.materials[name] = proposal.materials[name] or {}
+        proposal.materials[name][limit.field] = setting.materials[name][limit.field]
+      end
+    end
+  end
+  return proposal
+end
+
+--- How a reason names where a proposal is from.
+---@param from limax.donor
+---@return string "repetition 2 of DIR (rules)"
+function donor.name(from)
+  return ("repetition %d of %s (%s)"):format(from.repetition, from.run, from.supervisor)
+end
+
+return donor

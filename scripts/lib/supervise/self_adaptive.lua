@@ -1,0 +1,48 @@
+--- self_adaptive.lua: mutation scales that survive with the robots they made. In SAMR-GA (Clune et
+--- al., "Natural selection fails to optimize mutation rates for long-term adaptation on rugged
+--- fitness landscapes", 2008; constants as in evosax) every individual has a scale of its own,
+--- inherited and multiplied by 2^U(-1, 1). Here a genome holds none: a generation has one scale for
+--- all its offspring. So a robot's scale is read as that of the generation that bred it, a parent
+--- is drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
+--- offspring are not among the best die out, as in SAMR-GA.
+
+local schema = require "limax.schema"
+
+-- Robots with a score, best first; of equal ones the first.
+local function ranked(robots)
+  local list = {}
+  for i = 1, #robots do
+    if robots[i].fitness then list[#list + 1] = i end
+  end
+  table.sort(list, function(i, j)
+    if robots[i].fitness ~= robots[j].fitness then return robots[i].fitness > robots[j].fitness end
+    return i < j
+  end)
+  return list
+end
+
+return {
+  options = {
+    span = schema.number { value = 2, unit = "largest factor on an inherited scale", above = 1,
+      maximum = 100, reason = "SAMR-GA's in evosax: 2^U(-1, 1)" },
+    parents = schema.number { value = 0.3, unit = "of the population", above = 0, maximum = 1,
+      reason = "the default share of elites: those whose scales survive" },
+  },
+  make = function(options)
+    return function(history, random)
+      local now = history[#history]
+      if not now then return nil, "nothing is scored yet" end
+      local best = ranked(now.population)
+      if #best == 0 then return nil, "nobody has a score" end
+      local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
+      local parent = now.population[best[random:integer(math.min(count, #best))]]
+      local scale = now.parameters.mutation_scale
+      for _, entry in ipairs(history) do
+        if entry.generation == parent.generation then scale = entry.parameters.mutation_scale end
+      end
+      local factor = options.span ^ (2 * random:uniform() - 1)
+      return { mutation_scale = scale * factor },
+        ("robot %d was bred with scale %.4g: that times %.3g"):format(parent.id, scale, factor)
+    end
+  end,
+}
