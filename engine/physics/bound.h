@@ -32,14 +32,22 @@
 namespace limax {
 
 // The integrators that have a bound, numbered as in limax_integrator.
-enum class scheme { symplectic_euler, leapfrog, rk4 };
+enum class scheme { symplectic_euler, leapfrog, rk4, xpbd };
 
 // Radius of the largest half disc about 0, Re z <= 0, in which RK4 is stable, rounded down.
 inline constexpr double rk4_radius = 2.615;
 
+// What XPBD allows W + G to be.
+inline constexpr double xpbd_reach = 16.0;
+
 // Largest stable step of one mass, s; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
 LIMAX_LAW double stable_step(scheme method, double a, double b) {
     const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
+    if (method == scheme::xpbd) {
+        // 2 q / (B + sqrt(B^2 + 4 q A)), where W + G = q
+        const double reach = b + square_root(b * b + 4.0 * xpbd_reach * a);
+        return reach > 0 ? 2.0 * xpbd_reach / reach : infinite;
+    }
     if (method == scheme::rk4) {
         const double fastest = larger(a > 0 ? square_root(a) : 0.0, b);
         return fastest > 0 ? rk4_radius / fastest : infinite;
