@@ -59,15 +59,16 @@ struct stage_arrays {
 // Adds the forces of all springs.
 template <class F>
 using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::moment<F>&);
-// The springs of an XPBD step: at x + dt w of their ends, one by one, each changing w and adding
-// its force to the forces.
+// What the springs of an XPBD step change and need besides: they see their ends at x + dt w, one
+// after the other, and each changes w by its force, which is added to the forces.
 template <class F>
 struct sweep_arrays {
     F* velocity[3];         // w, m/s, [count]
     const F* inverse_mass;  // 1/kg, [count]
-    const F* odd[2];        // 1 at sites of odd index along x, and along y, else 0, [count]
-    int64_t sites;          // of the lattice
-    int64_t layer;          // sites of one z
+    const F* stiffness;     // k and c, times what reaction() leaves of them, [direction][count]
+    const F* damping;       // null without damping
+    const F* odd[3];        // 1 at sites of odd index along each axis, else 0, [count]
+    int halves[3];          // along each axis, 2, or 1 where no spring starts at an odd index
     F dt;                   // s
 };
 template <class F>
