@@ -1,9 +1,14 @@
 --- flight.lua: hard cases without contact: nothing but gravity and springs, where physics has a
 --- closed form. SI units.
 
+local general = require "limax.hard_cases.general"
+
 local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
+
+-- Why XPBD is not asked.
+local DAMPS = "a long step damps motion, by what is measured in ACCURACY.md"
 
 -- m/s^2, the engine's own default
 local STANDARD_GRAVITY = 9.81
@@ -53,7 +58,7 @@ case { row = 1, name = "free fall", smooth = true, run = function(c)
   local outcome = run:outcome()
   local n = outcome.steps
   local expected = 0.5 * STANDARD_GRAVITY * outcome.time_step ^ 2
-    * (c.integrator == "symplectic_euler" and n * (n + 1) or n * n)
+    * (general.WHOLE_KICKS[c.integrator] and n * (n + 1) or n * n)
   c:near("height fallen", outcome.center_start[3] - outcome.center_end[3], expected,
     { rtol = c:by_precision { double = 1e-12, compensated = 1e-6, mixed = 1e-6, single = 1e-3 } })
 end }
@@ -74,7 +79,8 @@ case { row = 2, name = "free flight without gravity", smooth = true, brief = tru
     end
   end }
 
-case { row = 3, name = "free spin, undamped", brief = true, run = function(c)
+case { row = 3, name = "free spin, undamped", brief = true,
+  except = { xpbd = DAMPS }, run = function(c)
   local first
   local steps = c.full and 1e6 or 4e4
   local run = c:run { lattice = { 2, 2, 2 }, voxels = "s", scene = {}, time_step = 5e-4,
@@ -155,7 +161,7 @@ case { row = 50, name = "turned by 37 degrees about z", smooth = true, run = fun
   end
 end }
 
-case { row = 51, name = "time reversal", smooth = true, run = function(c)
+case { row = 51, name = "time reversal", smooth = true, except = { xpbd = DAMPS }, run = function(c)
   local steps, h = 400, 5e-4
   local function there_and_back(step, count)
     local begin

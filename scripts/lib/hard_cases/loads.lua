@@ -7,6 +7,9 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local SOFT = "a long step makes springs soft: it carries less"
+
 local STANDARD_GRAVITY, GROUND, EDGE = 9.81, 1e5, 0.1 -- m/s^2, N/m, m
 local LAND = { gravity = true, ground = true, friction = true, damping = true }
 
@@ -91,6 +94,7 @@ end
 
 for _, share in ipairs { 0.9, 1.1 } do
   case { row = 16, name = ("a column at %g of the load that buckles it"):format(share),
+    except = { xpbd = SOFT },
     brief = true, run = function(c)
       local gravity = share * critical_gravity()
       local pose = upright(gravity)
@@ -126,7 +130,8 @@ end
 
 -- ---- weights -----------------------------------------------------------------------------------
 
-case { name = "a tower of 50 voxels under its own weight", brief = true, run = function(c)
+case { name = "a tower of 50 voxels under its own weight", brief = true,
+  except = { xpbd = SOFT }, run = function(c)
   local lattice, stiffness = { 3, 3, 50 }, 1e5
   -- set down at about where it will stand: a layer's edges and diagonals carry what is above it
   local per_layer = (16 + 12 + 36 / 3) * stiffness -- N/m
@@ -204,6 +209,7 @@ case { name = "a crushed voxel comes back when the load goes", run = function(c)
 end }
 
 case { row = 17, name = "tip of a cantilever", needs = { "anchors" }, brief = true,
+  except = { xpbd = SOFT },
   run = function(c)
     local lattice, stiffness, gravity = { 10, 1, 1 }, 1e4, 0.02
     local box = statics.box(lattice, EDGE)

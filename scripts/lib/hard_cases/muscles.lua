@@ -8,6 +8,9 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local DAMPS = "a long step damps motion, by what is measured in ACCURACY.md"
+
 local EDGE, MASS, STIFFNESS = 0.1, 0.125, 2e3 -- m, kg, N/m
 local MODE = math.sqrt(8 * STIFFNESS / MASS) -- rad/s
 
@@ -24,6 +27,7 @@ local function stretch_of(positions) return (positions[2][1] - positions[1][1]) 
 
 for _, share in ipairs { 0.5, 1, 1.5 } do
   case { row = 33, name = ("driven at %g of its first mode"):format(share), smooth = true,
+    except = { xpbd = DAMPS },
     run = function(c)
       local amplitude, zeta = 0.01, 0.1
       local frequency = share * MODE / (2 * math.pi)

@@ -7,6 +7,10 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local TURNS = "it keeps angular momentum to first order of the step alone, and sets free bodies off"
+local IN_ORDER = "springs come in an order, whose mirror image is another"
+
 local STANDARD_GRAVITY, GROUND, EDGE = 9.81, 1e5, 0.1 -- m/s^2, N/m, m
 local LAND = { gravity = true, ground = true, friction = true, damping = true }
 
@@ -76,7 +80,8 @@ case { row = 13, name = "a voxel turned inside out", run = function(c)
   c:at_most("speed", speed_of(velocities), c:by_precision { double = 1e-6, fp32 = 1e-4 })
 end }
 
-case { row = 13, name = "a corner pushed through the opposite face", run = function(c)
+case { row = 13, name = "a corner pushed through the opposite face",
+  except = { xpbd = TURNS }, run = function(c)
   local run = c:run { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 2,
     bound_fraction = 0.5, place = function(positions)
       local corner = positions[#positions]
@@ -153,7 +158,8 @@ case { row = 44, name = "two pieces that know nothing of each other", run = func
   c:near("centre of mass", outcome.center_start[1], 0.2, { atol = 0.01 })
 end }
 
-case { row = 45, name = "a table on legs of one voxel", run = function(c)
+case { row = 45, name = "a table on legs of one voxel",
+  except = { xpbd = IN_ORDER }, run = function(c)
   local function leg(x, y) return (x == 1 or x == 5) and (y == 1 or y == 5) end
   local run = c:run { lattice = { 5, 5, 4 }, scene = LAND, duration = 2,
     voxels = function(x, y, z) return (z == 4 or leg(x, y)) and "b" or "." end,
