@@ -6,6 +6,8 @@
 
 local ffi = require "ffi"
 
+local statics = require "limax.hard_cases.statics"
+
 local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
@@ -97,7 +99,7 @@ for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
     -- in fp32 places of 0.1 m are rounded to 1e-6 of the stretch, and 300 forces add that up; near
     -- the limit the same forces move more, by 1 / cos(t / 2)
     local allowed = stretch / math.cos(angle / 2)
-      * c:by_precision { double = 1e-10, fp32 = 1e-4, single = 2e-4 }
+      * c:by_precision { double = 1e-10, fp32 = 2e-4, single = 3e-4 }
     local seen = {}
     for n = 1, steps do
       run:advance(1)
@@ -165,6 +167,51 @@ local function kicked(speed)
     end
   end
 end
+
+-- The energy that an integrator keeps exactly in a linear undamped body, J, and the one that is
+-- measured: leapfrog E - (h^2 / 8) sum m a^2, symplectic Euler E + (h / 2) sum F v. Near the limit
+-- of the step they differ by as much as they are.
+local function shadow_energy(c, box, stiffness, mass, h, positions, velocities)
+  local forces, energy = statics.forces(box, stiffness, positions), 0
+  local correction = 0
+  for i, force in ipairs(forces) do
+    for axis = 1, 3 do
+      local f, v = force[axis], velocities[i][axis]
+      energy = energy + 0.5 * mass * v * v
+      correction = correction
+        + (c.integrator == "leapfrog" and -h * h / 8 * f * f / mass or h / 2 * f * v)
+    end
+  end
+  energy = energy + statics.energy(box, stiffness, positions)
+  return energy + correction, energy
+end
+
+case { row = 7, name = "the shadow energy at 99 % of the bound", brief = true,
+  except = { xpbd = DAMPS }, run = function(c)
+    local lattice, mass, samples = { 5, 5, 5 }, MASS, c.full and 200 or 40
+    -- Strains of 3e-8: smaller ones drown in the roundings of places of 0.5 m, and what larger ones
+    -- bend is not linear. Ten times slower or three times faster kicks give more than the 1.4e-8 of
+    -- this one, so that 1e-9, a figure of linear springs, cannot be had. fp32 has no such strains.
+    if c.precision ~= "double" then
+      c:note "asked of double alone: strains of 3e-8 are below fp32's resolution"
+      return
+    end
+    local box = statics.box(lattice, EDGE)
+    local run = c:prepare { lattice = lattice, scene = {}, bound_fraction = 0.99, energy = false,
+      materials = MATERIALS, place = kicked(3e-6) }
+    local h = run:outcome().time_step
+    local first, least, most, swing = nil, math.huge, -math.huge, { math.huge, -math.huge }
+    for _ = 1, samples do
+      run:advance(25)
+      local shadow, measured = shadow_energy(c, box, BONE, mass, h, run:state())
+      first = first or shadow
+      least, most = math.min(least, shadow), math.max(most, shadow)
+      swing = { math.min(swing[1], measured), math.max(swing[2], measured) }
+    end
+    c:at_most("swing of the shadow energy", (most - least) / first, 1e-7)
+    c:note("the shadow energy swings by %.2g of itself, the measured one by %.2g",
+      (most - least) / first, (swing[2] - swing[1]) / first)
+  end }
 
 case { row = 7, name = "99 % of the bound", brief = true,
   except = { xpbd = DAMPS }, run = function(c)

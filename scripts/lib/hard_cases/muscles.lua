@@ -4,7 +4,9 @@
 
 local engine = require "limax.engine"
 local evolve = require "limax.evolve"
+local general = require "limax.hard_cases.general"
 local limax = require "limax"
+local statics = require "limax.hard_cases.statics"
 
 local cases = {}
 
@@ -107,6 +109,50 @@ case { row = 37, name = "a muscle that jumps", run = function(c)
     record = { energy = 100 } }))
   c:near("energy of the jump", run:trace("energy")[1][2],
     0.5 * STIFFNESS * (amplitude * EDGE) ^ 2 * (12 + 12 * 2 + 4 * 3), { rtol = 1e-6 })
+end }
+
+case { row = 37, name = "a square wave", run = function(c)
+  -- Rest lengths follow sines alone. A square wave is put together of runs in which a drive of
+  -- 1 mHz stands at its crest, each of which begins where the one before ended and with the other
+  -- muscle, so that all rest lengths jump between (1 + a) L and (1 - a) L at every half period.
+  local amplitude, half = 0.25, 0.1
+  local box = statics.box({ 1, 1, 1 }, EDGE)
+  -- what all springs hold at the rest lengths (1 + change) L
+  local function held(positions, change)
+    local stretched = { springs = {} }
+    for i, spring in ipairs(box.springs) do
+      stretched.springs[i] = { spring[1], spring[2], (1 + change) * spring[3] }
+    end
+    return statics.energy(stretched, STIFFNESS, positions)
+  end
+  local positions, velocities
+  local before = 0
+  for jump = 1, 6 do
+    local voxels = jump % 2 == 1 and "e" or "c"
+    local change = jump % 2 == 1 and amplitude or -amplitude
+    local run = c:prepare { lattice = { 1, 1, 1 }, voxels = voxels, weights = { phase = 0.5 },
+      energy = false, center = false, duration = half, record = { energy = 100 },
+      materials = { [voxels] = { mass_per_site = MASS, stiffness = STIFFNESS,
+        amplitude = amplitude } },
+      scene = { damping = true, actuation = { frequency = 1e-3, ramp = 0 } },
+      place = function(p, v)
+        for i = 1, #p do
+          if positions then p[i], v[i] = positions[i], velocities[i] end
+        end
+      end }
+    local start = run:state()
+    run.simulation:run()
+    general.check(c, run)
+    local rows = run:trace "energy"
+    -- the work of a jump is what the springs hold after it less what they held before it
+    c:near(("energy of jump %d"):format(jump), rows[1][2] - before,
+      held(start, change) - (jump > 1 and held(start, -change) or 0), { rtol = 1e-6 })
+    for i = 2, #rows do
+      c:at_most("energy between jumps", rows[i][1] + rows[i][2], rows[1][1] + rows[1][2])
+    end
+    before = rows[#rows][2]
+    positions, velocities = run:state()
+  end
 end }
 
 for _, frequency in ipairs { 0.001, 20, 1000 } do

@@ -65,6 +65,21 @@ function statics.forces(box, stiffness, positions)
   return forces
 end
 
+--- What the springs hold, J.
+---@param box limax.hard_cases.box
+---@param stiffness number N/m
+---@param positions number[][]
+---@return number
+function statics.energy(box, stiffness, positions)
+  local sum = 0
+  for _, spring in ipairs(box.springs) do
+    local a, b = positions[spring[1]], positions[spring[2]]
+    local r = math.sqrt((b[1] - a[1]) ^ 2 + (b[2] - a[2]) ^ 2 + (b[3] - a[3]) ^ 2)
+    sum = sum + 0.5 * stiffness * (r - spring[3]) ^ 2
+  end
+  return sum
+end
+
 --- The tangent stiffness -dF/dx at a pose, dense, with a row for each axis of each mass.
 ---@param box limax.hard_cases.box
 ---@param stiffness number N/m
