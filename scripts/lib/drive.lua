@@ -1,5 +1,5 @@
---- drive.lua: whether a muscle's drive is too fast for a time step: a period of few steps is not the
---- wave that was meant. SI units.
+--- drive.lua: whether a muscle's drive is too fast for a time step: a period of few steps is not
+--- the wave that was meant. SI units.
 
 local drive = {}
 

@@ -71,7 +71,8 @@ local function measure(config, infos, names)
     cases[#cases + 1] = timed(config, without(infos, config.scene, name), options)
   end
   local rates = timing.best_rates(cases, ROUNDS)
-  local result = { time_step = options.time_step, step = 1 / rates[1], springs = 1 / rates[2], effects = {} }
+  local result = { time_step = options.time_step, step = 1 / rates[1],
+    springs = 1 / rates[2], effects = {} }
   for i, name in ipairs(names) do result.effects[name] = 1 / rates[1] - 1 / rates[2 + i] end
   return result
 end
