@@ -276,9 +276,9 @@ case { row = 17, name = "tip of a cantilever", needs = { "anchors" }, brief = tr
       end, record = { position = 20 } }
     local deflection = right[3 * 11]
     c:at_most("deflection by statics", deflection, -5e-4)
-    -- small loads: the linear solution up to the square of the strain, 4e-5 here. In fp32 lengths
-    -- of 0.1 m are rounded to 4e-9 m, which ten voxels in a row magnify to 1e-7 m at the tip: no load
-    -- is both large beside that and small enough to be linear.
+    -- Small loads: the linear solution up to the square of the strain, 4e-5 here. In fp32 lengths
+    -- of 0.1 m are rounded to 4e-9 m, which ten voxels in a row magnify to 1e-7 m at the tip: no
+    -- load is both large beside that and small enough to be linear.
     for _, row in ipairs(run:trace "position") do
       c:near("deflection", row[11][3], deflection,
         { rtol = c:by_precision { double = 1e-4, fp32 = 2e-4 } })
