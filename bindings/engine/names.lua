@@ -37,7 +37,7 @@ names.stream = enumeration {
 
 names.integrator = enumeration {
   { "symplectic_euler", "LIMAX_SYMPLECTIC_EULER" }, { "leapfrog", "LIMAX_LEAPFROG" },
-  { "rk4", "LIMAX_RK4" },
+  { "rk4", "LIMAX_RK4" }, { "xpbd", "LIMAX_XPBD" },
 }
 
 names.precision = enumeration {

@@ -80,7 +80,7 @@ void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& 
 }
 
 void check_options(const limax_simulation_options& options, const scene& scene) {
-    require_choice("integrator", options.integrator, 3);
+    require_choice("integrator", options.integrator, 4);
     require_choice("precision", options.precision, 4);
     require_choice("sharing", options.sharing, 2);
     require_range("duration", options.duration, 1e-9, 1e6, "s");
@@ -132,9 +132,11 @@ void check_beyond_cpu(const limax_simulation_options& options, const scene& scen
             fail(LIMAX_INVALID_ARGUMENT,
                  format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
     });
-    if (options.integrator == LIMAX_RK4)
+    if (options.integrator == LIMAX_RK4 || options.integrator == LIMAX_XPBD)
         fail(LIMAX_INVALID_ARGUMENT,
-             "integrator: rk4 runs on the cpu alone; use device 'cpu' or the integrator leapfrog");
+             format("integrator: %s runs on the cpu alone; use device 'cpu' or the integrator "
+                    "leapfrog",
+                    options.integrator == LIMAX_RK4 ? "rk4" : "xpbd"));
     if (options.record[LIMAX_TRACE_LEDGER])
         fail(LIMAX_INVALID_ARGUMENT,
              "record.ledger: the ledger of energy is kept on the cpu alone; use device 'cpu'");

@@ -22,6 +22,12 @@
 //   the two the region is narrowest at an angle of 0.68 pi, where it ends at |z| = 2.6156. By the
 //   maximum principle the half disc up to there lies in it:
 //       dt < 2.615 / max(sqrt(A), B).
+//   XPBD: springs and contacts are implicit and make no step unstable; a long step makes springs
+//   soft instead. One alone keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
+//   of 26 equal ones on a mass with W + G = q each keeps 1 / (1 + q / 26), and walkers keep their
+//   order (scripts/ACCURACY.md) up to q = 8:
+//       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs alone.
+//   Whatever else acts on a mass is explicit there and bounds the step as in symplectic Euler.
 // It is a result about the frozen linear system in every such pose, not about switching contacts:
 // the run-time guard stays.
 #pragma once
@@ -32,14 +38,21 @@
 namespace limax {
 
 // The integrators that have a bound, numbered as in limax_integrator.
-enum class scheme { symplectic_euler, leapfrog, rk4 };
+enum class scheme { symplectic_euler, leapfrog, rk4, xpbd };
 
 // Radius of the largest half disc about 0, Re z <= 0, in which RK4 is stable, rounded down.
 inline constexpr double rk4_radius = 2.615;
 
+// q, where the springs of a walker's stiffest masses keep 3/4 of their force in XPBD.
+inline constexpr double xpbd_softening = 8.0;
+
 // Largest stable step of one mass, s; infinite where nothing acts on it. A in 1/s^2, B in 1/s.
 LIMAX_LAW double stable_step(scheme method, double a, double b) {
     const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
+    if (method == scheme::xpbd) {
+        const double root = b + square_root(b * b + 4.0 * xpbd_softening * a);
+        return root > 0 ? 2.0 * xpbd_softening / root : infinite;
+    }
     if (method == scheme::rk4) {
         const double fastest = larger(a > 0 ? square_root(a) : 0.0, b);
         return fastest > 0 ? rk4_radius / fastest : infinite;
@@ -130,9 +143,17 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
         if (site >= step) add_spring_bound(scene, springs, d * springs.stride + site - step, sum);
         add_spring_bound(scene, springs, d * springs.stride + site, sum);
     }
+    // of what is implicit, s
+    double least = bits_as<double>(uint64_t(0x7ff) << 52);
+    const bool implicit = method == scheme::xpbd;
+    if (implicit) {
+        least = stable_step(method, sum.stiffness / mass, sum.damping / mass);
+        method = scheme::symplectic_euler;
+        sum = {0, 0};
+    }
     effects::for_each([&]<class E>(E) {
         if constexpr (bounds_masses<E>) {
-            if (!scene.has(effects::index_of<E>)) return;
+            if (!scene.has(effects::index_of<E>) || (implicit && effects::is_contact<E>)) return;
             const effects::stiffness_damping most = bound_of_instances<E>(scene, mass);
             sum.stiffness += most.stiffness;
             sum.damping += most.damping;
@@ -143,7 +164,7 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
         sum.stiffness += most.stiffness;
         sum.damping += most.damping;
     }
-    return stable_step(method, sum.stiffness / mass, sum.damping / mass);
+    return smaller(least, stable_step(method, sum.stiffness / mass, sum.damping / mass));
 }
 
 }  // namespace limax

@@ -12,6 +12,14 @@
 // evaluations: at t_n, twice at t_n + dt/2, and at t_n + dt, each from where the slopes of the one
 // before lead; the step is their mean with weights 1, 2, 2, 1. Order four in smooth scenes; it has
 // no place for an impulse, and a contact that switches within a step takes the order away.
+//
+// XPBD (extended position-based dynamics; Macklin, Mueller and Chentanez 2016), in velocities: x
+// and v at t_n. Forces that are neither of springs nor of contacts kick whole. Then each spring, in
+// a fixed order, changes the velocities of its ends by the impulse that it has at the end of the
+// step if it acts alone: its tension at x + dt v, of the velocities so far, times reaction(). That
+// is one sweep of Gauss and Seidel over the implicit Euler step. Contacts follow in the same way,
+// then x += dt v. No step makes a spring or a contact unstable; instead both get softer, and motion
+// is damped, as the step grows. Order one.
 #pragma once
 
 #include "base/portable.h"
@@ -48,6 +56,13 @@ LIMAX_LAW R drift(R position, R velocity, R dt, R& lost) {
 template <class R>
 LIMAX_LAW R lead(R start, R slope, R h, R lost) {
     return start + fma(h, slope, -lost);
+}
+
+// What is left of a force at the end of a step of dt that has stiffness k and damping c, once it
+// has moved what it acts on: 1 / (1 + (dt^2 k + dt c) / m), `inverse_mass` the sum over both ends.
+template <class R>
+LIMAX_LAW R reaction(R stiffness, R damping, R inverse_mass, R dt) {
+    return R(1) / fma(dt * fma(dt, stiffness, damping), inverse_mass, R(1));
 }
 
 // The velocity that the next forces read: new + share (new - old), share 1/2, and 1 after the half

@@ -108,6 +108,7 @@ end
 
 -- Opens a run folder and brings it to its last whole generation.
 local function reopen(session, arguments)
+  session.path = arguments.resume
   local folder = hold(session, run_folder.open(arguments.resume))
   local path, note = resume.script(folder)
   local changes = {}
@@ -259,9 +260,11 @@ local function execute(session, experiment, arguments)
   -- everything that the engine may refuse is tried before a folder is made
   session.first_run = or_refuse(2, evolve.start, experiment, run_options)
   if not session.folder then
-    local path = arguments.out or run_folder.next_free(experiment.config.name)
-    hold(session, run_folder.create(path, experiment,
-      { repetition = session.alone, overrides = changes_of(arguments) }))
+    -- held before it is a run: Ctrl-C finds either none, or one that it can name
+    hold(session,
+      run_folder.take(arguments.out or run_folder.next_free(experiment.config.name)))
+    session.folder:begin(experiment,
+      { repetition = session.alone, overrides = changes_of(arguments) })
   end
   session.folder:status "running"
   session.folder:write_environment(device)
@@ -275,17 +278,24 @@ end
 -- What remains to be said when a run did not come to its end. Nothing on disk is lost.
 local function aftermath(session, value, trace)
   if session.progress then session.progress:finish() end
-  local folder = session.folder
   local interrupted = value == host.interrupt
+  local path = session.folder and session.folder.path or session.path
+  -- what has no configuration yet is no run
+  local folder = session.folder and run_folder.is_run(path) and session.folder
   -- every generation is there: what went wrong then is the look at them
   if folder and session.progress and not session.done then
     local message = not interrupted and tostring(value) or nil
     failure.attempt(folder.status, folder, interrupted and "interrupted" or "failed", message)
   end
   if interrupted then
+    if not path or not run_folder.is_run(path) then
+      if session.folder then session.folder:abandon() end
+      io.stderr:write "interrupted; no run was begun\n"
+      return 130
+    end
     io.stderr:write(session.done and "interrupted; every generation is done\n"
-      or "interrupted; the unfinished generation is dropped\n")
-    if folder then io.stderr:write("continue with: ", folder:resume_command(), "\n") end
+      or "interrupted; the unfinished generation is dropped\n", "continue with: ",
+      run_folder.resume_command(path), "\n")
     return 130
   end
   if failure.status(value) then error(value, 0) end

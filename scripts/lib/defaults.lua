@@ -110,7 +110,7 @@ defaults.materials = "paper"
 defaults.selection = { "tournament", size = 3 }
 defaults.supervisor = "rules"
 
-defaults.integrators = { "leapfrog", "rk4", "symplectic_euler" }
+defaults.integrators = { "leapfrog", "rk4", "symplectic_euler", "xpbd" }
 defaults.precisions = { "compensated", "double", "mixed", "single" }
 defaults.sharings = { "mean", "sum" }
 

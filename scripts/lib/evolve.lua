@@ -90,8 +90,10 @@ function Run:warn()
   for _, note in ipairs(experiment.notes) do self:say(note) end
   local step = self.config.simulation.time_step
   if type(step) == "number" and step > self.first_step then
+    local harm = self.config.simulation.integrator == "xpbd" and "its springs get soft"
+      or "stiff bodies may diverge"
     self:say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full body of %s:"
-      .. " stiff bodies may diverge"):format(step, self.first_step, self.first_step_material))
+      .. " %s"):format(step, self.first_step, self.first_step_material, harm))
   end
 end
 

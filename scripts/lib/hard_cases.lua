@@ -21,6 +21,7 @@ hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes"
 ---@field smooth boolean|nil no contact switches: integrators for smooth scenes do it too
 ---@field brief boolean|nil long: only `BRIEF` combinations unless the full ones are wanted
 ---@field full boolean|nil very long: only when the full ones are wanted
+---@field except table<string, string>|nil why an integrator is not asked, by its name
 ---@field absent string|nil why the case cannot be put at all
 ---@field kind string
 
@@ -43,10 +44,13 @@ function hard_cases.all()
   return list
 end
 
--- Every precision and both integrators meet in these two.
-local BRIEF = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true }
--- integrators that take contacts; others take smooth cases on the CPU alone
-local ANYWHERE = { leapfrog = true, symplectic_euler = true }
+-- Several precisions and the integrators of every scene meet in these.
+local BRIEF = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true,
+  ["xpbd single"] = true }
+-- integrators that take contacts, and of them those that a GPU has too; what takes none does the
+-- smooth cases, on the CPU
+local CONTACTS = { leapfrog = true, symplectic_euler = true, xpbd = true }
+local ON_GPU = { leapfrog = true, symplectic_euler = true }
 
 ---@class limax.hard_cases.combination
 ---@field integrator string
@@ -56,13 +60,14 @@ local ANYWHERE = { leapfrog = true, symplectic_euler = true }
 ---@param case limax.hard_case
 ---@param kind string of the device
 ---@param full boolean every one
----@param brief boolean|nil the two of a long case, whatever the case
+---@param brief boolean|nil those of a long case, whatever the case
 ---@return limax.hard_cases.combination[]
 function hard_cases.combinations(case, kind, full, brief)
   local list = {}
   for _, integrator in ipairs(engine.names.integrator.names) do
     for _, precision in ipairs(engine.names.precision.names) do
-      local able = ANYWHERE[integrator] or (case.smooth and kind == "cpu")
+      local able = (kind == "cpu" and (CONTACTS[integrator] or case.smooth)
+        or ON_GPU[integrator]) and not (case.except and case.except[integrator])
       local chosen = full or not (brief or case.brief) or BRIEF[integrator .. " " .. precision]
       if able and chosen then
         list[#list + 1] = { integrator = integrator, precision = precision }

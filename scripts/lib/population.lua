@@ -3,6 +3,7 @@
 --- what was left out before it, by the experiment's own rules.
 
 local body = require "limax.body"
+local drive = require "limax.drive"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local fitness = require "limax.fitness"
@@ -96,13 +97,17 @@ function Population:simulate(on_progress)
     local simulation = engine.simulation(self.engine, self.materials, run.scene, run.options,
       run.device, mask)
     run:advance(simulation, on_progress or run.on_progress)
+    local longest = 0
     for i, record in ipairs(self.records) do
       if mask[i] then
         local outcome = finite(simulation:outcome(i))
         record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
         self.contexts[i].simulation = simulation
+        longest = math.max(longest, outcome.time_step or 0)
       end
     end
+    local problem = longest > 0 and drive.problem(run.config.scene, longest)
+    if problem then run:say(problem, "scene.actuation") end
     self.timing.simulate = self.timing.simulate + host.clock() - began
     self.simulations = self.simulations or {}
     self.simulations[#self.simulations + 1] = simulation

@@ -21,10 +21,14 @@ local run_folder = {}
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
--- The command that continues a run, ready to be pasted into a shell.
-function Folder:resume_command()
-  return ("%s run --resume %s"):format(shell.program(), shell.quoted(self.path))
+--- The command that continues the run in a folder, ready to be pasted into a shell.
+---@param path string
+---@return string
+function run_folder.resume_command(path)
+  return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
 end
+
+function Folder:resume_command() return run_folder.resume_command(self.path) end
 
 -- Ends the run when the disk refuses; what is whole stays so.
 function Folder:check(ok, message)
@@ -125,12 +129,10 @@ local function lock(path)
   return handle
 end
 
---- Makes a new run folder. A folder that holds anything is refused.
+--- Takes a new folder for a run, which `begin` makes of it. One that holds anything is refused.
 ---@param path string
----@param experiment limax.experiment
----@param options { repetition: integer|nil, overrides: string[]|nil }
 ---@return limax.run_folder
-function run_folder.create(path, experiment, options)
+function run_folder.take(path)
   local kind = host.file.exists(path)
   if kind == "file" then failure.raise(2, path .. " is a file, not a folder for a run") end
   if kind == "folder" and #(host.file.list(path) or {}) > 0 then
@@ -144,6 +146,13 @@ function run_folder.create(path, experiment, options)
   local self = setmetatable({ path = path }, Folder)
   self.grown = run_lines.new(self)
   self.lock = lock(path)
+  return self
+end
+
+--- Writes what a run begins with into a folder that has just been taken.
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+function Folder:begin(experiment, options)
   local config, scripts = run_folder.configuration(experiment, options)
   self.config = config
   self:write_scripts(scripts, "scripts")
@@ -151,7 +160,34 @@ function run_folder.create(path, experiment, options)
   self:status "running"
   -- last: a folder with a configuration is a run
   self:write("config.json", json(config))
+end
+
+--- Makes a new run folder.
+---@param path string
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+---@return limax.run_folder
+function run_folder.create(path, experiment, options)
+  local self = run_folder.take(path)
+  self:begin(experiment, options)
   return self
+end
+
+--- Is there a run that can be continued?
+---@param path string
+---@return boolean
+function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
+
+-- A link is removed and never entered.
+local function remove(path)
+  if host.file.remove(path) then return end
+  for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
+  host.file.remove(path)
+end
+
+--- Removes a folder that was taken and has not become a run: all in it is this process's own.
+function Folder:abandon()
+  if not run_folder.is_run(self.path) then remove(self.path) end
 end
 
 -- ---- writing ------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 --- thread with a body of all voxels.
 
 local choice = require "limax.choice"
+local drive = require "limax.drive"
 local engine = require "limax.engine"
 local experiment = require "limax.experiment"
 local failure = require "limax.failure"
@@ -70,7 +71,8 @@ local function measure(config, infos, names)
     cases[#cases + 1] = timed(config, without(infos, config.scene, name), options)
   end
   local rates = timing.best_rates(cases, ROUNDS)
-  local result = { step = 1 / rates[1], springs = 1 / rates[2], effects = {} }
+  local result = { time_step = options.time_step, step = 1 / rates[1],
+    springs = 1 / rates[2], effects = {} }
   for i, name in ipairs(names) do result.effects[name] = 1 / rates[1] - 1 / rates[2 + i] end
   return result
 end
@@ -96,6 +98,7 @@ function scene_report.gather(file, device)
   end
   local cost = measure(config, infos, names)
   local facts = { file = file, lattice = config.lattice, effects = {}, step = cost.step,
+    problem = drive.problem(config.scene, cost.time_step),
     springs = cost.springs / cost.step }
   for i, name in ipairs(names) do
     facts.effects[i] = { name = name, fields = config.scene[name],
@@ -152,6 +155,7 @@ function scene_report.lines(facts)
         effect.name .. (#list > 1 and "[" .. i .. "]" or ""), fields_of(info, values))
     end
   end
+  if facts.problem then line("%s", facts.problem) end
   return lines
 end
 

@@ -4,6 +4,7 @@
 
 local body = require "limax.body"
 local defaults = require "limax.defaults"
+local drive = require "limax.drive"
 local engine = require "limax.engine"
 local robot_file = require "limax.robot_file"
 local schema = require "limax.schema"
@@ -34,6 +35,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field fitness number|nil
 ---@field cases number[]|nil
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
+---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
 ---@field body limax.robot.body
 ---@field record table
@@ -64,6 +66,11 @@ function class.__index(self, key)
   if key == "coarse" then
     local outcome = self.record.outcome
     return outcome ~= nil and outcome.coarse == true
+  end
+  if key == "undersampled" then
+    local outcome = self.record.outcome
+    return outcome ~= nil and outcome.time_step ~= nil
+      and drive.problem(self.context.scene, outcome.time_step) ~= nil
   end
   if lazy[key] then
     local value = lazy[key](self)

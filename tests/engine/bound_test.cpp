@@ -200,6 +200,57 @@ TEST_CASE(
         }
 }
 
+TEST_CASE(
+    "XPBD: how soft springs may get bounds the step, contacts do not, what is explicit does") {
+    // W + G = q
+    const double a = 5.2e6, b = 2.3e3, dt = stable_step(scheme::xpbd, a, b);
+    CHECK(dt * dt * a + dt * b == doctest::Approx(xpbd_softening));
+    CHECK(stable_step(scheme::xpbd, 0, 0) == HUGE_VAL);
+    stage body(lattice{5, 5, 5});
+    body.effects({"damping"});
+    const double free = bound_of(body, LIMAX_XPBD);
+    CHECK(free == doctest::Approx(1.08e-3).epsilon(0.02));
+    body.effects({"ground"});
+    CHECK(bound_of(body, LIMAX_XPBD) == free);
+    // a script's spring to a place, stiffer than any of the body's
+    const double stiff[2] = {1e6, 0};
+    body.setup.scene.add_script("tether", "f = -1e6 * x;", {}, stiff);
+    const double mass = body.body().mass[0];
+    CHECK(bound_of(body, LIMAX_XPBD) ==
+          doctest::Approx(stable_step(scheme::symplectic_euler, 1e6 / mass, 0)));
+}
+
+TEST_CASE("XPBD: thrown bodies lose energy at steps up to ten times its own bound") {
+    for (const int precision : every_precision)
+        for (const double time_step : {1e-3, 1e-2}) {
+            const int count = 12;
+            stage bodies(lattice{3, 3, 3}, count);
+            bodies.randomize(31, true);
+            bodies.effects({"gravity", "damping", "ground", "friction"});
+            bodies.setup.options.integrator = LIMAX_XPBD;
+            bodies.setup.options.precision = precision;
+            bodies.setup.options.time_step = time_step;
+            bodies.setup.options.duration = 3;
+            bodies.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+            bodies.setup.options.position[2] = 0.2;
+            auto run = bodies.open();
+            for (int robot = 0; robot < count; ++robot)
+                throw_about(*run, robot, 1000 + robot, 0.03, robot % 3 == 0 ? 20.0 : 3.0);
+            stage::finish(*run);
+            for (int robot = 0; robot < count; ++robot) {
+                CAPTURE(precision);
+                CAPTURE(time_step);
+                CAPTURE(robot);
+                REQUIRE(run->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+                const trace_view energy = trace_of(*run, robot, LIMAX_TRACE_ENERGY);
+                const auto whole = [&](int sample) {
+                    return energy.at(sample, 0) + energy.at(sample, 1) + energy.at(sample, 2);
+                };
+                CHECK(whole(60) < whole(0));
+            }
+        }
+}
+
 TEST_CASE("full 5x5x5 bone: the figures of the design") {
     stage body(lattice{5, 5, 5});
     body.effects({"damping", "ground"});
@@ -357,7 +408,7 @@ TEST_CASE("a step left to the engine is not coarse at the speed of the start and
 
 TEST_CASE("a mass that moves farther than a tenth of an edge in a step marks its robot as coarse") {
     for (const int precision : every_precision)
-        for (const int integrator : every_integrator)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG, LIMAX_RK4, LIMAX_XPBD})
             for (const double speed : {9.9, 10.1}) {
                 stage bodies(lattice{1, 1, 1}, 2);
                 bodies.setup.options.precision = precision;

@@ -100,7 +100,7 @@ extern "C" __global__ void every_law(double* out, const __grid_constant__ whole_
                        [&](int64_t voxel) { return share_of(body, voxel); });
     const int corner[3] = {0, 0, 0};
     double sum = double(spring.stiffness + spring.damping + spring.sine + spring.cosine);
-    sum += stable_step_of_mass(scene, scheme(i % 3), body.grid, constants, i, out[i]);
+    sum += stable_step_of_mass(scene, scheme(i % 4), body.grid, constants, i, out[i]);
     sum += is_held(scene, sum, corner, x, y, z);
     sum += every_effect(scene, float(out[i])) + every_effect(scene, out[i]);
     const float gene = initial_gene(key, uint32_t(i), 0.1);

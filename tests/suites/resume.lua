@@ -130,7 +130,10 @@ local function survives(t, signal, kills, ways)
   local folder = t:folder()
   write_experiment(folder, 30, 2)
   local on_cpu = { "--device", "cpu", "-q" }
+  -- moments are shares of what a whole run takes on this machine, now
+  local began = host.clock()
   completes(t, folder, { "run", "tiny.lua", "--out", "whole", "--apart", unpack(on_cpu) })
+  local seconds = host.clock() - began
   local random = engine.random(7, 1, "user", signal == "INT" and 1 or 2, #ways)
   local hit, attempt, waited = 0, 0, 0
   while hit < kills do
@@ -140,7 +143,8 @@ local function survives(t, signal, kills, ways)
     local done
     repeat
       table.insert(arguments, ways[1 + random:integer(#ways)])
-      done = run(folder, arguments, { signal = signal, after = 0.03 + 0.25 * random:uniform() })
+      done = run(folder, arguments, { signal = signal,
+        after = seconds * (0.1 + 0.6 * random:uniform()) })
       if done.status ~= 0 then
         t:equal(done.status, signal == "INT" and 130 or 137)
         hit = hit + 1
@@ -178,6 +182,44 @@ for _, signal in ipairs { "INT", "KILL" } do
     end)
 end
 
+-- Ctrl-C to itself as soon as a file of a certain name has been written.
+local STOPPED = [[
+local files = require("limax.host").file
+local write = files.write_atomic
+files.write_atomic = function(path, text)
+  local fine, message = write(path, text)
+  if path:match "[^/]*$" == os.getenv "LIMAX_TEST_STOP" then
+    io.popen("kill -INT $PPID"):close()
+  end
+  return fine, message
+end
+]]
+
+suite:test("Ctrl-C while the folder is made leaves a run that is named, or none", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 2, 1)
+    local path = folder .. "/tiny.lua"
+    assert(host.file.write_atomic(path, STOPPED .. source.read(path)))
+    local words = { "run", "tiny.lua", "--device", "cpu", "-q", "--out", "r" }
+    for _, early in ipairs { "tiny.lua", "STATUS" } do
+      local done = run(folder, words, { before = "LIMAX_TEST_STOP=" .. early })
+      t:equal(done.status, 130)
+      t:equal(done.stderr, "interrupted; no run was begun\n")
+      t:ok(not host.file.exists(folder .. "/r"), "a folder is left after " .. early)
+    end
+    local done = run(folder, words, { before = "LIMAX_TEST_STOP=config.json" })
+    t:equal(done.status, 130)
+    t:ok(done.stderr:find "\ncontinue with: [^\n]*limax run %-%-resume r\n$", done.stderr)
+    done = run(folder, { "run", "--resume", "r", "-q" },
+      { before = "LIMAX_TEST_STOP=environment.json" })
+    t:equal(done.status, 130)
+    t:ok(done.stderr:find "\ncontinue with: [^\n]*limax run %-%-resume r\n$", done.stderr)
+    completes(t, folder, { "run", "--resume", "r", "-q" })
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+    same_run(t, folder .. "/r", folder .. "/whole")
+  end)
+
 suite:test("repetitions together and one after the other give the same bytes", { limit = 60 },
   function(t)
     local folder = t:folder()
@@ -207,12 +249,14 @@ suite:test("more generations of several repetitions, and a signal on the way", {
     write_experiment(folder, 6, 3)
     for _, way in ipairs { "--apart", "--together" } do
       local name = "r" .. way
+      local began = host.clock()
       completes(t, folder,
         { "run", "tiny.lua", "--out", name, "--set", "generations=3", way, unpack(on_cpu) })
+      local seconds = host.clock() - began
       local more = { "run", "--resume", name, "--changed", "--set", "generations=6", way,
         unpack(on_cpu) }
       repeat
-        local done = run(folder, more, { signal = "KILL", after = 0.25 })
+        local done = run(folder, more, { signal = "KILL", after = 0.8 * seconds })
         more = { "run", "--resume", name, way, unpack(on_cpu) }
         t:ok(done.status == 0 or done.status == 137, done.stderr)
         -- what is there is never computed again

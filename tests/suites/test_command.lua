@@ -420,6 +420,15 @@ return limax.experiment { lattice = { 3, 2, 2 }, fitness = "walk", scene = {
   t:equal(status, 0)
   contains(t, text, "planes[2]")
   contains(t, text, "heights 3 x 2 m")
+  t:ok(not text:find("fewer than 20", 1, true), text)
+  -- a drive whose periods are few steps
+  t:ok(host.file.write_atomic(file, [[
+return require("limax").experiment { lattice = { 2, 2, 2 }, fitness = "walk",
+  simulation = { time_step = 2e-4 }, scene = { damping = true, actuation = { frequency = 500 } } }
+]]))
+  text, status = limax("doctor", "--scene", file)
+  t:equal(status, 0)
+  contains(t, text, "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
   t:ok(host.file.write_atomic(file, "return 1"))
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 2)

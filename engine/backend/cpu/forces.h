@@ -81,25 +81,36 @@ public:
     // Fills the forces on the robot's masses, which lie and move as `seen` says.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
         columns_.show_springs(passes_, seen);
-        for (F* force : columns_.springs.force) std::memset(force, 0, seen.count * sizeof(F));
-        // the passes of a resting body are those of a scene without actuation
-        const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
-        spring_passes_of<F>(passes_).pair[pair_variant(scene_.mask() & ~resting)](columns_.springs,
-                                                                                  moment<F>(tick));
+        clear(columns_.springs.force, seen.count);
+        spring_passes_of<F>(passes_).pair[variant(tick)](columns_.springs, moment<F>(tick));
         columns_.take_forces(passes_);
+        act_on_masses(seen, tick, true);
+    }
+
+    // ---- the parts of a step whose springs and contacts are implicit ----
+
+    // Fills the forces on masses by all but springs and contacts.
+    void evaluate_explicit(const mass_arrays<S>& seen, int64_t tick) {
+        clear(seen.force, seen.count);
+        act_on_masses(seen, tick, false);
+    }
+    // Adds what springs do by the end of a step to the springs' forces.
+    void sweep(const sweep_arrays<F>& step, int64_t tick) {
+        spring_passes_of<F>(passes_).sweep[variant(tick)](columns_.springs, step, moment<F>(tick));
+    }
+    // Changes the velocities after a kick of h by each contact's push in turn, and by its friction.
+    void press(const mass_arrays<S>& masses, S h) {
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
-        for (const active_effect& active : active_)
-            if (const auto node = passes.node[active.index]) node(seen, active.params);
-        for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
-        each_meeting<S>(
-            seen.position, seen.predicted,
-            [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
-                const S push = E::meet(params, found.state);
-                for (int axis = 0; axis < 3; ++axis) {
-                    seen.force[axis][a] = fma(-push, found.normal[axis], seen.force[axis][a]);
-                    seen.force[axis][b] = fma(push, found.normal[axis], seen.force[axis][b]);
-                }
-            });
+        for (const active_effect& contact : active_) {
+            if (!passes.press[contact.index]) continue;
+            passes.press[contact.index](masses, contact.params, h);
+            for (const active_effect& active : active_)
+                if (active.index == effects::index_of<effects::friction>)
+                    booked(masses, active.index, h, [&] {
+                        passes.pressed_slip[contact.index](masses, contact.params, active.params,
+                                                           h);
+                    });
+        }
     }
 
     // Stored between masses that meet, J.
@@ -135,25 +146,24 @@ public:
     // Changes the velocities after a kick of h by the effects' impulses, friction last: what it
     // stops stays.
     void push(const mass_arrays<S>& masses, S h) {
+        push_before_friction(masses, h);
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
-        if (ledger_) ledger_->forget_impulses();
-        const auto booked = [&](int effect, const auto& push) {
-            if (ledger_) ledger_->before_impulse(masses);
-            push();
-            if (ledger_) ledger_->after_impulse(masses, effect, double(h));
-        };
-        for (const active_effect& active : active_)
-            if (const auto impulse = passes.impulse[active.index])
-                booked(active.index, [&] { impulse(masses, active.params, h); });
-        for (const active_effect& active : active_)
-            if (const auto face = passes.face[active.index])
-                booked(active.index, [&] { face(masses, active.params, h); });
         for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])
-                        booked(active.index,
+                        booked(masses, active.index, h,
                                [&] { slip(masses, contact.params, active.params, h); });
+    }
+    void push_before_friction(const mass_arrays<S>& masses, S h) {
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        if (ledger_) ledger_->forget_impulses();
+        for (const active_effect& active : active_)
+            if (const auto impulse = passes.impulse[active.index])
+                booked(masses, active.index, h, [&] { impulse(masses, active.params, h); });
+        for (const active_effect& active : active_)
+            if (const auto face = passes.face[active.index])
+                booked(masses, active.index, h, [&] { face(masses, active.params, h); });
     }
 
     // Whether the mass at a site lies below the surface of any contact.
@@ -174,6 +184,40 @@ public:
     }
 
 private:
+    template <class R>
+    static void clear(R* const column[3], int64_t count) {
+        for (int axis = 0; axis < 3; ++axis) std::memset(column[axis], 0, count * sizeof(R));
+    }
+    // The passes of a resting body are those of a scene without actuation.
+    unsigned variant(int64_t tick) const {
+        const unsigned resting = actuated(tick) ? 0u : effects::bit<effects::actuation>;
+        return pair_variant(scene_.mask() & ~resting);
+    }
+    // Adds the forces of the effects on masses, those of contacts only `with_contacts`.
+    void act_on_masses(const mass_arrays<S>& seen, int64_t tick, bool with_contacts) {
+        const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        for (const active_effect& active : active_)
+            if (const auto node = passes.node[active.index])
+                if (with_contacts || !passes.press[active.index]) node(seen, active.params);
+        for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
+        each_meeting<S>(
+            seen.position, seen.predicted,
+            [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                const S push = E::meet(params, found.state);
+                for (int axis = 0; axis < 3; ++axis) {
+                    seen.force[axis][a] = fma(-push, found.normal[axis], seen.force[axis][a]);
+                    seen.force[axis][b] = fma(push, found.normal[axis], seen.force[axis][b]);
+                }
+            });
+    }
+    // Lets `push` change the velocities by an impulse over h, and the ledger hear of it.
+    template <class Push>
+    void booked(const mass_arrays<S>& masses, int effect, S h, const Push& push) {
+        if (ledger_) ledger_->before_impulse(masses);
+        push();
+        if (ledger_) ledger_->after_impulse(masses, effect, double(h));
+    }
+
     template <class E, class R>
     typename E::template params<R> params_of() const {
         const double world[3] = {0, 0, 0};

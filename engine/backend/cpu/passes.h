@@ -59,6 +59,21 @@ struct stage_arrays {
 // Adds the forces of all springs.
 template <class F>
 using pair_pass = void (*)(const spring_arrays<F>&, const effects::actuation::moment<F>&);
+// What the springs of an XPBD step change and need besides: they see their ends at x + dt w, one
+// after the other, and each changes w by its force, which is added to the forces.
+template <class F>
+struct sweep_arrays {
+    F* velocity[3];         // w, m/s, [count]
+    const F* inverse_mass;  // 1/kg, [count]
+    const F* stiffness;     // k and c, times what reaction() leaves of them, [direction][count]
+    const F* damping;       // null without damping
+    const F* odd[3];        // 1 at sites of odd index along each axis, else 0, [count]
+    int halves[3];          // along each axis, 2, or 1 where no spring starts at an odd index
+    F dt;                   // s
+};
+template <class F>
+using sweep_pass = void (*)(const spring_arrays<F>&, const sweep_arrays<F>&,
+                            const effects::actuation::moment<F>&);
 // Adds the forces of one effect on the masses. `params` is the effect's own params<S>.
 template <class S>
 using node_pass = void (*)(const mass_arrays<S>&, const void* params);
@@ -68,6 +83,10 @@ template <class S>
 using impulse_pass = void (*)(const mass_arrays<S>&, const void* params, S h);
 template <class S>
 using slip_pass = void (*)(const mass_arrays<S>&, const void* contact, const void* friction, S h);
+// Changes next_velocity by the push of one contact at the end of a step of h, and leaves that push
+// (N) in force[0]; and by its friction, from there.
+template <class S>
+using press_pass = void (*)(const mass_arrays<S>&, const void* contact, S h);
 // A scripted effect as its pass sees it: a program (physics/scripted/program.h) and the registers
 // of one block of masses, scripted_block numbers each, written before they are read.
 inline constexpr int scripted_block = 128;
@@ -123,12 +142,15 @@ constexpr unsigned pair_variant(unsigned scene_mask) {
 template <class F>
 struct spring_passes {
     pair_pass<F> pair[pair_variants];
+    sweep_pass<F> sweep[pair_variants];
     spring_limit_pass<F> limit;
 };
 template <class S>
 struct mass_passes {
-    node_pass<S> node[effects::all::count];        // null where the effect has no such hook
-    slip_pass<S> slip[effects::all::count];        // null where the effect is no contact
+    node_pass<S> node[effects::all::count];    // null where the effect has no such hook
+    slip_pass<S> slip[effects::all::count];    // null where the effect is no contact
+    press_pass<S> press[effects::all::count];  // likewise
+    slip_pass<S> pressed_slip[effects::all::count];
     impulse_pass<S> impulse[effects::all::count];  // null where the effect has no such hook
     impulse_pass<S> face[effects::all::count];     // likewise
     scripted_pass<S> scripted;

@@ -322,6 +322,8 @@ void stage_end(const mass_arrays<R>& start, const stage_arrays<R>& between, R si
     }
 }
 
+#include "backend/cpu/xpbd_passes.inl"
+
 // ---- between two precisions ----
 
 void narrow(int64_t count, const double* __restrict from, float* __restrict to) {
@@ -377,6 +379,8 @@ template <class R>
 constexpr spring_passes<R> make_spring_passes() {
     return {
         {pair<R, false, false>, pair<R, true, false>, pair<R, false, true>, pair<R, true, true>},
+        {sweep<R, false, false>, sweep<R, true, false>, sweep<R, false, true>,
+         sweep<R, true, true>},
         limit_springs<R>};
 }
 
@@ -385,7 +389,11 @@ constexpr mass_passes<R> make_mass_passes() {
     mass_passes<R> passes{};
     for_each([&]<class E>(E) {
         if constexpr (pushes_masses<E>) passes.node[index_of<E>] = node<R, E>;
-        if constexpr (is_contact<E>) passes.slip[index_of<E>] = slip<R, E>;
+        if constexpr (is_contact<E>) {
+            passes.slip[index_of<E>] = slip<R, E>;
+            passes.press[index_of<E>] = press<R, E>;
+            passes.pressed_slip[index_of<E>] = pressed_slip<R, E>;
+        }
         if constexpr (E::hooks & hook_impulse) passes.impulse[index_of<E>] = impulse<R, E>;
         if constexpr (E::hooks & hook_face) passes.face[index_of<E>] = face<R, E>;
     });

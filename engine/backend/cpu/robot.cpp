@@ -1,7 +1,7 @@
 // robot.cpp: what happens to a robot around its steps: start, looks at its limits, its own origin,
-// samples, end. kick_drift.h and runge_kutta.h hold the order of a step. "Begun" is the state in
-// which a step's forces at t_n are done and its masses not yet moved, where all velocities around
-// t_n are at hand: samples are taken there.
+// samples, end. kick_drift.h, runge_kutta.h and xpbd.h hold the order of a step. "Begun" is the
+// state in which a step's forces at t_n are done and its masses not yet moved, where all velocities
+// around t_n are at hand: samples are taken there.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include "backend/cpu/kick_drift.h"
 #include "backend/cpu/runge_kutta.h"
+#include "backend/cpu/xpbd.h"
 #include "physics/held.h"
 #include "physics/integrator.h"
 #include "physics/origin.h"
@@ -117,6 +118,8 @@ std::unique_ptr<stepper<S>> robot_run<S, F, compensated>::make_stepper() {
     if (setup_.options.integrator == LIMAX_RK4)
         return std::make_unique<runge_kutta<S, F, compensated>>(plan_, body_, passes_, columns_,
                                                                 *forces_);
+    if (setup_.options.integrator == LIMAX_XPBD)
+        return std::make_unique<xpbd<S, F, compensated>>(plan_, body_, passes_, columns_, *forces_);
     return std::make_unique<kick_drift<S, F, compensated>>(
         setup_.options.integrator == LIMAX_LEAPFROG, plan_, body_, passes_, columns_, *forces_);
 }

@@ -4,6 +4,9 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local DAMPS = "a long step damps motion, by what is measured in ACCURACY.md"
+
 -- m/s^2, N/m: the engine's own defaults
 local STANDARD_GRAVITY, GROUND = 9.81, 1e5
 local LAND = { gravity = true, ground = true, friction = true, damping = true }
@@ -100,7 +103,7 @@ for _, depth in ipairs { 0.1, 1 } do
   end }
 end
 
-case { row = 21, name = "elastic bounce", run = function(c)
+case { row = 21, name = "elastic bounce", except = { xpbd = DAMPS }, run = function(c)
   -- a stiff voxel on a soft floor without damping is a point that rebounds to where it came from;
   -- what it keeps in its own springs goes with the stiffnesses' ratio
   local drop = 1
@@ -117,9 +120,10 @@ case { row = 21, name = "elastic bounce", run = function(c)
     return top
   end
   local fine = height_after(0.09)
-  c:near("rebound", fine, drop, { rtol = 0.01 })
-  -- at the full step the error is of first order: a whole step of contact more or less
-  c:near("rebound at auto", height_after(0.9), drop, { rtol = 0.1 })
+  c:near("rebound", fine, drop, { rtol = 3e-4 })
+  -- at the full step too: the body's own springs, not the floor, set a step that is a thousandth of
+  -- the contact
+  c:near("rebound at auto", height_after(0.9), drop, { rtol = 1e-3 })
 end }
 
 case { row = 22, name = "damped bounce", run = function(c)

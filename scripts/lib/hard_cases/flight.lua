@@ -1,9 +1,14 @@
 --- flight.lua: hard cases without contact: nothing but gravity and springs, where physics has a
 --- closed form. SI units.
 
+local general = require "limax.hard_cases.general"
+
 local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
+
+-- Why XPBD is not asked.
+local DAMPS = "a long step damps motion, by what is measured in ACCURACY.md"
 
 -- m/s^2, the engine's own default
 local STANDARD_GRAVITY = 9.81
@@ -53,7 +58,7 @@ case { row = 1, name = "free fall", smooth = true, run = function(c)
   local outcome = run:outcome()
   local n = outcome.steps
   local expected = 0.5 * STANDARD_GRAVITY * outcome.time_step ^ 2
-    * (c.integrator == "symplectic_euler" and n * (n + 1) or n * n)
+    * (general.WHOLE_KICKS[c.integrator] and n * (n + 1) or n * n)
   c:near("height fallen", outcome.center_start[3] - outcome.center_end[3], expected,
     { rtol = c:by_precision { double = 1e-12, compensated = 1e-6, mixed = 1e-6, single = 1e-3 } })
 end }
@@ -67,14 +72,18 @@ case { row = 2, name = "free flight without gravity", smooth = true, brief = tru
       record = { strain = 1 }, center_tolerance = 10 }
     c:at_most("strain", largest_strain(run), c:by_precision { double = 1e-10, fp32 = 3e-5 })
     local positions, velocities = run:state()
-    local now = motion(positions, velocities)
+    local now, off, whole = motion(positions, velocities), 0, 0
     for axis, expected in ipairs { 3, -2, 1 } do
-      c:near("mean velocity", now.momentum[axis] / #positions, expected,
-        { rtol = c:by_precision { double = 3e-13, fp32 = 1e-6, single = 2e-4 } })
+      off = off + (now.momentum[axis] / #positions - expected) ^ 2
+      whole = whole + expected ^ 2
     end
+    -- plain sums: 1e6 kicks of 1e-7 of a rest length's rounding, of which a few parts in 1e5 stay
+    c:at_most("change of momentum over momentum", math.sqrt(off / whole),
+      c:by_precision { double = 1e-13, fp32 = 1e-8, single = 1e-4 })
   end }
 
-case { row = 3, name = "free spin, undamped", brief = true, run = function(c)
+case { row = 3, name = "free spin, undamped", brief = true,
+  except = { xpbd = DAMPS }, run = function(c)
   local first
   local steps = c.full and 1e6 or 4e4
   local run = c:run { lattice = { 2, 2, 2 }, voxels = "s", scene = {}, time_step = 5e-4,
@@ -85,7 +94,7 @@ case { row = 3, name = "free spin, undamped", brief = true, run = function(c)
     end }
   local last = motion(run:state())
   c:near("angular momentum", last.spin[3], first.spin[3],
-    { rtol = c:by_precision { double = 1e-11, fp32 = 1e-4, single = 5e-4 } })
+    { rtol = c:by_precision { double = 1e-11, fp32 = 1e-6, single = 5e-5 } })
   -- the spin stretches the body, and what that takes oscillates between springs and masses:
   -- the sum of both is what is kept
   local rows = run:trace "energy"
@@ -96,7 +105,7 @@ case { row = 3, name = "free spin, undamped", brief = true, run = function(c)
     return sum
   end
   c:near("energy", mean_of(#rows - share, #rows), mean_of(1, share),
-    { rtol = c:by_precision { double = 1e-5, fp32 = 3e-4, single = 3e-3 } })
+    { rtol = c:by_precision { double = 1e-6, fp32 = 5e-5, single = 1e-4 } })
 end }
 
 for _, how in ipairs {
@@ -155,7 +164,7 @@ case { row = 50, name = "turned by 37 degrees about z", smooth = true, run = fun
   end
 end }
 
-case { row = 51, name = "time reversal", smooth = true, run = function(c)
+case { row = 51, name = "time reversal", smooth = true, except = { xpbd = DAMPS }, run = function(c)
   local steps, h = 400, 5e-4
   local function there_and_back(step, count)
     local begin
@@ -201,16 +210,23 @@ case { row = 51, name = "time reversal", smooth = true, run = function(c)
 end }
 
 case { row = 55, name = "denormal speeds", smooth = true, run = function(c)
-  -- 1e-42 m/s is a denormal of fp32: it may be kept or flushed, and never grows
-  local run = c:run { lattice = { 1, 1, 1 }, voxels = "s", scene = { damping = true }, duration = 1,
-    place = function(_, velocities)
-      for i = 1, #velocities do velocities[i] = { (i % 2 == 0 and 1 or -1) * 1e-42, 0, 0 } end
-    end }
-  local _, velocities = run:state()
-  for _, v in ipairs(velocities) do
+  -- A denormal of the state's precision may be kept or flushed, and decays: what is left of it is
+  -- what a run has that a run without it lacks. That a denormal makes no step slow is no test of
+  -- ours: none asserts a speed.
+  local kick = (c.precision == "double" or c.precision == "mixed") and 1e-310 or 1e-42
+  local function ends(speed)
+    local run = c:run { lattice = { 1, 1, 1 }, voxels = "s", scene = { damping = true },
+      duration = 1, place = function(_, velocities)
+        for i = 1, #velocities do velocities[i] = { (i % 2 == 0 and 1 or -1) * speed, 0, 0 } end
+      end }
+    return select(2, run:state())
+  end
+  local still = ends(0)
+  for i, v in ipairs(ends(kick)) do
     for axis = 1, 3 do
       -- at rest lengths of sqrt(2) h that are rounded to fp32 a spring pulls by its rounding
       c:at_most("speed", math.abs(v[axis]), c:by_precision { double = 1e-14, fp32 = 1e-5 })
+      c:at_most("speed that is left", math.abs(v[axis] - still[i][axis]), 0)
     end
   end
 end }

@@ -14,6 +14,9 @@ local PASSIVE = {
 -- Effects that leave the centre of mass to gravity alone.
 local INTERNAL = { gravity = true, damping = true, actuation = true, self_collision = true }
 
+--- Integrators in which a kick lasts a whole step and the move that follows sees all of it.
+general.WHOLE_KICKS = { symplectic_euler = true, xpbd = true }
+
 local function all_in(scene, known)
   for name, value in pairs(scene or {}) do
     if value and not known[name] then return false end
@@ -60,7 +63,7 @@ end
 -- two measured values is at most (1 + s) / (1 - s) and 1 / (1 - s^2).
 local function ratio_allowed(outcome, integrator)
   local s = math.min(outcome.time_step / outcome.time_step_bound, 0.95)
-  if integrator == "symplectic_euler" then return (1 + s) / (1 - s) end
+  if general.WHOLE_KICKS[integrator] then return (1 + s) / (1 - s) end
   return 1 / (1 - s * s)
 end
 
@@ -109,8 +112,9 @@ local function check_center(c, run)
     gravity = type(scene_gravity) == "table" and scene_gravity.acceleration or { 0, 0, -9.81 }
   end
   local h, time = outcome.time_step, outcome.time
-  -- the sum of symplectic Euler's n (n + 1) / 2 kicks
-  local discrete = run.options.integrator == "symplectic_euler" and time + h or time
+  -- the sum of n (n + 1) / 2 kicks where each moves the masses at once
+  local whole_kicks = general.WHOLE_KICKS[run.options.integrator]
+  local discrete = whole_kicks and time + h or time
   -- a rounding per step of the distance gone, and in fp32 of forces that nearly cancel
   local reach = 0.1
   for axis = 1, 3 do

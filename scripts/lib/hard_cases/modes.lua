@@ -6,9 +6,16 @@
 
 local ffi = require "ffi"
 
+local statics = require "limax.hard_cases.statics"
+
 local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
+
+-- Why XPBD is not asked.
+local OWN_LAW = "its springs act one after another: it follows no law of one mode"
+local DAMPS = "a long step damps motion, by what is measured in ACCURACY.md"
+local NO_LIMIT = "no step makes it burst"
 
 -- m, kg, N/m; the mass is a number that fp32 holds exactly, as the engine keeps masses
 local EDGE, MASS, BONE = 0.1, 0.125, 1e4
@@ -77,7 +84,8 @@ local function voxel(fields)
 end
 
 for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
-  case { row = 4, name = ("an oscillator at %g of its limit"):format(fraction), run = function(c)
+  case { row = 4, name = ("an oscillator at %g of its limit"):format(fraction),
+    except = { xpbd = OWN_LAW }, run = function(c)
     local w = math.sqrt(8 * BONE / MASS)
     -- the step that is this share of 2 / w, as near as steps divide 50 ms
     local h = 0.05 / math.ceil(0.05 / (fraction * 2 / w) - 1e-9)
@@ -91,17 +99,27 @@ for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
     -- in fp32 places of 0.1 m are rounded to 1e-6 of the stretch, and 300 forces add that up; near
     -- the limit the same forces move more, by 1 / cos(t / 2)
     local allowed = stretch / math.cos(angle / 2)
-      * c:by_precision { double = 1e-10, fp32 = 4e-4, single = 1e-3 }
+      * c:by_precision { double = 1e-10, fp32 = 2e-4, single = 3e-4 }
+    local seen = {}
     for n = 1, steps do
       run:advance(1)
       local expected = stretch * (math.cos(n * angle) + beside * math.sin(n * angle))
-      c:near(("stretch at step %d"):format(n), stretch_of(run:state()), expected,
-        { atol = allowed })
+      seen[n] = stretch_of(run:state())
+      c:near(("stretch at step %d"):format(n), seen[n], expected, { atol = allowed })
     end
+    -- the angle at n, of s_n = A cos(a_n) and s_(n-1) = A cos(a_n - t)
+    local function angle_at(n)
+      return math.atan2((seen[n - 1] - seen[n] * math.cos(angle)) / math.sin(angle), seen[n])
+    end
+    local turn = 2 * math.pi
+    local ahead = angle_at(steps) - angle_at(2) - (steps - 2) * angle
+    ahead = (ahead + math.pi) % turn - math.pi
+    c:at_most("relative error of the period", math.abs(ahead) / ((steps - 2) * angle),
+      c:by_precision { double = 1e-10, fp32 = 1e-5 })
   end }
 end
 
-case { row = 5, name = "damped decay", run = function(c)
+case { row = 5, name = "damped decay", except = { xpbd = OWN_LAW }, run = function(c)
   local w = math.sqrt(8 * BONE / MASS)
   local gamma, stretch = gamma_of(0.1), 0.05
   local allowed = stretch * c:by_precision { double = 1e-10, fp32 = 1e-4, single = 1e-3 }
@@ -116,7 +134,7 @@ case { row = 5, name = "damped decay", run = function(c)
   end
 end }
 
-case { row = 6, name = "over-damped", run = function(c)
+case { row = 6, name = "over-damped", except = { xpbd = OWN_LAW }, run = function(c)
   -- zeta = 2, the largest that is legal, makes xi = 4
   local w = math.sqrt(8 * BONE / MASS)
   local gamma, stretch = gamma_of(2), 0.05
@@ -150,7 +168,53 @@ local function kicked(speed)
   end
 end
 
-case { row = 7, name = "99 % of the bound", brief = true, run = function(c)
+-- The energy that an integrator keeps exactly in a linear undamped body, J, and the one that is
+-- measured: leapfrog E - (h^2 / 8) sum m a^2, symplectic Euler E + (h / 2) sum F v. Near the limit
+-- of the step they differ by as much as they are.
+local function shadow_energy(c, box, stiffness, mass, h, positions, velocities)
+  local forces, energy = statics.forces(box, stiffness, positions), 0
+  local correction = 0
+  for i, force in ipairs(forces) do
+    for axis = 1, 3 do
+      local f, v = force[axis], velocities[i][axis]
+      energy = energy + 0.5 * mass * v * v
+      correction = correction
+        + (c.integrator == "leapfrog" and -h * h / 8 * f * f / mass or h / 2 * f * v)
+    end
+  end
+  energy = energy + statics.energy(box, stiffness, positions)
+  return energy + correction, energy
+end
+
+case { row = 7, name = "the shadow energy at 99 % of the bound", brief = true,
+  except = { xpbd = DAMPS }, run = function(c)
+    local lattice, mass, samples = { 5, 5, 5 }, MASS, c.full and 200 or 40
+    -- Strains of 3e-8: smaller ones drown in the roundings of places of 0.5 m, and what larger ones
+    -- bend is not linear. Ten times slower or three times faster kicks give more than the 1.4e-8 of
+    -- this one, so that 1e-9, a figure of linear springs, cannot be had. fp32 has no such strains.
+    if c.precision ~= "double" then
+      c:note "asked of double alone: strains of 3e-8 are below fp32's resolution"
+      return
+    end
+    local box = statics.box(lattice, EDGE)
+    local run = c:prepare { lattice = lattice, scene = {}, bound_fraction = 0.99, energy = false,
+      materials = MATERIALS, place = kicked(3e-6) }
+    local h = run:outcome().time_step
+    local first, least, most, swing = nil, math.huge, -math.huge, { math.huge, -math.huge }
+    for _ = 1, samples do
+      run:advance(25)
+      local shadow, measured = shadow_energy(c, box, BONE, mass, h, run:state())
+      first = first or shadow
+      least, most = math.min(least, shadow), math.max(most, shadow)
+      swing = { math.min(swing[1], measured), math.max(swing[2], measured) }
+    end
+    c:at_most("swing of the shadow energy", (most - least) / first, 1e-7)
+    c:note("the shadow energy swings by %.2g of itself, the measured one by %.2g",
+      (most - least) / first, (swing[2] - swing[1]) / first)
+  end }
+
+case { row = 7, name = "99 % of the bound", brief = true,
+  except = { xpbd = DAMPS }, run = function(c)
   local steps = c.full and 1e5 or 5e3
   local start = c:prepare { lattice = { 5, 5, 5 }, scene = {}, bound_fraction = 0.99,
     energy = false }
@@ -174,7 +238,8 @@ case { row = 7, name = "99 % of the bound", brief = true, run = function(c)
 end }
 
 for _, limit in ipairs { { 0.98, nil }, { 1.02, { "speed", "stretch", "nonfinite" } } } do
-  case { row = 8, name = ("%g of the true limit"):format(limit[1]), run = function(c)
+  case { row = 8, name = ("%g of the true limit"):format(limit[1]),
+    except = { xpbd = NO_LIMIT }, run = function(c)
     -- the stretch is the stiffest mode of one voxel, whose true limit is w h = 2; the stiffness is
     -- made so that a step of 1 ms is the wanted share of it. Above it, the kick doubles every few
     -- steps and must be found out.
@@ -214,9 +279,10 @@ case { row = 9, name = "a soft end beside a stiff one does not mind the step", r
       end }
     return run:state()[5][1]
   end
-  -- order 1 and 2 of a step that is a thousandth of the soft part's period
-  c:near("place of the soft end", tip(0.9), tip(0.45), { atol = c:by_precision {
-    double = c.integrator == "leapfrog" and 1e-6 or 1e-5, fp32 = 1e-4 } })
+  -- order 1 and 2 of a step that is a thousandth of the soft part's period; plain sums at 0.4 m
+  -- round 1e4 steps by 3e-8 m each. XPBD takes steps that are seven times longer.
+  c:near("place of the soft end", tip(0.9), tip(0.45), { atol = c.integrator == "xpbd" and 1e-4
+    or c:by_precision { double = 1e-6, fp32 = 1e-6, single = 3e-5 } })
 end }
 
 case { row = 10, name = "mass ratio of 1e4", brief = true, run = function(c)
@@ -252,7 +318,8 @@ case { name = "materials at the edges of their ranges", brief = true, run = func
   end
 end }
 
-case { row = 11, name = "springs of almost no length", run = function(c)
+case { row = 11, name = "springs of almost no length",
+  except = { xpbd = OWN_LAW }, run = function(c)
   -- crushed to a thousandth, springs swing through the centre to the other side of their length
   local stretch = -0.999
   local w = math.sqrt(8 * BONE / MASS)

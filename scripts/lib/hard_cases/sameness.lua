@@ -7,6 +7,9 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local IN_ORDER = "springs come in an order, whose mirror image is another"
+
 local LAND = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
 
 -- A body whose materials and phases are their own mirror image at y = 0.2 m.
@@ -31,7 +34,7 @@ end
 
 for _, ground in ipairs { false, true } do
   case { row = 49, name = "mirror symmetry " .. (ground and "on the ground" or "in the air"),
-    smooth = not ground, run = function(c)
+    smooth = not ground, except = { xpbd = IN_ORDER }, run = function(c)
       local spec = { duration = ground and 0.25 or 1, energy = false, center_tolerance = 10,
         scene = { gravity = ground or { acceleration = { 0, 0, -0.5 } }, ground = ground,
           friction = ground, damping = true, actuation = true },

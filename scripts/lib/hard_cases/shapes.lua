@@ -7,6 +7,10 @@ local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
 
+-- Why XPBD is not asked.
+local TURNS = "it keeps angular momentum to first order of the step alone, and sets free bodies off"
+local IN_ORDER = "springs come in an order, whose mirror image is another"
+
 local STANDARD_GRAVITY, GROUND, EDGE = 9.81, 1e5, 0.1 -- m/s^2, N/m, m
 local LAND = { gravity = true, ground = true, friction = true, damping = true }
 
@@ -76,7 +80,8 @@ case { row = 13, name = "a voxel turned inside out", run = function(c)
   c:at_most("speed", speed_of(velocities), c:by_precision { double = 1e-6, fp32 = 1e-4 })
 end }
 
-case { row = 13, name = "a corner pushed through the opposite face", run = function(c)
+case { row = 13, name = "a corner pushed through the opposite face",
+  except = { xpbd = TURNS }, run = function(c)
   local run = c:run { lattice = { 3, 3, 3 }, scene = { damping = true }, duration = 2,
     bound_fraction = 0.5, place = function(positions)
       local corner = positions[#positions]
@@ -153,7 +158,8 @@ case { row = 44, name = "two pieces that know nothing of each other", run = func
   c:near("centre of mass", outcome.center_start[1], 0.2, { atol = 0.01 })
 end }
 
-case { row = 45, name = "a table on legs of one voxel", run = function(c)
+case { row = 45, name = "a table on legs of one voxel",
+  except = { xpbd = IN_ORDER }, run = function(c)
   local function leg(x, y) return (x == 1 or x == 5) and (y == 1 or y == 5) end
   local run = c:run { lattice = { 5, 5, 4 }, scene = LAND, duration = 2,
     voxels = function(x, y, z) return (z == 4 or leg(x, y)) and "b" or "." end,
@@ -192,17 +198,49 @@ case { name = "voxels that hang together by edges and corners alone", run = func
   c:near("masses", run:outcome().mass / 0.1, run.simulation.masses[1], { rtol = 1e-6 })
 end }
 
+-- Bytes that a robot of a full lattice takes of this process on the CPU, by what it holds: per site
+-- a column of the state for x, u, the next u and 1 / m, for p in leapfrog, for what compensation
+-- carries, and for m where it is not as the body has it; springs' stiffness and damping in fp32; x
+-- and p as springs see them in `mixed`; and what a thread lends.
+local function predicted_bytes(c, lattice)
+  local sites = (lattice[1] + 1) * (lattice[2] + 1) * (lattice[3] + 1)
+  local voxels = lattice[1] * lattice[2] * lattice[3]
+  local wide = c.precision == "double" or c.precision == "mixed"
+  local columns = 10 + (c.integrator == "leapfrog" and 3 or 0)
+    + (c.precision == "compensated" and 6 or 0) + (wide and 1 or 0)
+  local state = columns * (wide and 8 or 4) + (c.precision == "mixed" and 6 * 4 or 0)
+  local springs = 2 * 13 * 4
+  -- a body has masses and their sites; XPBD what is left of springs and which sites are odd
+  local body = 4 + 4
+  local extra = springs / 4 + 3 + (c.precision == "mixed" and 4 or 0)
+  local xpbd = c.integrator == "xpbd" and extra * (c.precision == "double" and 8 or 4) or 0
+  local lent = 6 * 8
+  -- material and three weights, of the population and of the simulation
+  return sites * (state + springs + body + xpbd + lent) + voxels * 2 * (1 + 3 * 4)
+end
+
 case { row = 47, name = "50x50x50 voxels, some of them holes", brief = true, run = function(c)
   local draw = engine.random(47, 1, "user")
+  local lattice = { 50, 50, 50 }
+  -- each thread that takes the robot on lends it memory: one does
+  if c.device.kind == "cpu" then c.device = engine.device("cpu", { threads = 1 }) end
+  collectgarbage "collect"
   local before = engine.bytes_held()
-  local run = c:prepare { lattice = { 50, 50, 50 }, scene = LAND, energy = false,
+  local spec = { lattice = lattice, scene = LAND, energy = c.full,
     duration = c.full and 0.5 or 0.05, time_step = c.full and "auto" or 5e-4 / 2,
+    record = c.full and { energy = 20 } or nil,
     voxels = function() return draw:uniform() < 0.2 and "." or "b" end }
-  local steps = c.full and 0 or 64
-  if c.full then run.simulation:run() else run.simulation:advance(1e6, steps) end
+  -- in full the general checks watch the energy too
+  local run = c.full and c:run(spec) or c:prepare(spec)
+  if not c.full then run.simulation:advance(1e6, 64) end
   local outcome = run:outcome()
   c:same_bits("status", outcome.status, c.full and "done" or "running")
   c:at_least("springs", outcome.springs, 1e6)
+  local held = engine.bytes_held() - before
+  -- one that has ended gives most of its memory back, and a GPU holds its own
+  if not c.full and c.device.kind == "cpu" then
+    c:near("bytes held", held, predicted_bytes(c, lattice), { rtol = 0.05 })
+  end
   local positions, velocities = run:state()
   local lowest = math.huge
   for i, p in ipairs(positions) do
@@ -212,8 +250,7 @@ case { row = 47, name = "50x50x50 voxels, some of them holes", brief = true, run
     lowest = math.min(lowest, p[3])
   end
   c:at_least("lowest mass", lowest, -EDGE)
-  c:note("%d masses, %d springs, %.0f MB", outcome.masses, outcome.springs,
-    (engine.bytes_held() - before) / 1e6)
+  c:note("%d masses, %d springs, %.0f MB", outcome.masses, outcome.springs, held / 1e6)
 end }
 
 return cases

@@ -17,13 +17,16 @@ end
 
 ---@class limax.hard_cases.box
 ---@field sites integer[][] indices along x, y, z of each mass, from 0, x first
----@field springs { [1]: integer, [2]: integer, [3]: number }[] two masses and L0, m
+---@field springs { [1]: integer, [2]: integer, [3]: number, [4]: number|nil }[] two masses, L0 (m)
+--- and a stiffness of its own (N/m)
 
---- Masses and springs of a full box.
+--- Masses and springs of a full box, of one stiffness or of layers that have their own: a spring
+--- has the mean of its owners.
 ---@param lattice integer[]
 ---@param edge number m
+---@param layers number[]|nil stiffness of the voxels of each layer along z, N/m
 ---@return limax.hard_cases.box
-function statics.box(lattice, edge)
+function statics.box(lattice, edge, layers)
   local nx, ny, nz = lattice[1] + 1, lattice[2] + 1, lattice[3] + 1
   local function index(x, y, z) return 1 + x + nx * (y + ny * z) end
   local box = { sites = {}, springs = {} }
@@ -35,7 +38,10 @@ function statics.box(lattice, edge)
           local u, v, w = x + d[1], y + d[2], z + d[3]
           if u >= 0 and u < nx and v >= 0 and v < ny and w < nz then
             local rest = edge * math.sqrt(d[1] ^ 2 + d[2] ^ 2 + d[3] ^ 2)
-            box.springs[#box.springs + 1] = { index(x, y, z), index(u, v, w), rest }
+            -- one that lies in a plane between layers has owners in both, the same number of each
+            local above, below = layers and layers[z + 1], layers and d[3] == 0 and layers[z]
+            box.springs[#box.springs + 1] = { index(x, y, z), index(u, v, w), rest,
+              above and below and 0.5 * (above + below) or above or below }
           end
         end
       end
@@ -46,7 +52,7 @@ end
 
 --- Springs' forces on each mass, N.
 ---@param box limax.hard_cases.box
----@param stiffness number N/m
+---@param stiffness number|nil N/m, of springs without one of their own
 ---@param positions number[][]
 ---@return number[][]
 function statics.forces(box, stiffness, positions)
@@ -56,7 +62,7 @@ function statics.forces(box, stiffness, positions)
     local a, b = positions[spring[1]], positions[spring[2]]
     local e = { b[1] - a[1], b[2] - a[2], b[3] - a[3] }
     local r = math.sqrt(e[1] ^ 2 + e[2] ^ 2 + e[3] ^ 2)
-    local pull = stiffness * (r - spring[3]) / r
+    local pull = (spring[4] or stiffness) * (r - spring[3]) / r
     for axis = 1, 3 do
       forces[spring[1]][axis] = forces[spring[1]][axis] + pull * e[axis]
       forces[spring[2]][axis] = forces[spring[2]][axis] - pull * e[axis]
@@ -65,9 +71,24 @@ function statics.forces(box, stiffness, positions)
   return forces
 end
 
+--- What the springs hold, J.
+---@param box limax.hard_cases.box
+---@param stiffness number|nil N/m, of springs without one of their own
+---@param positions number[][]
+---@return number
+function statics.energy(box, stiffness, positions)
+  local sum = 0
+  for _, spring in ipairs(box.springs) do
+    local a, b = positions[spring[1]], positions[spring[2]]
+    local r = math.sqrt((b[1] - a[1]) ^ 2 + (b[2] - a[2]) ^ 2 + (b[3] - a[3]) ^ 2)
+    sum = sum + 0.5 * (spring[4] or stiffness) * (r - spring[3]) ^ 2
+  end
+  return sum
+end
+
 --- The tangent stiffness -dF/dx at a pose, dense, with a row for each axis of each mass.
 ---@param box limax.hard_cases.box
----@param stiffness number N/m
+---@param stiffness number|nil N/m, of springs without one of their own
 ---@param positions number[][]
 ---@return number[][]
 function statics.stiffness(box, stiffness, positions)
@@ -83,11 +104,12 @@ function statics.stiffness(box, stiffness, positions)
     local a, b = positions[i], positions[j]
     local e = { b[1] - a[1], b[2] - a[2], b[3] - a[3] }
     local r = math.sqrt(e[1] ^ 2 + e[2] ^ 2 + e[3] ^ 2)
-    local across = stiffness * (1 - spring[3] / r)
+    local along = spring[4] or stiffness
+    local across = along * (1 - spring[3] / r)
     for p = 1, 3 do
       for q = 1, 3 do
         -- k along the spring, k (1 - L / r) across it
-        local block = (stiffness - across) * e[p] * e[q] / (r * r) + (p == q and across or 0)
+        local block = (along - across) * e[p] * e[q] / (r * r) + (p == q and across or 0)
         local ip, iq, jp, jq = 3 * i - 3 + p, 3 * i - 3 + q, 3 * j - 3 + p, 3 * j - 3 + q
         matrix[ip][iq] = matrix[ip][iq] + block
         matrix[jp][jq] = matrix[jp][jq] + block

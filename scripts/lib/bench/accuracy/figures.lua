@@ -7,8 +7,9 @@ local subjects = require "limax.bench.accuracy.subjects"
 local figures = {}
 
 -- Hues that can be told apart without seeing red and green (after Okabe and Ito).
-local COLORS = { symplectic_euler = "#c8501e", leapfrog = "#1a6fae", rk4 = "#0f8a66" }
-local SHORT = { symplectic_euler = "Euler", leapfrog = "leapfrog", rk4 = "RK4" }
+local COLORS = { symplectic_euler = "#c8501e", leapfrog = "#1a6fae", rk4 = "#0f8a66",
+  xpbd = "#8a5a9e" }
+local SHORT = { symplectic_euler = "Euler", leapfrog = "leapfrog", rk4 = "RK4", xpbd = "XPBD" }
 local LOOKS = {
   single = { dash = "2 3", marker = "ring" },
   compensated = { marker = "dot", width = 2.2 },

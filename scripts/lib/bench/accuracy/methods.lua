@@ -6,11 +6,12 @@ local failure = require "limax.failure"
 
 local methods = {}
 
-methods.INTEGRATORS = { "symplectic_euler", "leapfrog", "rk4" }
+methods.INTEGRATORS = { "symplectic_euler", "leapfrog", "rk4", "xpbd" }
 methods.PRECISIONS = { "single", "compensated", "mixed", "double" }
 
 --- Names for people.
-methods.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4" }
+methods.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4",
+  xpbd = "XPBD" }
 
 --- The paper's setting as this library reads it: the paper names no integrator and no precision;
 --- its step is 1e-5 s.

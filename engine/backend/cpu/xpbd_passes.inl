@@ -1,0 +1,134 @@
+// xpbd_passes.inl: the loops of XPBD, a part of passes.inl. Springs meet in groups of which no two
+// share a mass, so that the order within a group changes nothing: half-direction by half-direction,
+// and of one first those that start at even sites along z, then at odd ones; along y where the
+// half-direction has no z, along x where it has nothing else.
+
+// The axis along which a half-direction is cut into halves.
+LIMAX_LAW constexpr int halving_axis(const direction& d) { return d.z ? 2 : (d.y ? 1 : 0); }
+
+// The forces of one half of the springs of direction `d` at the end of the step, N, into transfer,
+// and 0 for the others.
+template <class R, bool damped, bool actuated>
+void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
+                const actuation::moment<R>& moment, int d, int half) {
+    const R least_squared = R(1e-20);  // as in pair(), m^2
+    const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
+    const R *u = step.velocity[0], *v = step.velocity[1], *w = step.velocity[2];
+    R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
+    const R* odd = step.odd[halving_axis(direction_at(d))];
+    const int64_t far = robot.step[d], used = robot.used[d];
+    const R* stiffness = step.stiffness + d * robot.count;
+    const R* damping_constant = damped ? step.damping + d * robot.count : nullptr;
+    const float* sine = actuated ? robot.sine + d * robot.count : nullptr;
+    const float* cosine = actuated ? robot.cosine + d * robot.count : nullptr;
+    const R rest = robot.rest[d], dt = step.dt, wanted = R(half);
+    LIMAX_LOOP
+    for (int64_t i = 0; i < used; ++i) {
+        const R wx = u[i + far] - u[i], wy = v[i + far] - v[i], wz = w[i + far] - w[i];
+        const R ex = fma(dt, wx, x[i + far] - x[i]), ey = fma(dt, wy, y[i + far] - y[i]),
+                ez = fma(dt, wz, z[i + far] - z[i]);
+        const R squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
+        const R inverse = inverse_length(squared);
+        spring_state<R> spring{};
+        spring.length = squared * inverse;
+        spring.stiffness = stiffness[i];
+        spring.rest = rest;
+        if constexpr (actuated) {
+            spring.sine = R(sine[i]);
+            spring.cosine = R(cosine[i]);
+            spring.rest = actuation::rest(moment, spring);
+        }
+        R tension = springs::pair(spring, R(0));
+        if constexpr (damped) {
+            spring.damping = damping_constant[i];
+            spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
+            tension = damping::pair(spring, tension);
+        }
+        const R scale = odd[i] == wanted ? tension * inverse : R(0);
+        tx[i] = scale * ex;
+        ty[i] = scale * ey;
+        tz[i] = scale * ez;
+    }
+}
+
+// Adds the forces in transfer to both ends of their springs, and what they do there in dt.
+template <class R>
+void give(const spring_arrays<R>& robot, const sweep_arrays<R>& step, int64_t far) {
+    R *fx = robot.force[0], *fy = robot.force[1], *fz = robot.force[2];
+    R *u = step.velocity[0], *v = step.velocity[1], *w = step.velocity[2];
+    const R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
+    const R* inverse_mass = step.inverse_mass;
+    const R dt = step.dt;
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        const R x = tx[i] - tx[i - far], y = ty[i] - ty[i - far], z = tz[i] - tz[i - far];
+        const R share = dt * inverse_mass[i];
+        fx[i] += x;
+        fy[i] += y;
+        fz[i] += z;
+        u[i] = fma(share, x, u[i]);
+        v[i] = fma(share, y, v[i]);
+        w[i] = fma(share, z, w[i]);
+    }
+}
+
+template <class R, bool damped, bool actuated>
+void sweep(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
+           const actuation::moment<R>& moment) {
+    for (int d = 0; d < direction_count; ++d) {
+        // no spring starts there
+        for (R* transfer : robot.transfer)
+            for (int64_t i = robot.used[d]; i < robot.count; ++i) transfer[i] = R(0);
+        for (int half = 0; half < step.halves[halving_axis(direction_at(d))]; ++half) {
+            sweep_half<R, damped, actuated>(robot, step, moment, d, half);
+            give(robot, step, robot.step[d]);
+        }
+    }
+}
+
+// ---- contacts ----
+
+template <class R, class E>
+void press(const mass_arrays<R>& shared, const void* block, R h) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const mass_arrays<R> robot = shared;
+    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
+    R* pushes = robot.force[0];
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        node_state<R> state = node_at(robot, i);
+        state.velocity = {wx[i], wy[i], wz[i]};
+        // the surface as it is here, seen from where the mass will be
+        auto point = E::surface(params, state.position);
+        point.depth = fma(-h, along(point.normal, state.velocity), point.depth);
+        const R damping = contact_damping(params.stiffness, params.damping_ratio, state.mass);
+        const R push = push_at(params, point, state) *
+                       reaction(params.stiffness, damping, state.inverse_mass, h);
+        add_push(point.normal, h * state.inverse_mass * push, state.velocity);
+        pushes[i] = push;
+        wx[i] = state.velocity.x;
+        wy[i] = state.velocity.y;
+        wz[i] = state.velocity.z;
+    }
+}
+
+template <class R, class E>
+void pressed_slip(const mass_arrays<R>& shared, const void* block, const void* friction_block,
+                  R h) {
+    const auto params = *static_cast<const typename E::template params<R>*>(block);
+    const auto coefficients = *static_cast<const friction::params<R>*>(friction_block);
+    const mass_arrays<R> robot = shared;
+    R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
+    const R* pushes = robot.force[0];
+    LIMAX_LOOP
+    for (int64_t i = 0; i < robot.count; ++i) {
+        const node_state<R> state = node_at(robot, i);
+        const auto point = E::surface(params, state.position);
+        const vector<R> after =
+            friction::slip(coefficients, point.normal, pushes[i], state.inverse_mass,
+                           vector<R>{wx[i], wy[i], wz[i]}, h);
+        wx[i] = after.x;
+        wy[i] = after.y;
+        wz[i] = after.z;
+    }
+}
