@@ -594,6 +594,15 @@ limax_status limax_simulation_state(const limax_simulation* simulation, int32_t 
     });
 }
 
+limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot,
+                                    double* out) {
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        require(out, "out");
+        simulation->it->block(index, out);
+    });
+}
+
 // ---- comparison ----
 
 limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,

@@ -462,6 +462,12 @@ limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
 
+enum { LIMAX_BLOCK_STATE = 13 };
+/* Current state of one robot's rigid block, [LIMAX_BLOCK_STATE]: its centre (m, in the world), the
+ * quaternion w, x, y, z that turns its own axes into the world's, velocity (m/s) and angular
+ * velocity (rad/s, in the world). LIMAX_INVALID_ARGUMENT in a scene without the effect `block`. */
+limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot, double* out);
+
 /* JSON object: what the steps of this simulation run on: `device`, and for cpu `passes`, for cuda
  * `path`, `effects`, `precision`, `origin` of the kernel (ahead of time, cached, compiled) and the
  * `seconds` that took, `form` (made for many robots of a multiprocessor, for one alone, or for any

@@ -27,8 +27,9 @@ void require_smooth(const scene& scene) {
     std::string rough;
     effects::for_each([&]<class E>(E) {
         if (scene.has(effects::index_of<E>) &&
-            (effects::is_contact<E> || (E::hooks & (effects::hook_impulse | effects::hook_face |
-                                                    effects::hook_slip | effects::hook_meet))))
+            (effects::is_contact<E> ||
+             (E::hooks & (effects::hook_impulse | effects::hook_face | effects::hook_slip |
+                          effects::hook_meet | effects::hook_solid))))
             rough += (rough.empty() ? "" : " and ") + std::string(E::name);
     });
     if (!rough.empty())
@@ -42,6 +43,10 @@ void require_smooth(const scene& scene) {
 
 bool interrupted() { return stop_flag.load(std::memory_order_relaxed); }
 void set_interrupted(bool stop) { stop_flag.store(stop, std::memory_order_relaxed); }
+
+void simulation::block(int32_t /*robot*/, double* /*out*/) {
+    fail(LIMAX_INVALID_ARGUMENT, "there is no block: the scene does not name the effect 'block'");
+}
 
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa) {
     require_range("threads", threads, 0, 1024, "");

@@ -66,6 +66,8 @@ public:
     // Before the first step, [mass][3]; either may be null.
     virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
     virtual void state(int32_t robot, double* positions, double* velocities) = 0;  // [mass][3]
+    // Of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
+    virtual void block(int32_t robot, double* out);
     // The same for several simulations at once: enqueue() may send about `seconds` of work to a
     // device and return at once, collect() waits for it and says how far things are. Each
     // enqueue() is followed by one collect(). Here all is done in collect().

@@ -12,10 +12,10 @@ namespace limax::test {
 // By their names below engine/, sorted.
 inline std::vector<std::string> law_headers() {
     std::vector<std::string> names = {
-        "base/portable.h",  "base/math.h",        "base/random.h",        "body/lattice.h",
-        "body/body_laws.h", "body/spring_laws.h", "genome/network.h",     "genome/breeding.h",
-        "physics/bound.h",  "physics/held.h",     "physics/integrator.h", "physics/origin.h",
-        "physics/summary.h"};
+        "base/portable.h",   "base/math.h",         "base/random.h",        "body/lattice.h",
+        "body/body_laws.h",  "body/spring_laws.h",  "genome/network.h",     "genome/breeding.h",
+        "physics/bound.h",   "physics/held.h",      "physics/integrator.h", "physics/origin.h",
+        "physics/summary.h", "physics/rigid_body.h"};
     for (const auto& entry : std::filesystem::directory_iterator(
              std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
         names.push_back("physics/effects/" + entry.path().filename().string());
@@ -35,7 +35,7 @@ inline const char* const kernel_of_every_law = R"(
 using namespace limax;
 
 struct whole_scene {
-    double value[effects::all::count][8];
+    double value[effects::all::count][16];
     effects::height_table heights;
     __device__ bool has(int) const { return true; }
     __device__ int instances(int) const { return 1; }
@@ -82,6 +82,13 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     const R after = kick<true>(velocity.x, force.x, x, x, lost) +
                     kick<false>(velocity.y, force.y, x, x, lost);
     sum += drift<true>(x, after, x, lost) + drift<false>(x, after, x, lost);
+    const vector<double> turning{double(x), double(x), double(x)};
+    const auto solid = block::make<double>(scene.values(index_of<block>), origin);
+    const auto inertia = inertia_of_box(solid.half, solid.mass);
+    const quaternion points = turned_freely({1, 0, 0, 0}, inertia, turning, 1e-4);
+    sum += R(angular_velocity(rotation_of(points), inertia, cross(turning, turning)).x) +
+           R(block::parts(solid, block::solid(solid, turning).depth, 1.0, 1.0)) +
+           R(block::most_touching(solid, 0.1));
     sum += lead(x, after, x, lost) + R(coarse_speed(double(x), 1e-4) + origin_shift(double(x)));
     return sum + predict(velocity.z, after, x) + lost + inverse_length(x);
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backend/cpu/columns.h"
+#include "backend/cpu/rigid_block.h"
 #include "backend/cpu/self_contacts.h"
 #include "backend/cpu/work_ledger.h"
 #include "physics/scene.h"
@@ -85,6 +86,7 @@ public:
         spring_passes_of<F>(passes_).pair[variant(tick)](columns_.springs, moment<F>(tick));
         columns_.take_forces(passes_);
         act_on_masses(seen, tick, true);
+        if (block_) block_->evaluate(seen);
     }
 
     // ---- the parts of a step whose springs and contacts are implicit ----
@@ -142,19 +144,33 @@ public:
 
     // From now on the ledger hears of impulses; it must outlive this.
     void tell(work_ledger<S>& ledger) { ledger_ = &ledger; }
+    // From now on a block takes part in every step; it must outlive this.
+    void meet(rigid_block<S>& block) { block_ = &block; }
 
     // Changes the velocities after a kick of h by the effects' impulses, friction last: what it
     // stops stays.
     void push(const mass_arrays<S>& masses, S h) {
         push_before_friction(masses, h);
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
+        if (block_) {
+            block_->kick(double(h));
+            block_->rub_masses(masses, double(h));
+        }
         for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])
                         booked(masses, active.index, h,
                                [&] { slip(masses, contact.params, active.params, h); });
+        if (block_) block_->rub_contacts(double(h));
     }
+
+    // Moves what is not the body's for dt; `predicted` and `share` as the drift of the masses.
+    void drift(double dt, bool predicted, double share) {
+        if (block_) block_->drift(dt, predicted, share);
+    }
+
+    // The same without friction.
     void push_before_friction(const mass_arrays<S>& masses, S h) {
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         if (ledger_) ledger_->forget_impulses();
@@ -269,6 +285,7 @@ private:
     effects::actuation::clock clock_{};
     std::vector<active_effect> active_;
     std::unique_ptr<self_contacts<S>> meetings_;  // null where no effect needs them
+    rigid_block<S>* block_ = nullptr;
     work_ledger<S>* ledger_ = nullptr;
 };
 

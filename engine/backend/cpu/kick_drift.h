@@ -38,6 +38,7 @@ public:
             std::swap(masses_.velocity[axis], masses_.next_velocity[axis]);
             if (!leapfrog_) masses_.predicted[axis] = masses_.velocity[axis];
         }
+        forces_.drift(plan_.time_step, leapfrog_, double(share));
     }
 
     void velocity_now(int64_t step, bool begun, S* const out[3]) const override {

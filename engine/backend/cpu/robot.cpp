@@ -5,6 +5,7 @@
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "backend/cpu/kick_drift.h"
@@ -31,6 +32,7 @@ public:
     bool advance(scratch& memory, deadline until, int64_t most) override;
     void place(const double* positions, const double* velocities) override;
     void state(scratch& memory, double* positions, double* velocities) override;
+    bool block(double* out) const override;
     const int32_t* sites() const override { return body_.sites.data(); }
     int64_t samples(int32_t kind) const override { return traces_.taken(kind); }
     const double* trace(int32_t kind) const override { return traces_.data(kind); }
@@ -38,6 +40,7 @@ public:
 private:
     std::unique_ptr<stepper<S>> make_stepper();
     void put_down();
+    void move_origin(const std::array<double, 3>& shift);
     void check_limits();
     void recenter();
     void finish_step();
@@ -71,6 +74,7 @@ private:
     mass_arrays<S>& masses_ = columns_.masses;
     spring_arrays<F>& springs_ = columns_.springs;
     std::unique_ptr<robot_forces<S, F, compensated>> forces_;
+    std::unique_ptr<rigid_block<S>> block_;  // null in a scene without one
     std::unique_ptr<stepper<S>> stepper_;
     double origin_[3] = {0, 0, 0};  // m
     int64_t step_ = 0;
@@ -110,7 +114,7 @@ robot_run<S, F, compensated>::robot_run(const simulation_setup& setup, spring_bo
     outcome_.mass = body_.total_mass;
     traces_ = traces(plan_, body_.masses);
     put_down();
-    forces_->follow(origin_);
+    move_origin({0, 0, 0});
 }
 
 template <class S, class F, bool compensated>
@@ -146,6 +150,19 @@ void robot_run<S, F, compensated>::put_down() {
             masses_.predicted[axis][site] = masses_.velocity[axis][site];
         }
     }
+    if (setup_.scene.has(effects::index_of<effects::block>)) {
+        double start[3];
+        for (int axis = 0; axis < 3; ++axis) start[axis] = options.position[axis] - origin_[axis];
+        block_ = std::make_unique<rigid_block<S>>(setup_.scene, body_, start);
+        forces_->meet(*block_);
+    }
+}
+
+// The robot's own origin has moved by `shift`: what is not a mass follows.
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::move_origin(const std::array<double, 3>& shift) {
+    forces_->follow(origin_);
+    if (block_) block_->follow(origin_, shift.data());
 }
 
 // Ends the robot if a limit is broken.
@@ -156,18 +173,21 @@ void robot_run<S, F, compensated>::check_limits() {
         mass_passes_.limit(masses_, S(setup_.options.max_speed),
                            S(coarse_speed(setup_.options.edge, plan_.time_step)));
     if (breaks.coarse) outcome_.coarse = 1;
+    const limax_divergence of_block =
+        block_ ? block_->broken(setup_.options.max_speed) : LIMAX_NOT_DIVERGED;
     const int32_t stretched = spring_passes_.limit(springs_, F(setup_.options.max_stretch));
-    if (!breaks.nonfinite && !breaks.speed && !stretched) return;
+    if (!breaks.nonfinite && !breaks.speed && !stretched && !of_block) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
     outcome_.reason = breaks.nonfinite ? LIMAX_NONFINITE
                       : breaks.speed   ? LIMAX_SPEED
-                                       : LIMAX_STRETCH;
+                      : stretched      ? LIMAX_STRETCH
+                                       : of_block;
 }
 
 // Moves the robot's own origin after it: a function of this robot alone.
 template <class S, class F, bool compensated>
 void robot_run<S, F, compensated>::recenter() {
-    bool moved = false;
+    std::array<double, 3> moved = {0, 0, 0};
     for (int axis = 0; axis < 3; ++axis) {
         const double shift = origin_shift(center_of_mass(body_, masses_.position[axis]));
         if (shift == 0.0) continue;
@@ -179,9 +199,9 @@ void robot_run<S, F, compensated>::recenter() {
             if constexpr (compensated) masses_.lost_position[axis][site] = carried;
         }
         origin_[axis] += shift;
-        moved = true;
+        moved[axis] = shift;
     }
-    if (moved) forces_->follow(origin_);
+    if (moved != std::array<double, 3>{}) move_origin(moved);
 }
 
 template <class S, class F, bool compensated>
@@ -339,12 +359,15 @@ void robot_run<S, F, compensated>::place(const double* positions, const double* 
                  format("mass %d is to be placed at, or with, a value that is not finite",
                         i / 3 + 1));
     // the robot's own origin comes along, so that fp32 resolves as much there as anywhere
+    std::array<double, 3> moved = {0, 0, 0};
     for (int axis = 0; positions && axis < 3; ++axis) {
         double sum = 0;
         for (int32_t i = 0; i < body_.masses; ++i) sum += positions[3 * i + axis];
-        origin_[axis] = whole_origin_steps(sum / body_.masses);
+        const double origin = whole_origin_steps(sum / body_.masses);
+        moved[axis] = origin - origin_[axis];
+        origin_[axis] = origin;
     }
-    forces_->follow(origin_);
+    move_origin(moved);
     for (int32_t i = 0; i < body_.masses; ++i)
         for (int axis = 0; axis < 3; ++axis) {
             const int32_t site = body_.sites[i];
@@ -364,6 +387,30 @@ void robot_run<S, F, compensated>::state(scratch& memory, double* positions, dou
     if (!velocities) return;
     stepper_->velocity_now(step_, begun_, velocity);
     write(velocity, nullptr, velocities);
+}
+
+template <class S, class F, bool compensated>
+bool robot_run<S, F, compensated>::block(double* out) const {
+    if (!block_) return false;
+    const bool between = setup_.options.integrator == LIMAX_LEAPFROG && step_ > 0 && begun_;
+    const effects::vector<double>&at = block_->place(), v = block_->velocity(between),
+          w = block_->turning(between);
+    const quaternion& q = block_->points();
+    const double values[LIMAX_BLOCK_STATE] = {origin_[0] + at.x,
+                                              origin_[1] + at.y,
+                                              origin_[2] + at.z,
+                                              q.w,
+                                              q.x,
+                                              q.y,
+                                              q.z,
+                                              v.x,
+                                              v.y,
+                                              v.z,
+                                              w.x,
+                                              w.y,
+                                              w.z};
+    std::copy_n(values, LIMAX_BLOCK_STATE, out);
+    return true;
 }
 
 }  // namespace

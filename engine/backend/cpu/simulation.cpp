@@ -22,6 +22,7 @@ public:
     const int32_t* sites(int32_t robot) const override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
+    void block(int32_t robot, double* out) override;
     const char* describe() override;
 
 private:
@@ -130,6 +131,10 @@ void cpu_simulation::place(int32_t index, const double* positions, const double*
 
 void cpu_simulation::state(int32_t index, double* positions, double* velocities) {
     simulated(index).state(*scratch_[0], positions, velocities);
+}
+
+void cpu_simulation::block(int32_t index, double* out) {
+    if (!simulated(index).block(out)) simulation::block(index, out);
 }
 
 const char* cpu_simulation::describe() {

@@ -4,6 +4,7 @@
 
 #include "physics/effects/actuation.h"
 #include "physics/effects/anchors.h"
+#include "physics/effects/block.h"
 #include "physics/effects/boxes.h"
 #include "physics/effects/contact.h"
 #include "physics/effects/damping.h"
@@ -27,7 +28,7 @@ struct list {
 };
 
 using all = list<springs, damping, actuation, gravity, ground, friction, wind, planes, spheres,
-                 boxes, anchors, terrain, drag, self_collision>;
+                 boxes, anchors, terrain, drag, self_collision, block>;
 
 // Place of an effect in the list: its bit in a scene.
 template <class E, class... L>
@@ -72,7 +73,7 @@ inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
 inline constexpr unsigned meeting_bits = bits_with(all{}, hook_meet);
 // Effects that only the CPU has.
-inline constexpr unsigned cpu_bits = bits_with(all{}, 0);
+inline constexpr unsigned cpu_bits = bits_with(all{}, hook_solid);
 
 // How often a scene may have an effect: as it says itself, or once.
 template <class E>
@@ -145,11 +146,15 @@ constexpr bool hooks_match() {
         E::stored(E::template make<float>(nullptr, nullptr), s);
         E::template make<float>(nullptr, nullptr).reach;
     };
+    constexpr bool has_solid = requires(vector<float> x) {
+        E::solid(E::template make<float>(nullptr, nullptr), x).depth > 0.0f;
+        E::parts(E::template make<float>(nullptr, nullptr), 0.0f, 0.0f, 0.0f);
+    };
     constexpr unsigned found = has_rest * hook_rest | has_pair * hook_pair | has_node * hook_node |
                                has_impulse * hook_impulse | has_energy * hook_energy |
                                has_bound * hook_bound | has_contact * hook_contact |
                                has_slip * hook_slip | has_hold * hook_hold | has_face * hook_face |
-                               has_meet * hook_meet;
+                               has_meet * hook_meet | has_solid * hook_solid;
     return found == E::hooks && found != 0;
 }
 

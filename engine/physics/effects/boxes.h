@@ -6,6 +6,20 @@
 
 namespace limax::effects {
 
+// How deep below the surface of a box with half edges `half` about 0 a place lies, and the normal
+// of the face that is nearest to it. Of faces that are equally near the upper or lower one is taken
+// first, then that along x; of two opposite ones that on the positive side.
+template <class R>
+LIMAX_LAW surface_point<R, vector<R>> nearest_face(const vector<R>& half, const vector<R>& place) {
+    const R dx = half.x - absolute(place.x), dy = half.y - absolute(place.y),
+            dz = half.z - absolute(place.z);
+    const bool by_z = dz <= dx && dz <= dy, by_x = !by_z && dx <= dy;
+    const R sx = place.x < R(0) ? R(-1) : R(1), sy = place.y < R(0) ? R(-1) : R(1),
+            sz = place.z < R(0) ? R(-1) : R(1);
+    return {by_z ? dz : (by_x ? dx : dy),
+            {by_x ? sx : R(0), by_z || by_x ? R(0) : sy, by_z ? sz : R(0)}};
+}
+
 struct boxes {
     static constexpr const char* name = "boxes";
     static constexpr const char* summary =
@@ -47,20 +61,11 @@ struct boxes {
             {R(0.5 * (to[0] - from[0])), R(0.5 * (to[1] - from[1])), R(0.5 * (to[2] - from[2]))}};
     }
 
-    // Of faces that are equally near the upper or lower one is taken first, then that along x; of
-    // two opposite ones that on the positive side.
     template <class R>
     LIMAX_LAW static surface_point<R, vector<R>> surface(const params<R>& p,
                                                          const vector<R>& position) {
-        const R x = position.x - p.center.x, y = position.y - p.center.y,
-                z = position.z - p.center.z;
-        const R dx = p.half.x - absolute(x), dy = p.half.y - absolute(y),
-                dz = p.half.z - absolute(z);
-        const bool by_z = dz <= dx && dz <= dy, by_x = !by_z && dx <= dy;
-        const R sx = x < R(0) ? R(-1) : R(1), sy = y < R(0) ? R(-1) : R(1),
-                sz = z < R(0) ? R(-1) : R(1);
-        return {by_z ? dz : (by_x ? dx : dy),
-                {by_x ? sx : R(0), by_z || by_x ? R(0) : sy, by_z ? sz : R(0)}};
+        return nearest_face(p.half, vector<R>{position.x - p.center.x, position.y - p.center.y,
+                                              position.z - p.center.z});
     }
 
     // Whether no mass can touch both.

@@ -22,6 +22,9 @@
 //   meet     R meet(params, meeting): the push that parts two masses of the body's surface that
 //            neither a spring nor a chain of two joins, N, and R stored(params, meeting): its
 //            energy, J; params have a `reach` in edges, beyond which neither is asked for
+//   solid    surface_point solid(params, place): how deep in a rigid solid a place in its own frame
+//            lies and the normal there, and R parts(params, depth, rate, mass): the push that parts
+//            a mass from it, N. backend/cpu/rigid_block.h moves it. On the CPU alone
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
@@ -55,7 +58,8 @@ enum hook : unsigned {
     hook_slip = 128,
     hook_hold = 256,
     hook_face = 512,
-    hook_meet = 1024
+    hook_meet = 1024,
+    hook_solid = 2048
 };
 
 // Components of a field that is a table of heights: it is not among the values.

@@ -1,0 +1,296 @@
+// rigid_block.h: the rigid block of one robot: its state, what it and the body's masses do to each
+// other, what fixed contacts do to its corners, and its part of a step of leapfrog and symplectic
+// Euler. In double for every precision. SI units; places from the robot's own origin.
+//
+// What a mass gets from the block, rounded as the mass holds it, the block gets with the other
+// sign, at the mass's place, so that momentum and angular momentum lose nothing but the roundings
+// of the sums. Corners come in the order of their bits (x lowest), contacts in the order of
+// effects::all, masses in that of their sites.
+#pragma once
+
+#include <cstring>
+#include <vector>
+
+#include "backend/cpu/passes.h"
+#include "limax.h"
+#include "physics/rigid_body.h"
+#include "physics/scene.h"
+
+namespace limax::cpu {
+
+template <class S>
+class rigid_block {
+public:
+    using vector = effects::vector<double>;
+
+    // Puts the block where it starts; `start` is the body's lowest corner. The fixed contacts
+    // come with the first follow().
+    rigid_block(const scene& in, const spring_body& body, const double start[3])
+        : scene_(in),
+          body_(body),
+          values_(in.values(effects::index_of<effects::block>)),
+          law_(effects::block::make<double>(values_, start)),
+          inertia_(inertia_of_box(law_.half, law_.mass)) {
+        const double* corner = values_ + effects::block::at_position;
+        place_ = {start[0] + (corner[0] + law_.half.x), start[1] + (corner[1] + law_.half.y),
+                  start[2] + (corner[2] + law_.half.z)};
+        const double *v = values_ + effects::block::at_velocity,
+                     *w = values_ + effects::block::at_spin;
+        now_ = {{v[0], v[1], v[2]}, {inertia_.x * w[0], inertia_.y * w[1], inertia_.z * w[2]}};
+        next_ = read_ = now_;
+        if (in.has(effects::index_of<effects::gravity>)) {
+            const double* g = in.values(effects::index_of<effects::gravity>);
+            gravity_ = {g[0], g[1], g[2]};
+        }
+        effects::for_each([&]<class E>(E) {
+            if constexpr (effects::is_contact<E>)
+                for (int i = 0; i < in.instances(effects::index_of<E>); ++i)
+                    contacts_.push_back({effects::index_of<E>, i, {}});
+        });
+        if (in.has(effects::index_of<effects::friction>)) {
+            rubs_ = true;
+            friction_ = effects::friction::make<double>(
+                in.values(effects::index_of<effects::friction>), start);
+        }
+    }
+
+    // The robot's own origin has moved by `shift` and lies at `origin`.
+    void follow(const double origin[3], const double shift[3]) {
+        place_ = {place_.x - shift[0], place_.y - shift[1], place_.z - shift[2]};
+        for (fixed_contact& contact : contacts_)
+            visit(contact, [&]<class E>(E, auto& params) {
+                params = effects::make_params<E, double>(
+                    scene_.values(contact.index, contact.instance), origin, scene_.heights());
+                std::memcpy(contact.params, &params, sizeof params);
+            });
+    }
+
+    // Adds to the forces on the masses, which lie and move as `seen` says, and finds those on the
+    // block.
+    void evaluate(const mass_arrays<S>& seen) {
+        frame_ = rotation_of(points_);
+        turning_ = angular_velocity(frame_, inertia_, read_.spin);
+        force_ = {law_.mass * gravity_.x, law_.mass * gravity_.y, law_.mass * gravity_.z};
+        torque_ = {0, 0, 0};
+        meet_masses(seen);
+        meet_contacts();
+    }
+
+    // The velocities after the forces have acted for h, before any friction.
+    void kick(double h) {
+        next_.velocity = plus(now_.velocity, h / law_.mass, force_);
+        next_.spin = plus(now_.spin, h, torque_);
+    }
+
+    // Friction between the block and the masses, after their kick of h.
+    void rub_masses(const mass_arrays<S>& masses, double h) {
+        if (!rubs_) return;
+        for (touch& at : masses_) {
+            vector u{masses.next_velocity[0][at.site], masses.next_velocity[1][at.site],
+                     masses.next_velocity[2][at.site]};
+            const double inverse_mass = masses.inverse_mass[at.site];
+            vector impulse = friction_impulse(at, minus(u, velocity_at(at.arm)), inverse_mass, h);
+            if (inverse_mass > 0) {
+                // what the mass gets in its own precision
+                const double mass = body_.mass[at.site];
+                impulse = {mass * change(masses, 0, at.site, impulse.x * inverse_mass),
+                           mass * change(masses, 1, at.site, impulse.y * inverse_mass),
+                           mass * change(masses, 2, at.site, impulse.z * inverse_mass)};
+            }
+            push(at.arm, impulse, -1.0);
+        }
+    }
+
+    // Friction between the corners and what they stand on.
+    void rub_contacts(double h) {
+        if (!rubs_) return;
+        for (touch& at : corners_) {
+            const vector slip = minus({0, 0, 0}, velocity_at(at.arm));
+            push(at.arm, friction_impulse(at, slip, 0.0, h), -1.0);
+        }
+    }
+
+    // Moves the block for dt. `share` as in predict(); forces read u itself where not `predicted`.
+    void drift(double dt, bool predicted, double share) {
+        place_ = plus(place_, dt, next_.velocity);
+        points_ = turned_freely(points_, inertia_, next_.spin, dt);
+        read_ = next_;
+        if (predicted)
+            read_ = {ahead(now_.velocity, next_.velocity, share),
+                     ahead(now_.spin, next_.spin, share)};
+        now_ = next_;
+    }
+
+    // Which limit is broken: LIMAX_NOT_DIVERGED, LIMAX_NONFINITE or LIMAX_SPEED, of its centre or
+    // of a corner.
+    limax_divergence broken(double max_speed) const {
+        const vector turning = angular_velocity(rotation_of(points_), inertia_, now_.spin);
+        const double speed = length(now_.velocity) + length(turning) * length(law_.half);
+        const double reach = absolute(place_.x) + absolute(place_.y) + absolute(place_.z);
+        if (!(reach < HUGE_VAL) || !(speed < HUGE_VAL)) return LIMAX_NONFINITE;
+        return speed <= max_speed ? LIMAX_NOT_DIVERGED : LIMAX_SPEED;
+    }
+
+    const vector& place() const { return place_; }  // of its centre
+    const quaternion& points() const { return points_; }
+    // Of its centre, m/s, and angular velocity, rad/s. `between`: half way between the velocities
+    // before and after the kick, as leapfrog has them.
+    vector velocity(bool between) const { return middle(now_.velocity, next_.velocity, between); }
+    vector turning(bool between) const {
+        return angular_velocity(rotation_of(points_), inertia_,
+                                middle(now_.spin, next_.spin, between));
+    }
+
+private:
+    struct motion {
+        vector velocity, spin;  // m/s; angular momentum in the world, kg m^2/s
+    };
+    // Something that touches the block.
+    struct touch {
+        int32_t site;        // of a mass; -1 of a fixed contact
+        vector arm, normal;  // from the block's centre, m; the way that the push acts
+        double push;         // N
+    };
+    // An instance of an effect that corners meet, with its parameters.
+    struct fixed_contact {
+        int index, instance;
+        alignas(16) char params[64];
+    };
+
+    static vector minus(const vector& a, const vector& b) { return plus(a, -1.0, b); }
+    static double length(const vector& v) { return square_root(effects::dot(v, v)); }
+    static vector ahead(const vector& before, const vector& after, double share) {
+        return plus(after, share, minus(after, before));
+    }
+    static vector middle(const vector& before, const vector& after, bool between) {
+        return between ? plus(before, 0.5, minus(after, before)) : before;
+    }
+
+    // Calls visit(effect, params) for an instance.
+    template <class Visit>
+    static void visit(fixed_contact& contact, const Visit& visit) {
+        effects::for_each([&]<class E>(E) {
+            if constexpr (effects::is_contact<E>) {
+                if (contact.index != effects::index_of<E>) return;
+                typename E::template params<double> params;
+                static_assert(sizeof params <= sizeof contact.params);
+                std::memcpy(&params, contact.params, sizeof params);
+                visit(E{}, params);
+            }
+        });
+    }
+
+    void meet_masses(const mass_arrays<S>& seen) {
+        masses_.clear();
+        const double around = effects::dot(law_.half, law_.half);
+        for (int32_t i = 0; i < body_.masses; ++i) {
+            const int32_t site = body_.sites[i];
+            const vector arm{double(seen.position[0][site]) - place_.x,
+                             double(seen.position[1][site]) - place_.y,
+                             double(seen.position[2][site]) - place_.z};
+            if (!(effects::dot(arm, arm) < around)) continue;
+            const auto point = effects::block::solid(law_, to_solid(frame_, arm));
+            if (!(point.depth > 0)) continue;
+            const vector normal = to_world(frame_, point.normal);
+            const vector there = plus(cross(turning_, arm), 1.0, read_.velocity);
+            const double rate = effects::dot(
+                normal, vector{seen.predicted[0][site] - there.x, seen.predicted[1][site] - there.y,
+                               seen.predicted[2][site] - there.z});
+            const double push =
+                effects::block::parts(law_, point.depth, rate, double(body_.mass[site]));
+            // the numbers that the mass adds
+            const S force[3] = {S(push * normal.x), S(push * normal.y), S(push * normal.z)};
+            for (int axis = 0; axis < 3; ++axis) seen.force[axis][site] += force[axis];
+            take({force[0], force[1], force[2]}, arm, -1.0);
+            masses_.push_back({site, arm, normal, push});
+        }
+    }
+
+    void meet_contacts() {
+        corners_.clear();
+        for (int corner = 0; corner < 8; ++corner) {
+            const vector arm = to_world(frame_, {corner & 1 ? law_.half.x : -law_.half.x,
+                                                 corner & 2 ? law_.half.y : -law_.half.y,
+                                                 corner & 4 ? law_.half.z : -law_.half.z});
+            const vector there = plus(cross(turning_, arm), 1.0, read_.velocity);
+            const double share = effects::block::corner_share * law_.mass;
+            const effects::node_state<double> node{plus(place_, 1.0, arm), there, share,
+                                                   1.0 / share};
+            for (fixed_contact& contact : contacts_)
+                visit(contact, [&]<class E>(E, const auto& params) {
+                    const auto point = E::surface(params, node.position);
+                    if (!(point.depth > 0)) return;
+                    vector normal{0, 0, 0};
+                    effects::add_push(point.normal, 1.0, normal);
+                    const double push = effects::push_at(params, point, node);
+                    take({push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
+                    corners_.push_back({-1, arm, normal, push});
+                });
+        }
+    }
+
+    // Adds `sign` times a force at a place to those on the block.
+    void take(const vector& force, const vector& arm, double sign) {
+        force_ = plus(force_, sign, force);
+        torque_ = plus(torque_, sign, cross(arm, force));
+    }
+
+    // ---- after the kick ----
+
+    // Of a place of the block, m/s.
+    vector velocity_at(const vector& arm) const {
+        return plus(cross(angular_velocity(frame_, inertia_, next_.spin), arm), 1.0,
+                    next_.velocity);
+    }
+    // Changes the velocities by `sign` times an impulse at a place, N s.
+    void push(const vector& arm, const vector& impulse, double sign) {
+        next_.velocity = plus(next_.velocity, sign / law_.mass, impulse);
+        next_.spin = plus(next_.spin, sign, cross(arm, impulse));
+    }
+    // What friction's law gives what touches the block and moves at `relative` to it, N s.
+    vector friction_impulse(const touch& at, const vector& relative, double inverse_mass,
+                            double h) const {
+        const vector slip = effects::across(at.normal, relative);
+        const double squared = effects::dot(slip, slip);
+        if (!(squared > 0) || !(at.push > 0)) return {0, 0, 0};
+        const double inverse = inverse_length(squared);
+        const vector way{slip.x * inverse, slip.y * inverse, slip.z * inverse};
+        // 1/kg of both together, along the slip
+        const vector lever = cross(at.arm, way);
+        const double mobility = inverse_mass + 1.0 / law_.mass +
+                                effects::dot(lever, angular_velocity(frame_, inertia_, lever));
+        const vector after =
+            effects::friction::slip(friction_, at.normal, at.push, mobility, relative, h);
+        const vector change = minus(after, relative);
+        return {change.x / mobility, change.y / mobility, change.z / mobility};
+    }
+    // Adds to the velocity of a mass; what that changes it by.
+    static double change(const mass_arrays<S>& masses, int axis, int32_t site, double by) {
+        S& velocity = masses.next_velocity[axis][site];
+        const S before = velocity;
+        velocity = S(double(before) + by);
+        return double(velocity) - double(before);
+    }
+
+    const scene& scene_;
+    const spring_body& body_;
+    const double* values_;
+    const effects::block::params<double> law_;
+    const vector inertia_;  // kg m^2, in its own frame
+    vector gravity_{0, 0, 0};
+    bool rubs_ = false;
+    effects::friction::params<double> friction_{};
+    std::vector<fixed_contact> contacts_;
+
+    vector place_;                   // of its centre, m
+    quaternion points_{1, 0, 0, 0};  // from its own frame to the world
+    motion now_, next_, read_;       // before and after the kick, and as forces read it
+
+    // at t_n
+    rotation frame_;
+    vector turning_;         // as forces read it, rad/s
+    vector force_, torque_;  // N, N m
+    std::vector<touch> masses_, corners_;
+};
+
+}  // namespace limax::cpu
