@@ -347,14 +347,16 @@ typedef enum limax_trace_kind {
      * 0 of the muscles, of damping, of contacts' damping, of friction, and of everything else,
      * positive into the body; CPU only */
     LIMAX_TRACE_LEDGER = 6,
-    LIMAX_TRACE_KINDS = 7
+    LIMAX_TRACE_BLOCK = 7, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
+                            * turns its own axes into the world's; CPU only */
+    LIMAX_TRACE_KINDS = 8
 } limax_trace_kind;
 
 typedef struct limax_simulation_options {
     int32_t integrator; /* limax_integrator */
     int32_t precision;  /* limax_precision */
     int32_t sharing;    /* limax_sharing */
-    int32_t record[7]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
+    int32_t record[8]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
     double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
     double settle;     /* s before t = 0, without actuation */
     /* s; 0 takes bound_fraction of each body's own bound, and at most what moves no mass farther
@@ -415,6 +417,12 @@ typedef struct limax_outcome {
     double muscle_work; /* integral of the muscles' positive power, J (energy) */
     double strain;      /* mean over samples of the mean strain (strain) */
     double strain_most; /* largest strain of any sample (strain) */
+    /* Of the scene's rigid block; NaN without one. */
+    double block_start[3];    /* centre at t = 0, m */
+    double block_middle[3];   /* after half of the steps from t = 0 */
+    double block_end[3];      /* at the end */
+    double block_velocity[3]; /* at the end, m/s */
+    double block_upright; /* cosine of the angle between its own z axis and the world's, there */
 } limax_outcome;
 
 typedef struct limax_progress {

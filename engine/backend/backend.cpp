@@ -1,6 +1,7 @@
 // backend.cpp: which device a name means, and what every device refuses.
 #include "backend/backend.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -70,7 +71,11 @@ std::unique_ptr<device> make_device(const std::string& name, int threads, const 
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome) {
     outcome = {};
     outcome.path_length = outcome.height = outcome.contact = outcome.kinetic = outcome.elastic =
-        outcome.muscle_work = outcome.strain = outcome.strain_most = std::nan("");
+        outcome.muscle_work = outcome.strain = outcome.strain_most = outcome.block_upright =
+            std::nan("");
+    for (double* place :
+         {outcome.block_start, outcome.block_middle, outcome.block_end, outcome.block_velocity})
+        std::fill_n(place, 3, std::nan(""));
     const limax_body& body = setup.bodies[std::size_t(index)];
     if (!setup.mask[std::size_t(index)]) {
         outcome.status = LIMAX_ROBOT_SKIPPED;
@@ -107,7 +112,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
                       "m/s");
     }
     static const char* const kinds[LIMAX_TRACE_KINDS] = {
-        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger"};
+        "center_of_mass", "position", "velocity", "contact", "energy", "strain", "ledger", "block"};
     for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
         require_range(format("record.%s", kinds[kind]).c_str(), options.record[kind], 0, 100000,
                       "Hz");
@@ -115,6 +120,9 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
         fail(LIMAX_INVALID_ARGUMENT,
              format("record.contact needs the effect %s, which the scene does not name",
                     one_of(effect_entries()[effects::index_of<effects::friction>].needs).c_str()));
+    if (options.record[LIMAX_TRACE_BLOCK] && !scene.has(effects::index_of<effects::block>))
+        fail(LIMAX_INVALID_ARGUMENT,
+             "record.block needs the effect 'block', which the scene does not name");
     scene.check();
     for (const scripted_effect& script : scene.scripts()) {
         if (options.time_step == 0 && !script.bounded)

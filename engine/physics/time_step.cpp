@@ -50,30 +50,13 @@ double stable_step_of_block(const spring_body& body, const scene& scene,
     return stable_step(scheme(integrator), sum.stiffness / p.mass, sum.damping / p.mass);
 }
 
-}  // namespace
-
-double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
-    const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
-    const int across = body.grid.nx + 1, along = body.grid.ny + 1;
-    double least = HUGE_VAL;
-    for (int32_t i = 0; i < body.masses; ++i) {
-        const int32_t site = body.sites[i];
-        if (is_held(scene, body.rest[0], body.corner, site % across, site / across % along,
-                    site / (across * along)))
-            continue;
-        least = std::min(least, stable_step_of_mass(scene, scheme(integrator), body.grid, springs,
-                                                    site, body.mass[site]));
-    }
-    if (scene.has(effects::index_of<effects::block>))
-        least = std::min(least, stable_step_of_block(body, scene, integrator));
-    return least;
-}
-
-double accuracy_cap(const limax_simulation_options& options, const scene& scene) {
+// The square of the speed with which what starts at a place with a velocity first meets the ground,
+// a plane or terrain, (m/s)^2.
+double squared_arrival_speed(const effects::vector<double>& start, const double velocity[3],
+                             const limax_simulation_options& options, const scene& scene) {
     using namespace effects;
-    double squared = 0;  // (m/s)^2
-    for (const double v : options.velocity) squared += v * v;
-    const vector<double> start{options.position[0], options.position[1], options.position[2]};
+    double squared = 0;
+    for (int axis = 0; axis < 3; ++axis) squared += velocity[axis] * velocity[axis];
     const double* g = scene.values(index_of<gravity>);
     const vector<double> pull{g[0], g[1], g[2]};
     const double strength = scene.has(index_of<gravity>) ? std::sqrt(dot(pull, pull)) : 0;
@@ -95,6 +78,39 @@ double accuracy_cap(const limax_simulation_options& options, const scene& scene)
         const double whole = options.settle + options.duration;
         const double reach = std::sqrt(squared) * whole + 0.5 * strength * whole * whole;
         squared += 2 * strength * std::min(way, reach);
+    }
+    return squared;
+}
+
+}  // namespace
+
+double time_step_bound(const spring_body& body, const scene& scene, limax_integrator integrator) {
+    const spring_constants springs{body.stiffness.data(), body.damping.data(), body.count};
+    const int across = body.grid.nx + 1, along = body.grid.ny + 1;
+    double least = HUGE_VAL;
+    for (int32_t i = 0; i < body.masses; ++i) {
+        const int32_t site = body.sites[i];
+        if (is_held(scene, body.rest[0], body.corner, site % across, site / across % along,
+                    site / (across * along)))
+            continue;
+        least = std::min(least, stable_step_of_mass(scene, scheme(integrator), body.grid, springs,
+                                                    site, body.mass[site]));
+    }
+    if (scene.has(effects::index_of<effects::block>))
+        least = std::min(least, stable_step_of_block(body, scene, integrator));
+    return least;
+}
+
+double accuracy_cap(const limax_simulation_options& options, const scene& scene) {
+    using namespace effects;
+    const double* x = options.position;
+    double squared = squared_arrival_speed({x[0], x[1], x[2]}, options.velocity, options, scene);
+    if (scene.has(index_of<block>)) {
+        const double* values = scene.values(index_of<block>);
+        const double* from = values + block::at_position;
+        squared = std::max(squared,
+                           squared_arrival_speed({x[0] + from[0], x[1] + from[1], x[2] + from[2]},
+                                                 values + block::at_velocity, options, scene));
     }
     return coarse_share * options.edge / std::sqrt(squared);
 }
@@ -158,6 +174,7 @@ int64_t trace_width(int32_t kind, int64_t masses) {
         case LIMAX_TRACE_CONTACT: return 1;
         case LIMAX_TRACE_ENERGY: return 4;
         case LIMAX_TRACE_LEDGER: return ledger_width;
+        case LIMAX_TRACE_BLOCK: return 7;
         default: return 2;
     }
 }

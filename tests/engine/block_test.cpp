@@ -7,6 +7,7 @@
 
 #include "failure.h"
 #include "physics/effects/all.h"
+#include "physics/ledger.h"
 #include "physics/rigid_body.h"
 #include "stage.h"
 
@@ -125,4 +126,313 @@ TEST_CASE("what a body and a block do to each other keeps their momenta") {
         CHECK(length(plus(linear_end, -1, linear)) < most);
         CHECK(length(plus(angular_end, -1, angular)) < most);
     }
+}
+
+TEST_CASE(
+    "a block that nothing touches keeps its angular momentum, and its energy as the step's "
+    "square") {
+    double off[2];
+    for (const bool half : {false, true}) {
+        stage world = alone({});
+        world.set("block", "size", {0.2, 0.4, 0.6}).set("block", "spin", {0.02, 6, -0.03});
+        world.setup.options.time_step = half ? 5e-4 : 1e-3;
+        world.setup.options.duration = 50;  // 1e5 steps of the shorter
+        const auto simulation = world.open();
+        const vector<double> inertia = inertia_of_box({0.1, 0.2, 0.3}, 1.0);
+        const auto momentum = [&](const block_state& at, double& energy) {
+            const rotation frame = rotation_of(at.points);
+            const vector<double> w = to_solid(frame, at.turning);
+            const vector<double> own{inertia.x * w.x, inertia.y * w.y, inertia.z * w.z};
+            energy = 0.5 * effects::dot(own, w);
+            return to_world(frame, own);
+        };
+        double start = 0, energy = 0, worst = 0, least = 1;
+        const vector<double> first = momentum(block_of(*simulation), start);
+        off[half] = 0;
+        while (!simulation->advance(1.0, 50).finished) {
+            const block_state now = block_of(*simulation);
+            worst = std::max(worst, length(plus(momentum(now, energy), -1, first)));
+            off[half] = std::max(off[half], std::abs(energy / start - 1));
+            least = std::min(least, rotation_of(now.points).y.y);
+        }
+        MESSAGE("momentum ", worst / length(first), ", energy ", off[half], ", y ", least);
+        CHECK(worst < 1e-9 * length(first));
+        CHECK(off[half] < 1e-4);
+        CHECK(least < -0.9);  // about its middle axis it turns over
+    }
+    CHECK(off[0] / off[1] == doctest::Approx(4).epsilon(0.05));
+}
+
+TEST_CASE("a spinning top precesses as Euler says, of second order in the step") {
+    double off[2];
+    for (const bool half : {false, true}) {
+        stage world = alone({});
+        world.set("block", "size", {0.2, 0.2, 0.6}).set("block", "spin", {3, 0, 10});
+        world.setup.options.time_step = half ? 1e-3 : 2e-3;
+        const auto simulation = world.run();
+        const vector<double> inertia = inertia_of_box({0.1, 0.1, 0.3}, 1.0);
+        const vector<double> momentum{3 * inertia.x, 0, 10 * inertia.z};
+        // the axis z turns about the angular momentum at |L| / I_x
+        const double size = length(momentum), angle = size / inertia.x;
+        const vector<double> axis{momentum.x / size, 0, momentum.z / size}, z{0, 0, 1};
+        vector<double> there = plus({0, 0, 0}, std::cos(angle), z);
+        there = plus(there, std::sin(angle), cross(axis, z));
+        there = plus(there, (1 - std::cos(angle)) * effects::dot(axis, z), axis);
+        const vector<double> seen = to_world(rotation_of(block_of(*simulation).points), z);
+        off[half] = length(plus(seen, -1, there));
+    }
+    MESSAGE(off[0], ", ", off[1]);
+    CHECK(off[1] < 1e-5);
+    CHECK(off[0] / off[1] == doctest::Approx(4).epsilon(0.05));
+}
+
+TEST_CASE("a sliding block stops after v^2 / (2 mu g) and stays there") {
+    for (const int integrator : {LIMAX_LEAPFROG, LIMAX_SYMPLECTIC_EULER}) {
+        stage world = alone({"gravity", "ground", "friction"});
+        world.set("block", "size", {0.4, 0.4, 0.05}).set("block", "velocity", {2, 1, 0});
+        world.setup.options.integrator = integrator;
+        world.setup.options.duration = 2.0;
+        world.setup.options.record[LIMAX_TRACE_BLOCK] = 20;
+        const auto simulation = world.run();
+        const trace_view path = trace_of(*simulation, 0, LIMAX_TRACE_BLOCK);
+        REQUIRE(path.samples == 41);
+        const auto at = [&](int64_t sample) {
+            return vector<double>{path.at(sample, 0), path.at(sample, 1), 0};
+        };
+        const double way = 5.0 / (2 * 0.6 * 9.81);
+        CHECK(length(plus(at(40), -1, at(0))) == doctest::Approx(way).epsilon(0.02));
+        MESSAGE(length(plus(at(40), -1, at(0))), " of ", way, ", creeps ",
+                length(plus(at(40), -1, at(20))));
+        CHECK(length(plus(at(40), -1, at(20))) < 1e-9);
+        CHECK(simulation->outcomes()[0].block_end[0] == path.at(40, 0));
+        CHECK(simulation->outcomes()[0].block_middle[0] == path.at(20, 0));
+        CHECK(simulation->outcomes()[0].block_start[0] == path.at(0, 0));
+    }
+}
+
+TEST_CASE("a block on a slope stays where friction holds it, and slides where it does not") {
+    for (const double slope : {0.3, 1.5}) {
+        stage world = alone({"gravity", "ground", "friction"});
+        world.set("block", "size", {0.5, 0.5, 0.1});
+        world.set("gravity", "acceleration",
+                  {9.81 * std::sin(std::atan(slope)), 0, -9.81 * std::cos(std::atan(slope))});
+        world.setup.options.settle = 1.0;
+        world.setup.options.duration = 2.0;
+        const auto simulation = world.run();
+        const limax_outcome& outcome = simulation->outcomes()[0];
+        const double way = outcome.block_end[0] - outcome.block_start[0];
+        MESSAGE(slope, ": ", way, " m");
+        if (slope < 1.0) {
+            CHECK(std::abs(way) < 1e-4);
+        } else {
+            const double a = 9.81 * (std::sin(std::atan(slope)) - 0.6 * std::cos(std::atan(slope)));
+            CHECK(way == doctest::Approx(0.5 * a * (3.0 * 3.0 - 1.0)).epsilon(0.02));
+        }
+    }
+}
+
+TEST_CASE("a tall block topples where a low one slides") {
+    for (const bool tall : {false, true}) {
+        stage world = alone({"gravity", "ground", "friction"});
+        world.set("block", "size", {0.2, 0.2, tall ? 0.8 : 0.2})
+            .set("block", "velocity", {2, 0, 0});
+        world.setup.options.duration = 3.0;
+        const auto simulation = world.run();
+        CHECK(simulation->outcomes()[0].block_upright ==
+              doctest::Approx(tall ? 0 : 1).epsilon(1e-3));
+        CHECK(simulation->outcomes()[0].block_end[2] == doctest::Approx(0.1).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("a block lies on a body and is carried") {
+    for (const int precision : every_precision) {
+        stage world({5, 5, 2}, 1, 4);
+        world.effects({"gravity", "ground", "friction", "damping", "block"});
+        world.set("block", "position", {0.1, 0.1, 0.2}).set("block", "size", {0.3, 0.3, 0.3});
+        world.set("friction", "static", {0.2}).set("friction", "kinetic", {0.2});
+        const double bound[2] = {0, 0};
+        world.setup.scene.add_script("tow", "f = t > 0 ? vec(3 * m, 0, 0) : vec(0, 0, 0);", {},
+                                     bound);
+        world.setup.options.precision = precision;
+        world.setup.options.settle = 0.5;
+        world.setup.options.duration = 1.0;
+        const auto simulation = world.run();
+        const limax_outcome& outcome = simulation->outcomes()[0];
+        REQUIRE(outcome.status == LIMAX_ROBOT_DONE);
+        const double body = outcome.center_end[0] - outcome.center_start[0];
+        const double block = outcome.block_end[0] - outcome.block_start[0];
+        MESSAGE("the body moves ", body, " m, the block ", block, " m");
+        CHECK(body > 0.3);
+        CHECK(block == doctest::Approx(body).epsilon(0.01));
+        CHECK(outcome.block_upright > 0.999);
+        CHECK(outcome.block_end[2] > 0.33);
+    }
+}
+
+TEST_CASE("a collision with a block creates no energy, and its books close") {
+    for (const bool rubs : {false, true}) {
+        stage world({3, 2, 2}, 1, 3);
+        world.effects({"damping", "block"}).set("block", "position", {0.4, 0.05, 0.05});
+        world.set("block", "size", {0.2, 0.3, 0.4}).set("block", "spin", {0.5, -1, 2});
+        // friction needs a fixed contact; this one is out of reach
+        if (rubs) world.effects({"ground", "friction"}).set("ground", "height", {-100});
+        world.setup.options.velocity[0] = 2.0;
+        world.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
+        const auto simulation = world.run();
+        const trace_view books = trace_of(*simulation, 0, LIMAX_TRACE_LEDGER);
+        double start = 0, most = 0, worst = 0, in_contacts = 0;
+        for (int64_t sample = 0; sample < books.samples; ++sample) {
+            double energy = 0, works = 0;
+            for (int64_t column = 0; column < 4; ++column) energy += books.at(sample, column);
+            for (int64_t column = 4; column < books.width; ++column)
+                works += books.at(sample, column);
+            if (sample == 0) start = energy;
+            most = std::max(most, energy);
+            worst = std::max(worst, std::abs(energy - start - works));
+            in_contacts = std::max(in_contacts, books.at(sample, 2));
+        }
+        const double friction = books.at(books.samples - 1, 4 + work_friction);
+        MESSAGE("closure ", worst / start, ", most in contacts ", in_contacts, " J, most of all ",
+                most / start, ", friction ", friction, " J");
+        CHECK(in_contacts > 0.1);
+        CHECK(most < 1.001 * start);
+        CHECK(worst < 5e-3 * start);
+        CHECK((friction < -1e-3) == rubs);
+    }
+}
+
+TEST_CASE("the books close where a block falls, slides and comes to rest") {
+    stage world = alone({"gravity", "ground", "friction"});
+    world.set("block", "position", {50, 0, 0.1}).set("block", "velocity", {1.5, 0.5, 0});
+    world.set("block", "spin", {0, 0, 3});
+    world.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
+    const auto simulation = world.run();
+    const trace_view books = trace_of(*simulation, 0, LIMAX_TRACE_LEDGER);
+    double start = 0, worst = 0;
+    for (int64_t sample = 0; sample < books.samples; ++sample) {
+        double energy = 0, works = 0;
+        for (int64_t column = 0; column < 4; ++column) energy += books.at(sample, column);
+        for (int64_t column = 4; column < books.width; ++column) works += books.at(sample, column);
+        if (sample == 0) start = energy;
+        worst = std::max(worst, std::abs(energy - start - works));
+    }
+    MESSAGE("closure ", worst / start, " of ", start, " J");
+    CHECK(worst < 3e-2 * start);
+}
+
+TEST_CASE("slices, threads and neighbours change no bit of a body and its block") {
+    for (const int precision : every_precision) {
+        std::vector<double> ends[3];
+        for (const int way : {0, 1, 2}) {
+            stage world({3, 2, 2}, way == 2 ? 3 : 1, 3);
+            world.effects({"gravity", "ground", "friction", "damping", "block"});
+            world.set("block", "position", {0.35, 0.05, 0});
+            world.setup.options.precision = precision;
+            world.setup.options.velocity[0] = 3.0;
+            world.setup.options.duration = 0.5;
+            const auto simulation = world.open(way == 2 ? 2 : 1);
+            while (!simulation->advance(1.0, way == 1 ? 7 : 0).finished) {
+            }
+            const int robot = way == 2 ? 2 : 0;
+            ends[way].resize(LIMAX_BLOCK_STATE);
+            simulation->block(robot, ends[way].data());
+            const snapshot body = state_of(*simulation, robot);
+            ends[way].insert(ends[way].end(), body.positions.begin(), body.positions.end());
+        }
+        CHECK(ends[0][0] > 0.55);
+        for (const int way : {1, 2})
+            CHECK(std::memcmp(ends[0].data(), ends[way].data(), ends[0].size() * sizeof(double)) ==
+                  0);
+    }
+}
+
+TEST_CASE("a start far away and an origin that moves change nothing of a push") {
+    for (const int precision : every_precision) {
+        std::vector<double> ends[2];
+        for (const bool far : {false, true}) {
+            stage world({3, 2, 2}, 1, 3);
+            world.effects({"gravity", "ground", "friction", "damping", "block"});
+            world.set("block", "position", {0.35, 0.05, 0});
+            world.setup.options.precision = precision;
+            world.setup.options.position[0] = far ? 1024 : 0;
+            world.setup.options.velocity[0] = 3.0;
+            const auto simulation = world.run();
+            double state[LIMAX_BLOCK_STATE];
+            simulation->block(0, state);
+            ends[far].assign(state + 3, state + LIMAX_BLOCK_STATE);
+            const snapshot body = state_of(*simulation);
+            ends[far].insert(ends[far].end(), body.velocities.begin(), body.velocities.end());
+        }
+        CHECK(std::memcmp(ends[0].data(), ends[1].data(), ends[0].size() * sizeof(double)) == 0);
+    }
+    // the same collision in a frame that moves by 30 m
+    block_state ends[2];
+    for (const bool moves : {false, true}) {
+        stage world({3, 2, 2}, 1, 3);
+        const double speed = moves ? 30.0 : 0.0;
+        world.effects({"damping", "block"}).set("block", "position", {0.4, 0.05, 0.05});
+        world.set("block", "velocity", {speed, 0, 0});
+        // no step begins just where they touch
+        world.setup.options.velocity[0] = 2.03 + speed;
+        world.setup.options.time_step = 1e-4;
+        const auto simulation = world.run();
+        ends[moves] = block_of(*simulation);
+    }
+    CHECK(ends[1].place.x - 30 == doctest::Approx(ends[0].place.x).epsilon(1e-9));
+    CHECK(ends[1].turning.y == doctest::Approx(ends[0].turning.y).epsilon(1e-9));
+}
+
+TEST_CASE("the automatic step bears light and heavy blocks, soft and hard ones") {
+    for (const double mass : {0.02, 1.0, 100.0})
+        for (const double stiffness : {1e3, 1e5})
+            for (const int integrator : {LIMAX_LEAPFROG, LIMAX_SYMPLECTIC_EULER}) {
+                stage world({4, 4, 2}, 1, 4);
+                world.effects({"gravity", "ground", "friction", "damping", "block"});
+                world.set("block", "position", {0.05, 0.05, 0.2}).set("block", "mass", {mass});
+                world.set("block", "size", {0.3, 0.3, 0.3});
+                world.set("block", "stiffness", {stiffness});
+                world.setup.options.integrator = integrator;
+                world.setup.options.bound_fraction = 0.99;
+                world.setup.options.duration = 3.0;
+                const auto simulation = world.run();
+                CAPTURE(mass);
+                CAPTURE(stiffness);
+                CAPTURE(integrator);
+                REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
+                const block_state end = block_of(*simulation);
+                // a load of 100 kg rings at 40 rad/s, where the springs' dashpots do little
+                CHECK(length(end.velocity) < (mass > 10 ? 0.1 : 1e-3));
+                CHECK(end.place.z > 0.1);  // above the ground, if not on it
+            }
+}
+
+TEST_CASE("a block that leaves the limits ends its robot") {
+    stage world = alone({});
+    world.set("block", "velocity", {0, 0, 1001});
+    const auto simulation = world.run();
+    CHECK(simulation->outcomes()[0].status == LIMAX_ROBOT_DIVERGED);
+    CHECK(simulation->outcomes()[0].reason == LIMAX_SPEED);
+}
+
+TEST_CASE("what a block cannot do is refused by name") {
+    stage world = alone({});
+    world.setup.options.integrator = LIMAX_RK4;
+    std::string text = failure(LIMAX_INVALID_ARGUMENT,
+                               [&] { check_options(world.setup.options, world.setup.scene); });
+    CHECK(text.find("the scene has block") != std::string::npos);
+    text = failure(LIMAX_INVALID_ARGUMENT,
+                   [&] { check_beyond_cpu(world.setup.options, world.setup.scene); });
+    CHECK(text.find("scene.block: it runs on the cpu alone") != std::string::npos);
+
+    stage plain({1, 1, 1});
+    plain.setup.options.record[LIMAX_TRACE_BLOCK] = 20;
+    text = failure(LIMAX_INVALID_ARGUMENT,
+                   [&] { check_options(plain.setup.options, plain.setup.scene); });
+    CHECK(text.find("record.block needs the effect 'block'") != std::string::npos);
+    plain.setup.options.record[LIMAX_TRACE_BLOCK] = 0;
+    const auto simulation = plain.run();
+    double state[LIMAX_BLOCK_STATE];
+    text = failure(LIMAX_INVALID_ARGUMENT, [&] { simulation->block(0, state); });
+    CHECK(text.find("does not name the effect 'block'") != std::string::npos);
+    CHECK(std::isnan(simulation->outcomes()[0].block_end[0]));
 }

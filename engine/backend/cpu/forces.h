@@ -154,7 +154,8 @@ public:
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         if (block_) {
             block_->kick(double(h));
-            block_->rub_masses(masses, double(h));
+            booked(masses, effects::index_of<effects::friction>, h,
+                   [&] { block_->rub_masses(masses, double(h)); });
         }
         for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)

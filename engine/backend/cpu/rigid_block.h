@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "backend/cpu/passes.h"
@@ -28,14 +29,14 @@ public:
     rigid_block(const scene& in, const spring_body& body, const double start[3])
         : scene_(in),
           body_(body),
-          values_(in.values(effects::index_of<effects::block>)),
-          law_(effects::block::make<double>(values_, start)),
+          law_(effects::block::make<double>(in.values(effects::index_of<effects::block>), start)),
           inertia_(inertia_of_box(law_.half, law_.mass)) {
-        const double* corner = values_ + effects::block::at_position;
+        const double* values = in.values(effects::index_of<effects::block>);
+        const double* corner = values + effects::block::at_position;
         place_ = {start[0] + (corner[0] + law_.half.x), start[1] + (corner[1] + law_.half.y),
                   start[2] + (corner[2] + law_.half.z)};
-        const double *v = values_ + effects::block::at_velocity,
-                     *w = values_ + effects::block::at_spin;
+        const double *v = values + effects::block::at_velocity,
+                     *w = values + effects::block::at_spin;
         now_ = {{v[0], v[1], v[2]}, {inertia_.x * w[0], inertia_.y * w[1], inertia_.z * w[2]}};
         next_ = read_ = now_;
         if (in.has(effects::index_of<effects::gravity>)) {
@@ -78,6 +79,8 @@ public:
 
     // The velocities after the forces have acted for h, before any friction.
     void kick(double h) {
+        kick_ = h;
+        rubbed_ = {{0, 0, 0}, {0, 0, 0}};
         next_.velocity = plus(now_.velocity, h / law_.mass, force_);
         next_.spin = plus(now_.spin, h, torque_);
     }
@@ -101,12 +104,19 @@ public:
         }
     }
 
-    // Friction between the corners and what they stand on.
+    // Friction between the corners and what they stand on. Each corner's impulse depends on those
+    // of the others, so they are gone through again until none changes.
     void rub_contacts(double h) {
         if (!rubs_) return;
-        for (touch& at : corners_) {
-            const vector slip = minus({0, 0, 0}, velocity_at(at.arm));
-            push(at.arm, friction_impulse(at, slip, 0.0, h), -1.0);
+        bool changes = true;
+        for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
+            changes = false;
+            for (touch& at : corners_) {
+                const vector slip = minus({0, 0, 0}, velocity_at(at.arm));
+                const vector impulse = friction_impulse(at, slip, 0.0, h);
+                push(at.arm, impulse, -1.0);
+                changes |= length(impulse) > settled * at.push * h;
+            }
         }
     }
 
@@ -119,6 +129,46 @@ public:
             read_ = {ahead(now_.velocity, next_.velocity, share),
                      ahead(now_.spin, next_.spin, share)};
         now_ = next_;
+    }
+
+    // ---- its part of the books, at t_n ----
+
+    // Of its motion, as velocity() has it, J.
+    double kinetic_energy(bool between) const {
+        const vector v = velocity(between), w = turning(between),
+                     spin = middle(now_.spin, next_.spin, between);
+        return 0.5 * (law_.mass * effects::dot(v, v) + effects::dot(w, spin));
+    }
+    // From the world's origin, J; `origin` is the robot's own.
+    double gravitational_energy(const double origin[3]) const {
+        return -law_.mass *
+               effects::dot(gravity_, plus(place_, 1.0, {origin[0], origin[1], origin[2]}));
+    }
+    // Stored in what touches it, J.
+    double contact_energy() const {
+        double sum = 0;
+        for (const touch& at : masses_) sum += at.stored;
+        for (const touch& at : corners_) sum += at.stored;
+        return sum;
+    }
+    // What contacts do beyond that, to masses that move at `velocity` and to the block, W.
+    double contact_power(const S* const velocity[3], bool between) const {
+        const vector v = this->velocity(between), w = turning(between);
+        double sum = 0;
+        for (const touch& at : masses_) {
+            const vector u{velocity[0][at.site], velocity[1][at.site], velocity[2][at.site]};
+            sum += at.beyond * effects::dot(at.normal, minus(u, plus(cross(w, at.arm), 1.0, v)));
+        }
+        for (const touch& at : corners_)
+            sum += at.beyond * effects::dot(at.normal, plus(cross(w, at.arm), 1.0, v));
+        return sum;
+    }
+    // What friction's impulses of this step do to the block, as a force over the kick at the mean
+    // of the velocities before and after it, W.
+    double friction_power() const {
+        return (effects::dot(rubbed_.velocity, velocity(true)) +
+                effects::dot(rubbed_.spin, turning(true))) /
+               kick_;
     }
 
     // Which limit is broken: LIMAX_NOT_DIVERGED, LIMAX_NONFINITE or LIMAX_SPEED, of its centre or
@@ -142,6 +192,12 @@ public:
     }
 
 private:
+    // Corners have settled where none changes by more than this share of its push over the kick:
+    // what is left lets a block creep by that share of g times the step, in m/s. A block on four
+    // corners takes fewer sweeps than the most.
+    static constexpr double settled = 1e-4;
+    static constexpr int most_sweeps = 32;
+
     struct motion {
         vector velocity, spin;  // m/s; angular momentum in the world, kg m^2/s
     };
@@ -150,6 +206,9 @@ private:
         int32_t site;        // of a mass; -1 of a fixed contact
         vector arm, normal;  // from the block's centre, m; the way that the push acts
         double push;         // N
+        double stored;       // J
+        double beyond;       // the part of the push that it does not come from, N
+        vector rubbed;       // friction's impulse so far on what touches, N s
     };
     // An instance of an effect that corners meet, with its parameters.
     struct fixed_contact {
@@ -202,7 +261,9 @@ private:
             const S force[3] = {S(push * normal.x), S(push * normal.y), S(push * normal.z)};
             for (int axis = 0; axis < 3; ++axis) seen.force[axis][site] += force[axis];
             take({force[0], force[1], force[2]}, arm, -1.0);
-            masses_.push_back({site, arm, normal, push});
+            const double spring = law_.stiffness * point.depth;
+            masses_.push_back(
+                {site, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}});
         }
     }
 
@@ -224,7 +285,14 @@ private:
                     effects::add_push(point.normal, 1.0, normal);
                     const double push = effects::push_at(params, point, node);
                     take({push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
-                    corners_.push_back({-1, arm, normal, push});
+                    const double spring = params.stiffness * point.depth;
+                    corners_.push_back({-1,
+                                        arm,
+                                        normal,
+                                        push,
+                                        0.5 * spring * point.depth,
+                                        push - spring,
+                                        {0, 0, 0}});
                 });
         }
     }
@@ -244,25 +312,30 @@ private:
     }
     // Changes the velocities by `sign` times an impulse at a place, N s.
     void push(const vector& arm, const vector& impulse, double sign) {
+        const vector turn = cross(arm, impulse);
         next_.velocity = plus(next_.velocity, sign / law_.mass, impulse);
-        next_.spin = plus(next_.spin, sign, cross(arm, impulse));
+        next_.spin = plus(next_.spin, sign, turn);
+        rubbed_ = {plus(rubbed_.velocity, sign, impulse), plus(rubbed_.spin, sign, turn)};
     }
-    // What friction's law gives what touches the block and moves at `relative` to it, N s.
-    vector friction_impulse(const touch& at, const vector& relative, double inverse_mass,
+    // What to add to the friction's impulse on what touches the block and moves at `relative` to
+    // it, N s: the law of effects/friction.h for the impulse of the whole step.
+    vector friction_impulse(touch& at, const vector& relative, double inverse_mass,
                             double h) const {
         const vector slip = effects::across(at.normal, relative);
         const double squared = effects::dot(slip, slip);
         if (!(squared > 0) || !(at.push > 0)) return {0, 0, 0};
         const double inverse = inverse_length(squared);
-        const vector way{slip.x * inverse, slip.y * inverse, slip.z * inverse};
         // 1/kg of both together, along the slip
-        const vector lever = cross(at.arm, way);
+        const vector lever = cross(at.arm, {slip.x * inverse, slip.y * inverse, slip.z * inverse});
         const double mobility = inverse_mass + 1.0 / law_.mass +
                                 effects::dot(lever, angular_velocity(frame_, inertia_, lever));
-        const vector after =
-            effects::friction::slip(friction_, at.normal, at.push, mobility, relative, h);
-        const vector change = minus(after, relative);
-        return {change.x / mobility, change.y / mobility, change.z / mobility};
+        const vector stops = plus(at.rubbed, -1.0 / mobility, slip);
+        const double size = length(stops), available = at.push * h;
+        const double most = friction_.kinetic_coefficient * available;
+        const bool holds = size <= larger(friction_.static_coefficient * available, most);
+        const vector before =
+            std::exchange(at.rubbed, holds ? stops : plus({0, 0, 0}, most / size, stops));
+        return minus(at.rubbed, before);
     }
     // Adds to the velocity of a mass; what that changes it by.
     static double change(const mass_arrays<S>& masses, int axis, int32_t site, double by) {
@@ -274,7 +347,6 @@ private:
 
     const scene& scene_;
     const spring_body& body_;
-    const double* values_;
     const effects::block::params<double> law_;
     const vector inertia_;  // kg m^2, in its own frame
     vector gravity_{0, 0, 0};
@@ -290,6 +362,8 @@ private:
     rotation frame_;
     vector turning_;         // as forces read it, rad/s
     vector force_, torque_;  // N, N m
+    double kick_ = 0;        // how long the kick lasts, s
+    motion rubbed_;          // what friction's impulses add up to, N s and N m s
     std::vector<touch> masses_, corners_;
 };
 

@@ -45,6 +45,11 @@ private:
     void recenter();
     void finish_step();
     void mark_centers();
+    void mark_block();
+    // Whether the velocities at t_n are half way between those before and after the kick.
+    bool between() const {
+        return setup_.options.integrator == LIMAX_LEAPFROG && step_ > 0 && begun_;
+    }
     void release_springs();
     void keep_books();
     void sample_due();
@@ -218,9 +223,24 @@ void robot_run<S, F, compensated>::mark_centers() {
     const int64_t moving = plan_.steps - plan_.settle_steps;
     double* const marks[3] = {outcome_.center_start, outcome_.center_middle, outcome_.center_end};
     const int64_t at[3] = {plan_.settle_steps, plan_.settle_steps + moving / 2, plan_.steps};
-    for (int mark = 0; mark < 3; ++mark)
-        if (step_ == at[mark])
-            for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = center(axis);
+    double* const block_marks[3] = {outcome_.block_start, outcome_.block_middle,
+                                    outcome_.block_end};
+    for (int mark = 0; mark < 3; ++mark) {
+        if (step_ != at[mark]) continue;
+        for (int axis = 0; axis < 3; ++axis) marks[mark][axis] = center(axis);
+        double of_block[LIMAX_BLOCK_STATE];
+        if (block(of_block)) std::copy_n(of_block, 3, block_marks[mark]);
+    }
+}
+
+// How the block ends up.
+template <class S, class F, bool compensated>
+void robot_run<S, F, compensated>::mark_block() {
+    const effects::vector<double> velocity = block_->velocity(between());
+    outcome_.block_velocity[0] = velocity.x;
+    outcome_.block_velocity[1] = velocity.y;
+    outcome_.block_velocity[2] = velocity.z;
+    outcome_.block_upright = rotation_of(block_->points()).z.z;
 }
 
 // A robot that has ended needs no force again: most of its memory goes back.
@@ -247,6 +267,10 @@ void robot_run<S, F, compensated>::keep_books() {
                       now, muscles_ahead);
     add_node_powers(body_, setup_.scene, seen, now);
     now.of[work_contact_damping] += forces_->power_of_meetings(velocity);
+    if (block_) {
+        now.of[work_contact_damping] += block_->contact_power(velocity, between());
+        now.of[work_friction] += block_->friction_power();
+    }
     ledger_->add_impulse_powers(masses_, now);
     ledger_->add(now, muscles_ahead, since > 0 ? plan_.time_step : 0.0);
 }
@@ -300,7 +324,18 @@ void robot_run<S, F, compensated>::record(int kind) {
             out[1] = energy.elastic - in_contacts;
             out[2] = in_contacts;
             out[3] = energy.gravitational;
+            if (block_) {
+                out[0] += block_->kinetic_energy(between());
+                out[2] += block_->contact_energy();
+                out[3] += block_->gravitational_energy(origin_);
+            }
             std::copy_n(ledger_->works(), work_kinds, out + ledger_energies);
+            break;
+        }
+        case LIMAX_TRACE_BLOCK: {
+            double of_block[LIMAX_BLOCK_STATE];
+            block(of_block);
+            std::copy_n(of_block, traces_.width(kind), out);
             break;
         }
         case LIMAX_TRACE_STRAIN: {
@@ -334,6 +369,7 @@ bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int6
             sample_due();
             if (step_ == plan_.steps) {
                 outcome_.status = LIMAX_ROBOT_DONE;
+                if (block_) mark_block();
                 break;
             }
             if (step_ % look_interval == 0 && step_ > start &&
@@ -392,9 +428,8 @@ void robot_run<S, F, compensated>::state(scratch& memory, double* positions, dou
 template <class S, class F, bool compensated>
 bool robot_run<S, F, compensated>::block(double* out) const {
     if (!block_) return false;
-    const bool between = setup_.options.integrator == LIMAX_LEAPFROG && step_ > 0 && begun_;
-    const effects::vector<double>&at = block_->place(), v = block_->velocity(between),
-          w = block_->turning(between);
+    const effects::vector<double>&at = block_->place(), v = block_->velocity(between()),
+          w = block_->turning(between());
     const quaternion& q = block_->points();
     const double values[LIMAX_BLOCK_STATE] = {origin_[0] + at.x,
                                               origin_[1] + at.y,

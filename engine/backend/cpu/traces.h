@@ -18,6 +18,7 @@ public:
     // Where the next sample of this kind goes, [width].
     double* next(int32_t kind) { return data_[kind].data() + taken_[kind]++ * width_[kind]; }
 
+    int64_t width(int32_t kind) const { return width_[kind]; }             // values per sample
     const double* data(int32_t kind) const { return data_[kind].data(); }  // [sample][width]
     int64_t taken(int32_t kind) const { return taken_[kind]; }             // samples so far
 
