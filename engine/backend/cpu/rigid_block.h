@@ -70,7 +70,8 @@ public:
     // block.
     void evaluate(const mass_arrays<S>& seen) {
         frame_ = rotation_of(points_);
-        turning_ = angular_velocity(frame_, inertia_, read_.spin);
+        turns_ = inverse_inertia(frame_, inertia_);
+        turning_ = to_world(turns_, read_.spin);
         force_ = {law_.mass * gravity_.x, law_.mass * gravity_.y, law_.mass * gravity_.z};
         torque_ = {0, 0, 0};
         meet_masses(seen);
@@ -87,37 +88,26 @@ public:
 
     // Friction between the block and the masses, after their kick of h.
     void rub_masses(const mass_arrays<S>& masses, double h) {
-        if (!rubs_) return;
-        for (touch& at : masses_) {
-            vector u{masses.next_velocity[0][at.site], masses.next_velocity[1][at.site],
-                     masses.next_velocity[2][at.site]};
+        rub(masses_, h, [&](touch& at) {
+            const vector u{masses.next_velocity[0][at.site], masses.next_velocity[1][at.site],
+                           masses.next_velocity[2][at.site]};
             const double inverse_mass = masses.inverse_mass[at.site];
-            vector impulse = friction_impulse(at, minus(u, velocity_at(at.arm)), inverse_mass, h);
-            if (inverse_mass > 0) {
-                // what the mass gets in its own precision
-                const double mass = body_.mass[at.site];
-                impulse = {mass * change(masses, 0, at.site, impulse.x * inverse_mass),
-                           mass * change(masses, 1, at.site, impulse.y * inverse_mass),
-                           mass * change(masses, 2, at.site, impulse.z * inverse_mass)};
-            }
-            push(at.arm, impulse, -1.0);
-        }
+            const vector impulse =
+                friction_impulse(at, minus(u, velocity_at(at.arm)), inverse_mass, h);
+            if (!(inverse_mass > 0)) return impulse;
+            // what the mass gets in its own precision
+            const double mass = body_.mass[at.site];
+            return vector{mass * change(masses, 0, at.site, impulse.x * inverse_mass),
+                          mass * change(masses, 1, at.site, impulse.y * inverse_mass),
+                          mass * change(masses, 2, at.site, impulse.z * inverse_mass)};
+        });
     }
 
-    // Friction between the corners and what they stand on. Each corner's impulse depends on those
-    // of the others, so they are gone through again until none changes.
+    // Friction between the corners and what they stand on.
     void rub_contacts(double h) {
-        if (!rubs_) return;
-        bool changes = true;
-        for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
-            changes = false;
-            for (touch& at : corners_) {
-                const vector slip = minus({0, 0, 0}, velocity_at(at.arm));
-                const vector impulse = friction_impulse(at, slip, 0.0, h);
-                push(at.arm, impulse, -1.0);
-                changes |= length(impulse) > settled * at.push * h;
-            }
-        }
+        rub(corners_, h, [&](touch& at) {
+            return friction_impulse(at, minus({0, 0, 0}, velocity_at(at.arm)), 0.0, h);
+        });
     }
 
     // Moves the block for dt. `share` as in predict(); forces read u itself where not `predicted`.
@@ -137,12 +127,11 @@ public:
     double kinetic_energy(bool between) const {
         const vector v = velocity(between), w = turning(between),
                      spin = middle(now_.spin, next_.spin, between);
-        return 0.5 * (law_.mass * effects::dot(v, v) + effects::dot(w, spin));
+        return 0.5 * (law_.mass * inner(v, v) + inner(w, spin));
     }
     // From the world's origin, J; `origin` is the robot's own.
     double gravitational_energy(const double origin[3]) const {
-        return -law_.mass *
-               effects::dot(gravity_, plus(place_, 1.0, {origin[0], origin[1], origin[2]}));
+        return -law_.mass * inner(gravity_, plus(place_, 1.0, {origin[0], origin[1], origin[2]}));
     }
     // Stored in what touches it, J.
     double contact_energy() const {
@@ -157,17 +146,16 @@ public:
         double sum = 0;
         for (const touch& at : masses_) {
             const vector u{velocity[0][at.site], velocity[1][at.site], velocity[2][at.site]};
-            sum += at.beyond * effects::dot(at.normal, minus(u, plus(cross(w, at.arm), 1.0, v)));
+            sum += at.beyond * inner(at.normal, minus(u, plus(cross(w, at.arm), 1.0, v)));
         }
         for (const touch& at : corners_)
-            sum += at.beyond * effects::dot(at.normal, plus(cross(w, at.arm), 1.0, v));
+            sum += at.beyond * inner(at.normal, plus(cross(w, at.arm), 1.0, v));
         return sum;
     }
     // What friction's impulses of this step do to the block, as a force over the kick at the mean
     // of the velocities before and after it, W.
     double friction_power() const {
-        return (effects::dot(rubbed_.velocity, velocity(true)) +
-                effects::dot(rubbed_.spin, turning(true))) /
+        return (inner(rubbed_.velocity, velocity(true)) + inner(rubbed_.spin, turning(true))) /
                kick_;
     }
 
@@ -192,10 +180,10 @@ public:
     }
 
 private:
-    // Corners have settled where none changes by more than this share of its push over the kick:
-    // what is left lets a block creep by that share of g times the step, in m/s. A block on four
-    // corners takes fewer sweeps than the most.
-    static constexpr double settled = 1e-4;
+    // Friction has settled where no impulse changes by more than this share of its push over the
+    // kick: what is left lets a block creep by that share of g times the step, in m/s. A block on
+    // four corners takes fewer sweeps than the most.
+    static constexpr double settled = 1e-3;
     static constexpr int most_sweeps = 32;
 
     struct motion {
@@ -217,7 +205,7 @@ private:
     };
 
     static vector minus(const vector& a, const vector& b) { return plus(a, -1.0, b); }
-    static double length(const vector& v) { return square_root(effects::dot(v, v)); }
+    static double length(const vector& v) { return square_root(inner(v, v)); }
     static vector ahead(const vector& before, const vector& after, double share) {
         return plus(after, share, minus(after, before));
     }
@@ -241,18 +229,18 @@ private:
 
     void meet_masses(const mass_arrays<S>& seen) {
         masses_.clear();
-        const double around = effects::dot(law_.half, law_.half);
+        const double around = inner(law_.half, law_.half);
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
             const vector arm{double(seen.position[0][site]) - place_.x,
                              double(seen.position[1][site]) - place_.y,
                              double(seen.position[2][site]) - place_.z};
-            if (!(effects::dot(arm, arm) < around)) continue;
+            if (!(inner(arm, arm) < around)) continue;
             const auto point = effects::block::solid(law_, to_solid(frame_, arm));
             if (!(point.depth > 0)) continue;
             const vector normal = to_world(frame_, point.normal);
             const vector there = plus(cross(turning_, arm), 1.0, read_.velocity);
-            const double rate = effects::dot(
+            const double rate = inner(
                 normal, vector{seen.predicted[0][site] - there.x, seen.predicted[1][site] - there.y,
                                seen.predicted[2][site] - there.z});
             const double push =
@@ -305,10 +293,25 @@ private:
 
     // ---- after the kick ----
 
+    // Gives the block the opposite of what `impulse` gives each thing that touches it. Each depends
+    // on all others, so they are gone through again until none changes.
+    template <class Impulse>
+    void rub(std::vector<touch>& touching, double h, const Impulse& impulse) {
+        if (!rubs_) return;
+        bool changes = true;
+        for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
+            changes = false;
+            for (touch& at : touching) {
+                const vector given = impulse(at);
+                push(at.arm, given, -1.0);
+                changes |= length(given) > settled * at.push * h;
+            }
+        }
+    }
+
     // Of a place of the block, m/s.
     vector velocity_at(const vector& arm) const {
-        return plus(cross(angular_velocity(frame_, inertia_, next_.spin), arm), 1.0,
-                    next_.velocity);
+        return plus(cross(to_world(turns_, next_.spin), arm), 1.0, next_.velocity);
     }
     // Changes the velocities by `sign` times an impulse at a place, N s.
     void push(const vector& arm, const vector& impulse, double sign) {
@@ -321,14 +324,14 @@ private:
     // it, N s: the law of effects/friction.h for the impulse of the whole step.
     vector friction_impulse(touch& at, const vector& relative, double inverse_mass,
                             double h) const {
-        const vector slip = effects::across(at.normal, relative);
-        const double squared = effects::dot(slip, slip);
+        const vector slip = plus(relative, -inner(at.normal, relative), at.normal);
+        const double squared = inner(slip, slip);
         if (!(squared > 0) || !(at.push > 0)) return {0, 0, 0};
         const double inverse = inverse_length(squared);
         // 1/kg of both together, along the slip
         const vector lever = cross(at.arm, {slip.x * inverse, slip.y * inverse, slip.z * inverse});
-        const double mobility = inverse_mass + 1.0 / law_.mass +
-                                effects::dot(lever, angular_velocity(frame_, inertia_, lever));
+        const double mobility =
+            inverse_mass + 1.0 / law_.mass + inner(lever, to_world(turns_, lever));
         const vector stops = plus(at.rubbed, -1.0 / mobility, slip);
         const double size = length(stops), available = at.push * h;
         const double most = friction_.kinetic_coefficient * available;
@@ -360,6 +363,7 @@ private:
 
     // at t_n
     rotation frame_;
+    rotation turns_;         // angular momentum to angular velocity
     vector turning_;         // as forces read it, rad/s
     vector force_, torque_;  // N, N m
     double kick_ = 0;        // how long the kick lasts, s
