@@ -11,7 +11,7 @@ local hard_cases = {}
 
 --- Modules of scripts/lib/hard_cases that hold cases.
 hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes",
-  "muscles", "sameness", "effects" }
+  "muscles", "sameness", "effects", "block" }
 
 ---@class limax.hard_case
 ---@field row integer|nil of the table of hard cases
@@ -22,6 +22,7 @@ hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes"
 ---@field brief boolean|nil long: only `BRIEF` combinations unless the full ones are wanted
 ---@field full boolean|nil very long: only when the full ones are wanted
 ---@field except table<string, string>|nil why an integrator is not asked, by its name
+---@field cpu boolean|nil it needs what the CPU alone has
 ---@field absent string|nil why the case cannot be put at all
 ---@field kind string
 
@@ -68,6 +69,7 @@ function hard_cases.combinations(case, kind, full, brief)
     for _, precision in ipairs(engine.names.precision.names) do
       local able = (kind == "cpu" and (CONTACTS[integrator] or case.smooth)
         or ON_GPU[integrator]) and not (case.except and case.except[integrator])
+      if case.cpu and kind ~= "cpu" then able = false end
       local chosen = full or not (brief or case.brief) or BRIEF[integrator .. " " .. precision]
       if able and chosen then
         list[#list + 1] = { integrator = integrator, precision = precision }

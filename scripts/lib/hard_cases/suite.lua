@@ -32,10 +32,11 @@ return function(kind)
   for _, case in ipairs(hard_cases.of(kind)) do
     local row = case.row and ("%d. "):format(case.row) or ""
     if not case.full then
-      suite:test(row .. case.name, { devices = "all" },
+      suite:test(row .. case.name, { devices = case.cpu and { "cpu" } or "all" },
         function(t) run(t, case, false) end)
     end
     local devices = (case.full or case.brief) and "all" or { "cuda" }
+    if case.cpu then devices = { "cpu" } end
     suite:test(row .. case.name .. ", in full", { devices = devices, tags = "full" },
       function(t) run(t, case, true) end)
   end

@@ -1,0 +1,50 @@
+--- block_picture.lua: the rigid block of a scene as a figure needs it: its corners in the world, m,
+--- and its sides. Corners count from 1 by their bits, x lowest.
+
+local block_picture = {}
+
+--- What a block is drawn with.
+block_picture.letter, block_picture.hex = "block", "#b98b4f"
+
+-- Corners of the six sides, counter-clockwise seen from outside.
+local sides = {
+  { 2, 4, 8, 6 }, { 1, 5, 7, 3 }, { 3, 7, 8, 4 }, { 1, 2, 6, 5 }, { 5, 6, 8, 7 }, { 1, 3, 4, 2 },
+}
+
+--- The eight corners of a block with edges `size`, m, at a sample of the trace "block".
+---@param sample number[] centre, m, and quaternion w, x, y, z
+---@param size number[]
+---@return number[][]
+function block_picture.corners(sample, size)
+  local w, x, y, z = sample[4], sample[5], sample[6], sample[7]
+  local columns = {
+    { 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y) },
+    { 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x) },
+    { 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y) },
+  }
+  local corners = {}
+  for corner = 0, 7 do
+    local point = { sample[1], sample[2], sample[3] }
+    for axis = 1, 3 do
+      local half = (math.floor(corner / 2 ^ (axis - 1)) % 2 - 0.5) * size[axis]
+      for k = 1, 3 do point[k] = point[k] + half * columns[axis][k] end
+    end
+    corners[corner + 1] = point
+  end
+  return corners
+end
+
+--- Its sides, for skin.visible(), where its corners follow `before` other points.
+---@param before integer
+---@return { corners: integer[], letter: string }[]
+function block_picture.faces(before)
+  local faces = {}
+  for i, side in ipairs(sides) do
+    local corners = {}
+    for k, corner in ipairs(side) do corners[k] = before + corner end
+    faces[i] = { corners = corners, letter = block_picture.letter }
+  end
+  return faces
+end
+
+return block_picture
