@@ -61,13 +61,14 @@ names.trace = enumeration {
   { "center_of_mass", "LIMAX_TRACE_CENTER_OF_MASS" }, { "position", "LIMAX_TRACE_POSITION" },
   { "velocity", "LIMAX_TRACE_VELOCITY" }, { "contact", "LIMAX_TRACE_CONTACT" },
   { "energy", "LIMAX_TRACE_ENERGY" }, { "strain", "LIMAX_TRACE_STRAIN" },
-  { "ledger", "LIMAX_TRACE_LEDGER" },
+  { "ledger", "LIMAX_TRACE_LEDGER" }, { "block", "LIMAX_TRACE_BLOCK" },
 }
 
 --- Unit of each trace; "J, J, J, W" is one for each column.
 names.trace_unit = {
   center_of_mass = "m", position = "m", velocity = "m/s", contact = "1",
   energy = "J, J, J, W", strain = "1", ledger = "J",
+  block = "m, m, m, 1, 1, 1, 1",
 }
 
 return names

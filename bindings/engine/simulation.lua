@@ -238,11 +238,19 @@ end
 ---@field muscle_work number|nil J
 ---@field strain number|nil 1
 ---@field strain_most number|nil 1
+---@field block_start number[]|nil centre of the rigid block at t = 0, m; these are nil without one
+---@field block_middle number[]|nil after half of the steps from t = 0
+---@field block_end number[]|nil at the end
+---@field block_velocity number[]|nil at the end, m/s
+---@field block_upright number|nil cosine of the angle between its own z axis and the world's, there
 
 local OUTCOME_NUMBERS = {
   "time", "time_step", "time_step_bound", "masses", "springs", "mass",
   "path_length", "height", "contact", "kinetic", "elastic", "muscle_work", "strain", "strain_most",
+  "block_upright",
 }
+local OUTCOME_PLACES = { "center_start", "center_middle", "center_end", "block_start",
+  "block_middle", "block_end", "block_velocity" }
 
 local function robot_index(self, what, i)
   local handle = object.handle(what, self, class)
@@ -266,15 +274,19 @@ function methods:outcome(i)
     local value = o[name]
     if value == value then result[name] = value end
   end
-  for _, name in ipairs { "center_start", "center_middle", "center_end" } do
-    result[name] = { o[name][0], o[name][1], o[name][2] }
+  for _, name in ipairs(OUTCOME_PLACES) do
+    local place = o[name]
+    -- a scene without a block has no numbers for it; those of a body are kept as they are
+    if name:sub(1, 5) ~= "block" or place[0] == place[0] then
+      result[name] = { place[0], place[1], place[2] }
+    end
   end
   return result
 end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
 --- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
---- "ledger" [sample][9]; with .rate, .unit, .samples.
+--- "ledger" [sample][9], "block" [sample][7]; with .rate, .unit, .samples.
 ---@param i integer
 ---@param kind string
 ---@return limax.view
@@ -329,6 +341,29 @@ function methods:state(i)
     }
   end
   return copied("positions", "m", positions), copied("velocities", "m/s", velocities)
+end
+
+---@class limax.block_state
+---@field position number[] of its centre in the world, m
+---@field orientation number[] quaternion w, x, y, z that turns its own axes into the world's
+---@field velocity number[] m/s
+---@field angular_velocity number[] rad/s, in the world
+
+--- Where robot i's rigid block is now and how it moves; raises in a scene without one.
+---@param i integer
+---@return limax.block_state
+function methods:block(i)
+  local what = "simulation:block"
+  local handle, robot = robot_index(self, what, i)
+  local state = ffi.new("double[?]", C.LIMAX_BLOCK_STATE)
+  abi.check(C.limax_simulation_block(handle, robot, state), what)
+  local function part(first, count)
+    local list = {}
+    for k = 1, count do list[k] = state[first + k - 1] end
+    return list
+  end
+  return { position = part(0, 3), orientation = part(3, 4), velocity = part(7, 3),
+    angular_velocity = part(10, 3) }
 end
 
 -- [mass][3] numbers of a script as the interface takes them; nil stays nil.

@@ -97,7 +97,7 @@ defaults.fields = {
 
 --- The kinds of trace, in the engine's order.
 defaults.traces = { "center_of_mass", "position", "velocity", "contact", "energy", "strain",
-  "ledger" }
+  "ledger", "block" }
 
 --- What acts when an experiment names no scene: a world in which a soft body can walk.
 defaults.scene = { gravity = true, ground = true, friction = true, damping = true,

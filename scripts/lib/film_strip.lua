@@ -2,6 +2,7 @@
 --- them the whole way with the path of the centre of mass. No browser and no display. World points
 --- are turned to { along the way, away from the eye, up } in metres before they meet the page.
 
+local block_picture = require "limax.block_picture"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -43,16 +44,29 @@ local function mean_of(points)
   return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
 end
 
--- Six moments, evenly from t = 0 to the end: all masses, and their middle.
-local function poses_of(trace, duration, heading)
+-- The corners of the scene's block at a moment, along, away, up; none where no block was recorded.
+local function block_at(robot, time, heading)
+  local block = robot.context.scene.block
+  if not block or (robot.context.options.record.block or 0) == 0 then return {} end
+  local path = robot:trace "block"
+  local sample = math.min(path:size(), math.floor(time * path.rate + 0.5) + 1)
+  local corners = block_picture.corners(path[sample]:table(), block.size)
+  for k, corner in ipairs(corners) do corners[k] = turned(corner, heading) end
+  return corners
+end
+
+-- Six moments, evenly from t = 0 to the end: all masses, their middle, and the block's corners.
+local function poses_of(robot, trace, heading)
+  local duration = robot:duration()
   local poses, samples = {}, trace:size()
   for k = 1, POSES do
     local sample = math.min(samples,
       math.floor((k - 1) / (POSES - 1) * duration * trace.rate + 0.5) + 1)
     local points = {}
     for m, point in ipairs(trace[sample]:table()) do points[m] = turned(point, heading) end
-    poses[k] = { sample = sample, time = (sample - 1) / trace.rate, points = points,
-      middle = mean_of(points) }
+    local time = (sample - 1) / trace.rate
+    poses[k] = { sample = sample, time = time, points = points, middle = mean_of(points),
+      block = block_at(robot, time, heading) }
   end
   return poses
 end
@@ -126,11 +140,24 @@ local function draw_ground(out, panel, pose, film, frame)
       strong and "#b9b2a4" or "#dcd7cc", strong and 1 or 0.7)
   end
   out:line({ panel.left, low[2] }, { panel.right, low[2] }, ink.line, 1.2)
-  local shadow = {}
-  for k, p in ipairs(pose.points) do
-    shadow[k] = panel.point(p[1], p[2] - pose.middle[2], film.ground)
+  local function drop_shadow(points)
+    local shadow = {}
+    for k, p in ipairs(points) do
+      shadow[k] = panel.point(p[1], p[2] - pose.middle[2], film.ground)
+    end
+    out:polygon(skin.outline(shadow), 'fill="#000000" fill-opacity="0.13"')
   end
-  out:polygon(skin.outline(shadow), 'fill="#000000" fill-opacity="0.13"')
+  if #pose.block > 0 then drop_shadow(pose.block) end
+  drop_shadow(pose.points)
+end
+
+-- The items of two lists in one.
+local function joined(...)
+  local all = {}
+  for _, list in ipairs { ... } do
+    for _, item in ipairs(list) do all[#all + 1] = item end
+  end
+  return all
 end
 
 local function draw_panel(out, k, pose, film, frame)
@@ -141,7 +168,11 @@ local function draw_panel(out, k, pose, film, frame)
   out:add('<g clip-path="url(#panel%d)"><rect %s fill="%s"/>', k, box, ink.frame)
   if film.ground then draw_ground(out, panel, pose, film, frame) end
   out:add '<g stroke="#ffffff" stroke-opacity="0.55" stroke-width="0.6" stroke-linejoin="round">'
-  for _, face in ipairs(skin.visible(film.faces, pose.points, film.colors, panel.project)) do
+  local points, faces = pose.points, film.faces
+  if #pose.block > 0 then
+    points, faces = joined(points, pose.block), joined(faces, block_picture.faces(#points))
+  end
+  for _, face in ipairs(skin.visible(faces, points, film.colors, panel.project)) do
     out:polygon(face.points, ('fill="%s"'):format(face.fill))
   end
   out:add "</g>"
@@ -204,7 +235,10 @@ local function way_of(film, most)
       low, high = math.min(low, p[3]), math.max(high, p[3])
     end
   end
-  for _, pose in ipairs(film.poses) do reach(pose.points) end
+  for _, pose in ipairs(film.poses) do
+    reach(pose.points)
+    reach(pose.block)
+  end
   reach(film.path)
   local margin = 0.04 * (right - left)
   left, right = left - margin, right + margin
@@ -226,11 +260,15 @@ local function draw_track(out, film, way, top)
   else
     draw_scale_bar(out, page.margin + 8, top + 14, way.scale, 110)
   end
-  for k, pose in ipairs(film.poses) do
+  local function ghost(corners, k, color)
     local points = {}
-    for m, p in ipairs(pose.points) do points[m] = place(p[1], p[3]) end
+    for m, p in ipairs(corners) do points[m] = place(p[1], p[3]) end
     local style = 'fill="%s" fill-opacity="%.2f" stroke="%s" stroke-width="0.8"'
-    out:polygon(skin.outline(points), style:format(ink.ghost, 0.06 + 0.035 * k, ink.ghost))
+    out:polygon(skin.outline(points), style:format(color, 0.06 + 0.035 * k, color))
+  end
+  for k, pose in ipairs(film.poses) do
+    if #pose.block > 0 then ghost(pose.block, k, block_picture.hex) end
+    ghost(pose.points, k, ink.ghost)
   end
   local trail = {}
   for s, p in ipairs(film.path) do trail[s] = place(p[1], p[3]) end
@@ -248,6 +286,12 @@ local function draw_legend(out, film, y)
       -- a letter is about 6.4 px wide
       x = x + 17 + 6.4 * #material.name + 18
     end
+  end
+  if #film.poses[1].block > 0 then
+    out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10,
+      block_picture.hex)
+    out:text(x + 17, y, block_picture.letter)
+    x = x + 17 + 6.4 * #block_picture.letter + 18
   end
   out:line({ x, y - 4 }, { x + 20, y - 4 }, ink.trail, 1.6)
   out:text(x + 26, y, "centre of mass")
@@ -277,9 +321,10 @@ local function film_of(robot)
   local materials, used = context.materials:table().materials, {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
   local ground = context.scene.ground
-  local film = { poses = poses_of(trace, robot:duration(), heading), materials = materials,
+  local film = { poses = poses_of(robot, trace, heading), materials = materials,
     path = path_of(robot, trace, heading), colors = palette.of(materials), used = used,
     faces = skin.faces(robot.body.voxel, mass_at), ground = ground and ground.height }
+  film.colors[block_picture.letter] = { hex = block_picture.hex }
   film.start = film.poses[1].middle[1]
   return film
 end
@@ -329,6 +374,9 @@ function film_strip.write(path, robot, options)
   for kind, rate in pairs(own) do
     if kind ~= "position" then record[kind] = rate end
   end
+  -- the block of the scene that is drawn, which need not be the robot's own
+  local scene = options.scene or robot.description.scene or {}
+  record.block = scene.block and record.position or nil
   local walked = robot:simulate { record = record, device = options.device,
     progress = options.progress, scene = options.scene, duration = options.duration }
   if walked.status ~= "done" then

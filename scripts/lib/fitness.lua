@@ -35,6 +35,12 @@ fitness.entries = {
     options = { axis = axis },
     record = no_traces,
   },
+  carry = {
+    unit = "m",
+    formula = "2 |b(T) - b(T/2)|, b the centre of the scene's block in the x-y plane",
+    options = { axis = axis },
+    record = no_traces,
+  },
   distance = {
     unit = "m",
     formula = "|r(T) - r(0)|",
@@ -73,6 +79,17 @@ fitness.entries = {
 ---@return number
 function fitness.walk(robot, options)
   return 2 * robot:distance { from = "middle", axis = options and options.axis }
+end
+
+--- Twice the horizontal way of the scene's block in the run's second half, m, so that falling
+--- against it once is not enough. With `axis`, its signed part along x, y or z.
+---@param robot limax.scored_robot
+---@param options? { axis?: "x"|"y"|"z" }
+---@return number
+function fitness.carry(robot, options)
+  local block = robot:block { from = "middle" }
+  local along = options and ({ x = 1, y = 2, z = 3 })[options.axis]
+  return 2 * (along and block.displacement[along] or block.distance)
 end
 
 -- Distance covered in each of `count` equal parts of the run, m; `along` is 1, 2, 3 or nil for the

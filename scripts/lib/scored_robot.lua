@@ -224,6 +224,35 @@ function methods:energy()
   return { kinetic = part "kinetic", elastic = part "elastic", muscle_work = part "muscle_work" }
 end
 
+---@class limax.robot.block
+---@field displacement number[] from t = 0, or the middle, to the end, { dx, dy, dz }, m
+---@field distance number horizontal length of that, m
+---@field position number[] of its centre at the end, in the world, m
+---@field velocity number[] at the end, m/s
+---@field tilt number angle between its own z axis and the world's at the end, rad
+
+--- What became of the rigid block of the scene. `from = "middle"` counts its way from half of the
+--- time on.
+---@param options? { from?: "start"|"middle" }
+---@return limax.robot.block
+function methods:block(options)
+  options = read_options(options, "block", from_alone)
+  local outcome = outcome_of(self, "block")
+  local last = outcome.block_end
+  if not last then
+    fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
+  end
+  local first = options.from == "middle" and outcome.block_middle or outcome.block_start
+  local way = { last[1] - first[1], last[2] - first[2], last[3] - first[3] }
+  return {
+    displacement = way, distance = math.sqrt(way[1] ^ 2 + way[2] ^ 2),
+    position = { last[1], last[2], last[3] },
+    velocity = { unpack(outcome.block_velocity) },
+    -- a rotation's cosine may be off by a rounding
+    tilt = math.acos(math.max(-1, math.min(1, outcome.block_upright))),
+  }
+end
+
 local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
   "contact_damping", "friction", "other" }
 local first_work = 5
@@ -297,7 +326,8 @@ end
 
 --- A recorded trace from t = 0: "center_of_mass" [sample][3] m, "position" [sample][mass][3] m,
 --- "velocity" [sample][mass][3] m/s, "contact" [sample][1], "energy" [sample][4], "strain"
---- [sample][2], "ledger" [sample][9]; with `.rate` (Hz) and `.unit`.
+--- [sample][2], "ledger" [sample][9], "block" [sample][7] (centre, m, and quaternion w, x, y, z);
+--- with `.rate` (Hz) and `.unit`.
 ---@param kind string
 ---@return any view
 function methods:trace(kind)

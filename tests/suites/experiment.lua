@@ -284,7 +284,7 @@ suite:test("the paper's experiment states the paper's tables", function(t)
 end)
 
 suite:test("shipped experiments resolve, and their step divides their samples", function(t)
-  for _, name in ipairs { "paper", "walk", "jump", "swim", "stairs", "climb", "grip" } do
+  for _, name in ipairs { "paper", "walk", "jump", "swim", "stairs", "climb", "grip", "carry" } do
     local experiment = shipped(name):override { "population=2", "generations=1" }
     local run = limax.start(experiment, { say = function() end, device = "cpu" })
     t:ok(run.first_step > 1e-5 and run.first_step < 1e-2, name)

@@ -70,8 +70,9 @@ fitness:test("distance gives the cases of equal parts", function(t)
 end)
 
 fitness:test("each says what it needs recorded", function(t)
-  local needs = { walk = {}, distance = {}, speed = {}, height = { center_of_mass = 50 },
-    efficiency = { energy = 200 }, straightness = { center_of_mass = 50 } }
+  local needs = { walk = {}, carry = {}, distance = {}, speed = {},
+    height = { center_of_mass = 50 }, efficiency = { energy = 200 },
+    straightness = { center_of_mass = 50 } }
   for name, record in pairs(needs) do t:equal(limax.fitness.get(name).record, record) end
   t:equal(limax.fitness.get({ "distance", cases = 2 }).record, { center_of_mass = 50 })
 end)

@@ -47,13 +47,16 @@ local function text_of(names, scene)
   return table.concat(list, ", ")
 end
 
--- Scenes by what they are called: springs alone first, all last.
-local function scenes()
+-- Effects that a GPU does not know.
+local CPU_ALONE = { block = true }
+
+-- Scenes of a kind of device by what they are called: springs alone first, all last.
+local function scenes(kind)
   local infos, names = {}, {}
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
     -- every scene has springs
-    if info.name ~= "springs" then
+    if info.name ~= "springs" and not (kind == "cuda" and CPU_ALONE[info.name]) then
       names[#names + 1] = info.name
     end
   end
