@@ -137,6 +137,9 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
                         script.name.c_str()));
     }
     if (options.integrator == LIMAX_RK4) require_smooth(scene);
+    if (options.integrator == LIMAX_XPBD && scene.has(effects::index_of<effects::block>))
+        fail(LIMAX_INVALID_ARGUMENT,
+             "integrator: xpbd has no place for a rigid solid; the scene has block; use leapfrog");
 }
 
 void check_beyond_cpu(const limax_simulation_options& options, const scene& scene) {

@@ -4,8 +4,8 @@
 --- enough.
 ---
 --- 40 generations of 30 robots took two minutes on one core of a busy AMD EPYC, in which the best
---- score went from 0.28 m to 1.1 m, with seeds 2 and 3 from 0.39 m and 0.43 m to 0.95 m: the winners
---- walk on behind the bar and push it before them, where the first generation's knock it once.
+--- score went from 0.28 m to 1.1 m, with seeds 2 and 3 from 0.39 m and 0.43 m to 0.95 m each: the
+--- winners walk on behind the bar and push it before them; the first generation knocks it once.
 --- Run it with: limax run scripts/experiments/carry.lua
 
 local limax = require "limax"

@@ -416,10 +416,13 @@ TEST_CASE("a block that leaves the limits ends its robot") {
 
 TEST_CASE("what a block cannot do is refused by name") {
     stage world = alone({});
-    world.setup.options.integrator = LIMAX_RK4;
-    std::string text = failure(LIMAX_INVALID_ARGUMENT,
-                               [&] { check_options(world.setup.options, world.setup.scene); });
-    CHECK(text.find("the scene has block") != std::string::npos);
+    std::string text;
+    for (const int integrator : {LIMAX_RK4, LIMAX_XPBD}) {
+        world.setup.options.integrator = integrator;
+        text = failure(LIMAX_INVALID_ARGUMENT,
+                       [&] { check_options(world.setup.options, world.setup.scene); });
+        CHECK(text.find("the scene has block") != std::string::npos);
+    }
     text = failure(LIMAX_INVALID_ARGUMENT,
                    [&] { check_beyond_cpu(world.setup.options, world.setup.scene); });
     CHECK(text.find("scene.block: it runs on the cpu alone") != std::string::npos);

@@ -7,6 +7,7 @@ local cases = {}
 
 local function case(fields)
   fields.needs, fields.cpu = { "block" }, true
+  fields.except = { xpbd = "it has no place for a rigid solid" }
   cases[#cases + 1] = fields
 end
 
