@@ -38,7 +38,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 5, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 6, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
