@@ -70,6 +70,36 @@ return limax.experiment {
 }
 ]]
 
+-- A language model whose client is here: a good answer, a bad one, a failure.
+local TALK = [[
+local limax = require "limax"
+local host = require "limax.host"
+local function client(options, given)
+  local made, asked = {}, 0
+  function made:describe() return { endpoint = "http://127.0.0.1:9/v1/chat/completions" } end
+  function made:state() return { model = "m", totals = { asked = asked } } end
+  function made:restore(state) asked = state.totals.asked end
+  function made:ask(messages)
+    asked = asked + 1
+    local body = host.json.encode { messages = messages }
+    given.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
+      http_status = 200, raw_body = "{}", probe = false, raw_body_truncated = false,
+      ["gen_ai.request.model"] = "m", ["gen_ai.response.finish_reasons"] = { "stop" } }
+    if asked == 2 then return nil, { class = "http", message = "HTTP 500", http_status = 500,
+      attempts = 1 } end
+    return { content = asked == 1 and '{"mutation_rate": 0.15, "reason": "why",'
+      .. ' "materials": {"bone": {"stiffness": 9000}}}' or '{"elites": 1}', attempts = 1,
+      finish_reason = "stop", usage = { input_tokens = 800, output_tokens = 20 }, cost = 0.01 }
+  end
+  return made
+end
+return limax.experiment {
+  name = "talk", lattice = { 2, 2, 2 }, population = 4, generations = 4, repetitions = 1,
+  simulation = { duration = 0.1, settle = 0 }, record = {}, fitness = "distance",
+  supervision = { materials = true }, supervisor = { "llm", client = client, fallback = "fixed" },
+}
+]]
+
 -- Runs that together write every file and almost every optional field; their folders by name.
 local function real_runs(t)
   local base = t:folder()
@@ -86,12 +116,13 @@ local function real_runs(t)
     { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
   run("wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
+  run("talk", TALK, { "talk.lua", "--out", "talk" }, 0)
   -- the second repetition has a generation when the first one fails
   run("ahead", PLAIN:gsub("FITNESS",
     "function(robot) return robot.generation == 0 and robot:distance() or 0 / 0 end"),
     { "ahead.lua", "--out", "ahead", "--together" }, 1)
   return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
-    ahead = base .. "/ahead" }
+    ahead = base .. "/ahead", talk = base .. "/talk" }
 end
 
 local function files_below(folder, before, list)
@@ -111,24 +142,27 @@ end
 local function listed_as(name)
   return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
     :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
-    :gsub("^scripts/.*", "scripts/FILE"))
+    :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
 end
 
 -- What is decoded under each heading that has fields.
 local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
-  "timing.jsonl", "population/gNNNN.jsonl", "champions/gNNNN.json", "checkpoint", "STATUS" }
+  "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json", "checkpoint", "STATUS" }
 
 suite:test("a run folder holds the files and fields that the page names", function(t)
   local sections, trees, objects = field_page.read(PAGE), {}, 0
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
   local seen, folders = {}, real_runs(t)
-  for _, run in ipairs { "rich", "plain", "wrong", "ahead" } do
+  for _, run in ipairs { "rich", "plain", "wrong", "ahead", "talk" } do
     for _, name in ipairs(files_below(folders[run])) do
       local listed = listed_as(name)
       seen[listed] = seen[listed] or {}
       seen[listed][run] = true
       local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
+      if listed == "transcript.jsonl" then
+        field_page.compare_transcript(t, source.read(folders[run] .. "/" .. name), trees)
+      end
       if trees[heading] then
         local text = source.read(folders[run] .. "/" .. name)
         for object in text:gmatch(heading:match "%.jsonl$" and "[^\n]+" or ".+") do
@@ -156,7 +190,7 @@ suite:test("a run folder holds the files and fields that the page names", functi
     field_page.each(trees[heading], function(field)
       -- what lies in an optional object is there whenever the object is (see `compare`)
       local inner = field.parent.optional and not field.parent.seen
-      t:ok(field.seen or field.optional or inner, field.path .. " is in no run")
+      t:ok(field.seen or field_page.is_optional(field) or inner, field.path .. " is in no run")
       if not field.seen then unseen[#unseen + 1] = field.path end
     end)
   end

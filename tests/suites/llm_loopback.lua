@@ -2,6 +2,7 @@
 --- machine: they end, they replay without it, and the key is nowhere in what they leave.
 
 local faulty_server = require "support.faulty_server"
+local field_page = require "support.field_page"
 local host = require "limax.host"
 local process = require "limax.test.process"
 local source = require "limax.source"
@@ -82,6 +83,10 @@ suite:test("a run over loopback replays without the server, to the byte", { limi
         { "played", "played-1" })
       t:equal(line.http_status, 200)
     end
+    local sections = field_page.read "scripts/RUN_FOLDER.md"
+    field_page.compare_transcript(t, source.read(folder .. "/live/transcript.jsonl"),
+      { Attempt = field_page.tree(sections, "Attempt"),
+        Decision = field_page.tree(sections, "Decision") })
     for _, match in ipairs { "request", "generation" } do
       run(t, folder, match, ('{ "replay", run = "live", match = %q }'):format(match))
       for _, name in ipairs { "metrics.jsonl", "ledger.jsonl", "r01/population/g0007.jsonl",

@@ -81,6 +81,17 @@ function field_page.tree(sections, heading, root)
   return root
 end
 
+--- May it be absent? One that has no row of its own may, if all that stands below it may.
+---@param field field_page.field
+---@return boolean|nil
+function field_page.is_optional(field)
+  if field.optional or field.unit then return field.optional end
+  for _, child in pairs(field.children) do
+    if not field_page.is_optional(child) then return false end
+  end
+  return true
+end
+
 --- Holds a decoded object against the fields of the page, both ways.
 ---@param t limax.test_context
 ---@param value table
@@ -104,8 +115,28 @@ function field_page.compare(t, value, field)
   end
   for _, name in ipairs(choice.sorted_keys(field.children)) do
     local child = field.children[name]
-    t:ok(value[name] ~= nil or child.optional,
+    t:ok(value[name] ~= nil or field_page.is_optional(child),
       child.path .. " is absent and not optional on the page")
+  end
+end
+
+--- Holds the lines of a transcript against the sections Attempt and Decision of the page.
+---@param t limax.test_context
+---@param text string
+---@param trees table<string, field_page.field> by heading
+function field_page.compare_transcript(t, text, trees)
+  for row in text:gmatch "[^\n]+" do
+    local line, nested = assert(host.json.decode(row)), {}
+    for name, value in pairs(line) do
+      -- flat names with dots, as OpenTelemetry has them, stand on the page like nested ones
+      local at = nested
+      for step in name:gmatch "([^.]+)%." do
+        at[step] = at[step] or {}
+        at = at[step]
+      end
+      at[name:match "[^.]+$"] = value
+    end
+    field_page.compare(t, nested, trees[line.kind == "attempt" and "Attempt" or "Decision"])
   end
 end
 
