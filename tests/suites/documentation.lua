@@ -142,7 +142,8 @@ end
 local function listed_as(name)
   return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
     :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
-    :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
+    :gsub("^scripts/.*", "scripts/FILE")
+    :gsub("^prompts/%x+", "prompts/HASH"))
 end
 
 -- What is decoded under each heading that has fields.
