@@ -142,13 +142,13 @@ end
 local function listed_as(name)
   return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
     :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
-    :gsub("^scripts/.*", "scripts/FILE")
-    :gsub("^prompts/%x+", "prompts/HASH"))
+    :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
 end
 
 -- What is decoded under each heading that has fields.
 local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
-  "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json", "checkpoint", "STATUS" }
+  "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
+  "checkpoint", "STATUS" }
 
 suite:test("a run folder holds the files and fields that the page names", function(t)
   local sections, trees, objects = field_page.read(PAGE), {}, 0

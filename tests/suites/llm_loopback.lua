@@ -110,6 +110,23 @@ suite:test("the key is in nothing that a run leaves or says", { limit = 120 }, f
   t:ok(search(t, folder, forms) > 60)
 end)
 
+suite:test("the shipped experiment runs, and replays as its file says", { limit = 60 }, function(t)
+  local server, folder = faulty_server.open(t), t:folder()
+  local script = host.home .. "/scripts/experiments/supervised.lua"
+  local small = { "-q", "--device", "cpu", "--set", "population=6", "--set", "generations=4",
+    "--set", "lattice=[3,3,3]", "--set", "simulation.duration=0.4" }
+  local live = process.limax({ "run", script, "--out", "live", unpack(small) }, { folder = folder,
+    before = "export " .. configured(server, "varied") .. ";" })
+  t:ok(live.status == 0, live.stderr)
+  server:close()
+  local again = process.limax({ "run", script, "--out", "again", "--set", 'supervisor=["replay"]',
+    "--set", "supervisor.run=live", unpack(small) }, { folder = folder })
+  t:ok(again.status == 0, again.stderr)
+  for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
+    t:ok(source.read(folder .. "/again/" .. name) == source.read(folder .. "/live/" .. name), name)
+  end
+end)
+
 suite:test("without an endpoint nothing begins", { limit = 30 }, function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/none.lua", (EXPERIMENT:gsub("SUPERVISOR", '"llm"'))))

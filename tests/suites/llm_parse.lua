@@ -4,6 +4,7 @@
 local host = require "limax.host"
 local ledger = require "limax.ledger"
 local parse = require "limax.llm.parse"
+local source = require "limax.source"
 
 local suite = require("limax.test").suite "llm parse"
 
@@ -144,6 +145,15 @@ end
   local got = read("hello", t:ok(parse.from(named)))
   t:equal({ got.proposal.mutation_rate, got.reason, got.stage }, { 0.07, "hello", "own parser" })
   t:equal(named("", {}), nil)
+end)
+
+suite:test("the parser that prompts/README.md shows is one", function(t)
+  local page = source.read(host.home .. "/prompts/README.md")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/own.lua", t:ok(page:match "\n```lua\n(.-)\n```")))
+  local own = t:ok(parse.from("own.lua", folder))
+  t:equal(read("my rate: 0.3", own).proposal, { mutation_rate = 0.3 })
+  t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
 end)
 
 suite:test("a parser that cannot stand alone, or does not load, is refused at once", function(t)

@@ -234,7 +234,8 @@ function context.holes(given, detail)
   if type(fitness) == "table" then fitness = fitness.name or "a function; larger is better" end
   local holes = {
     run = { next_generation = given.history[#given.history].generation + 1,
-      generations = config.generations, population = config.population,
+      generations = config.generations, evaluations = config.evaluations,
+      population = config.population,
       lattice = config.lattice, fitness = short(fitness) },
     parameters = parameters(given), materials = materials(given), answer = given.form,
     generations = generations(given, detail), outcomes = outcomes(given, detail),

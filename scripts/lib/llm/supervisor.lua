@@ -40,7 +40,11 @@ function supervisor.start(run, options)
   self.limits_text = host.json.encode(run.limits)
   -- asked for here: a supervisor may be the fallback of another
   local fallback = options.fallback or "keep"
-  if fallback ~= "keep" then self.fallback = require("limax.supervise").get(fallback) end
+  if fallback ~= "keep" then
+    self.fallback = require("limax.supervise").get(fallback)
+    local unfit = self.fallback.unfit and self.fallback.unfit(run.config)
+    if unfit then failure.raise(2, ('supervisor "llm".fallback: %s'):format(unfit)) end
+  end
   local make = options.client or require("limax.llm.client").new
   self.client, message = make(options, { record = function(attempt) self:record(attempt) end })
   if not self.client then failure.raise(2, "supervisor \"llm\": " .. tostring(message)) end

@@ -1,0 +1,44 @@
+--- supervised.lua: the walk of walk.lua under a language model, which may change the algorithm's
+--- parameters and the materials before each generation. It needs an endpoint; without one it says
+--- so and does not begin. One on this machine, either of:
+---
+---   llama-server -m model.gguf --port 8080 -c 8192
+---   export LIMAX_LLM_URL=http://127.0.0.1:8080 LIMAX_LLM_MODEL=any
+---
+---   OLLAMA_CONTEXT_LENGTH=8192 ollama serve
+---   export LIMAX_LLM_URL=http://127.0.0.1:11434 LIMAX_LLM_MODEL=qwen2.5:7b
+---
+--- Run it with: limax run scripts/experiments/supervised.lua
+--- Without a network, afterwards, with the same bytes:
+---   limax run scripts/experiments/supervised.lua --set 'supervisor=["replay"]'
+---     --set supervisor.run=runs/supervised-1
+
+local limax = require "limax"
+
+return limax.experiment {
+  name = "supervised",
+  lattice = { 5, 5, 5 }, -- voxels of 0.1 m
+  materials = "paper",
+  seed = 1,
+  genome = { sigma = 0.25 },
+  scene = { gravity = true, ground = true, friction = true, damping = true,
+    actuation = { frequency = 2 } }, -- Hz
+  simulation = { duration = 5, settle = 0.5, time_step = "auto" }, -- s
+
+  population = 30,
+  generations = 40,
+  repetitions = 1,
+
+  fitness = "walk", -- m
+  selection = { "tournament", size = 3 },
+
+  -- what the model may set: rates and shares, and within 0.2 to 5 times their first values the
+  -- stiffnesses; the champion's score under the first materials is `best_standard`
+  supervision = { hyperparameters = true, materials = true },
+  supervisor = { "llm",
+    prompt = "supervise.md", -- of prompts/, or a file beside this one
+    context = "summary", -- or "paper": whole populations of three generations
+    fallback = "rules", -- proposes where the model could not
+    ask_every = 1, -- generations
+  },
+}
