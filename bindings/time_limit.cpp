@@ -1,6 +1,7 @@
-// time_limit.cpp: host.within: a protected call that ends after so many seconds, whatever Lua runs
-// in it. Compiled loops check no hook, so the function runs without the compiler, and what was
-// compiled before is forgotten. A single call into C or into the engine is not cut short.
+// time_limit.cpp: host.within: a protected call that ends after so many seconds, or with a GB more
+// of memory, whatever Lua runs in it. Compiled loops check no hook, so the function runs without
+// the compiler, and what was compiled before is forgotten. A single call into C or into the engine
+// is not cut short.
 #include "time_limit.h"
 
 #include <chrono>
@@ -18,12 +19,17 @@ using steady = std::chrono::steady_clock;
 
 // Instructions between two looks: half a microsecond.
 constexpr int instructions_between = 50;
+// What it may add to the memory that Lua holds, kB: a function that gathers for ever would take the
+// whole machine in its seconds.
+constexpr int most_growth = 1 << 20;
 constexpr double most_seconds = 1e6;
 
 // The call that is timed; one at a time, on the thread that runs Lua.
 struct limit {
     steady::time_point deadline;
     stack_room room;
+    int held = 0;  // kB of Lua's memory before it
+    bool hungry = false;
     bool passed = false;
     char place[256] = "";  // where it stood then: "FILE:LINE"
 };
@@ -33,7 +39,8 @@ limit* timed = nullptr;
 void look(lua_State* L, lua_Debug* frame) {
     if (timed == nullptr) return;
     if (!timed->passed) {
-        if (timed->room.is_there(L) && steady::now() < timed->deadline) return;
+        timed->hungry = lua_gc(L, LUA_GCCOUNT, 0) - timed->held > most_growth;
+        if (timed->room.is_there(L) && !timed->hungry && steady::now() < timed->deadline) return;
         timed->passed = true;
         if (lua_getinfo(L, "Sl", frame) != 0 && frame->currentline > 0)
             std::snprintf(timed->place, sizeof timed->place, " (at %s:%d)", frame->short_src,
@@ -55,6 +62,7 @@ int within(lua_State* L) {
     limit here;
     here.deadline = steady::now() + std::chrono::duration_cast<steady::duration>(
                                         std::chrono::duration<double>(seconds));
+    here.held = lua_gc(L, LUA_GCCOUNT, 0);
     timed = &here;
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_FLUSH);
@@ -71,6 +79,8 @@ int within(lua_State* L) {
         lua_pushboolean(L, 0);
         if (here.room.is_gone())
             lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
+        else if (here.hungry)
+            lua_pushfstring(L, "it took more than %d MB%s", most_growth >> 10, here.place);
         else
             lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
         return 2;

@@ -3,6 +3,7 @@
 --- itself. Each ends in the ledger and the transcript, and the run goes on.
 
 local host = require "limax.host"
+local ledger = require "limax.ledger"
 local source = require "limax.source"
 local talker = require "support.talker"
 
@@ -16,6 +17,29 @@ local function says(t, text, options, given, start)
   for name, value in pairs(options or {}) do supervisor[name] = value end
   return run(t, supervisor, given, start)
 end
+
+-- ---- fault 37: ranges ---------------------------------------------------------------------------
+
+suite:test("every value is bound by its range and its step, all of them at once", { limit = 60 },
+  function(t)
+    local fields = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+    for _, value in ipairs { "1e300", "-1e300", "0", "1", "0.5", "-0", "1e-320", "17", "3" } do
+      local parts = {}
+      for k, field in ipairs(fields) do parts[k] = ("%q: %s"):format(field, value) end
+      local done = says(t, "{" .. table.concat(parts, ", ") .. "}", nil, { generations = 9 })
+      for _, limit in ipairs(ledger.limits(4)) do
+        for generation = 1, limit.material and 0 or 8 do
+          local found = entry(done, generation, limit.field)
+          local place = ("%s = %s: %s"):format(limit.field, value, tostring(found.applied))
+          t:ok(found.applied >= limit.minimum and found.applied <= limit.maximum, place)
+          local least, most = ledger.reach(limit, found.before, 1)
+          t:ok(found.applied >= least - 1e-12 and found.applied <= most + 1e-12, place)
+        end
+      end
+      -- one robot at least is kept
+      t:ok(entry(done, 8, "elite_fraction").applied >= 0.25)
+    end
+  end)
 
 -- ---- fault 42: materials ------------------------------------------------------------------------
 

@@ -66,6 +66,16 @@ suite:test("what does not come back is stopped, compiled or not", { limit = 60 }
   end
 end)
 
+suite:test("what gathers memory for ever is stopped too", { limit = 60 }, function(t)
+  local ok, message = failure.attempt_within(60, function()
+    local list = {}
+    for i = 1, 1e9 do list[i] = ("x"):rep(1e5) .. i end
+  end)
+  t:ok(not ok and message:find("it took more than 1024 MB", 1, true), tostring(message))
+  collectgarbage()
+  t:ok(collectgarbage "count" < 5e5)
+end)
+
 suite:test("results, errors and their places come through", function(t)
   t:equal({ user_call.attempt(function(...) return select("#", ...), ... end, 1, nil, 3) },
     { true, 3, 1, nil, 3 })
