@@ -70,6 +70,7 @@ suite:test("what gathers memory for ever is stopped too", { limit = 60 }, functi
   local ok, message = failure.attempt_within(60, function()
     local list = {}
     for i = 1, 1e9 do list[i] = ("x"):rep(1e5) .. i end
+    return list
   end)
   t:ok(not ok and message:find("it took more than 1024 MB", 1, true), tostring(message))
   collectgarbage()
