@@ -5,7 +5,6 @@
 
 local budget = require "limax.budget"
 local engine = require "limax.engine"
-local failure = require "limax.failure"
 local full_body = require "limax.full_body"
 local history = require "limax.history"
 local host = require "limax.host"
@@ -15,7 +14,7 @@ local metrics = require "limax.metrics"
 local population = require "limax.population"
 local run_folder = require "limax.run_folder"
 local settings = require "limax.settings"
-local user_call = require "limax.user_call"
+local supervision = require "limax.supervision"
 
 ---@class limax.run one repetition of an experiment
 ---@field experiment limax.experiment
@@ -321,64 +320,10 @@ end
 
 -- ---- supervise and breed ------------------------------------------------------------------------
 
--- What the ledger makes of a proposal for the generation after `robots`.
-function Run:judge(robots, proposal, reason, about)
-  local materials = {}
-  for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
-  local cost = function(fields)
-    local candidate = self:materials_with(fields)
-    local bound = full_body.bound(self.config.lattice, candidate, self.scene, self.options,
-      self.device)
-    candidate:free()
-    return bound
-  end
-  return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
-    source = about.source, limits = self.limits, parameters = robots.parameters,
-    materials = materials, first = self.first_fields, allowed = self.config.supervision,
-    cost = cost, first_step = self.first_step }
-end
-
--- Asks the supervisor for the parameters of the generation after `robots`; the ledger binds what it
--- says. A supervisor that fails costs this generation's change, never the run. The last result are
--- numbers for timing.jsonl.
-function Run:supervise(robots)
-  local generation = robots.generation + 1
-  local supervisor = self.experiment.supervisor
-  local random = engine.random(self.config.seed, self.repetition, "supervision", generation, 0)
-  local parameters, fields, record, numbers
-  if self.session then
-    parameters, fields, record, numbers = self.session:decide { generation = generation,
-      history = self.history, random = random, limits = self.limits,
-      judge = function(...) return self:judge(robots, ...) end }
-  else
-    local attempt = supervisor.own and user_call.attempt or failure.attempt
-    local ok, proposal, reason = attempt(supervisor.call, self.history, random, self.limits)
-    if not ok then
-      if failure.of_machine(proposal) then error(proposal, 0) end
-      local message = "the supervisor failed: " .. failure.bare(proposal)
-      self:say(("before generation %d %s; parameters stay"):format(generation, message),
-        message)
-      proposal, reason = nil, message
-    end
-    parameters, fields, record =
-      self:judge(robots, proposal, reason, { supervisor = supervisor.name })
-  end
-  -- a misspelt field would else be found in the ledger alone
-  for _, entry in ipairs(record.entries) do
-    if entry.outcome == "rejected" then
-      local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)
-      self:say(("before generation %d %s"):format(generation, message), message)
-    end
-  end
-  local shares = ledger.shares(record)
-  for name, value in pairs(numbers or {}) do shares[name] = value end
-  return parameters, fields, record, shares
-end
-
 -- The offspring of a scored generation.
 function Run:breed(robots, choice)
   local began, generation = host.clock(), robots.generation + 1
-  local parameters, fields, record, shares = self:supervise(robots)
+  local parameters, fields, record, shares = supervision.decide(self, robots)
   local supervised = host.clock()
   local function set(name, value)
     parameters[name] = value

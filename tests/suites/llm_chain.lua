@@ -231,7 +231,9 @@ suite:test("the model may be asked every few generations", { limit = 60 }, funct
   local done = says(t, '{"mutation_rate": 0.12}', { ask_every = 3 }, { generations = 8 })
   t:equal(#of_kind(done, "attempt"), 3)
   t:equal(#of_kind(done, "outcome"), 7)
-  t:equal(done.ledger[3].reason, "the model is asked every 3 generations")
+  t:equal({ done.ledger[3].source, done.ledger[3].reason },
+    { "held", "the model is asked every 3 generations" })
+  t:equal(done.timing[3].supervision.fallen_back, false)
 end)
 
 suite:test("a model that repeats itself is pointed out, once", { limit = 60 }, function(t)

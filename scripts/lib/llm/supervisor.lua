@@ -73,7 +73,7 @@ end
 function Session:resume_from(outcome)
   if outcome.client then self.client:restore(outcome.client) end
   self.unchanged, self.answered = outcome.unchanged or 0, true
-  self.same, self.last_source = outcome.answer_sha256, outcome.source
+  self.same = outcome.answer_sha256
 end
 
 -- Says so where a resumed run goes on with another prompt.
@@ -254,9 +254,8 @@ end
 function Session:decide_now(given)
   local every = self.options.ask_every or 1
   if (given.generation - 1) % every ~= 0 then
-    -- what was decided then holds on
-    return { source = self.last_source or "keep",
-      reason = ("the model is asked every %d generations"):format(every) }
+    -- what was decided before holds on
+    return { source = "held", reason = ("the model is asked every %d generations"):format(every) }
   end
   if not self.transcript:flush() then
     return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
@@ -296,13 +295,6 @@ local function sum(notes, field)
   end
   return total
 end
-
----@class limax.supervision.given
----@field generation integer that is to be bred
----@field history table[]
----@field random table
----@field limits ledger.limit[]
----@field judge fun(proposal: any, reason?: any, about?: table): table, table, table
 
 --- Decides about a generation. Returns what the ledger says (parameters, material fields, record)
 --- and numbers for timing.jsonl.
@@ -346,7 +338,6 @@ function Session:decide(given)
       self.transcript:replace_waiting(line)
     end
   end
-  self.last_source = line.source
   if line.why then run:say(("before generation %d the model was not used: %s")
     :format(given.generation, line.why), "not used: " .. line.why) end
   return parameters, fields, record, { model_seconds = self.model_seconds,
@@ -359,7 +350,7 @@ end
 --- Was a generation set by somebody else, or nobody, because the model could not?
 ---@param who string `source` of an outcome
 ---@return boolean
-function supervisor.is_fallback(who) return who ~= "model" end
+function supervisor.is_fallback(who) return who ~= "model" and who ~= "held" end
 
 --- What an outcome line does to a generation.
 ---@param line table
