@@ -1,5 +1,5 @@
 --- supervision.lua: the step between two generations of a run: the experiment's supervisor is
---- asked, the ledger binds what it says, and a supervisor that fails costs this generation's change,
+--- asked, the ledger binds what it says, and a supervisor that fails costs a generation's change,
 --- never the run.
 
 local engine = require "limax.engine"
