@@ -4,6 +4,7 @@
 
 local host = require "limax.host"
 local ledger = require "limax.ledger"
+local limax = require "limax"
 local source = require "limax.source"
 local talker = require "support.talker"
 
@@ -172,6 +173,43 @@ suite:test("an answer that cannot be recorded is not used, and the run goes on",
     for _, line in ipairs(of_kind(read, "outcome")) do seen[#seen + 1] = line.generation end
     t:equal(seen, { 1, 2, 3, 4, 5, 6 })
   end)
+
+suite:test("an outcome that cannot be recorded takes the model's word back", { limit = 60 },
+  function(t)
+    local folder = t:folder() .. "/run"
+    local path = folder .. "/transcript.jsonl"
+    local function client(options, given)
+      local made = talker.new(function() return '{"mutation_rate": 0.12}' end)(options, given)
+      local ask, asked = made.ask, 0
+      function made:ask(...)
+        local answer = ask(self, ...)
+        asked = asked + 1
+        -- the attempt is on disk; what follows cannot be
+        if asked == 2 then
+          assert(host.file.rename(path, path .. ".away"))
+          assert(host.file.mkdir(path))
+        end
+        return answer
+      end
+      return made
+    end
+    local done = run(t, { "llm", client = client }, { generations = 3 }, { out = folder })
+    assert(host.file.remove(path))
+    assert(host.file.rename(path .. ".away", path))
+    local read = talker.read(folder)
+    t:equal({ read.ledger[2].source, read.ledger[3].source }, { "model", "keep" })
+    t:equal(entry(read, 2, "mutation_rate").outcome, "kept")
+    t:equal({ #of_kind(read, "attempt"), #of_kind(read, "outcome") }, { 2, 1 })
+    t:ok(done.said:find("the transcript cannot be written", 1, true))
+  end)
+
+suite:test("a run that keeps nothing is supervised all the same", function(t)
+  local run_alone = limax.start(talker.experiment { "llm",
+    client = talker.new(function() return '{"mutation_rate": 0.12}' end) },
+    { device = "cpu", say = function() end })
+  local history = run_alone:finish()
+  t:equal({ history[2].ledger.source, history[2].parameters.mutation_rate }, { "model", 0.12 })
+end)
 
 suite:test("two runs never share a transcript", function(t)
   local done = says(t, '{"mutation_rate": 0.12}')

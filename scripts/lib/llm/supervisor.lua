@@ -240,15 +240,15 @@ function Session:compare(proposal)
   end
 end
 
--- The waiting that is to come, told once.
+-- The waiting that is to come, told once in an experiment.
 function Session:project()
-  if self.answered then return end
-  self.answered = true
+  local experiment = self.run.experiment
+  if self.answered or experiment.told_of_waiting then return end
+  experiment.told_of_waiting = true
   local left = math.ceil((self.run.config.generations - 1) / (self.options.ask_every or 1))
   local seconds = self.model_seconds
-  self.run:say(("the model answered in %.1f s: about %s for the %d answers of repetition %d")
-    :format(seconds, progress.duration(seconds * left), left, self.run.repetition),
-    "the model answered")
+  self.run:say(("the model answered in %.1f s: about %s for the %d answers of each repetition")
+    :format(seconds, progress.duration(seconds * left), left))
 end
 
 function Session:decide_now(given)
