@@ -128,13 +128,11 @@ void replace(lua_State* L, const pattern_search& hunt, std::string_view text, st
         const std::string_view form = text_argument(L, 3);
         for (std::size_t i = 0; i < form.size(); ++i) {
             const bool escaped = form[i] == '%' && i + 1 < form.size();
-            if (!escaped) {
+            if (escaped) ++i;
+            const char letter = form[i];
+            if (!escaped || std::isdigit(static_cast<unsigned char>(letter)) == 0) {
                 append(L, made, form.substr(i, 1));
-            } else if (const char letter = form[++i]; letter == '0') {
-                append(L, made, whole);
-            } else if (std::isdigit(static_cast<unsigned char>(letter)) == 0) {
-                append(L, made, form.substr(i, 1));
-            } else if (letter == '1' && hunt.captures() == 0) {
+            } else if (letter == '0' || (letter == '1' && hunt.captures() == 0)) {
                 append(L, made, whole);
             } else {
                 hunt.push_capture(letter - '1');

@@ -4,6 +4,7 @@
 
 #include <cctype>
 #include <lua.hpp>
+#include <stdexcept>
 #include <string_view>
 
 #include "pattern.h"
@@ -29,7 +30,7 @@ inline bool in_class(unsigned char letter, unsigned char name) {
     return std::isupper(name) != 0 ? !is : is;
 }
 
-// One text, one pattern; places are offsets. Raises Lua errors for what is no pattern.
+// One text, one pattern; places are offsets. Throws at what is no pattern.
 class pattern_search {
 public:
     static constexpr std::size_t nowhere = std::string_view::npos;
@@ -57,9 +58,9 @@ public:
     }
 
     void push_capture(int i) const {
-        if (i >= captures_) luaL_error(L_, "invalid capture index");
+        if (i >= captures_) fail("invalid capture index");
         const capture& one = list_[i];
-        if (one.state == kind::open) luaL_error(L_, "unfinished capture");
+        if (one.state == kind::open) fail("unfinished capture");
         if (one.state == kind::place)
             lua_pushinteger(L_, static_cast<lua_Integer>(one.begin + 1));
         else
@@ -81,6 +82,8 @@ private:
         kind state;
     };
 
+    [[noreturn]] static void fail(const char* text) { throw std::runtime_error(text); }
+
     void step() {
         if (++steps_ % steps_between == 0) clock_(L_);
     }
@@ -89,13 +92,13 @@ private:
     std::size_t item_end(std::size_t p) const {
         const char first = form_[p++];
         if (first == '%') {
-            if (p >= form_.size()) luaL_error(L_, "malformed pattern (ends with '%%')");
+            if (p >= form_.size()) fail("malformed pattern (ends with '%')");
             return p + 1;
         }
         if (first != '[') return p;
         if (p < form_.size() && form_[p] == '^') ++p;
         for (bool begins = true;; begins = false) {
-            if (p >= form_.size()) luaL_error(L_, "malformed pattern (missing ']')");
+            if (p >= form_.size()) fail("malformed pattern (missing ']')");
             const char letter = form_[p++];
             if (letter == ']' && !begins) return p;
             if (letter == '%') ++p;
@@ -136,7 +139,7 @@ private:
     }
 
     std::size_t match(std::size_t at, std::size_t p) {
-        if (++depth_ > deepest) luaL_error(L_, "pattern too complex");
+        if (++depth_ > deepest) fail("pattern too complex");
         const std::size_t end = follow(at, p);
         --depth_;
         return end;
@@ -156,8 +159,7 @@ private:
                 p += 4;
             } else if (letter == '%' && next == 'f') {
                 p += 2;
-                if (p >= form_.size() || form_[p] != '[')
-                    luaL_error(L_, "missing '[' after '%%f' in pattern");
+                if (p >= form_.size() || form_[p] != '[') fail("missing '[' after '%f' in pattern");
                 const std::size_t end = item_end(p);
                 if (!frontier(at, p, end)) return nowhere;
                 p = end;
@@ -186,7 +188,7 @@ private:
     }
 
     std::size_t open(std::size_t at, std::size_t p, bool place) {
-        if (captures_ == most_captures) luaL_error(L_, "too many captures");
+        if (captures_ == most_captures) fail("too many captures");
         list_[captures_++] = {at, 0, place ? kind::place : kind::open};
         const std::size_t end = match(at, p + (place ? 2 : 1));
         if (end == nowhere) --captures_;
@@ -196,7 +198,7 @@ private:
     std::size_t close(std::size_t at, std::size_t p) {
         int i = captures_ - 1;
         while (i >= 0 && list_[i].state != kind::open) --i;
-        if (i < 0) luaL_error(L_, "invalid pattern capture");
+        if (i < 0) fail("invalid pattern capture");
         list_[i].length = at - list_[i].begin;
         list_[i].state = kind::text;
         const std::size_t end = match(at, p + 1);
@@ -205,7 +207,7 @@ private:
     }
 
     std::size_t balanced(std::size_t at, std::size_t p) {
-        if (p + 1 >= form_.size()) luaL_error(L_, "unbalanced pattern");
+        if (p + 1 >= form_.size()) fail("unbalanced pattern");
         if (at >= text_.size() || text_[at] != form_[p]) return nowhere;
         int level = 0;
         for (; at < text_.size(); ++at) {
@@ -231,8 +233,7 @@ private:
     // A capture's text once more.
     std::size_t again(std::size_t at, char digit) {
         const int i = digit - '1';
-        if (i < 0 || i >= captures_ || list_[i].state != kind::text)
-            luaL_error(L_, "invalid capture index");
+        if (i < 0 || i >= captures_ || list_[i].state != kind::text) fail("invalid capture index");
         const capture& before = list_[i];
         if (text_.size() - at < before.length) return nowhere;
         for (std::size_t k = 0; k < before.length; ++k) {

@@ -154,3 +154,28 @@ suite:test("an answer that came before the end is used, and a cut line is droppe
       t:ok(source.read(folder .. "/broken/" .. name) == source.read(folder .. "/whole/" .. name))
     end
   end)
+
+suite:test("a resumed run says that its prompt has changed, and goes on with it", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 8)
+    local path = folder .. "/talk.lua"
+    assert(host.file.write_atomic(path, (source.read(path)
+      :gsub("fallback = ", 'prompt = "my.md", fallback = '))))
+    local function prompt(text) assert(host.file.write_atomic(folder .. "/my.md", text)) end
+    prompt "json one {{generations}} {{answer}}"
+    assert(host.file.write_atomic(folder .. "/die", ""))
+    local one = { "--device", "cpu", "-q", "--repetition", "1" }
+    t:equal(limax(folder, { "run", "talk.lua", "--out", "r", unpack(one) }).status, 3)
+    local second = "json two {{generations}} {{answer}}"
+    prompt(second)
+    local done = completes(t, folder, { "run", "--resume", "r", "-q", "--device", "cpu" })
+    t:ok(done.stderr:find("my.md has changed since generation 4", 1, true), done.stderr)
+    t:equal(source.read(("%s/r/prompts/%s.md"):format(folder, host.sha256(second))), second)
+    -- generation 5 had an answer to the first prompt: the question is another now, and asked again
+    local decisions = 0
+    for line in source.read(folder .. "/r/transcript.jsonl"):gmatch "[^\n]+" do
+      if line:find('"generation":5,"kind":"outcome"', 1, true) then decisions = decisions + 1 end
+    end
+    t:equal(decisions, 2)
+  end)
