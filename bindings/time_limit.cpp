@@ -50,6 +50,13 @@ void look(lua_State* L, lua_Debug* frame) {
     luaL_error(L, "stopped");
 }
 
+// What within() returns after a protected call above seconds and handler.
+int protected_results(lua_State* L, int status) {
+    lua_pushboolean(L, status == 0);
+    lua_replace(L, 2);
+    return lua_gettop(L) - 1;
+}
+
 // within(seconds, handler, call, ...) -> true, results... | false, what `handler` made of the error
 // | false, message
 int within(lua_State* L) {
@@ -57,7 +64,11 @@ int within(lua_State* L) {
     luaL_argcheck(L, seconds > 0 && seconds <= most_seconds, 1, "seconds above 0");
     luaL_checktype(L, 2, LUA_TFUNCTION);
     luaL_checkany(L, 3);
-    if (timed != nullptr) return luaL_error(L, "within: called within another one");
+    // within another one, whose limit holds: an evolution in a supervisor, for example
+    if (timed != nullptr) {
+        const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
+        return protected_results(L, status);
+    }
 
     limit here;
     here.deadline = steady::now() + std::chrono::duration_cast<steady::duration>(
@@ -85,9 +96,7 @@ int within(lua_State* L) {
             lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
         return 2;
     }
-    lua_pushboolean(L, status == 0);
-    lua_replace(L, 2);
-    return lua_gettop(L) - 1;
+    return protected_results(L, status);
 }
 
 }  // namespace

@@ -77,6 +77,17 @@ suite:test("what gathers memory for ever is stopped too", { limit = 60 }, functi
   t:ok(collectgarbage "count" < 5e5)
 end)
 
+suite:test("one within another keeps the outer limit", { limit = 30 }, function(t)
+  local ok, message = failure.attempt_within(0.2, function()
+    t:equal({ failure.attempt_within(60, function(a) return a, 2 end, 1) }, { true, 1, 2 })
+    local fine, inner = failure.attempt_within(60, function() error("inner", 0) end)
+    t:equal({ fine, inner }, { false, "inner" })
+    failure.attempt_within(60, function() while true do pcall(for_ever) end end)
+  end)
+  t:equal(ok, false)
+  t:ok(message:find("it did not come back within 0.2 s", 1, true), message)
+end)
+
 suite:test("results, errors and their places come through", function(t)
   t:equal({ user_call.attempt(function(...) return select("#", ...), ... end, 1, nil, 3) },
     { true, 3, 1, nil, 3 })
