@@ -20,8 +20,9 @@ local outcome = {}
 outcome.TEXT = "best_standard of the last generation, its champion simulated again at publish"
 local TIER = "publish"
 
--- The fitness of a configuration: by name, or the function that the run's script gives.
-local function fitness_of(run)
+-- The fitness of a configuration: by name, or the function that the run's script gives. `known`
+-- are those functions by their text, so that a script is run once.
+local function fitness_of(run, known)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
   if stored.name then
@@ -31,14 +32,17 @@ local function fitness_of(run)
     end
     return fitness.get(spec).call
   end
+  local sha256 = stored["function"].sha256
+  if known[sha256] then return known[sha256] end
   -- the script as it was
   local name = run.config.run.script
   local experiment = name and script.run(("%s/scripts/%s"):format(run.path, name))
   local call = type(experiment) == "table" and experiment.fitness and experiment.fitness.call
-  if not call or source.of_function(call).sha256 ~= stored["function"].sha256 then
+  if not call or source.of_function(call).sha256 ~= sha256 then
     failure.raise(2, ("%s: its fitness is a function that no script in it returns with its "
       .. "experiment; the outcome cannot be measured"):format(run.path))
   end
+  known[sha256] = call
   return call
 end
 
@@ -50,7 +54,7 @@ local function key_of(run)
 end
 
 -- The champions of runs of one world, all at a time.
-local function simulate(list, device, values, fitness_call)
+local function simulate(list, device, values, fitness_call, known)
   local config = list[1].config
   local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
   local options = rescore.options(config, { accuracy = TIER })
@@ -66,7 +70,7 @@ local function simulate(list, device, values, fitness_call)
     if result.status == "done" then
       local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
         outcome = result, body = body.record(robots, i, materials) }
-      local call = fitness_call or fitness_of(run)
+      local call = fitness_call or fitness_of(run, known)
       values[run] = scoring.call(call, scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }))
@@ -80,7 +84,7 @@ end
 ---@param fitness_call? function the fitness of all of them, where it is at hand
 ---@return table<limax.compare.run, number>
 function outcome.measure(list, device, fitness_call)
-  local values, groups, by_key = {}, {}, {}
+  local values, groups, by_key, known = {}, {}, {}, {}
   for _, run in ipairs(list) do
     local key = key_of(run)
     if not by_key[key] then
@@ -89,7 +93,7 @@ function outcome.measure(list, device, fitness_call)
     end
     table.insert(by_key[key], run)
   end
-  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call) end
+  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call, known) end
   return values
 end
 

@@ -213,6 +213,13 @@ local function populations(given, detail)
   return { letters = letters_of(given.history[#given.history]), generations = list }
 end
 
+-- A budget that ends the run before its last generation may come.
+local function evaluations(given)
+  local spent = 0
+  for _, entry in ipairs(given.history) do spent = spent + entry.evaluations end
+  return { budget = given.config.evaluations, spent = spent }
+end
+
 -- ---- the whole ----------------------------------------------------------------------------------
 
 ---@class limax.llm.context.given
@@ -234,9 +241,9 @@ function context.holes(given, detail)
   if type(fitness) == "table" then fitness = fitness.name or "a function; larger is better" end
   local holes = {
     run = { next_generation = given.history[#given.history].generation + 1,
-      generations = config.generations, evaluations = config.evaluations,
-      population = config.population,
-      lattice = config.lattice, fitness = short(fitness) },
+      generations = config.generations, population = config.population,
+      lattice = config.lattice, fitness = short(fitness),
+      evaluations = config.evaluations and evaluations(given) },
     parameters = parameters(given), materials = materials(given), answer = given.form,
     generations = generations(given, detail), outcomes = outcomes(given, detail),
     bodies = bodies(given, detail),

@@ -34,18 +34,17 @@ local function result_of(path)
   return { evaluations = evaluations, generations = generations, best = best }
 end
 
--- The folder of a run that was stopped, cut to its last whole generation. Only the run that it was
--- can go on there.
-local function reopen(path, experiment, repetition)
+-- Refuses a run that another study, or another version of this one, has begun.
+local function check(path, before, now)
+  local first = resume.differences(before, now)[1]
+  if not first then return end
+  failure.raise(2, ("%s was begun by another study: %s was %s, is %s; name another --out")
+    :format(path, first.path, first.before, first.now))
+end
+
+-- The folder of a run that was stopped, cut to its last whole generation.
+local function reopen(path, config, scripts)
   local folder = run_folder.open(path)
-  local config, scripts = run_folder.configuration(experiment, { repetition = repetition })
-  local changes = resume.differences(folder.config, config)
-  if #changes > 0 then
-    folder:close()
-    local first = changes[1]
-    failure.raise(2, ("%s was begun by another study: %s was %s, is %s; name another --out")
-      :format(path, first.path, first.before, first.now))
-  end
   folder:continue(config, scripts, { changed = false })
   return folder
 end
@@ -61,9 +60,12 @@ end
 ---@return limax.study.result
 function cells.run(given)
   local path, repetition = given.path, given.repetition
+  local config, scripts = run_folder.configuration(given.experiment, { repetition = repetition })
+  local text = source.read(path .. "/config.json")
+  local found = text and host.json.decode(text, path .. "/config.json")
+  if found then check(path, found, config) end
   if cells.is_done(path) then return result_of(path) end
-  local found = host.file.exists(path .. "/config.json") == "file"
-  local folder = found and reopen(path, given.experiment, repetition)
+  local folder = found and reopen(path, config, scripts)
     or run_folder.create(path, given.experiment, { repetition = repetition })
   folder:write_environment(given.device)
   local run = evolve.start(given.experiment, { repetition = repetition, device = given.device,
