@@ -105,8 +105,9 @@ local function compensation(results)
 end
 
 -- Error of fp32 with compensated sums on the way over that at rest: the geometric mean over the
--- steps. Both errors are rounding alone (double is a hundred times nearer), so that one body's ratio
--- is luck: its logarithm has a standard deviation of 0.3, and eight bodies at one step leave 0.11.
+-- steps. Both errors are rounding alone (double is a hundred times nearer), so that one body's
+-- ratio is luck: its logarithm has a standard deviation of 0.3, and eight bodies at one step leave
+-- 0.11.
 local function way_ratio(results)
   local sum, count, metres = 0, 0, nil
   for _, row in ipairs(rows_with(results, "rounding", { precision = "compensated" })) do
