@@ -22,8 +22,9 @@
 //   the two the region is narrowest at an angle of 0.68 pi, where it ends at |z| = 2.6156. By the
 //   maximum principle the half disc up to there lies in it:
 //       dt < 2.615 / max(sqrt(A), B).
-//   XPBD: springs and contacts are implicit and make no step unstable; a long step makes springs
-//   soft instead. One alone keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
+//   XPBD: springs and contacts are implicit along themselves; a long step makes them soft before it
+//   makes anything unstable (what is left is the stiffness across a strained spring, its strain
+//   times k). One alone keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
 //   of 26 equal ones on a mass with W + G = q each keeps 1 / (1 + q / 26), and walkers keep their
 //   order (scripts/ACCURACY.md) up to q = 8:
 //       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs alone.

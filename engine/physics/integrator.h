@@ -18,8 +18,10 @@
 // a fixed order, changes the velocities of its ends by the impulse that it has at the end of the
 // step if it acts alone: its tension at x + dt v, of the velocities so far, times reaction(). That
 // is one sweep of Gauss and Seidel over the implicit Euler step. Contacts follow in the same way,
-// then x += dt v. No step makes a spring or a contact unstable; instead both get softer, and motion
-// is damped, as the step grows. Order one.
+// then x += dt v. Impulses act along the springs as they lie at x, not at x + dt v as in the paper:
+// so the sum of x cross m v, and with it the angular momentum of a free body, stays as it is;
+// along the predicted springs a stiff body spun itself up and ran off by metres. The longer the
+// step, the softer springs and contacts get and the more motion is damped. Order one.
 #pragma once
 
 #include "base/portable.h"

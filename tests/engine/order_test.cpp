@@ -92,6 +92,46 @@ TEST_CASE("all integrators go to the same motion, RK4 in every precision") {
     }
 }
 
+TEST_CASE("XPBD keeps momentum and angular momentum of a free body at any step, and loses energy") {
+    const auto momenta_of = [](const snapshot& now, const spring_body& body) {
+        std::vector<double> sums(6);
+        for (int32_t i = 0; i < body.masses; ++i) {
+            const double mass = body.mass[body.sites[i]];
+            const double *x = &now.positions[3 * i], *v = &now.velocities[3 * i];
+            for (int axis = 0; axis < 3; ++axis) {
+                const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+                sums[axis] += mass * v[axis];
+                sums[3 + axis] += mass * (x[next] * v[last] - x[last] * v[next]);
+            }
+        }
+        return sums;
+    };
+    for (const double time_step : {1e-4, 1e-3, 5e-3}) {
+        stage body(lattice{2, 2, 2});
+        body.randomize(17);
+        body.effects({"damping"});
+        body.setup.options.integrator = LIMAX_XPBD;
+        body.setup.options.time_step = time_step;
+        body.setup.options.duration = 0.5;
+        body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
+        auto run = body.open();
+        snapshot start = state_of(*run);
+        for (std::size_t i = 0; i < start.positions.size(); ++i) {
+            start.positions[i] += 4e-3 * std::sin(7.0 * double(i + 1));
+            start.velocities[i] += 0.5 * std::cos(5.0 * double(i));
+        }
+        run->place(0, start.positions.data(), start.velocities.data());
+        stage::finish(*run);
+        REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
+        const auto before = momenta_of(start, body.body()),
+                   after = momenta_of(state_of(*run), body.body());
+        CAPTURE(time_step);
+        for (int k = 0; k < 6; ++k) CHECK(std::fabs(after[k] - before[k]) < 1e-13);
+        const trace_view energy = trace_of(*run, 0, LIMAX_TRACE_ENERGY);
+        CHECK(energy.at(10, 0) + energy.at(10, 1) < energy.at(0, 0) + energy.at(0, 1));
+    }
+}
+
 TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name") {
     limax_simulation_options options = default_options();
     options.integrator = LIMAX_RK4;
@@ -110,6 +150,12 @@ TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name"
                          error);
     CHECK_THROWS_WITH_AS(check_beyond_cpu(options, scene),
                          "integrator: rk4 runs on the cpu alone; use device 'cpu' or the "
+                         "integrator leapfrog",
+                         error);
+    options.integrator = LIMAX_XPBD;
+    CHECK_NOTHROW(check_options(options, scene));
+    CHECK_THROWS_WITH_AS(check_beyond_cpu(options, scene),
+                         "integrator: xpbd runs on the cpu alone; use device 'cpu' or the "
                          "integrator leapfrog",
                          error);
     options.integrator = LIMAX_LEAPFROG;

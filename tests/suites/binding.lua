@@ -66,7 +66,7 @@ misuse:test("of scenes, options and materials too", function(t)
   there("expected a scene, got a table", function() engine.simulation(p, MATERIALS, {}, {}) end)
   there('unknown field "integrater"; did you mean "integrator"?',
     function() engine.simulation(p, MATERIALS, scene, { integrater = "leapfrog" }) end)
-  there('expected "symplectic_euler", "leapfrog" or "rk4", got "rk45"',
+  there('expected "symplectic_euler", "leapfrog", "rk4" or "xpbd", got "rk45"',
     function() engine.simulation(p, MATERIALS, scene, { integrator = "rk45" }) end)
   there("rk4 integrates smooth scenes alone; the scene has ground and friction; use leapfrog",
     function() engine.simulation(p, MATERIALS, scene, { integrator = "rk4" }) end)

@@ -144,7 +144,7 @@ local function survives(t, signal, kills, ways)
     repeat
       table.insert(arguments, ways[1 + random:integer(#ways)])
       done = run(folder, arguments, { signal = signal,
-        after = seconds * (0.1 + 0.6 * random:uniform()) })
+        after = seconds * (0.1 + 0.35 * random:uniform()) })
       if done.status ~= 0 then
         t:equal(done.status, signal == "INT" and 130 or 137)
         hit = hit + 1

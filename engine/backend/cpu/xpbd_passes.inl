@@ -12,6 +12,7 @@ template <class R, bool damped, bool actuated>
 void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
                 const actuation::moment<R>& moment, int d, int half) {
     const R least_squared = R(1e-20);  // as in pair(), m^2
+    // e is a spring as it lies, p as it will at the velocities so far
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = step.velocity[0], *v = step.velocity[1], *w = step.velocity[2];
     R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
@@ -25,9 +26,9 @@ void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
     LIMAX_LOOP
     for (int64_t i = 0; i < used; ++i) {
         const R wx = u[i + far] - u[i], wy = v[i + far] - v[i], wz = w[i + far] - w[i];
-        const R ex = fma(dt, wx, x[i + far] - x[i]), ey = fma(dt, wy, y[i + far] - y[i]),
-                ez = fma(dt, wz, z[i + far] - z[i]);
-        const R squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
+        const R ex = x[i + far] - x[i], ey = y[i + far] - y[i], ez = z[i + far] - z[i];
+        const R px = fma(dt, wx, ex), py = fma(dt, wy, ey), pz = fma(dt, wz, ez);
+        const R squared = fma(px, px, fma(py, py, fma(pz, pz, least_squared)));
         const R inverse = inverse_length(squared);
         spring_state<R> spring{};
         spring.length = squared * inverse;
@@ -41,10 +42,11 @@ void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
         R tension = springs::pair(spring, R(0));
         if constexpr (damped) {
             spring.damping = damping_constant[i];
-            spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
+            spring.rate = fma(wx, px, fma(wy, py, wz * pz)) * inverse;
             tension = damping::pair(spring, tension);
         }
-        const R scale = odd[i] == wanted ? tension * inverse : R(0);
+        const R along = inverse_length(fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared))));
+        const R scale = odd[i] == wanted ? tension * along : R(0);
         tx[i] = scale * ex;
         ty[i] = scale * ey;
         tz[i] = scale * ez;

@@ -104,16 +104,21 @@ local function compensation(results)
   return sample.median(price), gain
 end
 
--- Error of fp32 with compensated sums on the way over that at rest, at the longest step of the way:
--- that of the tier `evolve`.
+-- Error of fp32 with compensated sums on the way over that at rest: the geometric mean over the
+-- steps. Both errors are rounding alone (double is a hundred times nearer), so that one body's
+-- ratio is luck: its logarithm has a standard deviation of 0.3, and eight bodies at one step leave
+-- 0.11.
 local function way_ratio(results)
+  local sum, count, metres = 0, 0, nil
   for _, row in ipairs(rows_with(results, "rounding", { precision = "compensated" })) do
-    if row.way > 0 and row.error then
-      local home = value_of(results, "rounding", { precision = "compensated", way = 0,
-        duration = row.duration, time_step = row.time_step }, "error")
-      return row.error / home, row.way
+    local home = row.way > 0 and row.error and value_of(results, "rounding",
+      { precision = "compensated", way = 0, duration = row.duration, time_step = row.time_step },
+      "error")
+    if home then
+      sum, count, metres = sum + math.log(row.error / home), count + 1, row.way
     end
   end
+  if count > 0 then return math.exp(sum / count), metres end
 end
 
 local function kept(results, scene, field)
