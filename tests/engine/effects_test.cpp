@@ -77,12 +77,16 @@ TEST_CASE_TEMPLATE(
             const vector<R> v{scale * R(draw()), i % 7 ? scale * R(draw()) : R(0), R(draw())};
             const R load = i % 5 ? R(std::pow(10.0, 4 * draw())) : R(1e6);
             const auto normal = direction_of();
-            const vector<R> after = friction::slip(params, normal, load, inverse_mass, v, h);
+            // a mass that rested before, and one that slipped already
+            const vector<R> before = i % 2 ? vector<R>{} : v;
+            const vector<R> after =
+                friction::slip(params, normal, load, inverse_mass, before, v, h);
             const vector<R> slip = across(normal, v), left = across(normal, after);
             reversed = larger(reversed, -dot(slip, left));
             longer = larger(longer, square_root(dot(left, left)) - square_root(dot(slip, slip)));
             turned = larger(turned, absolute(along(normal, after) - along(normal, v)));
-            touched |= !same_bytes(friction::slip(params, normal, R(0), inverse_mass, v, h), v);
+            touched |=
+                !same_bytes(friction::slip(params, normal, R(0), inverse_mass, before, v, h), v);
         }
         // rounding of a velocity of some m/s, which is nothing where it is not turned
         const R rounding =
@@ -109,12 +113,42 @@ TEST_CASE_TEMPLATE("friction on a surface that faces up is that of the same norm
     for (int i = 0; i < 2000; ++i) {
         const vector<R> v{R(draw()), R(draw()), R(draw())};
         const R load = R(std::pow(10.0, 4 * draw()));
-        const vector<R> flat = friction::slip(params, up{}, load, R(10), v, R(1e-4)),
-                        other = friction::slip(params, vector<R>{0, 0, 1}, load, R(10), v, R(1e-4));
+        const vector<R> before = i % 2 ? vector<R>{} : v;
+        const vector<R> flat = friction::slip(params, up{}, load, R(10), before, v, R(1e-4)),
+                        other = friction::slip(params, vector<R>{0, 0, 1}, load, R(10), before, v,
+                                               R(1e-4));
         worst = larger(worst, absolute(flat.x - other.x) + absolute(flat.y - other.y) +
                                   absolute(flat.z - other.z));
     }
     CHECK(worst < (sizeof(R) == 4 ? R(1e-6) : R(1e-15)));
+}
+
+TEST_CASE_TEMPLATE("static friction holds what rested, kinetic friction slows what slips", R, float,
+                   double) {
+    const double origin[3] = {0, 0, 0};
+    const auto params = friction::make<R>(default_values<friction>().data(), origin);
+    REQUIRE(params.static_coefficient > params.kinetic_coefficient);
+    const R load = 20, inverse_mass = 10, h = R(1e-4);
+    const R available = load * inverse_mass * h;  // m/s for each unit of mu
+    const auto left = [&](R before, R after, auto normal) {
+        const vector<R> u{before, 0, 0}, v{after, 0, R(0.5)};
+        return friction::slip(params, normal, load, inverse_mass, u, v, h).x;
+    };
+    const auto check = [&](auto normal) {
+        const R between =
+            R(0.5) * (params.static_coefficient + params.kinetic_coefficient) * available;
+        const R kinetic = params.kinetic_coefficient * available;
+        CHECK(left(0, between, normal) == 0);
+        CHECK(left(R(0.1), between, normal) == doctest::Approx(between - kinetic).epsilon(1e-5));
+        // kinetic friction stops what it can, and more than static friction bears breaks loose
+        CHECK(left(R(0.1), R(0.9) * kinetic, normal) == 0);
+        const R beyond = R(1.1) * params.static_coefficient * available;
+        CHECK(left(0, beyond, normal) == doctest::Approx(beyond - kinetic).epsilon(1e-5));
+        // what rounding leaves of a slip on a slanted surface is rest
+        CHECK(left(R(1e-7), between, normal) == 0);
+    };
+    check(up{});
+    check(vector<R>{0, 0, 1});
 }
 
 TEST_CASE("the force of an effect on a mass at rest is the gradient of its energy") {

@@ -66,7 +66,7 @@ __device__ R every_effect(const whole_scene& scene, R x) {
             if constexpr (is_contact<E>)
                 velocity = after_friction<E, friction>(
                     params, friction::make<R>(scene.values(index_of<friction>), origin), node,
-                    velocity, x);
+                    node.velocity, velocity, x);
             if constexpr (bool(E::hooks & hook_impulse))
                 velocity = E::impulse(params, node, velocity, x);
             if constexpr (bool(E::hooks & hook_face)) {

@@ -90,6 +90,12 @@ LIMAX_LAW node_state<R> node_at(const mass_arrays<R>& robot, int64_t i) {
             robot.inverse_mass[i]};
 }
 
+// Before the kick.
+template <class R>
+LIMAX_LAW vector<R> velocity_at(const mass_arrays<R>& robot, int64_t i) {
+    return {robot.velocity[0][i], robot.velocity[1][i], robot.velocity[2][i]};
+}
+
 template <class R, class E>
 void node(const mass_arrays<R>& shared, const void* block) {
     const auto params = *static_cast<const typename E::template params<R>*>(block);
@@ -238,8 +244,9 @@ void slip(const mass_arrays<R>& shared, const void* block, const void* friction_
     R *wx = robot.next_velocity[0], *wy = robot.next_velocity[1], *wz = robot.next_velocity[2];
     LIMAX_LOOP
     for (int64_t i = 0; i < robot.count; ++i) {
-        const vector<R> after = after_friction<E, friction>(params, coefficients, node_at(robot, i),
-                                                            vector<R>{wx[i], wy[i], wz[i]}, h);
+        const vector<R> after =
+            after_friction<E, friction>(params, coefficients, node_at(robot, i),
+                                        velocity_at(robot, i), vector<R>{wx[i], wy[i], wz[i]}, h);
         wx[i] = after.x;
         wy[i] = after.y;
         wz[i] = after.z;

@@ -128,7 +128,7 @@ void pressed_slip(const mass_arrays<R>& shared, const void* block, const void* f
         const auto point = E::surface(params, state.position);
         const vector<R> after =
             friction::slip(coefficients, point.normal, pushes[i], state.inverse_mass,
-                           vector<R>{wx[i], wy[i], wz[i]}, h);
+                           velocity_at(robot, i), vector<R>{wx[i], wy[i], wz[i]}, h);
         wx[i] = after.x;
         wy[i] = after.y;
         wz[i] = after.z;

@@ -125,8 +125,8 @@ constexpr bool hooks_match() {
         E::template make<float>(nullptr, nullptr).damping_ratio;
     };
     constexpr bool has_slip = requires(vector<float> v) {
-        E::slip(E::template make<float>(nullptr, nullptr), up{}, 0.0f, 0.0f, v, 0.0f);
-        E::slip(E::template make<float>(nullptr, nullptr), v, 0.0f, 0.0f, v, 0.0f);
+        E::slip(E::template make<float>(nullptr, nullptr), up{}, 0.0f, 0.0f, v, v, 0.0f);
+        E::slip(E::template make<float>(nullptr, nullptr), v, 0.0f, 0.0f, v, v, 0.0f);
     };
     constexpr bool has_impulse = requires(node_state<float> s, vector<float> v) {
         E::impulse(E::template make<float>(nullptr, nullptr), s, v, 0.0f);

@@ -145,13 +145,15 @@ LIMAX_LAW void add_force(const typename E::template params<R>& p, const node_sta
     }
 }
 
-// The velocity after the friction F of a contact E has acted for h.
+// The velocity after the friction F of a contact E has acted for h; `before`, before this step.
 template <class E, class F, class R>
 LIMAX_LAW vector<R> after_friction(const typename E::template params<R>& contact,
                                    const typename F::template params<R>& friction,
-                                   const node_state<R>& s, const vector<R>& velocity, R h) {
+                                   const node_state<R>& s, const vector<R>& before,
+                                   const vector<R>& velocity, R h) {
     const auto point = E::surface(contact, s.position);
-    return F::slip(friction, point.normal, push_at(contact, point, s), s.inverse_mass, velocity, h);
+    return F::slip(friction, point.normal, push_at(contact, point, s), s.inverse_mass, before,
+                   velocity, h);
 }
 
 }  // namespace limax::effects

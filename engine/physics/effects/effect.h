@@ -13,10 +13,10 @@
 //            impulse over h that never overshoots what it drives at, m/s
 //   face     vector<R> face(params, face, h): the impulse over h on an exposed face, N s, of which
 //            each corner takes a quarter; after all impulses on single masses, axis by axis
-//   slip     vector<R> slip(params, normal, push, inverse_mass, velocity, h): the velocity after
-//            the impulse of a contact across its normal, which never reverses what it opposes,
-//            m/s; asked for each contact in turn, after all
-//            other impulses, and leaves the velocity alone where `push` is 0
+//   slip     vector<R> slip(params, normal, push, inverse_mass, before, velocity, h): the velocity
+//            after the impulse of a contact across its normal, which never reverses what it
+//            opposes, m/s; `before` is the one before this step's forces. Asked for each contact in
+//            turn, after all other impulses, and leaves the velocity alone where `push` is 0
 //   hold     bool holds(params, start): whether the mass that starts there, m from the body's
 //            lowest corner, stays there whatever acts on it
 //   meet     R meet(params, meeting): the push that parts two masses of the body's surface that

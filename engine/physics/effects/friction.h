@@ -1,5 +1,10 @@
 // friction.h: Coulomb friction as an impulse on each mass that touches, which can stop a slip and
 // never reverse it; at each contact in turn, whichever way its surface faces. SI units.
+//
+// Static friction holds a mass that rested before the step; one that slips comes to rest where
+// kinetic friction stops it. If static friction caught it, up to mu_s N h would act where mu_k N h
+// is due, at every stop, and the error of a walk would be ten times larger and fall more slowly
+// with h.
 #pragma once
 
 #include "physics/effects/contact.h"
@@ -13,7 +18,13 @@ struct friction {
     static constexpr unsigned needs = hook_contact;
     static constexpr unsigned hooks = hook_slip;
     static constexpr field fields[] = {
-        {"static", "1", "mu_s: a mass that this can stop, stops", 1, 0.0, 1000.0, {1.0, 0, 0}},
+        {"static",
+         "1",
+         "mu_s: a mass at rest that this can hold, stays",
+         1,
+         0.0,
+         1000.0,
+         {1.0, 0, 0}},
         {"kinetic", "1", "mu_k: else this opposes the slip", 1, 0.0, 1000.0, {0.6, 0, 0}}};
     static constexpr int field_count = 2;
 
@@ -26,12 +37,17 @@ struct friction {
         return {R(values[0]), R(values[1])};
     }
 
-    // `velocity` is the mass's after all forces of this step of length h; `push` the contact's on
-    // it, N. Stopping the slip takes m |v_t|: at most mu_s N h of it is there at once, else mu_k N
-    // h, capped at what stops the mass.
+    // m/s: far below any slip that matters, and above what rounding leaves of one that was stopped
+    // on a slanted surface.
+    static constexpr double at_rest = 1e-6;
+
+    // `before` and `velocity` are the mass's before and after all forces of this step of length h;
+    // `push` the contact's on it, N. Stopping the slip takes m |v_t|: at most mu_s N h of it is
+    // there for a mass that rested before, else mu_k N h, capped at what stops the mass.
     template <class R, class Direction>
     LIMAX_LAW static vector<R> slip(const params<R>& p, const Direction& normal, R push,
-                                    R inverse_mass, const vector<R>& velocity, R h) {
+                                    R inverse_mass, const vector<R>& before,
+                                    const vector<R>& velocity, R h) {
         // (m/s)^2: far below any speed that matters, so that a mass at rest has an inverse speed
         const R tiny = R(1e-30);
         const vector<R> sliding = across(normal, velocity);
@@ -40,7 +56,10 @@ struct friction {
         const R speed = squared * inverse;
         const R available = push * h * inverse_mass;  // m/s per unit of mu
         const R kinetic = smaller(p.kinetic_coefficient * available, speed);
-        const R removed = speed <= p.static_coefficient * available ? speed : kinetic;
+        const bool rested =
+            square_across(normal, across(normal, before), R(0)) <= R(at_rest * at_rest);
+        const bool held = rested & (speed <= p.static_coefficient * available);
+        const R removed = held ? speed : kinetic;
         // 1 exactly where nothing is removed, and never below 0, whatever was rounded
         const R kept = removed >= speed ? R(0) : larger(fma(-removed, inverse, R(1)), R(0));
         const vector<R> slowed = slowed_across(normal, velocity, sliding, kept);

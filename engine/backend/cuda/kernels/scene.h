@@ -219,6 +219,7 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, mass_r
                          mass_real next_velocity[3]) {
     using namespace effects;
     const node_state<mass_real> node = node_of(m);
+    const vector<mass_real> before{m.velocity[0], m.velocity[1], m.velocity[2]};
     vector<mass_real> after{next_velocity[0], next_velocity[1], next_velocity[2]};
     for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & hook_slip))
@@ -230,7 +231,7 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, mass_r
                         const mass_real push = push_at(contact, point, node);
                         if (push > mass_real(0))
                             after = E::slip(params.template of<E>(), point.normal, push,
-                                            node.inverse_mass, after, h);
+                                            node.inverse_mass, before, after, h);
                     });
             });
     });
