@@ -4,11 +4,13 @@
 
 local annotations = require "limax.api.annotations"
 local host = require "limax.host"
+local types = require "limax.api.types"
 
 local api = {}
 
---- A file of api/. An entry is { name, units or false, example }, and may say where its comment
---- stands: `file` and `at`, the name in the function's definition.
+--- A file of api/. An entry is { name, units or false, example }. It may say where its comment
+--- stands: `file` and `at`, the name in the definition ("the top": what the file opens with), and
+--- bring its own `signature` and `what`.
 ---@class limax.api.group
 ---@field title string
 ---@field text string
@@ -17,13 +19,17 @@ local api = {}
 ---@field prefix string what stands before a name: "limax.", "robot:"
 ---@field holder string|nil what stands before a name in the file: "methods:"
 ---@field entries table[]
+---@field also string[]|nil more files with functions of the holder
+---@field internal string[]|nil functions of the holder that are nobody's
+---@field keys string|nil the field of the module whose keys are entries too
 ---@field stage string|nil Lua that makes what the examples name
 
 ---@class limax.api.entry
 ---@field name string "robot:distance"
 ---@field short string "distance"
----@field kind "function"|"field"
+---@field kind "function"|"field"|"value"
 ---@field group limax.api.group
+---@field file string where its comment stands
 ---@field doc limax.api.doc|nil of a function
 ---@field type string|nil of a field
 ---@field what string
@@ -32,7 +38,10 @@ local api = {}
 ---@field signature string
 
 -- In the order of the reference page.
-local files = { "prompt", "limax", "robot", "scored_robot" }
+local files = { "prompt", "limax", "robot", "robot_in_motion", "scored_robot", "body", "view",
+  "experiment", "run", "population", "fitness", "selection", "supervise", "scenes", "diversity",
+  "rescore", "random", "test", "suite", "test_context", "engine", "engine_simulation",
+  "engine_population", "engine_materials", "engine_others" }
 
 -- "options?: { axis?: ... }" of each argument; what the comment leaves out has no type.
 local function signature_of(name, doc)
@@ -57,21 +66,26 @@ end
 
 local function entry_of(group, given)
   local short = given[1]
-  local file = annotations.of(given.file or group.file, host.home)
+  local path = given.file or group.file
+  local file = annotations.of(path, host.home)
   local at = given.at or (group.holder or "") .. short
+  local entry = { short = short:match "[^:.]*$", group = group, file = path, at = at,
+    units = given[2] or nil, example = given[3], kind = "value", name = group.prefix .. short }
   local field = not given.at and group.class and find_field(file, group.class, short)
   local doc = file.functions[at]
-  local dotted = group.prefix:gsub(":$", ".")
-  local entry = { short = short, group = group, units = given[2] or nil, example = given[3] }
   if doc then
-    entry.kind, entry.doc, entry.name = "function", doc, group.prefix .. short
+    entry.kind, entry.doc = "function", doc
     entry.what, entry.signature = doc.text, signature_of(entry.name, doc)
   elseif field then
-    entry.kind, entry.name, entry.type = "field", dotted .. short, field.type
-    entry.what, entry.signature = field.text, ("%s: %s"):format(dotted .. short, field.type)
+    entry.kind, entry.type = "field", field.type
+    entry.name = group.prefix:gsub(":$", ".") .. short
+    entry.what, entry.signature = field.text, ("%s: %s"):format(entry.name, field.type)
   else
-    error(("api: %s%s: there is no comment for %s in %s"):format(group.prefix, short, at,
-      given.file or group.file))
+    entry.what = at == "the top" and file.top or file.values[at]
+  end
+  entry.what, entry.signature = given.what or entry.what, given.signature or entry.signature
+  if not entry.what or not entry.signature then
+    error(("api: %s%s: there is no comment for %s in %s"):format(group.prefix, short, at, path), 0)
   end
   return entry
 end
@@ -100,6 +114,38 @@ function api.entries()
     for _, entry in ipairs(group.list) do list[#list + 1] = entry end
   end
   return list
+end
+
+--- The names that the table of one argument of a function may hold.
+---@param entry limax.api.entry
+---@param argument integer
+---@return limax.api.option[]
+function api.options(entry, argument)
+  if entry.name == "limax.experiment" or entry.name == "evolve" then
+    return argument == 1 and require("limax.api.experiment_fields").list() or {}
+  end
+  local name = entry.doc.arguments[argument]
+  local list = {}
+  for _, param in ipairs(entry.doc.params) do
+    if param.name == name then
+      for _, field in ipairs(annotations.fields_of(param.type, types.classes())) do
+        local inner = field.name == "scene" or field.name == "record"
+        local option = { name = field.name, what = field.text, type = field.type, units = "-" }
+        if inner then option.fields = api.nested(field.name) end
+        list[#list + 1] = option
+      end
+    end
+  end
+  return list
+end
+
+--- The fields of `scene` or `record`, which many tables have.
+---@param name string
+---@return limax.api.option[]|nil
+function api.nested(name)
+  for _, option in ipairs(require("limax.api.experiment_fields").list()) do
+    if option.name == name then return option.fields end
+  end
 end
 
 --- The entries of a name: the whole one, or its last part.

@@ -121,6 +121,9 @@ end
 
 ---@class limax.api.file
 ---@field functions table<string, limax.api.doc> by the name in the definition: "methods:distance"
+---@field values table<string, string> text above "a.b = ..." that is no function
+---@field top string what the file opens with, without its name
+---@field defined string[] names of all functions, in order, with a comment or without
 ---@field classes table<string, limax.api.class>
 ---@field aliases string[][] comments with an alias
 
@@ -133,7 +136,7 @@ local read = {}
 function annotations.of(path, home)
   local full = home .. "/" .. path
   if read[full] then return read[full] end
-  local file = { functions = {}, classes = {}, aliases = {} }
+  local file = { functions = {}, values = {}, classes = {}, aliases = {}, defined = {} }
   local lines, number = {}, 0
   for line in (assert(source.read(full)) .. "\n"):gmatch "([^\n]*)\n" do
     number = number + 1
@@ -143,7 +146,11 @@ function annotations.of(path, home)
     else
       local name, arguments = bare:match "^function%s+([%w_%.:]+)%s*(%b())"
       if not name then name, arguments = bare:match "^local function%s+([%w_]+)%s*(%b())" end
+      if name then file.defined[#file.defined + 1] = name end
       if #lines > 0 then
+        file.top = file.top or (tags_of(lines):gsub("^[%w_]+%.lua: ", ""))
+        local value = bare:match "^([%a_][%w_.]*)%s*="
+        if value then file.values[value] = (tags_of(lines):gsub("^[%w_]+: ", "")) end
         if name then file.functions[name] = document(lines, arguments, number) end
         local text = table.concat(lines, "\n")
         if text:find("@class", 1, true) then add_classes(file.classes, lines) end

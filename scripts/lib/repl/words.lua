@@ -1,4 +1,5 @@
---- words.lua: the names that only the prompt has: `who`, `time`, `reload`, `follow`.
+--- words.lua: the names that only the prompt has: what was typed, times, scripts that change, and
+--- looks at robots.
 
 local engine = require "limax.engine"
 local follow = require "limax.repl.follow"
@@ -70,7 +71,8 @@ function words.of(names)
     local fine, value = pcall(require, module)
     if not fine then
       package.loaded[module] = old
-      error(value, 0)
+      if type(value) ~= "string" then error(value, 0) end
+      engine.fail("reload: " .. value)
     end
     value = follow.renew(old, value)
     package.loaded[module] = value
@@ -84,6 +86,49 @@ function words.of(names)
   function list.follow(file)
     if type(file) ~= "string" then engine.fail "follow: expected the name of a file" end
     return follow.begin(file, names())
+  end
+
+  --- Draws numbers over time, or over their place in the list, in the terminal: a trace (its
+  --- columns as lines), a list of numbers, or a list of { x, y }.
+  ---@param values limax.view|number[]|number[][]
+  ---@param options? { column?: integer, rows?: integer, columns?: integer } one column of a trace
+  --- alone; the size of the plot in letters
+  function list.plot(values, options)
+    io.write(require("limax.repl.plot").text(values, options), "\n")
+  end
+
+  --- Simulates one robot twice and shows what differs: on two devices, or with two sets of options
+  --- as `robot:simulate` takes them.
+  ---@param robot limax.robot|limax.scored_robot
+  ---@param first string|table "cpu", or { device = "cpu", precision = "double" }
+  ---@param second string|table
+  ---@param options? limax.robot.simulate_options of both
+  ---@return table<string, number> differences of each measure, second less first
+  function list.compare(robot, first, second, options)
+    return require("limax.repl.compare").two(robot, first, second, options)
+  end
+
+  --- Evolves some generations, a line for each, and gives the run, which can be evolved on.
+  ---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to go on with
+  ---@param generations? integer 5 if absent
+  ---@return limax.run
+  function list.evolve(what, generations)
+    return require("limax.repl.evolve").some(what, generations)
+  end
+
+  --- The best robot of a run's newest scored generation.
+  ---@param run limax.run
+  ---@return limax.scored_robot
+  function list.champion(run) return require("limax.repl.evolve").champion(run) end
+
+  --- Simulates a robot and writes six poses of its walk as an SVG file, to be opened in a browser;
+  --- prints the path.
+  ---@param robot limax.robot|limax.scored_robot
+  ---@param file? string the first free of picture-1.svg, picture-2.svg, ... if absent
+  ---@param options? { duration?: number, scene?: table, device?: string, title?: string } s
+  ---@return string path
+  function list.picture(robot, file, options)
+    return require("limax.repl.picture").write(robot, file, options)
   end
 
   return list
