@@ -82,9 +82,9 @@
 ---@field color_stderr boolean
 
 ---@class limax.host.line_editor
----@field read fun(prompt: string, complete: fun(before: string): integer|nil, string|nil,
----string|nil): string|nil a line, nil at the end; `complete` is given what stands before the cursor
---- and returns how many letters to erase there, what to insert, and what to show
+---@field read fun(prompt: string, complete: fun(before: string): string|nil, string|nil):
+---string|nil a line, nil at the end; `complete` is given what stands before the cursor and returns
+--- what to insert, and what to show
 ---@field remember fun(text: string) adds to the history of this process
 
 ---@class limax.host.environment

@@ -119,19 +119,17 @@ char* prompt_of(EditLine*) { return the_editor().prompt.data(); }
 
 struct completion {
     std::string before;
-    int erase = 0;
     std::string insert;
     std::string list;
 };
 
-// complete(before the cursor) -> letters to erase before it, text to insert, text to show
+// complete(before the cursor) -> text to insert, text to show
 int ask(lua_State* L) {
     completion& asked = *static_cast<completion*>(lua_touserdata(L, 1));
     lua_pushlightuserdata(L, const_cast<char*>(&complete_key));
     lua_rawget(L, LUA_REGISTRYINDEX);
     lua_pushlstring(L, asked.before.data(), asked.before.size());
-    lua_call(L, 1, 3);
-    asked.erase = static_cast<int>(lua_tointeger(L, -3));
+    lua_call(L, 1, 2);
     if (const char* const insert = lua_tostring(L, -2)) asked.insert = insert;
     if (const char* const list = lua_tostring(L, -1)) asked.list = list;
     return 0;
@@ -147,7 +145,6 @@ unsigned char complete(EditLine* line, int) {
         lua_pop(L, 1);
         return CC_ERROR;
     }
-    if (asked.erase > 0) el_deletestr(line, asked.erase);
     if (!asked.insert.empty() && el_insertstr(line, asked.insert.c_str()) != 0) return CC_ERROR;
     if (!asked.list.empty()) {
         std::fprintf(stdout, "\n%s\n", asked.list.c_str());

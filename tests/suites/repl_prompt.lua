@@ -1,8 +1,11 @@
 --- repl_prompt.lua: `limax repl` at a terminal: transcripts (transcripts/*.txt), the history, Tab.
 
+local complete = require "limax.repl.complete"
 local host = require "limax.host"
 local process = require "support.process"
+local prompt_names = require "limax.repl.names"
 local typed = require "support.typed"
+local words = require "limax.repl.words"
 
 local suite = require("limax.test").suite "repl prompt"
 
@@ -40,4 +43,51 @@ suite:test("a history that cannot be written is said once", function(t)
   t:ok(done.steps[1].lines[2]:match "^limax: the history is not kept: ", done.steps[1].lines[2])
   t:equal(done.steps[2].lines, { "> 1", "1", ">" })
   t:equal(done.steps[3].lines, { "> 2", "2", ">" })
+end)
+
+-- ---- Tab ----------------------------------------------------------------------------------------
+
+suite:test("Tab completes at the terminal, and shows what there is", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/champion.json", "{}")
+  local function tab(text, result) return { keys = text .. "\t", ends = "> " .. result } end
+  local clear = { keys = "\21", ends = ">" } -- Ctrl-U
+  typed.run(t, { prompt, tab("lim", "limax"), tab(".exp", "limax.experiment"), clear,
+    tab("limax.scenes.st", "limax.scenes.stairs"), clear,
+    tab('limax.robot "cham', 'limax.robot "champion.json'), clear,
+    tab("limax.experiment { popul", "limax.experiment { population = "), clear,
+    line 'walker = limax.robot { voxels = "ecs" }', tab("walker:ed", "walker:edit"), clear,
+    leave }, { folder = folder })
+  local shown = typed.run(t, { prompt, { keys = "limax.scenes.s\t", ends = "> limax.scenes.s" },
+    { keys = "\t", ends = "> limax.scenes.s", breaks = true }, clear, leave }, { folder = folder })
+  t:equal(shown.steps[3].lines[2], "slope   stairs")
+end)
+
+suite:test("what Tab finds", function(t)
+  local names
+  names = prompt_names.new(words.of(function() return names end))
+  local environment = names.environment
+  environment.walker = require("limax").robot { voxels = "ecs" }
+  environment.mine = setmetatable({ first = 1, act = function() end },
+    { __index = { inherited = 2, deed = function() end } })
+  local function found(text) return table.concat((complete.words(text, names)), " ") end
+  t:equal(found "wal", "walker")
+  t:equal(found "mine.", "act deed first inherited")
+  t:equal(found "mine:", "act deed")
+  t:equal(found "walker:", "begin edit replay save simulate table")
+  t:equal(found "walker.bo", "body")
+  t:equal(found "walker:simulate({ dur", "duration = ")
+  t:equal(found "walker:simulate { duration = 1, scene = { grav", "gravity = ")
+  t:equal(found "walker:simulate { scene = { ground = { sti", "stiffness = ")
+  -- over several lines, behind other entries, not those that stand there already
+  t:equal(found "limax.experiment {\n  fitness = 'walk',\n  breeding = { mutation_rate = 0.1, mut",
+    "mutation_scale = ")
+  t:equal(found 'walker:simulate { accuracy = "pre', "preview")
+  t:equal(found "robot:distance { ax", "axis = ")
+  t:equal(found "?limax.robo", "robot")
+  t:equal(found "string.for", "format")
+  t:equal(found "'text .. wal", "")
+  t:equal(found "-- wal", "")
+  t:equal(found "nothing.at.", "")
+  t:equal(found "a..wal", "")
 end)

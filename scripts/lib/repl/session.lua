@@ -14,6 +14,7 @@ local exit_failed, exit_interrupted = 1, 130
 
 ---@class limax.repl.session
 ---@field names limax.repl.names
+---@field text string|nil what was typed of a statement that goes on
 local Session = {}
 Session.__index = Session
 
@@ -30,11 +31,18 @@ local function line_of(text, message, name)
   return ""
 end
 
+-- The frames of a traceback that are not limax's own, unless it is limax that failed.
+local function frames_of(first, rest)
+  if failure.bare(first) ~= first then return rest end
+  return (rest:gsub("\n  ([^\n]*)", function(frame)
+    return failure.bare(frame:gsub(": in ", ": ", 1)) ~= frame:gsub(": in ", ": ", 1) and "" or nil
+  end))
+end
+
 local function report(text, message, trace)
   io.stdout:flush()
-  local said = failure.status(message) and tostring(message) or trace
-  local first, rest = said:match "^([^\n]*)(.*)$"
-  io.stderr:write(first, line_of(text, message, "=input"), rest, "\n")
+  local first, rest = trace:match "^([^\n]*)(.*)$"
+  io.stderr:write(first, line_of(text, message, "=input"), frames_of(first, rest), "\n")
 end
 
 --- Runs one chunk and shows its values. False after an error; the interrupt is passed on as it is.
@@ -99,7 +107,8 @@ function Session:begin()
     io.stderr:write("limax: ", text, "\n")
   end)
   self.complete = function(before)
-    return require("limax.repl.complete").edit(before, self.names)
+    local text = self.text and self.text .. "\n" .. before or before
+    return require("limax.repl.complete").edit(text, self.names)
   end
   if not host.line_editor then return end
   for _, entry in ipairs(self.history:entries()) do host.line_editor.remember(entry) end
@@ -109,20 +118,20 @@ end
 ---@return integer status
 function Session:talk()
   self:begin()
-  local text
   while true do
-    local fine, line = host.protect(self.read, self, text and ".. " or "> ")
+    local fine, line = host.protect(self.read, self, self.text and ".. " or "> ")
     if not fine then
       if line ~= host.interrupt then error(line, 0) end
       -- Ctrl-C at the prompt drops what was typed
       host.signal.rearm()
-      text = nil
+      self.text = nil
       io.write("\n")
     elseif line == nil then
       io.write("\n")
       return 0
     else
-      text = text and text .. "\n" .. line or line
+      local text = self.text and self.text .. "\n" .. line or line
+      self.text = text
       follow.refresh()
       local done, interrupt = self:take(text)
       if interrupt then
@@ -131,7 +140,7 @@ function Session:talk()
       end
       if done ~= nil then
         self:remember(text)
-        text = nil
+        self.text = nil
       end
     end
   end

@@ -5,12 +5,13 @@ local array_text = require "limax.repl.array_text"
 local body = require "limax.body"
 local body_picture = require "limax.body_picture"
 local engine = require "limax.engine"
-local scored_robot = require "limax.scored_robot"
+local kind = require "limax.repl.kind"
 local terminal = require "limax.terminal"
 
 local show = {}
 
 local DEEPEST = 3      -- tables in tables that are opened
+local MOST_FLAT = 4    -- plain values of a table that is shown at any depth
 local MOST_FIELDS = 24 -- of one table
 local MOST_NUMBERS = 12 -- a list of more is summarised
 local MOST_LETTERS = 400 -- of a string in a table
@@ -68,6 +69,16 @@ local function entries_of(value, depth, seen)
   return texts
 end
 
+-- A few plain values need no depth.
+local function is_flat(value)
+  local count = 0
+  for _, entry in pairs(value) do
+    count = count + 1
+    if type(entry) == "table" or count > MOST_FLAT then return false end
+  end
+  return true
+end
+
 local function table_text(value, depth, seen)
   local class = getmetatable(value)
   -- a module that reads its parts when they are first used
@@ -80,7 +91,7 @@ local function table_text(value, depth, seen)
   if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MOST_NUMBERS then
     return array_text.list(value, shape)
   end
-  if depth >= DEEPEST then return "{ ... }" end
+  if depth >= DEEPEST and not is_flat(value) then return "{ ... }" end
   seen[value] = true
   local texts = entries_of(value, depth, seen)
   seen[value] = nil
@@ -107,11 +118,8 @@ local function slices(letters, materials, title, style)
   local plain = materials:table().materials
   local picture = body_picture.side_by_side(
     { { title = title, layers = body.layers(letters), materials = plain } }, style)
-  return picture .. "\n" .. body_picture.legend(plain, style)
-end
-
-local function is_robot(value)
-  return type(rawget(value, "description")) == "table" and type(value.simulate) == "function"
+  return picture:gsub("[ ]+\n", "\n"):gsub("[ ]+$", "") .. "\n"
+    .. body_picture.legend(plain, style)
 end
 
 local function robot_text(value, style)
@@ -130,7 +138,45 @@ local function scored_text(value, style)
     value:speed())
 end
 
+-- ---- runs ---------------------------------------------------------------------------------------
+
+-- The last generation's numbers.
+local function run_text(value)
+  local config, last = value.config, value.history[#value.history]
+  local head = ("run of %s, repetition %d: %d of %d generations"):format(config.name,
+    value.repetition, #value.history, config.generations)
+  if not last then return head end
+  return ("%s; best %.4g, mean %.4g in generation %d"):format(head, last.best, last.mean,
+    last.generation)
+end
+
+local function population_text(value)
+  local ranked = value.ranked
+  local head = ("generation %d: %d robots"):format(value.generation, #value.records)
+  if not ranked then return head .. ", not scored" end
+  if #ranked == 0 then return head .. ", none with a score" end
+  local best = value[ranked[1]]
+  return ("%s, %d with a score, best %.4g (robot %d)"):format(head, #ranked, best.fitness, best.id)
+end
+
+local function experiment_text(value)
+  local config = value.config
+  return ("experiment %s: %dx%dx%d voxels, %d robots, %d generations, %d repetitions, %g s at %s")
+    :format(config.name, config.lattice[1], config.lattice[2], config.lattice[3],
+      config.population, config.generations, config.repetitions, config.simulation.duration,
+      config.simulation.accuracy or "its own step")
+end
+
 -- ---- anything -----------------------------------------------------------------------------------
+
+local text_of_class = {
+  ["limax.view"] = array_text.view,
+  ["limax.scored_robot"] = scored_text,
+  ["limax.robot"] = robot_text,
+  ["limax.run"] = run_text,
+  ["limax.experiment"] = experiment_text,
+  ["limax.population.scored"] = population_text,
+}
 
 --- One value as text, of one or several lines.
 ---@param value any
@@ -140,10 +186,9 @@ function show.value(value, style)
   style = style or terminal.style()
   if type(value) == "string" then return text_of(value) end
   if type(value) ~= "table" then return tostring(value) end
-  if engine.is_view(value) then return array_text.view(value) end
-  if scored_robot.is(value) then return scored_text(value, style) end
-  if own_text(value) and not is_robot(value) then return tostring(value) end
-  if is_robot(value) then return robot_text(value, style) end
+  local text = text_of_class[kind.of(value)]
+  if text then return text(value, style) end
+  if own_text(value) then return tostring(value) end
   return table_text(value, 0, { width = style.width })
 end
 

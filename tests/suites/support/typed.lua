@@ -1,6 +1,6 @@
 --- typed.lua: `limax repl` at a pseudo-terminal: what keys put on its screen, and transcripts:
 --- files of lines `text => value` or `text => ERROR message`, where `=> more` goes on with the
---- value and `.. text` with the text.
+--- value and `.. text` with the text; `...` in a value stands for anything.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -92,8 +92,12 @@ function typed.transcript(t, path, options)
     if message then
       expected, came = { message }, { came[1] }
     end
-    t:equal(("%s => %s"):format(entry.typed[1], table.concat(came, "\n")),
-      ("%s => %s"):format(entry.typed[1], table.concat(expected, "\n")))
+    local said, wanted = table.concat(came, "\n"), table.concat(expected, "\n")
+    local pattern = wanted:gsub("%p", "%%%0"):gsub("%%%.%%%.%%%.", ".*")
+    if not said:find("^" .. pattern .. "$") then
+      t:equal(("%s => %s"):format(entry.typed[1], said),
+        ("%s => %s"):format(entry.typed[1], wanted))
+    end
   end
   t:equal(result.status, 0)
 end
