@@ -1,7 +1,7 @@
 """Types keys at a program in a pseudo-terminal and says what its screen shows.
 
-Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks }:
-keys are typed, then the line with the cursor must become `ends`, after a line break if `breaks`.
+Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks,
+wait }: after `wait` seconds keys are typed, then the line with the cursor must become `ends`, after a line break if `breaks`.
 Standard output: JSON { status, steps }, of each step the lines that it put on the screen; a step that
 did not come to its end within `seconds` is the last and has `late`.
 """
@@ -87,6 +87,7 @@ def main():
     ended = False
     for step in task["steps"]:
         first, breaks = screen.row, screen.breaks
+        time.sleep(step["wait"])
         if step["keys"]:
             os.write(terminal, step["keys"].encode())
         deadline = time.monotonic() + task["seconds"]

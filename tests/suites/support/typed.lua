@@ -14,6 +14,7 @@ local PATIENCE = 60
 ---@field keys string
 ---@field ends string|nil what the cursor's line must become; nil: the program's end
 ---@field breaks boolean|nil after a line break
+---@field wait number|nil s before the keys
 
 --- Types steps at a prompt; a step that does not come to its end fails the test.
 ---@param t limax.test_context
@@ -26,7 +27,8 @@ function typed.run(t, steps, options)
   local folder = options.folder or t:folder()
   local list = {}
   for i, step in ipairs(steps) do
-    list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true }
+    list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true,
+      wait = step.wait or 0 }
   end
   local command = { host.executable, "repl" }
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
