@@ -112,3 +112,20 @@ suite:test("Ctrl-C leaves a simulation whole", function(t)
   t:equal(done.steps[10].lines[2], "5")
   t:equal(done.steps[11].lines[2], '"running"')
 end)
+
+suite:test("a run that Ctrl-C has cut short goes on to what it would have been", function(t)
+  local fields = "f = { fitness = 'walk', lattice = { 4, 4, 4 }, population = 24, repetitions = 1,"
+    .. " simulation = { duration = 3 } }"
+  local same = "b.history[%d].best == a.history[%d].best and "
+    .. "b.history[%d].evaluations == a.history[%d].evaluations"
+  local done = typed.run(t, { prompt, line(fields), line "a = evolve(f, 2);",
+    line "b = limax.start(limax.experiment(f));",
+    -- generations take half a second
+    { keys = "evolve(b, 100)\n", ends = "", breaks = true },
+    { keys = "\3", ends = ">", wait = 0.3 },
+    line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
+    line((same:gsub("%%d", "2"))), leave })
+  t:equal(done.steps[6].lines[#done.steps[6].lines - 1], "^Cinterrupted")
+  t:equal(done.steps[8].lines[2], "true")
+  t:equal(done.steps[9].lines[2], "true")
+end)

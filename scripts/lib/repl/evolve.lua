@@ -25,6 +25,12 @@ local function line_of(robots, seconds)
     entry.generation, entry.best, entry.mean, #robots.ranked, #robots.records, seconds)
 end
 
+-- The newest generation, where it was not bred yet.
+local function unfinished(run)
+  local robots = run.population
+  return robots and not robots.bred and robots or nil
+end
+
 --- Evolves some generations of a run.
 ---@param what table|limax.experiment|limax.run
 ---@param generations? integer
@@ -36,15 +42,19 @@ function evolve.some(what, generations)
       schema.show(generations)))
   end
   local run = run_of(what)
-  local began, done = host.clock(), 0
-  for robots in run:generations() do
+  local next_robots = run:generations()
+  for done = 1, generations do
+    local began = host.clock()
+    -- one that Ctrl-C has cut short is taken up again
+    local robots = unfinished(run) or next_robots()
+    if not robots then
+      if done == 1 then io.write("the run has ended\n") end
+      break
+    end
     robots:simulate():score():breed()
     io.write(line_of(robots, host.clock() - began))
     io.flush()
-    began, done = host.clock(), done + 1
-    if done == generations then break end
   end
-  if done == 0 then io.write("the run has ended\n") end
   return run
 end
 
