@@ -108,6 +108,7 @@ int read_key(EditLine* line, wchar_t* key) {
         char byte = 0;
         const int count = read_byte(line, &byte);
         if (count != 1) return count;
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): the state is our own
         const std::size_t length = std::mbrtowc(key, &byte, 1, &state);
         if (length == 0 || length == 1) return 1;
         // no letter of UTF-8: dropped

@@ -29,6 +29,7 @@ suite:test("history is kept between starts, whole statements, for its user alone
   local mode = io.popen(("stat -c %%a %s"):format(process.quote(folder .. "/state/limax/history")))
   t:equal(mode:read "*l", "600")
   mode:close()
+  if not host.line_editor then return end
   local up = "\16" -- Ctrl-P
   local second = typed.run(t, { prompt, { keys = up, ends = "> first = 1" },
     { keys = up, ends = "end" }, { keys = "\n", ends = ">", breaks = true }, leave },
@@ -40,14 +41,23 @@ suite:test("a history that cannot be written is said once", function(t)
   local folder = t:folder()
   process.write(folder .. "/state", "a file where a folder should be")
   local done = typed.run(t, { prompt, line "1", line "2", leave }, { folder = folder })
-  t:ok(done.steps[1].lines[2]:match "^limax: the history is not kept: ", done.steps[1].lines[2])
+  local said = table.concat(done.steps[1].lines, "\n")
+  t:ok(said:match "\nlimax: the history is not kept: ", said)
   t:equal(done.steps[2].lines, { "> 1", "1", ">" })
   t:equal(done.steps[3].lines, { "> 2", "2", ">" })
+end)
+
+suite:test("without libedit lines are plain, and the prompt says so", function(t)
+  if host.line_editor then t:skip "built with libedit" end
+  local done = typed.run(t, { prompt, line "1 + 1", leave })
+  t:ok(done.steps[1].lines[2]:match "^Built without libedit", done.steps[1].lines[2])
+  t:equal(done.steps[2].lines, { "> 1 + 1", "2", ">" })
 end)
 
 -- ---- Tab ----------------------------------------------------------------------------------------
 
 suite:test("Tab completes at the terminal, and shows what there is", function(t)
+  if not host.line_editor then t:skip "built without libedit" end
   local folder = t:folder()
   process.write(folder .. "/champion.json", "{}")
   local function tab(text, result) return { keys = text .. "\t", ends = "> " .. result } end
