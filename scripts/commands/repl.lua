@@ -41,8 +41,8 @@ return {
   text = "Type an expression to see its value, or any statement; one that is not complete goes on\n"
     .. "after `..`. A trailing ; mutes. Names need no `local` here, and one that has it stays.\n"
     .. "`_` is the last value, `_1` the one before. `limax` is loaded; ?name tells what something\n"
-    .. "is, ? alone what there is. Tab completes. Files run first, and their names stay. Ctrl-C\n"
-    .. "stops what runs.\n\n"
+    .. "is, ? alone what there is. Tab completes. Files run first; their names stay, and what the\n"
+    .. "last one returns is `_`. Ctrl-C stops what runs.\n\n"
     .. "From a pipe: no prompt, and the first error ends with status 1. History is kept in\n"
     .. "$XDG_STATE_HOME/limax/history; $XDG_CONFIG_HOME/limax/repl.lua runs before the\n"
     .. "first prompt.",
@@ -56,6 +56,8 @@ return {
   },
   positional = { name = "FILE.lua" },
   run = function(arguments)
+    -- modules of the folder that one works in
+    package.path = "./?.lua;./?/init.lua"
     local known
     known = names.new(words.of(function() return known end))
     local prompt = session.new(known)

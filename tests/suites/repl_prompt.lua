@@ -37,6 +37,20 @@ suite:test("history is kept between starts, whole statements, for its user alone
   t:equal(second.steps[3].lines, { "> for i = 1, 2 do", "end" })
 end)
 
+suite:test("a long history is shortened to its newest entries", function(t)
+  local folder = t:folder()
+  local lines = {}
+  for i = 1, 11001 do lines[i] = "x = " .. i .. "\n" end
+  host.file.mkdir(folder .. "/state/limax")
+  process.write(folder .. "/state/limax/history", table.concat(lines))
+  typed.run(t, { prompt, line [["a\nb"]], leave }, { folder = folder })
+  local kept = process.read(folder .. "/state/limax/history")
+  if not host.line_editor then return end
+  t:equal(select(2, kept:gsub("\n", "")), 10001)
+  t:equal(kept:match "^[^\n]*", "x = 1002")
+  t:equal(kept:match "([^\n]*)\n$", [["a\\nb"]])
+end)
+
 suite:test("a history that cannot be written is said once", function(t)
   local folder = t:folder()
   process.write(folder .. "/state", "a file where a folder should be")

@@ -27,6 +27,8 @@ suite:test("-e takes a line, -l loads a module, a file's names stay", function(t
   process.write(folder .. "/wrong.lua", "local x = 1\nerror 'boo'\n")
   t:equal(run(folder, "-e '1 + 1' -e 'x = 3; x = x + 1' -e x -e 'x;'"), "2\n4\nstatus 0\n")
   t:equal(run(folder, "mine.lua -e 'twice(answer)'"), "84\nstatus 0\n")
+  process.write(folder .. "/value.lua", "return { 7 }\n")
+  t:equal(run(folder, "value.lua -e '_[1]'"), "7\nstatus 0\n")
   t:equal(run(folder, "-l limax.suggest -e 'suggest.distance(\"ab\", \"ac\")'"), "1\nstatus 0\n")
   t:equal(run(folder, "-e nothing_at_all -e 2"),
     "input:1: undefined name 'nothing_at_all'\n  input:1: in main chunk\nstatus 1\n")
@@ -98,6 +100,20 @@ suite:test("a followed script runs again when it has changed; its table stays", 
   t:equal(done.steps[9].lines[3], "4\t4")
   t:equal(done.steps[10].lines[2], "true")
   t:ok(done.steps[11].lines[2]:match "there is no file none.lua")
+end)
+
+suite:test("a module is read again, and its table stays the same one", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/part.lua", "return { answer = 1, gone = true }\n")
+  t:equal(run(folder, "", [[
+part = require "part"
+held = part
+do local f = io.open("part.lua", "w") f:write("return { answer = 2 }") f:close() end
+reload "part" == held, held.answer, held.gone
+do local f = io.open("part.lua", "w") f:write("return {{ answer = 3") f:close() end
+pcall(reload, "part")
+package.loaded.part == held, held.answer
+]]):gsub('false\t".-"\n', "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
 end)
 
 suite:test("Ctrl-C leaves a simulation whole", function(t)

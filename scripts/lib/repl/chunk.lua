@@ -8,17 +8,47 @@ local chunk = {}
 -- The message of a text that ends where it should go on.
 local function is_incomplete(message) return message:match "near '?<eof>'?$" ~= nil end
 
+-- The token that closes the parenthesis at token `first`.
+local function closing_of(list, first)
+  local depth = 0
+  for i = first, #list do
+    if list[i].text == "(" then depth = depth + 1 end
+    if list[i].text == ")" then depth = depth - 1 end
+    if depth == 0 then return i end
+  end
+end
+
+-- Is token i the prompt's `time` with an expression behind it? A function and a text are taken as
+-- they are.
+local function times(list, i)
+  local before, inner = list[i - 1], list[i + 2]
+  if list[i].text ~= "time" or not list[i + 1] or list[i + 1].text ~= "(" or not inner then
+    return false
+  end
+  if before and (before.text == "." or before.text == ":" or before.text == "function") then
+    return false
+  end
+  return inner.text ~= "function" and inner.kind ~= "string" and inner.text ~= ")"
+end
+
 -- `time(expression)` gets a function of the expression: as an argument it would be over before.
 local function with_time(text)
-  local list = tokens.of_code(text)
-  local last = #list
-  if last > 0 and list[last].text == ";" then last = last - 1 end
-  if last < 4 or list[1].text ~= "time" or list[2].text ~= "(" or list[last].text ~= ")"
-    or list[3].text == "function" or last == 4 and list[3].kind == "string" then
-    return text
+  local list, edits = tokens.of_code(text), {}
+  for i = 1, #list do
+    local last = times(list, i) and closing_of(list, i + 1)
+    if last then
+      local from, to = list[i + 1].last, list[last].first
+      edits[#edits + 1] = { from, "function() return " }
+      -- a comment would swallow what follows it
+      local comment = text:sub(from, to):find("--", 1, true)
+      edits[#edits + 1] = { to - 1, comment and "\nend" or " end" }
+    end
   end
-  return text:sub(1, list[2].last) .. "function() return "
-    .. text:sub(list[2].last + 1, list[last].first - 1) .. "\nend" .. text:sub(list[last].first)
+  table.sort(edits, function(a, b) return a[1] > b[1] end)
+  for _, edit in ipairs(edits) do
+    text = text:sub(1, edit[1]) .. edit[2] .. text:sub(edit[1] + 1)
+  end
+  return text
 end
 
 -- The text without its last `;`, and whether there was one.
@@ -54,7 +84,7 @@ function chunk.compile(text, environment, name)
   else
     local _, as_expression = loadstring("return " .. text, name)
     local statement, as_statement
-    statement, names = tokens.keep_locals(text)
+    statement, names = tokens.keep_locals(with_time(text))
     call, as_statement = loadstring(statement, name)
     if not call then
       return nil, as_statement, is_incomplete(as_expression or "") or is_incomplete(as_statement)

@@ -13,8 +13,14 @@ local follow = {}
 local followed, order = {}, {}
 
 local function compiled(path, names)
-  -- says what is wrong with the file, and lets `require` find its neighbours
+  -- says what is wrong with the file, and lets `require` find its neighbours first
+  local before = package.path
   script.load(path)
+  if not before:find(package.path, 1, true) then
+    package.path = package.path .. ";" .. before
+  else
+    package.path = before
+  end
   local text = assert(source.read(path))
   -- a first line for the shell
   local code = text:gsub("^#[^\n]*", "")

@@ -70,6 +70,7 @@ end
 ---@return boolean|nil fine
 ---@return any interrupt
 function Session:take(text)
+  follow.refresh()
   local topic = text:match "^%s*%?(.*)$"
   if topic then
     local fine, value, trace = host.protect(help.show, topic, self.names)
@@ -132,7 +133,6 @@ function Session:talk()
     else
       local text = self.text and self.text .. "\n" .. line or line
       self.text = text
-      follow.refresh()
       local done, interrupt = self:take(text)
       if interrupt then
         io.stderr:write("interrupted\n")
@@ -164,11 +164,11 @@ function Session:take_all(lines)
   return 0
 end
 
---- Runs a file: its top-level names stay, as if it were typed. What it returns is shown by nobody.
+--- Runs a file: its top-level names stay, as if it were typed, and what it returns is `_`.
 ---@param path string
----@return any ... what it returns
 function Session:run_file(path)
-  return follow.run(path, self.names)
+  local value = follow.run(path, self.names)
+  if value ~= nil then self.names:remember(value) end
 end
 
 --- A prompt with these names.

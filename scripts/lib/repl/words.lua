@@ -56,7 +56,7 @@ function words.of(names)
         names().environment)
     end
     if type(expression) ~= "function" then
-      engine.fail "time: expected an expression, got its value: write time(f(x)), alone in a line"
+      engine.fail "time: expected an expression in parentheses, a function or a text"
     end
     return finish(host.clock(), expression())
   end
