@@ -82,6 +82,8 @@ void draw_anew(EditLine* line) {
         el_set(line, EL_PREP_TERM, 0);
         el_set(line, EL_PREP_TERM, 1);
     }
+    // libedit draws from where the cursor stands, as if that were the line's beginning
+    std::fputs("\r", stdout);
     if (resized != 0) el_resize(line);
     resized = continued = 0;
     el_set(line, EL_REFRESH);
