@@ -738,12 +738,13 @@ local limax_suite = {}
 ---@overload fun(self: limax.suite, name: string, run: fun(t: limax.test_context))
 function limax_suite:test(name, options, run) end
 
----@class limax.supervision.given
+---@class limax.supervision.given what a supervisor that keeps something between generations gets
 ---@field generation integer that is to be bred
 ---@field history table[]
 ---@field random table
 ---@field limits ledger.limit[]
----@field judge fun(proposal: any, reason?: any, about?: table): table, table, table
+---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
+--- table, table, table as `ledger.judge`
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
