@@ -96,6 +96,10 @@ suite:test("what Tab finds", function(t)
     { __index = { inherited = 2, deed = function() end } })
   local function found(text) return table.concat((complete.words(text, names)), " ") end
   t:equal(found "wal", "walker")
+  environment.several = { { walker = environment.walker } }
+  t:equal(found "several[1].walker:ed", "edit")
+  t:equal(found "several[1].wal", "walker")
+  t:equal(found "several[wal", "walker")
   t:equal(found "mine.", "act deed first inherited")
   t:equal(found "mine:", "act deed")
   t:equal(found "walker:", "begin edit replay save simulate table")

@@ -5,8 +5,12 @@ local tokens = require "limax.repl.tokens"
 
 local chunk = {}
 
--- The message of a text that ends where it should go on.
-local function is_incomplete(message) return message:match "near '?<eof>'?$" ~= nil end
+-- Is this the message of a text that ends where it should go on? A string in quotes ends with its
+-- line, unless a backslash takes the break in.
+local function is_incomplete(message, text)
+  if not message:match "near '?<eof>'?$" then return false end
+  return not message:match ": unfinished string" or text:match "\\$" ~= nil
+end
 
 -- The token that closes the parenthesis at token `first`.
 local function closing_of(list, first)
@@ -87,7 +91,8 @@ function chunk.compile(text, environment, name)
     statement, names = tokens.keep_locals(with_time(text))
     call, as_statement = loadstring(statement, name)
     if not call then
-      return nil, as_statement, is_incomplete(as_expression or "") or is_incomplete(as_statement)
+      return nil, as_statement, is_incomplete(as_expression or "", text)
+        or is_incomplete(as_statement, text)
     end
   end
   -- compiled traces check no hook: at the prompt Ctrl-C must always come through

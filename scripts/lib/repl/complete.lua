@@ -42,10 +42,11 @@ local function add_public(list, class, methods_only)
   end
 end
 
--- What a path such as "a.b.c" names; nothing is called but `__index`.
+-- What a path such as "a.b[1].c" names; nothing is called but `__index`.
 local function value_of(path, names)
   local value
-  for name in path:gmatch "[^.:]+" do
+  for name in path:gsub("%[", "."):gsub("%]", ""):gmatch "[^.:]+" do
+    name = tonumber(name) or name
     if value == nil then
       value = names:get(name)
     elseif type(value) == "table" then
@@ -203,10 +204,11 @@ local function candidates(text, names)
     local words = choices_at(list, names)
     return #words > 0 and words or files_at(typed), typed
   end
-  local path = text:match "[%a_][%w_%.:]*$" or ""
-  local base, separator, word = path:match "^(.-)([.:])([%w_]*)$"
+  local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
+  local base, separator, word = path:match "^(.*)([.:])([%w_]*)$"
   if path:match "%.%.[%w_]*$" then return {}, "" end
   if base then return members(base, separator, names), word end
+  if path:find("[", 1, true) then path = path:match "[%w_]*$" end
   if path ~= "" then list[#list] = nil end
   local before = list[#list]
   if before and (before.text == "{" or before.text == ",") then

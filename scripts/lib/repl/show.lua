@@ -107,6 +107,8 @@ function short(value, depth, seen)
   if type(value) == "string" then return text_of(value, MOST_LETTERS) end
   if type(value) ~= "table" then return tostring(value) end
   if engine.is_view(value) then return tostring(value) end
+  -- of a robot in a table the first line: what it is
+  if kind.of(value) then return show.value(value, seen.style):match "^[^\n]*" end
   if own_text(value) then return (tostring(value):gsub("\n+", " ")) end
   return table_text(value, depth, seen)
 end
@@ -189,7 +191,7 @@ function show.value(value, style)
   local text = text_of_class[kind.of(value)]
   if text then return text(value, style) end
   if own_text(value) then return tostring(value) end
-  return table_text(value, 0, { width = style.width })
+  return table_text(value, 0, { width = style.width, style = style })
 end
 
 --- Several values: in one line, parted by tabs, or one below the other.
