@@ -10,7 +10,7 @@ local KEPT = 9
 
 ---@class limax.repl.names
 ---@field own table<string, any> what was typed
----@field environment table what a chunk runs in
+---@field environment table what a chunk runs in: `own`, which finds the others too
 ---@field words table<string, any> the prompt's own
 local Names = {}
 Names.__index = Names
@@ -33,7 +33,7 @@ end
 ---@param name string
 ---@return any
 function Names:get(name)
-  local value = self.own[name]
+  local value = rawget(self.own, name)
   if value == nil then value = self.words[name] end
   if value == nil then value = rawget(_G, name) end
   if value == nil and name == "limax" then value = require "limax" end
@@ -44,9 +44,10 @@ end
 ---@param value any
 function Names:remember(value)
   -- to look at it again makes no new value
-  if rawequal(value, self.own._) then return end
-  for k = KEPT, 2, -1 do self.own["_" .. k] = self.own["_" .. k - 1] end
-  self.own._1, self.own._ = self.own._, value
+  local own = self.own
+  if rawequal(value, rawget(own, "_")) then return end
+  for k = KEPT, 2, -1 do own["_" .. k] = rawget(own, "_" .. k - 1) end
+  own._1, own._ = rawget(own, "_"), value
 end
 
 --- These names may be read although nothing was assigned: `local x`.
@@ -72,7 +73,7 @@ end
 function names.new(words)
   local self = setmetatable({ own = {}, words = words, declared = { _ = true } }, Names)
   for k = 1, KEPT do self.declared["_" .. k] = true end
-  self.environment = setmetatable({}, {
+  self.environment = setmetatable(self.own, {
     __index = function(_, name)
       local value = self:get(name)
       if value == nil and not self.declared[name] then
@@ -82,7 +83,6 @@ function names.new(words)
       end
       return value
     end,
-    __newindex = function(_, name, value) self.own[name] = value end,
   })
   return self
 end
