@@ -82,9 +82,10 @@
 ---@field color_stderr boolean
 
 ---@class limax.host.line_editor
----@field read fun(prompt: string, complete: fun(before: string): string|nil, string|nil):
----string|nil a line, nil at the end; `complete` is given what stands before the cursor and returns
---- what to insert, and what to show
+---@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil),
+---idle: fun(): boolean): string|nil a line, nil at the end; `complete` is given what stands before
+--- the cursor and returns what to insert, and what to show; `idle` is called every half second
+--- without a key, and returns whether it wrote anything
 ---@field remember fun(text: string) adds to the history of this process
 
 ---@class limax.host.environment

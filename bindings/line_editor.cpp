@@ -27,9 +27,12 @@ namespace {
 
 // Longest time until Ctrl-C at the prompt is noticed.
 constexpr int look = 100;  // ms
+constexpr int looks_between_idle_calls = 5;
 constexpr int longest_history = 10000;
 
-const char complete_key = 0;  // its address is the registry key of the completing function
+// their addresses are the registry keys of the functions that a reader handed over
+const char complete_key = 0;
+const char idle_key = 0;
 
 volatile std::sig_atomic_t resized = 0;
 volatile std::sig_atomic_t continued = 0;
@@ -39,6 +42,8 @@ struct editor {
     std::unique_ptr<History, decltype(&history_end)> history{nullptr, history_end};
     std::string prompt;
     lua_State* L = nullptr;  // while a line is read
+    int looks = 0;           // without a key
+    bool stopped = false;    // Ctrl-C came while the idle function ran
 };
 
 editor& the_editor() {
@@ -85,8 +90,33 @@ void draw_anew(EditLine* line) {
     // libedit draws from where the cursor stands, as if that were the line's beginning
     std::fputs("\r", stdout);
     if (resized != 0) el_resize(line);
-    resized = continued = 0;
+    resized = 0;
+    continued = 0;
     el_set(line, EL_REFRESH);
+}
+
+// idle() -> whether it wrote anything
+int call_idle(lua_State* L) {
+    bool& wrote = *static_cast<bool*>(lua_touserdata(L, 1));
+    lua_pushlightuserdata(L, const_cast<char*>(&idle_key));
+    lua_rawget(L, LUA_REGISTRYINDEX);
+    lua_call(L, 0, 1);
+    wrote = lua_toboolean(L, -1) != 0;
+    return 0;
+}
+
+// Lets the reader look around. False when it was stopped.
+bool look_around(EditLine* line) {
+    lua_State* const L = the_editor().L;
+    bool wrote = false;
+    // no error may leave through libedit's frames
+    if (lua_cpcall(L, guarded<call_idle>, &wrote) != 0) {
+        lua_pop(L, 1);
+        the_editor().stopped = true;
+        return false;
+    }
+    if (wrote) el_set(line, EL_REFRESH);
+    return true;
 }
 
 // One byte of the terminal: 1, 0 at its end, -1 when Ctrl-C came or reading failed.
@@ -96,6 +126,9 @@ int read_byte(EditLine* line, char* byte) {
         if (resized != 0 || continued != 0) draw_anew(line);
         pollfd gate{STDIN_FILENO, POLLIN, 0};
         const int ready = poll(&gate, 1, look);
+        if (ready == 0 && ++the_editor().looks % looks_between_idle_calls == 0 &&
+            !look_around(line))
+            return -1;
         if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
         const ssize_t count = read(STDIN_FILENO, byte, 1);
         if (count >= 0) return static_cast<int>(count);
@@ -181,15 +214,21 @@ editor& started() {
     return now;
 }
 
-// read(prompt, complete) -> line without its end, or nil at the end of the input. Ctrl-C raises as
-// everywhere.
+void keep(lua_State* L, const char* key, int index) {
+    lua_pushlightuserdata(L, const_cast<char*>(key));
+    lua_pushvalue(L, index);
+    lua_rawset(L, LUA_REGISTRYINDEX);
+}
+
+// read(prompt, complete, idle) -> line without its end, or nil at the end of the input. Ctrl-C
+// raises as everywhere.
 int lua_read(lua_State* L) {
     std::size_t length = 0;
     const char* const prompt = luaL_checklstring(L, 1, &length);
     luaL_checktype(L, 2, LUA_TFUNCTION);
-    lua_pushlightuserdata(L, const_cast<char*>(&complete_key));
-    lua_pushvalue(L, 2);
-    lua_rawset(L, LUA_REGISTRYINDEX);
+    luaL_checktype(L, 3, LUA_TFUNCTION);
+    keep(L, &complete_key, 2);
+    keep(L, &idle_key, 3);
     int count = 0;
     const char* line = nullptr;
     {
@@ -197,11 +236,13 @@ int lua_read(lua_State* L) {
         editor& now = started();
         now.prompt.assign(prompt, length);
         now.L = L;
+        now.stopped = false;
         // libedit would first show the prompt: keys in between would be echoed twice
         el_set(now.line.get(), EL_PREP_TERM, 1);
         line = el_gets(now.line.get(), &count);
         now.L = nullptr;
     }
+    if (the_editor().stopped) return raise_interrupt(L);
     if (interrupted()) {
         std::fputs("^C", stdout);
         std::fflush(stdout);

@@ -83,23 +83,50 @@ end)
 
 suite:test("a followed script runs again when it has changed; its table stays", function(t)
   local folder = t:folder()
-  local function script(text)
-    return ("do local f = io.open('mine.lua', 'w') f:write(%q) f:close() end"):format(text)
-  end
   process.write(folder .. "/mine.lua",
     "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
-  local done = typed.run(t, { prompt, line 'm = follow "mine.lua"', line "held = m",
-    line(script "local top = 2; return { answer = 2 }"), line "held.answer, held.gone, top",
-    line(script "local top = = 3"), line "held.answer, top",
-    line(script "local top = 4; return { answer = 4 }"), line "held.answer, top", line "m == held",
-    line 'follow "none.lua"', leave }, { folder = folder })
-  t:equal(done.steps[5].lines[3], "2\tnil\t2")
-  t:ok(done.steps[5].lines[2]:match "^read again: .*/mine.lua$", done.steps[5].lines[2])
-  t:ok(done.steps[7].lines[2]:match "mine.lua:1: unexpected symbol near '='", "the error is shown")
-  t:equal(done.steps[7].lines[3], "2\t2")
-  t:equal(done.steps[9].lines[3], "4\t4")
-  t:equal(done.steps[10].lines[2], "true")
-  t:ok(done.steps[11].lines[2]:match "there is no file none.lua")
+  local output = run(folder, "", [[
+function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
+m = follow "mine.lua"
+held = m
+save "local top = 2; return { answer = 2 }"
+held.answer, held.gone, top
+save "local top = = 3"
+held.answer, top
+save "local top = 4; return { answer = 4 }"
+held.answer, top, m == held
+follow "none.lua"
+]]):gsub("[^\n ]*/mine.lua", "mine.lua")
+  t:equal(output, [[
+read again: mine.lua
+2	nil	2
+mine.lua:1: unexpected symbol near '='
+2	2
+read again: mine.lua
+4	4	true
+there is no file none.lua
+  input:1: in main chunk
+status 1
+]])
+end)
+
+suite:test("a followed script that changes runs at the idle prompt, and the line stays", function(t)
+  if not host.line_editor then t:skip "built without libedit" end
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua", "top = 1\n")
+  local half = "> top + to"
+  local function change(text, ends)
+    return { keys = "", file = "mine.lua", text = text, ends = ends, breaks = true }
+  end
+  local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
+    change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
+    -- Ctrl-C stops one that does not end
+    change("while true do end\n", ""), { keys = "\3", ends = ">", breaks = true, wait = 1 },
+    line "top", leave }, { folder = folder })
+  t:equal(done.steps[4].lines[2], "hello")
+  t:ok(done.steps[4].lines[3]:match "^read again: ")
+  t:equal(done.steps[5].lines[2], "42")
+  t:equal(done.steps[8].lines[2], "21")
 end)
 
 suite:test("a module is read again, and its table stays the same one", function(t)
@@ -118,7 +145,7 @@ end)
 
 suite:test("Ctrl-C leaves a simulation whole", function(t)
   local done = typed.run(t, { prompt, line 'robot = limax.robot { voxels = "ecs\\nece" }',
-    line "walk = robot:begin { duration = 2000 }", line "walk:step(10);",
+    line "walk = robot:begin { duration = 1e5 }", line "walk:step(10);",
     -- it computes for minutes
     { keys = "walk:finish()\n", ends = "", breaks = true }, { keys = "", ends = "", wait = 0.3 },
     { keys = "\3", ends = ">", breaks = true }, line "before = walk.steps", line "before > 10",

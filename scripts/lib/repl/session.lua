@@ -84,11 +84,20 @@ function Session:take(text)
   return false
 end
 
+-- A script that was changed while nobody types runs at once, on lines of its own.
+local function idle()
+  if not follow.has_changed() then return false end
+  io.write "\n"
+  follow.refresh()
+  io.flush()
+  return true
+end
+
 -- One line of the terminal, nil at its end.
 function Session:read(prompt)
   local editor = host.line_editor
   local facts = host.terminal()
-  if editor and facts.stdout then return editor.read(prompt, self.complete) end
+  if editor and facts.stdout then return editor.read(prompt, self.complete, idle) end
   io.write(prompt)
   io.flush()
   return io.read "*l"

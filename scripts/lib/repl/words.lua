@@ -79,8 +79,9 @@ function words.of(names)
     return value
   end
 
-  --- Runs a script, and again before the next line after its file has changed. Its top-level names
-  --- stay at the prompt, and a table that it returns stays the same one.
+  --- Runs a script, and again when its file has changed: within half a second where nobody types,
+  --- else before the next line. Its top-level names stay at the prompt, and a table that it returns
+  --- stays the same one.
   ---@param file string
   ---@return any value what the script returned
   function list.follow(file)

@@ -1,7 +1,7 @@
 """Types keys at a program in a pseudo-terminal and says what its screen shows.
 
 Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks,
-wait }: after `wait` seconds keys are typed, then the line with the cursor must become `ends`, after a line break if `breaks`.
+wait, file, text }: after `wait` seconds a file is written, keys are typed, then the line with the cursor must become `ends`, after a line break if `breaks`.
 Standard output: JSON { status, steps }, of each step the lines that it put on the screen; a step that
 did not come to its end within `seconds` is the last and has `late`.
 """
@@ -88,6 +88,9 @@ def main():
     for step in task["steps"]:
         first, breaks = screen.row, screen.breaks
         time.sleep(step["wait"])
+        if step["file"]:
+            with open(step["file"], "w") as file:
+                file.write(step["text"])
         if step["keys"]:
             os.write(terminal, step["keys"].encode())
         deadline = time.monotonic() + task["seconds"]

@@ -15,6 +15,8 @@ local PATIENCE = 60
 ---@field ends string|nil what the cursor's line must become; nil: the program's end
 ---@field breaks boolean|nil after a line break
 ---@field wait number|nil s before the keys
+---@field file string|nil is written with `text` before them
+---@field text string|nil
 
 --- Types steps at a prompt; a step that does not come to its end fails the test.
 ---@param t limax.test_context
@@ -28,7 +30,7 @@ function typed.run(t, steps, options)
   local list = {}
   for i, step in ipairs(steps) do
     list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true,
-      wait = step.wait or 0 }
+      wait = step.wait or 0, file = step.file or "", text = step.text or "" }
   end
   local command = { host.executable, "repl" }
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
