@@ -9,6 +9,7 @@
 #ifdef LIMAX_WITH_LIBEDIT
 #include <histedit.h>
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -36,6 +37,8 @@ const char idle_key = 0;
 
 volatile std::sig_atomic_t resized = 0;
 volatile std::sig_atomic_t continued = 0;
+volatile std::sig_atomic_t reading = 0;
+termios before_reading{};  // written while `reading` is 0
 
 struct editor {
     std::unique_ptr<EditLine, decltype(&el_end)> line{nullptr, el_end};
@@ -71,6 +74,14 @@ private:
 void on_resize(int) { resized = 1; }
 void on_continue(int) { continued = 1; }
 
+// Whoever ends or stops us finds the terminal as it was. Async-signal-safe.
+void on_leaving(int signal) {
+    if (reading != 0) tcsetattr(STDIN_FILENO, TCSANOW, &before_reading);
+    // by now the default action; one that was only a stop is over when this returns
+    raise(signal);
+    continued = 1;
+}
+
 void follow_terminal() {
     struct sigaction action {};
     sigemptyset(&action.sa_mask);
@@ -79,11 +90,15 @@ void follow_terminal() {
     sigaction(SIGWINCH, &action, nullptr);
     action.sa_handler = on_continue;
     sigaction(SIGCONT, &action, nullptr);
+    action.sa_handler = on_leaving;
+    action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND | SA_NODEFER);
+    for (const int signal : {SIGTERM, SIGHUP, SIGTSTP}) sigaction(signal, &action, nullptr);
 }
 
 void draw_anew(EditLine* line) {
     if (continued != 0) {
-        // the shell has set the terminal back meanwhile
+        // the shell has set the terminal back meanwhile, and a handler goes with its first signal
+        follow_terminal();
         el_set(line, EL_PREP_TERM, 0);
         el_set(line, EL_PREP_TERM, 1);
     }
@@ -238,8 +253,11 @@ int lua_read(lua_State* L) {
         now.L = L;
         now.stopped = false;
         // libedit would first show the prompt: keys in between would be echoed twice
+        tcgetattr(STDIN_FILENO, &before_reading);
+        reading = 1;
         el_set(now.line.get(), EL_PREP_TERM, 1);
         line = el_gets(now.line.get(), &count);
+        reading = 0;
         now.L = nullptr;
     }
     if (the_editor().stopped) return raise_interrupt(L);

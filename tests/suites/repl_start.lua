@@ -172,3 +172,13 @@ suite:test("a run that Ctrl-C has cut short goes on to what it would have been",
   t:equal(done.steps[8].lines[2], "true")
   t:equal(done.steps[9].lines[2], "true")
 end)
+
+suite:test("whoever ends the prompt finds the terminal as it was", function(t)
+  local half = { keys = "half a li", ends = "> half a li" }
+  local done = typed.run(t, { prompt, half, { keys = "", signal = 15 } })
+  t:equal(done.status, -15)
+  t:equal(done.echo, true)
+  done = typed.run(t, { prompt, leave })
+  t:equal(done.status, 0)
+  t:equal(done.echo, true)
+end)

@@ -1,9 +1,11 @@
 """Types keys at a program in a pseudo-terminal and says what its screen shows.
 
 Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks,
-wait, file, text }: after `wait` seconds a file is written, keys are typed, then the line with the cursor must become `ends`, after a line break if `breaks`.
-Standard output: JSON { status, steps }, of each step the lines that it put on the screen; a step that
-did not come to its end within `seconds` is the last and has `late`.
+wait, file, text, signal }: after `wait` seconds a file is written, a signal sent and keys are typed;
+then the line with the cursor must become `ends`, after a line break if `breaks`.
+Standard output: JSON { status, echo, steps }: the exit status, whether the terminal echoes then, and
+of each step the lines that it put on the screen; a step that did not come to its end within
+`seconds` is the last and has `late`.
 """
 import codecs
 import fcntl
@@ -91,6 +93,8 @@ def main():
         if step["file"]:
             with open(step["file"], "w") as file:
                 file.write(step["text"])
+        if step["signal"]:
+            os.kill(child, step["signal"])
         if step["keys"]:
             os.write(terminal, step["keys"].encode())
         deadline = time.monotonic() + task["seconds"]
@@ -116,7 +120,9 @@ def main():
     if not ended:
         os.kill(child, signal.SIGKILL)
     _, status = os.waitpid(child, 0)
-    json.dump({"status": os.waitstatus_to_exitcode(status), "steps": results}, sys.stdout)
+    echo = bool(termios.tcgetattr(terminal)[3] & termios.ECHO)
+    status = os.waitstatus_to_exitcode(status)
+    json.dump({"status": status, "echo": echo, "steps": results}, sys.stdout)
 
 
 main()

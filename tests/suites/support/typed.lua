@@ -17,12 +17,13 @@ local PATIENCE = 60
 ---@field wait number|nil s before the keys
 ---@field file string|nil is written with `text` before them
 ---@field text string|nil
+---@field signal integer|nil is sent to the program before them
 
 --- Types steps at a prompt; a step that does not come to its end fails the test.
 ---@param t limax.test_context
 ---@param steps typed.step[]
 ---@param options? { words?: string[], folder?: string }
----@return { status: integer, steps: { lines: string[] }[] }
+---@return { status: integer, echo: boolean, steps: { lines: string[] }[] }
 function typed.run(t, steps, options)
   if os.execute "command -v python3 >/dev/null" ~= 0 then t:skip "python3 is not installed" end
   options = options or {}
@@ -30,7 +31,8 @@ function typed.run(t, steps, options)
   local list = {}
   for i, step in ipairs(steps) do
     list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true,
-      wait = step.wait or 0, file = step.file or "", text = step.text or "" }
+      wait = step.wait or 0, file = step.file or "", text = step.text or "",
+      signal = step.signal or 0 }
   end
   local command = { host.executable, "repl" }
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
