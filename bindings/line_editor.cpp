@@ -252,9 +252,9 @@ int lua_read(lua_State* L) {
         now.prompt.assign(prompt, length);
         now.L = L;
         now.stopped = false;
-        // libedit would first show the prompt: keys in between would be echoed twice
         tcgetattr(STDIN_FILENO, &before_reading);
         reading = 1;
+        // libedit would first show the prompt: keys in between would be echoed twice
         el_set(now.line.get(), EL_PREP_TERM, 1);
         line = el_gets(now.line.get(), &count);
         reading = 0;
