@@ -23,6 +23,7 @@ namespace limax::host {
 namespace {
 
 constexpr mode_t file_mode = 0666;        // less the umask
+constexpr mode_t private_mode = 0600;     // for its owner alone
 constexpr mode_t folder_mode = 0777;      // less the umask
 constexpr off_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
@@ -67,8 +68,8 @@ auto persist(call&& try_once) {
     return result;
 }
 
-int open_path(const std::string& path, int flags) {
-    return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, file_mode); });
+int open_path(const std::string& path, int flags, mode_t mode = file_mode) {
+    return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, mode); });
 }
 
 std::string folder_of(const std::string& path) {
@@ -149,10 +150,10 @@ void write_atomic(const std::string& link, std::string_view text) {
 }
 
 // One write of whole lines. What a full disk let through of it is taken back.
-void append(const std::string& path, std::string_view text) {
+void append(const std::string& path, std::string_view text, mode_t mode) {
     descriptor file(open_path(path, O_WRONLY | O_APPEND));
     const bool created = !file.fine() && errno == ENOENT;
-    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT)
+    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode)
                                    : file.release());
     if (!fresh.fine()) fail("open", path);
     const off_t before = lseek(fresh.get(), 0, SEEK_END);
@@ -247,12 +248,14 @@ int lua_write_atomic(lua_State* L) {
     return answer(L, [&] { write_atomic(path, text); });
 }
 
+// append(path, text[, private]): a file that it makes is then its owner's alone
 int lua_append(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);
     luaL_argcheck(L, !text.empty() && text.back() == '\n', 2,
                   "whole lines are appended: the text must end in a line break");
-    return answer(L, [&] { append(path, text); });
+    const mode_t mode = lua_toboolean(L, 3) != 0 ? private_mode : file_mode;
+    return answer(L, [&] { append(path, text, mode); });
 }
 
 int lua_mkdir(lua_State* L) {

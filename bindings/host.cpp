@@ -16,6 +16,7 @@
 #include "http.h"
 #include "json.h"
 #include "limax_cdef.inc"
+#include "line_editor.h"
 #include "machine.h"
 #include "packages.h"
 #include "protect.h"
@@ -94,6 +95,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_url(L);
     open_files(L);
     open_machine(L);
+    open_line_editor(L);
     open_sandbox(L);
     open_time_limit(L);
     lua_setfield(L, -2, "limax.host");

@@ -15,7 +15,8 @@
 -- Each answers true (or its value), or nil and a message that names the path.
 ---@class limax.host.file
 ---@field write_atomic fun(path: string, text: string): true|nil, string|nil whole or not at all
----@field append fun(path: string, text: string): true|nil, string|nil whole lines, on disk then
+---@field append fun(path: string, text: string, private?: boolean): true|nil, string|nil whole
+--- lines, on disk then; a file that it makes is, if private, its owner's alone
 ---@field mkdir fun(path: string): true|nil, string|nil with the folders above it
 ---@field exists fun(path: string): "file"|"folder"|nil
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
@@ -80,6 +81,13 @@
 ---@field color boolean on the standard output
 ---@field color_stderr boolean
 
+---@class limax.host.line_editor
+---@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil),
+---idle: fun(): boolean): string|nil a line, nil at the end; `complete` is given what stands before
+--- the cursor and returns what to insert, and what to show; `idle` is called every half second
+--- without a key, and returns whether it wrote anything
+---@field remember fun(text: string) adds to the history of this process
+
 ---@class limax.host.environment
 ---@field compiler string
 ---@field build string
@@ -117,6 +125,7 @@
 ---@field wait fun(seconds: number) Ctrl-C ends it at once
 ---@field time fun(): string "2026-11-21T10:15:03Z"
 ---@field terminal fun(): limax.host.terminal
+---@field line_editor limax.host.line_editor|nil nil where limax was built without libedit
 ---@field environment fun(): limax.host.environment
 ---@field opens fun(library: string): true|nil, string|nil can this shared library be loaded?
 local host = {}

@@ -21,12 +21,12 @@ const char home_key = 0;  // its address is the registry key of the home folder
 // Whether the frame belongs to the way from the command line to a script, which says nothing about
 // a mistake.
 bool launches(const std::string& home, const char* source) {
-    static const char* const files[] = {"/scripts/lib/main.lua", "/scripts/lib/script.lua",
-                                        "/scripts/commands/repl.lua"};
+    static const char* const places[] = {"/scripts/lib/main.lua", "/scripts/lib/script.lua",
+                                         "/scripts/commands/repl.lua", "/scripts/lib/repl/"};
     if (*source != '@' || std::strncmp(source + 1, home.c_str(), home.size()) != 0) return false;
     const char* const rest = source + 1 + home.size();
-    for (const char* file : files)
-        if (std::strcmp(rest, file) == 0) return true;
+    for (const char* place : places)
+        if (std::strncmp(rest, place, std::strlen(place)) == 0) return true;
     return false;
 }
 

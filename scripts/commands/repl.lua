@@ -2,144 +2,78 @@
 --- or file.
 
 local failure = require "limax.failure"
+local follow = require "limax.repl.follow"
 local host = require "limax.host"
+local names = require "limax.repl.names"
+local session = require "limax.repl.session"
+local words = require "limax.repl.words"
 
-local exit_failed, exit_interrupted = 1, 130
-
--- What is typed sees the locked globals, and may add its own names, which no module sees. `limax`
--- is there at once.
-local function new_environment()
-  return setmetatable({}, {
-    __index = function(names, name)
-      local value = rawget(_G, name)
-      if value == nil and name == "limax" then
-        value = require "limax"
-        rawset(names, name, value)
-      end
-      if value == nil then error(("undefined name '%s'"):format(tostring(name)), 2) end
-      return value
-    end,
-  })
+-- The file that runs before the first prompt, if there is one.
+local function startup_file()
+  local given = os.getenv "XDG_CONFIG_HOME"
+  local home = os.getenv "HOME"
+  local folder = given and given:sub(1, 1) == "/" and given or home and home .. "/.config"
+  local path = folder and folder .. "/limax/repl.lua"
+  return path and host.file.exists(path) == "file" and path or nil
 end
 
--- a chunk that ends where its text should go on
-local function is_incomplete(message) return message:match "near '?<eof>'?$" ~= nil end
-
--- The chunk of a text: as an expression first, so that its value is shown. Otherwise nil, message,
--- incomplete.
-local function compile(text, environment)
-  local chunk, as_expression = loadstring("return " .. text, "=input")
-  local as_statement
-  if chunk then
-    -- a call after `return` is a tail call, whose errors would lose their line
-    -- (the line break: for a text that ends in a comment)
-    chunk = loadstring("(...)(" .. text .. ")", "=input")
-      or loadstring("(...)(" .. text .. "\n)", "=input") or chunk
-  else
-    chunk, as_statement = loadstring(text, "=input")
-  end
-  if not chunk then
-    return nil, as_statement, is_incomplete(as_expression) or is_incomplete(as_statement)
-  end
-  -- compiled traces check no hook: at the prompt Ctrl-C must always come through
-  jit.off(chunk, true)
-  return setfenv(chunk, environment)
-end
-
-local function show(...)
-  local count = select("#", ...)
-  if count == 0 then return end
-  local texts = {}
-  for i = 1, count do
-    local value = select(i, ...)
-    texts[i] = type(value) == "string" and ("%q"):format(value) or tostring(value)
-  end
-  io.write(table.concat(texts, "\t"), "\n")
-end
-
-local function read_line(prompt)
-  io.write(prompt)
-  io.flush()
-  return io.read "*l"
-end
-
-local function report(value, trace)
-  io.stdout:flush()
+local function run_startup_file(known)
+  local path = startup_file()
+  if not path then return end
+  local fine, value, trace = host.protect(follow.run, path, known)
+  if fine then return end
+  if value == host.interrupt then error(value, 0) end
+  -- a prompt without it is better than none
   io.stderr:write(failure.status(value) and value or trace, "\n")
 end
 
--- Runs one chunk and shows its values. False after an error; the interrupt is passed on as it is.
-local function evaluate(chunk)
-  local fine, value, trace = host.protect(function() show(chunk(show)) end)
-  if fine then return true end
-  if value == host.interrupt then return false, value end
-  report(value, trace)
-  return false
-end
-
-local function talk(environment)
-  print(("limax %s. Ctrl-D ends, Ctrl-C stops what runs."):format(host.version))
-  local text
-  while true do
-    local fine, line = host.protect(read_line, text and ".. " or "> ")
-    if not fine then
-      -- Ctrl-C at the prompt drops what was typed
-      host.signal.rearm()
-      text = nil
-      io.write("\n")
-    elseif line == nil then
-      io.write("\n")
-      return 0
-    else
-      text = text and text .. "\n" .. line or line
-      local chunk, message, incomplete = compile(text, environment)
-      if chunk then
-        local _, interrupt = evaluate(chunk)
-        if interrupt then
-          io.stderr:write("interrupted\n")
-          host.signal.rearm()
-        end
-        text = nil
-      elseif not incomplete then
-        report(message, message)
-        text = nil
-      end
-    end
+local function once(text)
+  return function()
+    local line = text
+    text = nil
+    return line
   end
-end
-
--- without a terminal: no banner, no prompt, and the first error ends it
-local function read_all(environment)
-  local text
-  for line in io.lines() do
-    text = text and text .. "\n" .. line or line
-    local chunk, message, incomplete = compile(text, environment)
-    if chunk then
-      local fine, interrupt = evaluate(chunk)
-      if not fine then return interrupt and exit_interrupted or exit_failed end
-      text = nil
-    elseif not incomplete then
-      report(message, message)
-      return exit_failed
-    end
-  end
-  if text then
-    io.stderr:write("input: the last statement is not complete\n")
-    return exit_failed
-  end
-  return 0
 end
 
 return {
   summary = "a prompt for Lua",
-  usage = "limax repl",
+  usage = "limax repl [options] [FILE.lua ...]",
   text = "Type an expression to see its value, or any statement; one that is not complete goes on\n"
-    .. "after `..`. Names need no `local` here. From a pipe: no prompt, and the first error ends\n"
-    .. "with status 1.",
-  options = {},
-  run = function()
-    local environment = new_environment()
-    if host.terminal().stdin then return talk(environment) end
-    return read_all(environment)
+    .. "after `..`. A trailing ; mutes. Names need no `local` here, and one that has it stays.\n"
+    .. "`_` is the last value, `_1` the one before. `limax` is loaded; ?name tells what something\n"
+    .. "is, ? alone what there is. Tab completes. Files run first; their names stay, and what the\n"
+    .. "last one returns is `_`. Ctrl-C stops what runs.\n\n"
+    .. "From a pipe: no prompt, and the first error ends with status 1. History is kept in\n"
+    .. "$XDG_STATE_HOME/limax/history; $XDG_CONFIG_HOME/limax/repl.lua runs before the\n"
+    .. "first prompt.",
+  options = {
+    { name = "execute", short = "e", argument = "CODE", many = true,
+      text = "take CODE as if it were typed, and end" },
+    { name = "load", short = "l", argument = "MODULE", many = true,
+      text = "require a module first, under its own name" },
+    { name = "interactive", short = "i", text = "prompt after -e too" },
+    { name = "bare", text = "leave the start-up file out" },
+  },
+  positional = { name = "FILE.lua" },
+  run = function(arguments)
+    -- modules of the folder that one works in
+    package.path = "./?.lua;./?/init.lua"
+    local known
+    known = names.new(words.of(function() return known end))
+    local prompt = session.new(known)
+    local terminal = host.terminal().stdin
+    local ends = #arguments.execute > 0 and not arguments.interactive
+    if terminal and not ends and not arguments.bare then run_startup_file(known) end
+    for _, module in ipairs(arguments.load) do
+      known.environment[module:match "[^.]*$"] = require(module)
+    end
+    for _, file in ipairs(arguments) do prompt:run_file(file) end
+    for _, code in ipairs(arguments.execute) do
+      local status = prompt:take_all(once(code))
+      if status ~= 0 then return status end
+    end
+    if ends then return 0 end
+    if terminal then return prompt:talk() end
+    return prompt:take_all(io.lines())
   end,
 }

@@ -91,7 +91,6 @@ function Population:simulate(on_progress)
     mask[i] = not self.kept[i] and self.contexts[i].simulation == nil
     if mask[i] then wanted = wanted + 1 end
   end
-  self.evaluations = (self.evaluations or 0) + wanted
   if wanted > 0 then
     local began = host.clock()
     local simulation = engine.simulation(self.engine, self.materials, run.scene, run.options,
@@ -112,6 +111,8 @@ function Population:simulate(on_progress)
     self.simulations = self.simulations or {}
     self.simulations[#self.simulations + 1] = simulation
   end
+  -- not before: what Ctrl-C has cut short at the prompt is simulated again
+  self.evaluations = (self.evaluations or 0) + wanted
   self.simulated = true
   return self
 end

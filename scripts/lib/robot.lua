@@ -7,6 +7,8 @@ local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local robot_file = require "limax.robot_file"
+local robot_in_motion = require "limax.robot_in_motion"
+local robot_of_genome = require "limax.robot_of_genome"
 local schema = require "limax.schema"
 local scored_robot = require "limax.scored_robot"
 local settings = require "limax.settings"
@@ -151,16 +153,60 @@ local function by_hand(given)
     voxels = filled(layers, lattice), weights = weights, materials = materials:table() }, materials)
 end
 
---- A robot by hand (a table), or from a robot file (its path).
----@param given string|limax.robot.given
+---@class limax.robot.of_genome
+---@field genome "random"|number[]|limax.view a random one, or its numbers
+---@field lattice? integer[] voxels along x, y, z; { 5, 5, 5 }
+---@field materials? string|table|limax.materials "paper" if absent
+---@field edge? number m
+---@field features? integer of the encoding, as in an experiment's `genome`; 16
+---@field sigma? number 1
+---@field hidden? integer[] { 32, 32 }
+---@field initial_scale? number of random genomes; 1
+---@field seed? number|string of the encoding, and of a random genome; 1
+---@field repetition? integer 1
+---@field individual? integer which robot of the initial population a random genome is; 1
+
+--- A robot by hand, of a genome (tables), from a robot file (its path), or again the body of one
+--- that was simulated.
+---@param given string|limax.robot.given|limax.robot.of_genome|limax.scored_robot
 ---@return limax.robot
 function robot.new(given)
   if type(given) == "string" then return object(robot_file.read(given)) end
+  if scored_robot.is(given) then return robot.of(given:table()) end
   if type(given) ~= "table" then
     fail("limax.robot: expected a table { voxels = ... } or the name of a robot file, got %s",
       schema.show(given))
   end
+  if given.genome ~= nil and given.voxels == nil then
+    return object(robot_of_genome.describe(given))
+  end
   return by_hand(given)
+end
+
+--- This robot with one voxel of another material; weights stay. The robot itself does not change.
+---@param x integer from 1
+---@param y integer from 1
+---@param z integer from 1, the lowest layer
+---@param letter string of a material, `.` takes the voxel away
+---@return limax.robot
+function Robot:edit(x, y, z, letter)
+  local description = self:table()
+  for axis, given in ipairs { x or 0, y or 0, z or 0 } do
+    local size = description.lattice[axis]
+    if type(given) ~= "number" or given % 1 ~= 0 or given < 1 or given > size then
+      fail("edit: %s: expected a whole number from 1 to %d (voxels), got %s",
+        ("xyz"):sub(axis, axis), size, schema.show(given))
+    end
+  end
+  if type(letter) ~= "string" or #letter ~= 1 or not self.materials:index(letter) then
+    fail("edit: expected the letter of a material, got %s; the letters are %s",
+      schema.show(letter), body.legal_letters(self.materials))
+  end
+  local line = description.voxels[z][y]
+  description.voxels[z][y] = line:sub(1, x - 1) .. letter .. line:sub(x + 1)
+  -- what the file said about another body's walk
+  description.score, description.outcome = nil, nil
+  return robot.of(description)
 end
 
 -- ---- simulating ---------------------------------------------------------------------------------
@@ -219,10 +265,8 @@ end
 ---@field position? number[] m
 ---@field velocity? number[] m/s
 
---- Simulates this robot alone: settles, then runs its muscles for `duration`.
----@param options? limax.robot.simulate_options
----@return limax.scored_robot
-function Robot:simulate(options)
+-- A simulation that is ready to run, and the function that makes a scored robot of it.
+local function prepared(self, options)
   options = options or {}
   if type(options) ~= "table" then
     fail("simulate: expected a table, got %s", schema.show(options))
@@ -245,16 +289,30 @@ function Robot:simulate(options)
   if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
   local device = device_of(options.device)
   local simulation = engine.simulation(population, materials, scene, resolved, device)
-  simulation:run(options.progress)
-
-  local outcome = simulation:outcome(1)
-  local record = { id = description.id or 1, generation = description.generation or 0,
-    parents = description.parents or {}, origin = "hand", status = outcome.status,
-    reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) }
-  return scored_robot.new(record, { population = population, index = 1, simulation = simulation,
-    materials = materials, scene = scene:table(), options = resolved, device = device,
-    fitness = description.fitness })
+  return simulation, function()
+    local outcome = simulation:outcome(1)
+    local record = { id = description.id or 1, generation = description.generation or 0,
+      parents = description.parents or {}, origin = "hand", status = outcome.status,
+      reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) }
+    return scored_robot.new(record, { population = population, index = 1,
+      simulation = simulation, materials = materials, scene = scene:table(), options = resolved,
+      device = device, fitness = description.fitness })
+  end
 end
+
+--- Simulates this robot alone: settles, then runs its muscles for `duration`.
+---@param options? limax.robot.simulate_options
+---@return limax.scored_robot
+function Robot:simulate(options)
+  local simulation, finish = prepared(self, options)
+  simulation:run(options and options.progress)
+  return finish()
+end
+
+--- The same, to be taken step by step.
+---@param options? limax.robot.simulate_options
+---@return limax.robot_in_motion
+function Robot:begin(options) return robot_in_motion.new(prepared(self, options)) end
 
 -- What fitness.get takes: { name = "walk", axis = "x" } of a file is { "walk", axis = "x" }.
 local function fitness_of(stored)

@@ -11,7 +11,7 @@ suite:test("an unknown command or option is one message with a suggestion, statu
     { { "rnu" }, 'unknown command "rnu"; did you mean "run"?' },
     { { "--versoin" }, 'unknown option --versoin; did you mean "--version"?' },
     { { "repl", "--hepl" }, 'unknown option --hepl; did you mean "--help"?' },
-    { { "repl", "file" }, 'unexpected "file"' },
+    { { "doctor", "file" }, 'unexpected "file"' },
     { { "run", "--threads" }, "--threads needs N" },
     { { "run", "--threads", "two" }, '--threads is "two"; it must be a whole number' },
     { { "run", "--threads=0", "x.lua" }, "--threads is 0; it must be 1 to 1024" },

@@ -27,6 +27,7 @@ end
 function double(n)
   return 2 * n end
 double(x);
+double(x) -- the ; above mutes
 double -- a comment
 
 nil

@@ -1,0 +1,303 @@
+// line_editor.cpp: libedit at the prompt. Its input is ours: it waits in short looks, so that
+// Ctrl-C is noticed at once and a terminal that was resized or came back from the background is
+// drawn anew.
+#include "line_editor.h"
+
+#include "guard.h"
+#include "signals.h"
+
+#ifdef LIMAX_WITH_LIBEDIT
+#include <histedit.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <clocale>
+#include <csignal>
+#include <cstdio>
+#include <cwchar>
+#include <memory>
+#include <string>
+#endif
+
+namespace limax::host {
+namespace {
+
+#ifdef LIMAX_WITH_LIBEDIT
+
+// Longest time until Ctrl-C at the prompt is noticed.
+constexpr int look = 100;  // ms
+constexpr int looks_between_idle_calls = 5;
+constexpr int longest_history = 10000;
+
+// their addresses are the registry keys of the functions that a reader handed over
+const char complete_key = 0;
+const char idle_key = 0;
+
+volatile std::sig_atomic_t resized = 0;
+volatile std::sig_atomic_t continued = 0;
+volatile std::sig_atomic_t reading = 0;
+termios before_reading{};  // written while `reading` is 0
+
+struct editor {
+    std::unique_ptr<EditLine, decltype(&el_end)> line{nullptr, el_end};
+    std::unique_ptr<History, decltype(&history_end)> history{nullptr, history_end};
+    std::string prompt;
+    lua_State* L = nullptr;  // while a line is read
+    int looks = 0;           // without a key
+    bool stopped = false;    // Ctrl-C came while the idle function ran
+};
+
+editor& the_editor() {
+    static editor only;
+    return only;
+}
+
+// Letters are UTF-8 while a line is read, on this thread alone: everything else stays in "C".
+class utf8_letters {
+public:
+    utf8_letters() {
+        static const locale_t utf8 = newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
+        if (utf8 != nullptr) before_ = uselocale(utf8);
+    }
+    ~utf8_letters() {
+        if (before_ != nullptr) uselocale(before_);
+    }
+    utf8_letters(const utf8_letters&) = delete;
+    utf8_letters& operator=(const utf8_letters&) = delete;
+
+private:
+    locale_t before_ = nullptr;
+};
+
+void on_resize(int) { resized = 1; }
+void on_continue(int) { continued = 1; }
+
+// Whoever ends or stops us finds the terminal as it was. Async-signal-safe.
+void on_leaving(int signal) {
+    if (reading != 0) tcsetattr(STDIN_FILENO, TCSANOW, &before_reading);
+    // by now the default action; one that was only a stop is over when this returns
+    raise(signal);
+    continued = 1;
+}
+
+void follow_terminal() {
+    struct sigaction action {};
+    sigemptyset(&action.sa_mask);
+    action.sa_flags = SA_RESTART;
+    action.sa_handler = on_resize;
+    sigaction(SIGWINCH, &action, nullptr);
+    action.sa_handler = on_continue;
+    sigaction(SIGCONT, &action, nullptr);
+    action.sa_handler = on_leaving;
+    action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND | SA_NODEFER);
+    for (const int signal : {SIGTERM, SIGHUP, SIGTSTP}) sigaction(signal, &action, nullptr);
+}
+
+void draw_anew(EditLine* line) {
+    if (continued != 0) {
+        // the shell has set the terminal back meanwhile, and a handler goes with its first signal
+        follow_terminal();
+        el_set(line, EL_PREP_TERM, 0);
+        el_set(line, EL_PREP_TERM, 1);
+    }
+    // libedit draws from where the cursor stands, as if that were the line's beginning
+    std::fputs("\r", stdout);
+    if (resized != 0) el_resize(line);
+    resized = 0;
+    continued = 0;
+    el_set(line, EL_REFRESH);
+}
+
+// idle() -> whether it wrote anything
+int call_idle(lua_State* L) {
+    bool& wrote = *static_cast<bool*>(lua_touserdata(L, 1));
+    lua_pushlightuserdata(L, const_cast<char*>(&idle_key));
+    lua_rawget(L, LUA_REGISTRYINDEX);
+    lua_call(L, 0, 1);
+    wrote = lua_toboolean(L, -1) != 0;
+    return 0;
+}
+
+// Lets the reader look around. False when it was stopped.
+bool look_around(EditLine* line) {
+    lua_State* const L = the_editor().L;
+    bool wrote = false;
+    // no error may leave through libedit's frames
+    if (lua_cpcall(L, guarded<call_idle>, &wrote) != 0) {
+        lua_pop(L, 1);
+        the_editor().stopped = true;
+        return false;
+    }
+    if (wrote) el_set(line, EL_REFRESH);
+    return true;
+}
+
+// One byte of the terminal: 1, 0 at its end, -1 when Ctrl-C came or reading failed.
+int read_byte(EditLine* line, char* byte) {
+    for (;;) {
+        if (interrupted()) return -1;
+        if (resized != 0 || continued != 0) draw_anew(line);
+        pollfd gate{STDIN_FILENO, POLLIN, 0};
+        const int ready = poll(&gate, 1, look);
+        if (ready == 0 && ++the_editor().looks % looks_between_idle_calls == 0 &&
+            !look_around(line))
+            return -1;
+        if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
+        const ssize_t count = read(STDIN_FILENO, byte, 1);
+        if (count >= 0) return static_cast<int>(count);
+        if (errno != EINTR) return -1;
+    }
+}
+
+// What libedit calls for a key.
+int read_key(EditLine* line, wchar_t* key) {
+    std::mbstate_t state{};
+    for (;;) {
+        char byte = 0;
+        const int count = read_byte(line, &byte);
+        if (count != 1) return count;
+        // NOLINTNEXTLINE(concurrency-mt-unsafe): the state is our own
+        const std::size_t length = std::mbrtowc(key, &byte, 1, &state);
+        if (length == 0 || length == 1) return 1;
+        // no letter of UTF-8: dropped
+        if (length == static_cast<std::size_t>(-1)) state = std::mbstate_t{};
+    }
+}
+
+char* prompt_of(EditLine*) { return the_editor().prompt.data(); }
+
+struct completion {
+    std::string before;
+    std::string insert;
+    std::string list;
+};
+
+// complete(before the cursor) -> text to insert, text to show
+int ask(lua_State* L) {
+    completion& asked = *static_cast<completion*>(lua_touserdata(L, 1));
+    lua_pushlightuserdata(L, const_cast<char*>(&complete_key));
+    lua_rawget(L, LUA_REGISTRYINDEX);
+    lua_pushlstring(L, asked.before.data(), asked.before.size());
+    lua_call(L, 1, 2);
+    if (const char* const insert = lua_tostring(L, -2)) asked.insert = insert;
+    if (const char* const list = lua_tostring(L, -1)) asked.list = list;
+    return 0;
+}
+
+unsigned char complete(EditLine* line, int) {
+    const LineInfo* const typed = el_line(line);
+    completion asked;
+    asked.before.assign(typed->buffer, typed->cursor);
+    lua_State* const L = the_editor().L;
+    // no error may leave through libedit's frames: a line that cannot be completed beeps
+    if (lua_cpcall(L, guarded<ask>, &asked) != 0) {
+        lua_pop(L, 1);
+        return CC_ERROR;
+    }
+    if (!asked.insert.empty() && el_insertstr(line, asked.insert.c_str()) != 0) return CC_ERROR;
+    if (!asked.list.empty()) {
+        std::fprintf(stdout, "\n%s\n", asked.list.c_str());
+        return CC_REDISPLAY;
+    }
+    return asked.insert.empty() ? CC_REFRESH_BEEP : CC_REFRESH;
+}
+
+void begin(editor& now) {
+    now.line.reset(el_init("limax", stdin, stdout, stderr));
+    now.history.reset(history_init());
+    if (!now.line || !now.history) throw std::runtime_error("cannot begin libedit");
+    HistEvent event{};
+    history(now.history.get(), &event, H_SETSIZE, longest_history);
+    history(now.history.get(), &event, H_SETUNIQUE, 1);
+    EditLine* const line = now.line.get();
+    el_set(line, EL_PROMPT, prompt_of);
+    el_set(line, EL_EDITOR, "emacs");
+    el_set(line, EL_HIST, history, now.history.get());
+    el_set(line, EL_GETCFN, read_key);
+    el_set(line, EL_ADDFN, "limax-complete", "complete what stands before the cursor", complete);
+    el_set(line, EL_BIND, "^I", "limax-complete", nullptr);
+    el_set(line, EL_BIND, "^R", "em-inc-search-prev", nullptr);
+    el_source(line, nullptr);
+    follow_terminal();
+}
+
+editor& started() {
+    editor& now = the_editor();
+    if (!now.line) begin(now);
+    return now;
+}
+
+void keep(lua_State* L, const char* key, int index) {
+    lua_pushlightuserdata(L, const_cast<char*>(key));
+    lua_pushvalue(L, index);
+    lua_rawset(L, LUA_REGISTRYINDEX);
+}
+
+// read(prompt, complete, idle) -> line without its end, or nil at the end of the input. Ctrl-C
+// raises as everywhere.
+int lua_read(lua_State* L) {
+    std::size_t length = 0;
+    const char* const prompt = luaL_checklstring(L, 1, &length);
+    luaL_checktype(L, 2, LUA_TFUNCTION);
+    luaL_checktype(L, 3, LUA_TFUNCTION);
+    keep(L, &complete_key, 2);
+    keep(L, &idle_key, 3);
+    int count = 0;
+    const char* line = nullptr;
+    {
+        const utf8_letters letters;
+        editor& now = started();
+        now.prompt.assign(prompt, length);
+        now.L = L;
+        now.stopped = false;
+        tcgetattr(STDIN_FILENO, &before_reading);
+        reading = 1;
+        // libedit would first show the prompt: keys in between would be echoed twice
+        el_set(now.line.get(), EL_PREP_TERM, 1);
+        line = el_gets(now.line.get(), &count);
+        reading = 0;
+        now.L = nullptr;
+    }
+    if (the_editor().stopped) return raise_interrupt(L);
+    if (interrupted()) {
+        std::fputs("^C", stdout);
+        std::fflush(stdout);
+        return raise_interrupt(L);
+    }
+    if (line == nullptr || count <= 0) {
+        lua_pushnil(L);
+        return 1;
+    }
+    std::size_t size = std::char_traits<char>::length(line);
+    if (size > 0 && line[size - 1] == '\n') --size;
+    lua_pushlstring(L, line, size);
+    return 1;
+}
+
+// remember(text): the newest entry of the history
+int lua_remember(lua_State* L) {
+    const char* const text = luaL_checkstring(L, 1);
+    const utf8_letters letters;
+    HistEvent event{};
+    history(started().history.get(), &event, H_ENTER, text);
+    return 0;
+}
+
+#endif
+
+}  // namespace
+
+void open_line_editor(lua_State* L) {
+#ifdef LIMAX_WITH_LIBEDIT
+    lua_newtable(L);
+    add_function<lua_read>(L, "read");
+    add_function<lua_remember>(L, "remember");
+    lua_setfield(L, -2, "line_editor");
+#else
+    static_cast<void>(L);
+#endif
+}
+
+}  // namespace limax::host

@@ -1,0 +1,154 @@
+--- help.lua: `?name` at the prompt: what a public name is, from the API table: its signature, its
+--- arguments, units and an example.
+
+local api = require "limax.api"
+local experiment_fields = require "limax.api.experiment_fields"
+local failure = require "limax.failure"
+local kind = require "limax.repl.kind"
+local suggest = require "limax.suggest"
+
+local help = {}
+
+local WIDTH = 96
+
+-- A text in lines of at most WIDTH, each indented.
+local function wrapped(text, indent)
+  local lines, line = {}, nil
+  for word in text:gmatch "%S+" do
+    if line and #line + #word + 1 > WIDTH - #indent then
+      lines[#lines + 1] = indent .. line
+      line = nil
+    end
+    line = line and line .. " " .. word or word
+  end
+  if line then lines[#lines + 1] = indent .. line end
+  return lines
+end
+
+local function add(lines, more)
+  for _, line in ipairs(more) do lines[#lines + 1] = line end
+end
+
+-- "  options?  { ... }  text" of one argument or result.
+local function value_line(name, value)
+  local text = ("%s  %s"):format(name, value.type)
+  return value.text ~= "" and text .. "  " .. value.text or text
+end
+
+--- The page of one entry.
+---@param entry limax.api.entry
+---@return string
+function help.page(entry)
+  local lines = { entry.signature }
+  add(lines, wrapped(entry.what, "  "))
+  if entry.doc then
+    for _, param in ipairs(entry.doc.params) do
+      add(lines, wrapped(value_line(param.name .. (param.optional and "?" or ""), param), "    "))
+    end
+    for _, result in ipairs(entry.doc.returns) do
+      add(lines, wrapped(value_line("gives", result), "    "))
+    end
+  end
+  if entry.units then lines[#lines + 1] = "  units:   " .. entry.units end
+  lines[#lines + 1] = "  example: " .. entry.example
+  return table.concat(lines, "\n")
+end
+
+-- What there is, by groups.
+local function overview()
+  local lines = { "?name tells what a name is: ?limax.robot, ?distance, ?robot:trace. There are:" }
+  for _, group in ipairs(api.groups()) do
+    local names = {}
+    for i, entry in ipairs(group.list) do names[i] = entry.short end
+    lines[#lines + 1] = group.title
+    add(lines, wrapped(table.concat(names, " "), "    "))
+  end
+  return table.concat(lines, "\n")
+end
+
+-- The group of a typed name's class, and what stands behind the name.
+local function group_of_value(topic, names)
+  local name, rest = topic:match "^([%a_][%w_]*)[.:]?(.*)$"
+  local class = name and kind.of(names:get(name))
+  if not class then return nil end
+  for _, group in ipairs(api.groups()) do
+    if group.class == class then return group, rest end
+  end
+end
+
+-- A field of an experiment, by its path or the end of it: "scene.ground", "ground".
+local function fields_called(topic)
+  local pages = {}
+  local function look(list, path)
+    for _, option in ipairs(list) do
+      local here = path .. option.name
+      if here == topic or here:sub(-#topic - 1) == "." .. topic then
+        local lines = { ("%s, a field of experiments"):format(here) }
+        add(lines, wrapped(option.what, "  "))
+        if option.units ~= "-" then lines[#lines + 1] = "  units:   " .. option.units end
+        for _, inner in ipairs(option.fields or {}) do
+          add(lines, wrapped(("%s, %s: %s"):format(inner.name, inner.units, inner.what), "    "))
+        end
+        pages[#pages + 1] = table.concat(lines, "\n")
+      end
+      if option.fields then look(option.fields, here .. ".") end
+    end
+  end
+  look(experiment_fields.list(), "")
+  return pages
+end
+
+local function refuse(topic)
+  local names = {}
+  for _, entry in ipairs(api.entries()) do
+    names[#names + 1], names[#names + 2] = entry.name, entry.short
+  end
+  local nearest = suggest(topic, names)
+  failure.raise(1, ("no help on %q%s"):format(topic,
+    nearest and ("; did you mean %q?"):format(nearest) or "; ? alone says what there is"))
+end
+
+-- What a group is and has.
+local function group_page(topic, group)
+  local lines = { ("%s is %s. %s"):format(topic, group.title:sub(1, 1):lower()
+    .. group.title:sub(2), group.text) }
+  local shorts = {}
+  for i, entry in ipairs(group.list) do shorts[i] = entry.short end
+  add(lines, wrapped(table.concat(shorts, " "), "    "))
+  return table.concat(lines, "\n")
+end
+
+--- What is known of a topic, as pages; empty where nothing is.
+---@param topic string
+---@param names limax.repl.names
+---@return string[]
+function help.pages(topic, names)
+  local group, rest = group_of_value(topic, names)
+  if group and rest == "" then return { group_page(topic, group) } end
+  local pages = {}
+  if group then
+    for _, entry in ipairs(group.list) do
+      if entry.short == rest then pages[#pages + 1] = help.page(entry) end
+    end
+    if #pages > 0 then return pages end
+  end
+  for i, entry in ipairs(api.find(topic)) do pages[i] = help.page(entry) end
+  for _, page in ipairs(fields_called(topic)) do pages[#pages + 1] = page end
+  return pages
+end
+
+--- Writes what a topic is; raises where nothing is known.
+---@param topic string what stands after the `?`
+---@param names limax.repl.names
+function help.show(topic, names)
+  topic = topic:match "^%s*(.-)[%s;?]*$"
+  if topic == "" then
+    io.write(overview(), "\n")
+    return
+  end
+  local pages = help.pages(topic, names)
+  if #pages == 0 then refuse(topic) end
+  io.write(table.concat(pages, "\n\n"), "\n")
+end
+
+return help

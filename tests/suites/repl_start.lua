@@ -1,0 +1,184 @@
+--- repl_start.lua: how `limax repl` starts and ends: -e, -l, -i, files, the start-up file; scripts
+--- that change while it runs; Ctrl-C.
+
+local host = require "limax.host"
+local process = require "support.process"
+local typed = require "support.typed"
+
+local suite = require("limax.test").suite "repl start"
+
+local prompt, leave = { keys = "", ends = ">" }, { keys = "\4" }
+local function line(text) return { keys = text .. "\n", ends = ">", breaks = true } end
+
+-- What `limax repl` with these words says without a terminal, its status at the end.
+local function run(folder, words, input)
+  process.write(folder .. "/input", input or "")
+  local pipe = io.popen(("cd %s; HOME=%s XDG_CONFIG_HOME= %s repl %s <input 2>&1; echo status $?")
+    :format(process.quote(folder), process.quote(folder), process.quote(host.executable), words))
+  local output = pipe:read "*a"
+  pipe:close()
+  return output
+end
+
+suite:test("-e takes a line, -l loads a module, a file's names stay", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua",
+    "local answer = 42\nlocal function twice(x) return 2 * x end\n")
+  process.write(folder .. "/wrong.lua", "local x = 1\nerror 'boo'\n")
+  t:equal(run(folder, "-e '1 + 1' -e 'x = 3; x = x + 1' -e x -e 'x;'"), "2\n4\nstatus 0\n")
+  t:equal(run(folder, "mine.lua -e 'twice(answer)'"), "84\nstatus 0\n")
+  process.write(folder .. "/value.lua", "return { 7 }\n")
+  t:equal(run(folder, "value.lua -e '_[1]'"), "7\nstatus 0\n")
+  t:equal(run(folder, "-l limax.suggest -e 'suggest.distance(\"ab\", \"ac\")'"), "1\nstatus 0\n")
+  t:equal(run(folder, "-e nothing_at_all -e 2"),
+    "input:1: undefined name 'nothing_at_all'\n  input:1: in main chunk\nstatus 1\n")
+  t:equal(run(folder, "-e 'for i = 1, 2 do'"),
+    "input: the last statement is not complete\nstatus 1\n")
+  t:ok(run(folder, "wrong.lua"):match "wrong.lua:2: boo\n.*status 1\n$")
+  t:ok(run(folder, "missing.lua"):match "there is no file missing.lua\nstatus 2\n$")
+  t:ok(run(folder, "-l no.such.module"):match "module 'no.such.module' not found.*status 1\n$")
+  -- with -i the lines of the input follow
+  t:equal(run(folder, "-i -e 'x = 5'", "x\n"), "5\nstatus 0\n")
+  -- without a terminal there is no start-up file
+  host.file.mkdir(folder .. "/.config/limax")
+  process.write(folder .. "/.config/limax/repl.lua", "print 'started'\n")
+  t:equal(run(folder, "", "1\n"), "1\nstatus 0\n")
+end)
+
+suite:test("what README shows at the prompt runs", { limit = 60 }, function(t)
+  local folder, lines, inside = t:folder(), {}, false
+  for line_of_page in process.read(host.home .. "/README.md"):gmatch "[^\n]*" do
+    if line_of_page:match "^## " then inside = line_of_page == "## The prompt" end
+    lines[#lines + 1] = inside and line_of_page:match "^> (.*)$" or nil
+  end
+  t:ok(#lines >= 8, "README has lines of a prompt")
+  local output = run(folder, "", table.concat(lines, "\n") .. "\n")
+  t:ok(output:match "status 0\n$", output)
+  t:ok(output:match "generation 4: best", output)
+  t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
+end)
+
+suite:test("--help names what there is", function(t)
+  local text = run(t:folder(), "--help")
+  for _, word in ipairs { "--execute CODE", "--load MODULE", "--interactive", "--bare", "?name" } do
+    t:ok(text:find(word, 1, true), word)
+  end
+end)
+
+suite:test("the start-up file runs before the first prompt", function(t)
+  local folder = t:folder()
+  host.file.mkdir(folder .. "/config/limax")
+  process.write(folder .. "/config/limax/repl.lua", "local from_start = 'here'\n")
+  local done = typed.run(t, { prompt, line "from_start", leave }, { folder = folder })
+  t:equal(done.steps[2].lines, { "> from_start", '"here"', ">" })
+  local bare = typed.run(t, { prompt, line "from_start", leave },
+    { folder = folder, words = { "--bare" } })
+  t:equal(bare.steps[2].lines[2], "input:1: undefined name 'from_start'")
+  -- one that fails is said, and the prompt comes
+  process.write(folder .. "/config/limax/repl.lua", "error 'boo'\n")
+  local failed = typed.run(t, { prompt, line "1", leave }, { folder = folder })
+  t:ok(failed.steps[1].lines[1]:match "repl.lua:1: boo$", failed.steps[1].lines[1])
+  t:equal(failed.steps[2].lines, { "> 1", "1", ">" })
+end)
+
+suite:test("a followed script runs again when it has changed; its table stays", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua",
+    "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
+  local output = run(folder, "", [[
+function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
+m = follow "mine.lua"
+held = m
+save "local top = 2; return { answer = 2 }"
+held.answer, held.gone, top
+save "local top = = 3"
+held.answer, top
+save "local top = 4; return { answer = 4 }"
+held.answer, top, m == held
+follow "none.lua"
+]]):gsub("[^\n ]*/mine.lua", "mine.lua")
+  t:equal(output, [[
+read again: mine.lua
+2	nil	2
+mine.lua:1: unexpected symbol near '='
+2	2
+read again: mine.lua
+4	4	true
+there is no file none.lua
+  input:1: in main chunk
+status 1
+]])
+end)
+
+suite:test("a followed script that changes runs at the idle prompt, and the line stays", function(t)
+  if not host.line_editor then t:skip "built without libedit" end
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua", "top = 1\n")
+  local half = "> top + to"
+  local function change(text, ends)
+    return { keys = "", file = "mine.lua", text = text, ends = ends, breaks = true }
+  end
+  local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
+    change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
+    -- Ctrl-C stops one that does not end
+    change("while true do end\n", ""), { keys = "\3", ends = ">", breaks = true, wait = 1 },
+    line "top", leave }, { folder = folder })
+  t:equal(done.steps[4].lines[2], "hello")
+  t:ok(done.steps[4].lines[3]:match "^read again: ")
+  t:equal(done.steps[5].lines[2], "42")
+  t:equal(done.steps[8].lines[2], "21")
+end)
+
+suite:test("a module is read again, and its table stays the same one", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/part.lua", "return { answer = 1, gone = true }\n")
+  t:equal(run(folder, "", [[
+part = require "part"
+held = part
+do local f = io.open("part.lua", "w") f:write("return { answer = 2 }") f:close() end
+reload "part" == held, held.answer, held.gone
+do local f = io.open("part.lua", "w") f:write("return {{ answer = 3") f:close() end
+pcall(reload, "part")
+package.loaded.part == held, held.answer
+]]):gsub('false\t".-"\n', "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
+end)
+
+suite:test("Ctrl-C leaves a simulation whole", function(t)
+  local done = typed.run(t, { prompt, line 'robot = limax.robot { voxels = "ecs\\nece" }',
+    line "walk = robot:begin { duration = 1e5 }", line "walk:step(10);",
+    -- it computes for minutes
+    { keys = "walk:finish()\n", ends = "", breaks = true }, { keys = "", ends = "", wait = 0.3 },
+    { keys = "\3", ends = ">", breaks = true }, line "before = walk.steps", line "before > 10",
+    line "walk:step(5).steps - before", line "walk.status", leave })
+  t:equal(done.steps[7].lines[#done.steps[7].lines - 1], "^Cinterrupted")
+  t:equal(done.steps[9].lines[2], "true")
+  t:equal(done.steps[10].lines[2], "5")
+  t:equal(done.steps[11].lines[2], '"running"')
+end)
+
+suite:test("a run that Ctrl-C has cut short goes on to what it would have been", function(t)
+  local fields = "f = { fitness = 'walk', lattice = { 4, 4, 4 }, population = 24, repetitions = 1,"
+    .. " simulation = { duration = 3 } }"
+  local same = "b.history[%d].best == a.history[%d].best and "
+    .. "b.history[%d].evaluations == a.history[%d].evaluations"
+  local done = typed.run(t, { prompt, line(fields), line "a = evolve(f, 2);",
+    line "b = limax.start(limax.experiment(f));",
+    -- generations take half a second
+    { keys = "evolve(b, 100)\n", ends = "", breaks = true },
+    { keys = "\3", ends = ">", wait = 0.3 },
+    line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
+    line((same:gsub("%%d", "2"))), leave })
+  t:equal(done.steps[6].lines[#done.steps[6].lines - 1], "^Cinterrupted")
+  t:equal(done.steps[8].lines[2], "true")
+  t:equal(done.steps[9].lines[2], "true")
+end)
+
+suite:test("whoever ends the prompt finds the terminal as it was", function(t)
+  local half = { keys = "half a li", ends = "> half a li" }
+  local done = typed.run(t, { prompt, half, { keys = "", signal = 15 } })
+  t:equal(done.status, -15)
+  t:equal(done.echo, true)
+  done = typed.run(t, { prompt, leave })
+  t:equal(done.status, 0)
+  t:equal(done.echo, true)
+end)

@@ -1,0 +1,87 @@
+--- robot_of_genome.lua: `limax.robot { genome = ... }` gives the bodies that an evolution gives,
+--- and a robot step by step what it gives in one go.
+
+local limax = require "limax"
+
+local suite = require("limax.test").suite "robot of a genome"
+
+local LATTICE = { 3, 3, 3 }
+
+local function first_generation()
+  local experiment = limax.experiment { fitness = "walk", lattice = LATTICE, population = 6,
+    generations = 2, repetitions = 2, seed = 5, genome = { sigma = 0.5, features = 8,
+      hidden = { 12 } }, simulation = { duration = 0.1 } }
+  local run = limax.start(experiment, { repetition = 2, device = "cpu" })
+  return run:generations()()
+end
+
+local function given(genome, more)
+  local fields = { genome = genome, lattice = LATTICE, sigma = 0.5, features = 8, hidden = { 12 },
+    seed = 5, repetition = 2 }
+  for name, value in pairs(more or {}) do fields[name] = value end
+  return limax.robot(fields)
+end
+
+suite:test("genes and a random genome describe the bodies of an evolution", function(t)
+  local robots = first_generation()
+  for i = 1, #robots do
+    t:equal(given(robots[i].genome).body.hash, robots[i].body.hash)
+    t:equal(given("random", { individual = i }).body.hash, robots[i].body.hash)
+  end
+  t:equal(given(robots[2].genome:table()).body.letters, robots[2].body.letters)
+  t:ok(given("random", { individual = 1, seed = 6 }).body.hash ~= robots[1].body.hash)
+end)
+
+suite:test("what cannot be a genome is refused", function(t)
+  t:raises('genome: expected "random" or ', function() given { 1, 2, 3 } end)
+  t:raises("individual: expected a whole number", function()
+    given("random", { individual = 0 })
+  end)
+  t:raises("unknown field", function() given("random", { individul = 1 }) end)
+  local genes = first_generation()[1].genome:table()
+  genes[7] = 0 / 0
+  t:raises("genome[7]: expected a number", function() given(genes) end)
+end)
+
+suite:test("edit changes one voxel of a copy", function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec", weights = { stiffness = 0.5 } }
+  local edited = robot:edit(2, 1, 2, ".")
+  t:equal(edited.body.letters, "ecs\nece\n\ns.s\ncec")
+  t:equal(robot.body.letters, "ecs\nece\n\nsbs\ncec")
+  t:equal(edited:table().weights.stiffness, 0.5)
+  t:raises("edit: z: expected a whole number from 1 to 2 (voxels), got 3",
+    function() robot:edit(1, 1, 3, "e") end)
+  t:raises("edit: expected the letter of a material, got a table",
+    function() robot:edit(1, 1, 1, {}) end)
+end)
+
+suite:test("steps one by one end in the bits of one go", function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  local options = { duration = 0.3, device = "cpu", record = { center_of_mass = 50 } }
+  local walk = robot:begin(options)
+  t:equal(walk.steps, 0)
+  for _ = 1, 7 do walk:step(13) end
+  t:equal(walk.steps, 91)
+  walk:go(0.25)
+  local outcome = walk.simulation:outcome(1)
+  t:equal(walk.steps, 91 + math.ceil(0.25 / outcome.time_step - 1e-6))
+  t:equal(walk.status, "running")
+  local center, positions = walk:center(), walk:positions()
+  local sum = 0
+  for mass = 1, positions:size() do sum = sum + positions[mass][3] end
+  t:near(center[3], sum / positions:size())
+  t:equal(walk:velocities().shape, positions.shape)
+  t:same_bits(walk:finish():trace("center_of_mass"):table(),
+    robot:simulate(options):trace("center_of_mass"):table())
+  t:equal(walk:step(5).status, "done")
+  t:raises("step: expected a whole number of steps from 1, got 0", function() walk:step(0) end)
+  t:raises("go: expected seconds above 0, got -1", function() walk:go(-1) end)
+end)
+
+suite:test("the body of a robot that walked can be simulated again", function(t)
+  local robot = limax.robot { voxels = "ecs\nece" }
+  local walked = robot:simulate { duration = 0.1, device = "cpu" }
+  local again = limax.robot(walked)
+  t:equal(again.body.hash, robot.body.hash)
+  t:same_bits(again:simulate({ device = "cpu" }):distance(), walked:distance())
+end)
