@@ -1,0 +1,157 @@
+--- report.lua: `limax report` and `limax list` on small real runs: the page holds the runs'
+--- numbers, loads nothing, and whatever a run or a model wrote is text in it.
+
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local limax = require "limax"
+local parameters = require "limax.report.parameters"
+local process = require "limax.test.process"
+local source = require "limax.source"
+
+local suite = require("limax.test").suite "report"
+
+-- A finished run of three generations of six robots in `folder`.
+local function run(folder, fields)
+  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
+  for name, value in pairs(fields or {}) do given[name] = value end
+  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
+  return folder
+end
+
+local function report(t, base, words)
+  local done = process.limax({ "report", unpack(words) }, { folder = base })
+  t:ok(done.status == 0, done.stderr)
+  return done
+end
+
+-- The numbers of every chart of a page: lists of curves.
+local function charts_of(page)
+  local list = {}
+  for text in page:gmatch '<script type="application/json">(.-)</script>' do
+    list[#list + 1] = assert(host.json.decode(text))
+  end
+  return list
+end
+
+local function metrics_of(folder)
+  local list = {}
+  for line in source.read(folder .. "/metrics.jsonl"):gmatch "[^\n]+" do
+    list[#list + 1] = host.json.decode(line)
+  end
+  return list
+end
+
+suite:test("the page holds the run's numbers and is whole by itself", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/r", { generations = 4, supervisor = "random" })
+  report(t, base, { "r", "--no-robots" })
+  local page = source.read(base .. "/r/report.html")
+  local charts, lines = charts_of(page), metrics_of(base .. "/r")
+  local best, mean = charts[1].curves[1], charts[1].curves[2]
+  t:equal({ best.name, mean.name, #best.points }, { "best", "mean", 4 })
+  for k, line in ipairs(lines) do
+    t:equal(best.points[k], { k - 1, line.best_standard or line.best })
+    t:equal(mean.points[k], { k - 1, line.mean })
+    t:ok(page:find(("%.4g</td>"):format(line.mean), 1, true), "the table of numbers has the mean")
+  end
+  for _, id in ipairs { "results", "learning", "diversity", "parameters", "failures", "cost",
+    "lineage", "configuration" } do
+    t:ok(page:find(('<section id="%s"'):format(id), 1, true), id)
+  end
+  -- the only addresses are the names of SVG's own elements
+  local stripped = page:gsub('xmlns="http://www.w3.org/2000/svg"', "")
+    :gsub('"http://www.w3.org/2000/svg"', "")
+  t:ok(not stripped:find "https?://", "no address")
+  t:ok(page:find("default-src 'none'", 1, true) and not page:find("unsafe", 1, true))
+  t:ok(not page:find "<[^>]- style=" and not page:find "<[^>]- on%l+=", "nothing runs inline")
+end)
+
+suite:test("several runs become arms side by side, and their differences", { limit = 20 },
+  function(t)
+    local base = t:folder()
+    for _, name in ipairs { "fixed", "rules" } do
+      for seed = 1, 2 do
+        run(("%s/%s%d"):format(base, name, seed), { supervisor = name, seed = seed })
+      end
+    end
+    report(t, base, { "fixed1", "fixed2", "rules1", "rules2", "--no-robots", "--out", "all.html" })
+    local page = source.read(base .. "/all.html")
+    local curves = charts_of(page)[1].curves
+    t:equal({ #curves, curves[1].name, curves[2].name }, { 2, "fixed", "rules" })
+    local first, second = metrics_of(base .. "/fixed1"), metrics_of(base .. "/fixed2")
+    -- the centre of two is their mean
+    t:near(curves[1].points[3][2], (first[3].best_standard + second[3].best_standard) / 2,
+      { rtol = 1e-12 })
+    t:ok(page:find("n = 2 runs; band: lowest to highest of 2", 1, true))
+    t:ok(page:find("Fields in which the configurations differ", 1, true))
+    t:ok(page:find('<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', 1, true))
+  end)
+
+suite:test("a hostile name, reason or note is text", { limit = 20 }, function(t)
+  local base, evil = t:folder(), '</script><img src=x onerror="alert(1)"><!-- \' &'
+  run(base .. "/r", { not_in_paper = { evil },
+    supervisor = function() return { [evil] = evil, mutation_rate = 0.11 }, evil end })
+  -- an experiment's name cannot be like this; a folder from elsewhere may say so
+  local config = host.json.decode(source.read(base .. "/r/config.json"))
+  config.name, config.supervisor = evil, evil
+  assert(host.file.write_atomic(base .. "/r/config.json", host.json.encode(config)))
+  report(t, base, { "r", "--no-robots" })
+  local page = source.read(base .. "/r/report.html")
+  t:ok(not page:find("<img", 1, true) and not page:find("onerror=\"", 1, true), "inert")
+  t:ok(page:find("&lt;/script&gt;&lt;img src=x onerror=&quot;alert(1)&quot;&gt;&lt;!-- &#39; &amp;",
+    1, true), "shown as it is")
+  for text in page:gmatch '<script type="application/json">(.-)</script>' do
+    t:ok(not text:find("<", 1, true), "JSON cannot end its element")
+  end
+end)
+
+suite:test("who set a value is read from the ledger", function(t)
+  local function who(supervisor, line, entry)
+    local name, bound = parameters.setter({ supervisor = supervisor }, line, entry)
+    return { name or "nobody", bound }
+  end
+  local accepted, kept = { outcome = "accepted", applied = 1 }, { outcome = "kept", applied = 1 }
+  local clamped = { outcome = "clamped", applied = 1 }
+  t:equal(who({ name = "llm" }, { supervisor = "llm", source = "model" }, accepted),
+    { "model", false })
+  t:equal(who({ name = "llm" }, { supervisor = "llm", source = "rules" }, clamped),
+    { "rules", true })
+  t:equal(who("rules", { supervisor = "rules" }, accepted), { "rules", false })
+  t:equal(who({ name = "replay" }, { supervisor = "llm", source = "model" }, accepted),
+    { "replayed", false })
+  t:equal(who("random", { supervisor = "random" }, clamped), { "other", true })
+  t:equal(who("random", { supervisor = "random" }, kept), { "nobody", false })
+end)
+
+suite:test("a run that goes on is reported and listed as far as it is", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/runs/half", { supervisor = "random" })
+  local folder = base .. "/runs/half"
+  local text = source.read(folder .. "/metrics.jsonl")
+  -- as a writer leaves it in the middle of its third line
+  assert(host.file.write_atomic(folder .. "/metrics.jsonl",
+    text:match "^[^\n]*\n[^\n]*\n" .. '{"repetition": 1, "gen'))
+  assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
+  run(base .. "/runs/whole", { supervisor = "fixed", seed = 7 })
+  report(t, base, { "runs/half", "--no-robots", "--out", "half.html" })
+  t:equal(#charts_of(source.read(base .. "/half.html"))[1].curves[1].points, 2)
+  local done = process.limax({ "list" }, { folder = base })
+  t:ok(done.status == 0, done.stderr)
+  t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
+  t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
+end)
+
+suite:test("what is no run is refused with its name", function(t)
+  local base = t:folder()
+  for _, words in ipairs { { "report", "nothing" }, { "list", "nothing" } } do
+    local done = process.limax(words, { folder = base })
+    t:equal(done.status, 2)
+    t:ok(done.stderr:find("nothing", 1, true), done.stderr)
+  end
+  assert(host.file.mkdir(base .. "/runs"))
+  local done = process.limax({ "list" }, { folder = base })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find("there is no run folder in runs", 1, true), done.stderr)
+end)
+
+return suite
