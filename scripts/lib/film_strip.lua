@@ -360,14 +360,13 @@ end
 ---@field duration? number s
 ---@field progress? fun(progress: table)
 
---- Simulates a robot with its positions recorded and writes the figure. `nil, message` where the
---- robot comes to no good end: there is nothing to draw.
----@param path string
+--- Simulates a robot with its positions recorded. `nil, message` where it comes to no good end:
+--- there is nothing to draw.
 ---@param robot limax.robot
 ---@param options? limax.film_strip.options
 ---@return limax.scored_robot|nil
 ---@return string|nil message
-function film_strip.write(path, robot, options)
+function film_strip.simulate(robot, options)
   options = options or {}
   local own = robot.description.simulation and robot.description.simulation.record or {}
   local record = { position = position_rate(own) }
@@ -382,6 +381,19 @@ function film_strip.write(path, robot, options)
   if walked.status ~= "done" then
     return nil, ("the robot is %s: there is no film strip of it"):format(walked.status)
   end
+  return walked
+end
+
+--- Simulates a robot with its positions recorded and writes the figure. `nil, message` where the
+--- robot comes to no good end: there is nothing to draw.
+---@param path string
+---@param robot limax.robot
+---@param options? limax.film_strip.options
+---@return limax.scored_robot|nil
+---@return string|nil message
+function film_strip.write(path, robot, options)
+  local walked, reason = film_strip.simulate(robot, options)
+  if not walked then return nil, reason end
   local ok, message = host.file.write_atomic(path, film_strip.svg(walked, options))
   if not ok then engine.fail(message) end
   return walked

@@ -6,6 +6,8 @@ local host = require "limax.host"
 local limax = require "limax"
 local parameters = require "limax.report.parameters"
 local process = require "limax.test.process"
+local film_strip = require "limax.film_strip"
+local replay = require "limax.report.replay"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "report"
@@ -139,6 +141,32 @@ suite:test("a run that goes on is reported and listed as far as it is", { limit 
   t:ok(done.status == 0, done.stderr)
   t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
+end)
+
+suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 30 }, function(t)
+  local layer = ("ecsbe\n"):rep(5)
+  local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
+  local walked = film_strip.simulate(robot, { scene = limax.scenes.land(), duration = 5 })
+  local data = replay.of(walked, robot.description, "full", "")
+  -- all masses but the inner 4x4x4
+  t:equal({ data.masses, #data.materials }, { 216 - 64, 150 })
+  t:equal((data.samples - 1) / data.rate, walked:duration())
+  t:equal(data.phases[1], tonumber(("%.3f"):format(math.pi)))
+  t:ok(#host.json.encode(data) < 300e3, ("%d bytes"):format(#host.json.encode(data)))
+  t:note(("%d bytes"):format(#host.json.encode(data)))
+end)
+
+suite:test("deflate and PNG are what their formats say", function(t)
+  local text = ("limax "):rep(100)
+  local packed = host.deflate(text)
+  t:ok(#packed < 40 and packed:byte(1) == 0x78)
+  local png = host.image.png(2, 1, "\255\0\0\255\0\0\0\0", 300)
+  t:equal(png:sub(1, 8), "\137PNG\r\n\26\n")
+  -- 300 dots per inch are 11811 per metre
+  t:ok(png:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
+  t:raises("expected 2 x 2 pixels", function() host.image.png(2, 2, "short") end)
+  local gif = host.image.gif(1, 1, { "\255\0\0\255", "\0\0\255\255" }, 4)
+  t:ok(gif:sub(1, 6) == "GIF89a" and gif:byte(-1) == 0x3b and gif:find("NETSCAPE2.0", 1, true))
 end)
 
 suite:test("what is no run is refused with its name", function(t)

@@ -99,7 +99,6 @@ end
 ---@field title string
 ---@field style string CSS
 ---@field scripts string[] JavaScript; none may hold the end of a script element
----@field notices string comments that stand above the page: licences
 ---@field body string HTML
 
 --- A whole page that loads nothing and runs nothing but its own scripts.
@@ -116,7 +115,7 @@ function html.page(given)
     .. "form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
     hash_source(given.style))
   return table.concat {
-    "<!DOCTYPE html>\n", given.notices, '<html lang="en"><head><meta charset="utf-8">\n',
+    "<!DOCTYPE html>\n", '<html lang="en"><head><meta charset="utf-8">\n',
     '<meta http-equiv="Content-Security-Policy" content="', policy, '">\n',
     '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
     '<meta name="referrer" content="no-referrer">\n', "<title>", html.escaped(given.title),

@@ -239,7 +239,7 @@ function page.text(folders, options)
   local leading = runs.leading(all)
   local columns, rows = facts.final(list)
   local title = table.concat(names, ", ")
-  local shown = options.robots == false and { body = "", scripts = {}, notices = "" }
+  local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
   local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
@@ -266,7 +266,7 @@ function page.text(folders, options)
   local scripts = { read "charts.js" }
   for _, text in ipairs(shown.scripts) do scripts[#scripts + 1] = text end
   return html.page { title = title .. " - limax report", style = read "style.css",
-    scripts = scripts, notices = shown.notices, body = body }
+    scripts = scripts, body = body }
 end
 
 return page
