@@ -89,6 +89,42 @@ suite:test("several runs become arms side by side, and their differences", { lim
     t:ok(page:find('<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', 1, true))
   end)
 
+suite:test("figures for print have their width, and the numbers drawn in them", { limit = 20 },
+  function(t)
+    local base = t:folder()
+    for seed = 1, 2 do
+      run(("%s/r%d"):format(base, seed), { seed = seed, supervisor = "random" })
+    end
+    report(t, base, { "r1", "r2", "--figures", "out" })
+    t:ok(not host.file.exists(base .. "/r1/report.html"), "no page")
+    local lines = { metrics_of(base .. "/r1"), metrics_of(base .. "/r2") }
+    local csv = source.read(base .. "/out/learning.csv")
+    t:equal(csv:match "^[^\n]*", "panel,x_axis,y_axis,curve,x,y,low,high")
+    for k = 1, 3 do
+      local values = { lines[1][k].best_standard, lines[2][k].best_standard }
+      local row = "best of the generation,generation,fitness %%(m%%),random,%d,([^,]+),,"
+      local drawn = csv:match(row:format(k - 1))
+      t:near(tonumber(drawn), (values[1] + values[2]) / 2, { rtol = 1e-12 })
+      local low, high = csv:match(("fitness %%(m%%),random,%d,,([^,]+),([^\n]+)\n"):format(k - 1))
+      t:equal({ tonumber(low), tonumber(high) }, { math.min(unpack(values)),
+        math.max(unpack(values)) })
+    end
+    for _, name in ipairs { "learning", "diversity", "parameters", "first_last" } do
+      t:ok(source.read(("%s/out/%s.csv"):format(base, name)), name)
+      for _, width in ipairs { 85, 175 } do
+        local svg = source.read(("%s/out/%s-%d.svg"):format(base, name, width))
+        t:ok(svg:find(('width="%dmm"'):format(width), 1, true), name)
+        -- 8 pt, and nothing else
+        for size in svg:gmatch 'font%-size="([%d.]+)"' do t:equal(size, "10.67") end
+        t:ok(svg:find("n = 2", 1, true) and svg:find "</svg>%s*$", name)
+        if os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0 then
+          local pdf = source.read(("%s/out/%s-%d.pdf"):format(base, name, width))
+          t:equal(pdf:sub(1, 5), "%PDF-")
+        end
+      end
+    end
+  end)
+
 suite:test("a hostile name, reason or note is text", { limit = 20 }, function(t)
   local base, evil = t:folder(), '</script><img src=x onerror="alert(1)"><!-- \' &'
   run(base .. "/r", { not_in_paper = { evil },

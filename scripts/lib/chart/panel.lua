@@ -123,6 +123,13 @@ local function draw_marker(out, at, kind, color, size)
   end
 end
 
+--- A marker alone, for a key.
+---@param out limax.svg
+---@param at number[] { x, y }
+---@param kind string
+---@param color string
+function panel.marker(out, at, kind, color) draw_marker(out, at, kind, color, 3) end
+
 -- Heights of labels that would stand at `wanted`, moved as little as keeps them apart and inside.
 local function spread(labels, low, high)
   table.sort(labels, function(a, b) return a.wanted < b.wanted end)

@@ -79,7 +79,7 @@ local function supervision(list)
   local parts = {}
   for _, arm in ipairs(#moved > 0 and first_arms(list) or {}) do
     local figures = {}
-    for _, path in ipairs(moved) do
+    for _, path in ipairs((parameters.fields { arm })) do
       local panel, seen = parameters.panel(arm, path)
       local names = {}
       for _, setter in ipairs(parameters.SETTERS) do
@@ -88,7 +88,7 @@ local function supervision(list)
       figures[#figures + 1] = figure(panel, ("%s of %s. n = %d; set by: %s"):format(path, arm.name,
         #arm.runs, #names > 0 and table.concat(names, "; ") or "nobody"))
     end
-    if #list > 1 then
+    if #list > 1 and #figures > 0 then
       parts[#parts + 1] = ("<h3>%s</h3>\n"):format(html.escaped(arm.name))
     end
     parts[#parts + 1] = charts(figures)
@@ -212,6 +212,15 @@ local function state_text(folders)
   return table.concat(texts, ", ")
 end
 
+--- What the axis of a fitness is called, and the fitness in words.
+---@param config table
+---@return string label
+---@return string words
+function page.fitness_label(config)
+  local unit, words = summary.fitness_words(config.fitness)
+  return ("fitness (%s)"):format(unit or "unit of the script"), words
+end
+
 ---@class limax.report.options
 ---@field device? string|limax.device that simulates the robots for their replays
 ---@field robots? boolean false leaves robots out
@@ -234,8 +243,7 @@ function page.text(folders, options)
       end
     end
   end
-  local unit, words = summary.fitness_words(all[1].config.fitness)
-  local label = ("fitness (%s)"):format(unit or "unit of the script")
+  local label, words = page.fitness_label(all[1].config)
   local leading = runs.leading(all)
   local columns, rows = facts.final(list)
   local title = table.concat(names, ", ")
