@@ -10,7 +10,7 @@ local skin = {}
 skin.recede_x, skin.recede_y = 0.36, 0.22
 
 -- Direction of sight: points on such a line fall on each other.
-local sight = { -skin.recede_x, 1, -skin.recede_y }
+local oblique = { -skin.recede_x, 1, -skin.recede_y }
 -- Towards the light, of length 1: from the left, from above, from the eye's side.
 local light = { -0.40, -0.45, 0.80 }
 
@@ -61,8 +61,10 @@ end
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
 ---@param project fun(point: number[]): number, number
+---@param along? number[] the direction of sight, of the oblique projection if left out
 ---@return { points: number[][], fill: string }[]
-function skin.visible(faces, positions, colors, project)
+function skin.visible(faces, positions, colors, project, along)
+  local sight = along or oblique
   local list = {}
   for order, face in ipairs(faces) do
     local p = {}

@@ -6,7 +6,7 @@ local host = require "limax.host"
 local limax = require "limax"
 local parameters = require "limax.report.parameters"
 local process = require "limax.test.process"
-local film_strip = require "limax.film_strip"
+local motion = require "limax.motion"
 local replay = require "limax.report.replay"
 local source = require "limax.source"
 
@@ -182,7 +182,7 @@ end)
 suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 30 }, function(t)
   local layer = ("ecsbe\n"):rep(5)
   local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
-  local walked = film_strip.simulate(robot, { scene = limax.scenes.land(), duration = 5 })
+  local walked = motion.simulate(robot, { scene = limax.scenes.land(), duration = 5 })
   local data = replay.of(walked, robot.description, "full", "")
   -- all masses but the inner 4x4x4
   t:equal({ data.masses, #data.materials }, { 216 - 64, 150 })

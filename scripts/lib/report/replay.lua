@@ -2,6 +2,7 @@
 --- second, in steps of 0.2 mm, as differences from sample to sample, packed by zlib.
 
 local base64 = require "limax.llm.base64"
+local block_picture = require "limax.block_picture"
 local host = require "limax.host"
 local palette = require "limax.palette"
 local skin = require "limax.skin"
@@ -21,6 +22,7 @@ local MOST_STEPS = 65000
 ---@field rate number Hz
 ---@field samples integer
 ---@field masses integer
+---@field body integer of them, the body's own; the corners of the scene's block follow
 ---@field step number m
 ---@field low number[] m, what a value of 0 means along x, y, z
 ---@field edge number m
@@ -71,6 +73,24 @@ local function packed(samples, low, step)
   return base64.encode(host.deflate(table.concat(lows) .. table.concat(highs)))
 end
 
+-- Adds the corners of the scene's block to every sample, and its sides.
+local function add_block(result, samples, path, stride, size, own)
+  for k, values in ipairs(samples) do
+    for _, corner in ipairs(block_picture.corners(path[(k - 1) * stride + 1]:table(), size)) do
+      for c = 1, 3 do values[#values + 1] = corner[c] end
+    end
+  end
+  result.names[#result.names + 1] = block_picture.letter
+  result.colors[#result.colors + 1] = block_picture.hex
+  for _, face in ipairs(block_picture.faces(own)) do
+    for _, corner in ipairs(face.corners) do
+      result.corners[#result.corners + 1] = corner - 1
+    end
+    result.materials[#result.materials + 1] = #result.names - 1
+    result.phases[#result.phases + 1] = -1
+  end
+end
+
 --- The replay of a simulated robot whose "position" was recorded.
 ---@param walked limax.scored_robot
 ---@param description limax.robot.description
@@ -103,10 +123,15 @@ function replay.of(walked, description, name, about)
     result.materials[f] = material - 1
     result.phases[f] = phase_of(description, list[material], face.voxel)
   end
+  local own = #masses
   local stride = math.max(1, math.floor(trace.rate / RATE))
   -- the last sample is one that is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
+  local block = context.scene.block
+  if block and (context.options.record.block or 0) == trace.rate then
+    add_block(result, samples, walked:trace "block", stride, block.size, own)
+  end
   local low, extent = { math.huge, math.huge, math.huge }, 0
   for _, values in ipairs(samples) do
     for c, value in ipairs(values) do
@@ -119,7 +144,8 @@ function replay.of(walked, description, name, about)
     end
   end
   result.low, result.step = low, math.max(STEP, extent / MOST_STEPS)
-  result.rate, result.samples, result.masses = trace.rate / stride, #samples, #masses
+  result.rate, result.samples = trace.rate / stride, #samples
+  result.body, result.masses = own, #samples[1] / 3
   result.data = packed(samples, low, result.step)
   return result
 end

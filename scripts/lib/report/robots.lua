@@ -6,6 +6,7 @@ local film_strip = require "limax.film_strip"
 local host = require "limax.host"
 local html = require "limax.report.html"
 local replay = require "limax.report.replay"
+local motion = require "limax.motion"
 local robot = require "limax.robot"
 local runs = require "limax.report.runs"
 local source = require "limax.source"
@@ -69,7 +70,7 @@ function robots.simulate(list, options)
       local text, message = source.read(path)
       local given = text and host.json.decode(text, path)
       if not given then return nil, tostring(message) end
-      local simulated, reason = film_strip.simulate(robot.of(given), { device = options.device })
+      local simulated, reason = motion.simulate(robot.of(given), { device = options.device })
       return simulated, reason, given
     end)
     if not fine then walked, why = nil, failure.bare(walked) end

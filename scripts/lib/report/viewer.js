@@ -40,6 +40,8 @@
       return phase < 0 ? new THREE.Color("#b9bdc2") : new THREE.Color().setHSL((phase / (2 * Math.PI)) % 1, 0.65, 0.55);
     }
     if (mode === "material") return new THREE.Color(replay.colors[replay.materials[face]]);
+    // the block is rigid
+    if (replay.corners[face * 4] >= replay.body) return new THREE.Color("#b9bdc2");
     const p = view.shape;
     let sum = 0;
     for (let k = 0; k < 4; ++k) {
@@ -128,8 +130,8 @@
     const replay = view.replay;
     const path = new Float32Array(replay.samples * 3);
     for (let s = 0; s < replay.samples; ++s) {
-      for (let m = 0; m < replay.masses; ++m) {
-        for (let c = 0; c < 3; ++c) path[s * 3 + c] += view.positions[(s * replay.masses + m) * 3 + c] / replay.masses;
+      for (let m = 0; m < replay.body; ++m) {
+        for (let c = 0; c < 3; ++c) path[s * 3 + c] += view.positions[(s * replay.masses + m) * 3 + c] / replay.body;
       }
     }
     view.path = path;
@@ -152,7 +154,7 @@
 
     // as far away as the body is large
     let reach = 0.3;
-    for (let k = 0; k < replay.masses * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
+    for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
     view.camera.position.set(path[0] + 2.2 * reach, path[1] - 3.4 * reach, path[2] + 1.7 * reach);
