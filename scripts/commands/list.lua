@@ -9,10 +9,13 @@ local command = {
   summary = "list runs with state, best and arm",
   usage = "limax list [DIR]",
   text = [[
-Looks at the run folders in DIR ("runs" if left out) and one folder below, so that those of a study
-are found too. DIR may be a run folder itself.]],
+Looks for run folders in DIR ("runs" if left out) and up to three folders deep, so that those of a
+study are found too. DIR may be a run folder itself.]],
   positional = { most = 1, name = "DIR" },
 }
+
+-- A study's runs lie in NAME/ARM/rNN below the folder of runs.
+local DEPTH = 3
 
 -- A run folder's path, those directly below `path`, and those one folder deeper.
 local function folders_below(path, depth, list)
@@ -60,7 +63,7 @@ function command.run(arguments)
     failure.raise(arguments[1] and 2 or 1, ("%s is no folder%s"):format(path,
       arguments[1] and "" or ': there are no runs here yet; see "limax run --help"'))
   end
-  local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, 2, {})
+  local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
   local rows = {}
   for k, each in ipairs(found) do rows[k] = row_of(each) end

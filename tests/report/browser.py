@@ -157,7 +157,7 @@ def robots(browser, folder, seen):
 
 def charts(browser, seen):
     seen["charts"] = browser.run(
-        "[...document.querySelectorAll('figure.chart')].map((figure) => ({ data:"
+        "[...document.querySelectorAll('figure.chart:not(.key)')].map((figure) => ({ data:"
         " JSON.parse(figure.querySelector('script').textContent), drawn:"
         " [...figure.querySelectorAll('polyline')].map((line) => line.points.numberOfItems) }))")
     browser.run("document.querySelector('figure.chart .scroll').focus()")

@@ -89,6 +89,55 @@ suite:test("several runs become arms side by side, and their differences", { lim
     t:ok(page:find('<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', 1, true))
   end)
 
+suite:test("a curve ends with the first repetition that ends, bands are left out of many arms",
+  function(t)
+    local curves = require "limax.report.curves"
+    local function arm(name, state, ...)
+      local made = { name = name, runs = {} }
+      for k, values in ipairs { ... } do
+        made.runs[k] = { status = { state = state }, lines = {} }
+        for g, value in ipairs(values) do
+          made.runs[k].lines[g] = { generation = g - 1, best = value }
+        end
+      end
+      return made
+    end
+    local function best(line) return line.best end
+    local points, band = curves.over(arm("a", "done", { 1, 2, 9 }, { 3, 4 }), best)
+    t:equal(points, { { 0, 2 }, { 1, 3 } })
+    t:equal(band, { { 0, 1, 3 }, { 1, 2, 4 } })
+    points = curves.over(arm("a", "running", { 1, 2, 9 }, { 3, 4 }), best)
+    t:equal(points, { { 0, 2 }, { 1, 3 }, { 2, 9 } })
+    local list = {}
+    for k = 1, 5 do list[k] = arm("arm " .. k, "done", { 1, 2 }, { 2, 3 }) end
+    t:equal(#curves.panel(list, "", "", best).bands, 0)
+    t:equal(curves.band_text(2, 5), nil)
+    list[5] = nil
+    t:equal(#curves.panel(list, "", "", best).bands, 4)
+    t:equal(curves.band_text(2, 4), "band: lowest to highest of 2")
+    -- of eight or more the interval of their interquartile mean
+    local eight = arm("a", "done", { 1 }, { 2 }, { 3 }, { 4 }, { 5 }, { 6 }, { 7 }, { 8 })
+    points, band = curves.over(eight, best)
+    t:equal(points, { { 0, 4.5 } })
+    t:ok(band[1][2] > 1 and band[1][2] < 4 and band[1][3] > 5 and band[1][3] < 8)
+  end)
+
+suite:test("without three.js the page says so and has the film strips", { limit = 20 }, function(t)
+  local robots, runs = require "limax.report.robots", require "limax.report.runs"
+  local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 } })
+  local list = runs.arms { runs.read(folder) }
+  local found = robots.javascript
+  robots.javascript = function() return nil end
+  local shown = robots.section(list, {})
+  robots.javascript = found
+  t:equal(#shown.scripts, 0)
+  t:ok(shown.body:find("libjs-three", 1, true) and not shown.body:find("<canvas", 1, true))
+  t:equal(select(2, shown.body:gsub("<svg ", "")), 2)
+  -- names within the two strips are apart
+  t:ok(shown.body:find('id="strip1-panel1"', 1, true))
+  t:ok(shown.body:find("url(#strip2-panel6)", 1, true))
+end)
+
 suite:test("figures for print have their width, and the numbers drawn in them", { limit = 20 },
   function(t)
     local base = t:folder()

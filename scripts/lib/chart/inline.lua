@@ -11,6 +11,22 @@ local WIDTH, HEIGHT, TEXT, RIGHT = 560, 320, 12, 120
 
 local function name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
 
+-- px of a line of a key
+local LINE = 20
+
+--- Markers with what they mean, one below the other, as SVG.
+---@param entries { marker: string, color: string, name: string, text: string|nil }[]
+---@param title string
+---@return string
+function inline.key(entries, title)
+  local out = svg.page(WIDTH, LINE * #entries + 6, title, TEXT, "#26282b")
+  for k, entry in ipairs(entries) do
+    panel.marker(out, { 16, LINE * k - 5 }, entry.marker, entry.color)
+    out:text(32, LINE * k, entry.text or entry.name)
+  end
+  return out:finish()
+end
+
 ---@class limax.chart.inline
 ---@field svg string
 ---@field data { x: string, y: string, left: number, right: number, top: number, bottom: number,

@@ -5,7 +5,7 @@
   document.documentElement.classList.add("scripted");
   const shown = (value) => Number(value.toPrecision(4)).toString();
 
-  for (const figure of document.querySelectorAll("figure.chart")) {
+  for (const figure of document.querySelectorAll("figure.chart:not(.key)")) {
     const svg = figure.querySelector("svg");
     const frame = figure.querySelector(".scroll");
     const output = figure.querySelector("output");

@@ -13,6 +13,8 @@ local COLORS = { "#0072b2", "#d55e00", "#009e73", "#26282b", "#cc79a7", "#e69f00
 local DASHES = { false, "6 3", "2 3" }
 -- samples drawn again for a band: its ends move by less than a twentieth of its width
 local RESAMPLES = 1000
+-- more bands than these hide each other
+local MOST_BANDS = 4
 -- letters of a name beside its curve
 local MOST_LETTERS = 22
 
@@ -31,11 +33,13 @@ local function short(name)
   return name:sub(1, MOST_LETTERS - 1):gsub("[\192-\255][\128-\191]*$", "") .. "…"
 end
 
---- What the bands of this many repetitions tell; nil for one, which has none.
+--- What the bands of this many repetitions tell; nil for one, which has none, and for more arms
+--- than bands are drawn of.
 ---@param count integer
+---@param arms integer
 ---@return string|nil
-function curves.band_text(count)
-  if count < 2 then return nil end
+function curves.band_text(count, arms)
+  if count < 2 or arms > MOST_BANDS then return nil end
   if count < sample.LEAST_FOR_MEAN then return ("band: lowest to highest of %d"):format(count) end
   return "band: 95 % bootstrap interval of the interquartile mean"
 end
@@ -48,14 +52,23 @@ local function interval(values)
   return bootstrap.interval(values, sample.interquartile_mean, 0.95, RESAMPLES)
 end
 
+-- Does one of these runs go on, or was it stopped?
+local function unfinished(arm)
+  for _, run in ipairs(arm.runs) do
+    if run.status.state ~= "done" then return true end
+  end
+  return false
+end
+
 --- A value of each generation over the repetitions of an arm: the centre, and the band where there
---- are several.
+--- are several. Repetitions that end earlier than others end the curve, so that it never tells of
+--- the longest alone; of runs that are not done those count that have come so far.
 ---@param arm limax.report.arm
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
 ---@return number[][] points { generation, centre }
 ---@return number[][] band { generation, low, high }
 function curves.over(arm, value)
-  local points, band, longest = {}, {}, 0
+  local points, band, longest, open = {}, {}, 0, unfinished(arm)
   for _, run in ipairs(arm.runs) do longest = math.max(longest, #run.lines) end
   for k = 1, longest do
     local values, generation = {}, nil
@@ -64,7 +77,7 @@ function curves.over(arm, value)
       values[#values + 1] = line and value(line, k, run) or nil
       generation = line and line.generation or generation
     end
-    if #values > 0 then
+    if #values == #arm.runs or #values > 0 and open then
       points[#points + 1] = { generation, (sample.centre(values)) }
       if #arm.runs > 1 then band[#band + 1] = { generation, interval(values) } end
     end
@@ -97,7 +110,7 @@ function curves.panel(list, title, label, value)
   for k, arm in ipairs(list) do
     local color, dash = curves.look(k)
     local points, band = curves.over(arm, value)
-    add(panel, arm.name, color, dash, points, band)
+    add(panel, arm.name, color, dash, points, #list <= MOST_BANDS and band or {})
   end
   return panel
 end

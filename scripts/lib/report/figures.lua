@@ -24,7 +24,7 @@ local function foot_of(list)
     local n = #arm.runs
     local centre = n == 1 and "Lines: one run (n = 1)" or ("Lines: %s of n = %d runs"):format(
       n >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", n)
-    local band = curves.band_text(n)
+    local band = curves.band_text(n, #list)
     local text = centre .. (#list > 1 and " per arm" or "") .. (band and "; " .. band or "")
     if not seen[text] then
       seen[text] = true

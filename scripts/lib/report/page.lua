@@ -2,6 +2,7 @@
 --- without scripts it is whole but for the robots that move.
 
 local body_picture = require "limax.body_picture"
+local choice = require "limax.choice"
 local curves = require "limax.report.curves"
 local facts = require "limax.report.facts"
 local host = require "limax.host"
@@ -44,7 +45,7 @@ local function counts(list)
     least, most = math.min(least, #arm.runs), math.max(most, #arm.runs)
   end
   local n = least == most and tostring(least) or ("%d to %d"):format(least, most)
-  local band = curves.band_text(least)
+  local band = curves.band_text(least, #list)
   return ("n = %s %s%s"):format(n, most == 1 and "run" or "runs", band and "; " .. band or "")
 end
 
@@ -93,16 +94,13 @@ local function supervision(list)
     end
     parts[#parts + 1] = charts(figures)
   end
-  local key = {}
-  for _, setter in ipairs(parameters.SETTERS) do
-    key[#key + 1] = ("%s %s"):format(setter.marker, setter.text or setter.name)
-  end
   local columns, rows, out = facts.said(list)
   local said = #rows > 0 and html.details(("what supervisors said and changed: %d entries%s")
     :format(#rows, out > 0 and (", %d older ones are left out"):format(out) or ""),
     html.table(columns, rows, "What supervisors said and changed")) or ""
   return section("parameters", "Parameters, and who set them",
-    note("Markers: " .. table.concat(key, "; ") .. ". Without a marker a value was kept."),
+    note "A marker says who set a value; without one it was kept.", '<figure class="chart key">',
+    inline.key(parameters.SETTERS, "Markers of who set a value"), "</figure>\n",
     table.concat(parts), left_out(list),
     #still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "", said)
 end
@@ -204,12 +202,22 @@ end
 
 -- ---- the page -----------------------------------------------------------------------------------
 
+-- More folders than these are counted, not listed; the table of results has all.
+local MOST_LISTED = 6
+
 local function state_text(folders)
-  local texts = {}
+  local texts, by_state = {}, {}
   for k, folder in ipairs(folders) do
-    texts[k] = ("%s (%s)"):format(folder.path, tostring(folder.status.state))
+    local state = tostring(folder.status.state)
+    texts[k] = ("%s (%s)"):format(folder.path, state)
+    by_state[state] = (by_state[state] or 0) + 1
   end
-  return table.concat(texts, ", ")
+  if #folders <= MOST_LISTED then return table.concat(texts, ", ") end
+  texts = {}
+  for _, state in ipairs(choice.sorted_keys(by_state)) do
+    texts[#texts + 1] = ("%d %s"):format(by_state[state], state)
+  end
+  return ("%d runs: %s"):format(#folders, table.concat(texts, ", "))
 end
 
 --- What the axis of a fitness is called, and the fitness in words.
@@ -246,7 +254,10 @@ function page.text(folders, options)
   local label, words = page.fitness_label(all[1].config)
   local leading = runs.leading(all)
   local columns, rows = facts.final(list)
-  local title = table.concat(names, ", ")
+  local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))
+  if #names > MOST_LISTED then
+    title = ("%s and %d more"):format(title, #names - MOST_LISTED)
+  end
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
   local sections = {
