@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -51,7 +52,7 @@ void put_32(std::string& text, std::uint32_t value) {
 // The chunk that says how large a pixel is on paper (PNG specification, 11.3.5.3).
 std::string physical_size(double dpi) {
     std::string chunk = "pHYs";
-    const auto per_metre = static_cast<std::uint32_t>(dpi * inches_per_metre + 0.5);
+    const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * inches_per_metre));
     put_32(chunk, per_metre);
     put_32(chunk, per_metre);
     chunk += '\1';  // the unit is the metre

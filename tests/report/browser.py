@@ -91,8 +91,9 @@ class Browser:
             time.sleep(0.05)
 
     def key(self, name):
-        for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=name, code=name)
+        text = {"Enter": {"text": "\r", "windowsVirtualKeyCode": 13}}.get(name, {})
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=name, code=name, **text)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=name, code=name)
 
     def shot(self, path):
         data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=False)["data"]
@@ -125,11 +126,11 @@ def robots(browser, folder, seen):
     seen["views"] = len(still)
     browser.shot(folder + "/robots.png")
     seen["still"] = browser.pixels() == still
-    # play by keyboard: the button is reached by focus and pressed by a key
+    # play and pause by keyboard
     browser.run("document.getElementById('play').focus()")
-    browser.run("document.activeElement.click()")
+    browser.key("Enter")
     browser.wait("Number(document.getElementById('time').value) > 0.2")
-    browser.run("document.activeElement.click()")
+    browser.key("Enter")
     moved = browser.pixels()
     seen["moved"] = [a != b for a, b in zip(still, moved)]
     seen["paused"] = browser.pixels() == moved

@@ -122,6 +122,28 @@ suite:test("a curve ends with the first repetition that ends, bands are left out
     t:ok(band[1][2] > 1 and band[1][2] < 4 and band[1][3] > 5 and band[1][3] < 8)
   end)
 
+suite:test("a champion's line leads from generation 0 to it, parent by parent", { limit = 20 },
+  function(t)
+    local lineage, runs = require "limax.report.lineage", require "limax.report.runs"
+    local folder = run(t:folder() .. "/r", { generations = 8, population = 8 })
+    local read = runs.read(folder).runs[1]
+    local ancestors, line = lineage.of(read)
+    local champion = read.lines[8].champion
+    t:equal({ line[1].generation, line[#line].id, line[#line].hash }, { 0, champion.id,
+      champion.hash })
+    for k = 2, #line do
+      local is_parent = false
+      for _, id in ipairs(line[k].parents) do is_parent = is_parent or id == line[k - 1].id end
+      t:ok(is_parent and line[k].generation > line[k - 1].generation)
+    end
+    local of = {}
+    for _, robot in ipairs(ancestors) do of[robot.id] = robot end
+    for _, robot in ipairs(ancestors) do
+      for _, id in ipairs(robot.parents) do t:ok(of[id], "every parent is an ancestor") end
+    end
+    t:ok(#ancestors >= #line)
+  end)
+
 suite:test("without three.js the page says so and has the film strips", { limit = 20 }, function(t)
   local robots, runs = require "limax.report.robots", require "limax.report.runs"
   local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 } })

@@ -30,8 +30,8 @@ end
 function pixels.new(width, height, ground)
   local self = setmetatable({ width = width, height = height, wide = width * FINE,
     high = height * FINE }, Canvas)
-  -- red, green and blue times opacity, and opacity: 0 to 1
-  self.data = ffi.new("float[?]", self.wide * self.high * 4)
+  -- red, green and blue times opacity, and opacity, of each sample
+  self.data = ffi.new("uint8_t[?]", self.wide * self.high * 4)
   self:clip(0, 0, width, height)
   if ground then
     self:polygon({ { 0, 0 }, { width, 0 }, { width, height }, { 0, height } }, ground)
@@ -51,14 +51,15 @@ function Canvas:clip(left, top, right, bottom)
   self.bottom = math.min(self.high, math.floor(bottom * FINE + 0.5))
 end
 
--- One row of samples, from `first` up to but without `last`.
+-- One row of samples, from `first` up to but without `last`. The colour is times its opacity, and
+-- half a step more, which rounds.
 function Canvas:span(row, first, last, r, g, b, opacity)
-  local data, rest = self.data, 1 - opacity
+  local data, rest, full = self.data, 1 - opacity, 255 * opacity + 0.5
   for at = (row * self.wide + first) * 4, (row * self.wide + last - 1) * 4, 4 do
     data[at] = data[at] * rest + r
     data[at + 1] = data[at + 1] * rest + g
     data[at + 2] = data[at + 2] * rest + b
-    data[at + 3] = data[at + 3] * rest + opacity
+    data[at + 3] = data[at + 3] * rest + full
   end
 end
 
@@ -69,7 +70,7 @@ end
 function Canvas:polygon(points, color, opacity)
   opacity = opacity or 1
   local r, g, b = rgb(color)
-  r, g, b = r / 255 * opacity, g / 255 * opacity, b / 255 * opacity
+  r, g, b = r * opacity + 0.5, g * opacity + 0.5, b * opacity + 0.5
   local low, high = math.huge, -math.huge
   for _, p in ipairs(points) do low, high = math.min(low, p[2]), math.max(high, p[2]) end
   local count, cuts = #points, {}
@@ -161,7 +162,7 @@ function Canvas:finish()
       if a > 0 then
         out[to], out[to + 1] = math.min(r / a * 255 + 0.5, 255), math.min(g / a * 255 + 0.5, 255)
         out[to + 2] = math.min(b / a * 255 + 0.5, 255)
-        out[to + 3] = math.min(a / samples * 255 + 0.5, 255)
+        out[to + 3] = math.min(a / samples + 0.5, 255)
       end
     end
   end

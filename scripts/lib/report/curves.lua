@@ -3,6 +3,7 @@
 --- tells what they spread over.
 
 local bootstrap = require "limax.statistics.bootstrap"
+local by_evaluations = require "limax.compare.curves"
 local runs = require "limax.report.runs"
 local sample = require "limax.statistics.sample"
 
@@ -15,6 +16,8 @@ local DASHES = { false, "6 3", "2 3" }
 local RESAMPLES = 1000
 -- more bands than these hide each other
 local MOST_BANDS = 4
+-- places at which curves over evaluations are drawn
+local PLACES = 60
 -- letters of a name beside its curve
 local MOST_LETTERS = 22
 
@@ -153,6 +156,35 @@ function curves.learning(list, label)
     if panel.bands[1] then panel.bands[1].name = "best" end
     local points, band = curves.over(list[1], function(line) return line.mean end)
     add(panel, "mean", "#d55e00", "6 3", points, band)
+  end
+  return panel
+end
+
+--- The best against the simulations that it took, which is what arms may spend alike; over the part
+--- that all runs of an arm have.
+---@param list limax.report.arm[]
+---@param label string
+---@return limax.chart.panel
+function curves.by_evaluations(list, label)
+  local panel = panel_of("best, by evaluations", label)
+  panel.x.label = "evaluations (robots simulated)"
+  for k, arm in ipairs(list) do
+    local of_runs, low, high = {}, 0, math.huge
+    for i, run in ipairs(arm.runs) do
+      local points = by_evaluations.points(run, runs.score)
+      of_runs[i] = points
+      low = math.max(low, points[1] and points[1][1] or math.huge)
+      high = math.min(high, points[#points] and points[#points][1] or -math.huge)
+    end
+    local points, band = {}, {}
+    for place = 0, low <= high and PLACES or -1 do
+      local x, values = low + (high - low) * place / PLACES, {}
+      for i, of_run in ipairs(of_runs) do values[i] = by_evaluations.at(of_run, x) end
+      points[#points + 1] = { x, (sample.centre(values)) }
+      if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
+    end
+    local color, dash = curves.look(k)
+    add(panel, arm.name, color, dash, points, band)
   end
   return panel
 end

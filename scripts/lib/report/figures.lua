@@ -38,6 +38,7 @@ local function learning(list, label)
   return { name = "learning", title = "Learning curves", foot = foot_of(list)
     .. " Best: of each generation, under the run's first materials.", panels = {
       curves.panel(list, "best of the generation", label, runs.score),
+      curves.by_evaluations(list, label),
       curves.panel(list, "mean of the population", label, function(line) return line.mean end),
     } }
 end

@@ -60,6 +60,10 @@ end
 
 local function learning(list, label)
   local parts = { figure(curves.learning(list, label), "Learning curves. " .. counts(list)) }
+  if #list > 1 then
+    parts[2] = figure(curves.by_evaluations(list, label), "Learning curves over what was spent. "
+      .. counts(list))
+  end
   for _, arm in ipairs(first_arms(list)) do
     parts[#parts + 1] = figure(curves.population(arm, label), ("Population of %s. n = %d %s")
       :format(arm.name, #arm.runs, #arm.runs == 1 and "run" or "runs, the centre of each curve"))

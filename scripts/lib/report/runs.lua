@@ -23,8 +23,8 @@ local runs = {}
 ---@field lines table[] metrics, generation by generation
 ---@field ledger table[] likewise
 ---@field timing table[] likewise
----@field evaluations integer so far
----@field before integer 0: a study's tuning is not in a folder
+---@field evaluations integer so far, `before` included
+---@field before integer that a study spent on tuning, which is not in the folder
 
 ---@class limax.report.folder
 ---@field path string
@@ -113,7 +113,10 @@ function runs.read_all(words)
     if host.file.exists(word .. "/" .. compare_runs.STUDY) == "file" then
       for _, given in ipairs(compare_runs.expand { word }) do
         local folder = runs.read(given.path)
-        for _, run in ipairs(folder.runs) do run.arm, run.before = given.arm, given.before or 0 end
+        for _, run in ipairs(folder.runs) do
+          run.arm, run.before = given.arm, given.before or 0
+          run.evaluations = run.evaluations + run.before
+        end
         list[#list + 1] = folder
       end
     else
