@@ -33,16 +33,17 @@ function command.run(arguments)
   local any = false
   for _, folder in ipairs(folders) do any = any or #folder.runs > 0 end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
+  local options = { device = arguments.device, robots = not arguments.no_robots,
+    say = function(line) io.stderr:write(line, "\n") end }
   if arguments.figures then
-    local _, pdf = figures.write(arguments.figures, folders,
-      (page.fitness_label(folders[1].config)))
-    io.stdout:write(("%s: learning, diversity, first_last, parameters%s\n"):format(
-      shell.path(arguments.figures), pdf and "" or "; no PDF: rsvg-convert is not installed"))
+    local names, pdf = figures.write(arguments.figures, folders,
+      (page.fitness_label(folders[1].config)), options)
+    io.stdout:write(("%s: %s%s\n"):format(shell.path(arguments.figures),
+      table.concat(names, ", "), pdf and "" or "; no PDF: rsvg-convert is not installed"))
     if not arguments.out then return 0 end
   end
   local path = arguments.out or folders[1].path .. "/report.html"
-  local text = page.text(folders, { device = arguments.device, robots = not arguments.no_robots,
-    say = function(line) io.stderr:write(line, "\n") end })
+  local text = page.text(folders, options)
   local written, message = host.file.write_atomic(path, text)
   if not written then failure.raise(1, message) end
   io.stdout:write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))

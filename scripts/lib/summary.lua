@@ -260,6 +260,7 @@ function summary.show(folder, options)
     write(("\nfilm strip  %s\n"):format(walked and shell.path(path) or message))
   end
   write(("champion    %s\n"):format(shell.path(last.path)))
+  write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
 
   write "\nnext:\n"
   for _, command in ipairs(next_commands(folder, config)) do

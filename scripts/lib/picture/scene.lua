@@ -16,6 +16,7 @@ local ink = { text = "#2b2b2b", ground = "#efece6", fine = "#dcd7cc", strong = "
 ---@field height integer px
 ---@field text number px, height of a capital
 ---@field low number[] right and up, m, of the lowest corner seen from a pose's middle
+---@field top number|nil px, where its panels begin; 0 if absent
 ---@field ground number[]|nil least and most of along and away around the middle, m
 
 -- A point seen from a pose's middle; its height counts from the ground where there is one.
@@ -64,6 +65,15 @@ function scene.frame(film, view, width, count)
     low = { (left + right) / 2, low - room } }
 end
 
+--- Another scale and text for a frame; its height follows.
+---@param frame limax.picture.frame
+---@param scale number px/m
+---@param text number px
+function scene.rescale(frame, scale, text)
+  frame.height = math.ceil((frame.height - 3.2 * frame.text) / frame.scale * scale + 3.2 * text)
+  frame.scale, frame.text = scale, text
+end
+
 -- The ground as a sheet with a line across the way every 0.1 m and a darker one every 0.5 m: they
 -- make the way visible.
 local function draw_ground(canvas, frame, film, pose, place)
@@ -105,13 +115,14 @@ end
 ---@param k integer
 function scene.draw(canvas, film, frame, pose, k)
   local view, left = frame.view, (k - 1) * frame.panel
-  local bottom = frame.height - 2.2 * frame.text
+  local top = frame.top or 0
+  local bottom = top + frame.height - 2.2 * frame.text
   local function place(p)
     local x, y = view.project(from_middle(film, pose, p))
     return { left + frame.panel / 2 + (x - frame.low[1]) * frame.scale,
       bottom - (y - frame.low[2]) * frame.scale }
   end
-  canvas:clip(left, 0, left + frame.panel, frame.height)
+  canvas:clip(left, top, left + frame.panel, top + frame.height)
   if frame.ground then
     draw_ground(canvas, frame, film, pose, place)
     if view.shadow then
@@ -132,18 +143,20 @@ function scene.draw(canvas, film, frame, pose, k)
     end
   end
   draw_trail(canvas, film, pose, place, frame)
-  canvas:text(left + frame.panel / 2, frame.height - 0.6 * frame.text, ("%.2f s"):format(pose.time),
-    frame.text, ink.text, "middle")
+  canvas:text(left + frame.panel / 2, top + frame.height - 0.6 * frame.text,
+    ("%.2f s"):format(pose.time), frame.text, ink.text, "middle")
 end
 
 --- A bar of a round length in the upper left corner. In `iso` it is true along every axis.
 ---@param canvas limax.picture.pixels|limax.picture.vectors
 ---@param frame limax.picture.frame
-function scene.scale_bar(canvas, frame)
+---@param place? number[] px, its left end; the upper left corner if left out
+function scene.scale_bar(canvas, frame, place)
   local short = frame.view.short
   local length = motion.round_length(frame.panel / 3 / frame.scale / short)
-  local x, y, wide = frame.text, 1.4 * frame.text, length * frame.scale * short
-  canvas:clip(0, 0, frame.panel, frame.height)
+  local x, y = unpack(place or { frame.text, 1.4 * frame.text })
+  local wide = length * frame.scale * short
+  if not place then canvas:clip(0, 0, frame.panel, frame.height) end
   canvas:line({ x, y }, { x + wide, y }, ink.text, 1.6)
   for _, at in ipairs { x, x + wide } do
     canvas:line({ at, y - frame.text / 2 }, { at, y + frame.text / 2 }, ink.text, 1.6)

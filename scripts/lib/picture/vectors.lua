@@ -14,9 +14,11 @@ Canvas.__index = Canvas
 ---@param height integer px
 ---@param ground string|nil "#ffffff"
 ---@param title string
+---@param millimetres? number its width on paper
 ---@return limax.picture.vectors
-function vectors.new(width, height, ground, title)
-  local page = svg.page(width, height, title, 11, "#2b2b2b", { transparent = not ground })
+function vectors.new(width, height, ground, title, millimetres)
+  local page = svg.page(width, height, title, 11, "#2b2b2b",
+    { transparent = not ground, millimetres = millimetres })
   return setmetatable({ page = page, clips = 0, open = false }, Canvas)
 end
 

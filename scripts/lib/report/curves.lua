@@ -118,7 +118,9 @@ function curves.panel(list, title, label, value)
   return panel
 end
 
-local function quantile(name) return function(line) return line.quantiles[name] end end
+local function quantile(name)
+  return function(line) return line.quantiles and line.quantiles[name] end
+end
 
 --- One arm's population: best, mean and median, over bands from the 10 % to the 90 % and from the
 --- 25 % to the 75 % quantile; of several repetitions the centre of each.

@@ -1,6 +1,6 @@
 --- figures.lua: `limax report --figures DIR`: learning, diversity, parameters and generation 0
---- against the last for a paper: SVG of 85 and 175 mm, the numbers drawn in it as CSV, and PDF
---- where rsvg-convert is found.
+--- against the last, as numbers and as robots, for a paper: SVG of 85 and 175 mm, the numbers drawn
+--- in it as CSV, and PDF where rsvg-convert is found.
 
 local csv = require "limax.bench.csv"
 local curves = require "limax.report.curves"
@@ -8,9 +8,11 @@ local failure = require "limax.failure"
 local host = require "limax.host"
 local parameters = require "limax.report.parameters"
 local plate = require "limax.chart.plate"
+local robots = require "limax.report.robots"
 local runs = require "limax.report.runs"
 local sample = require "limax.statistics.sample"
 local shell = require "limax.shell"
+local strips = require "limax.report.strips"
 
 local figures = {}
 
@@ -106,35 +108,47 @@ local function write(path, text)
   if not written then failure.raise(1, message) end
 end
 
+-- One figure of one width as SVG, and as PDF.
+local function write_figure(folder, name, millimetres, text, pdf)
+  local base = ("%s/%s-%d"):format(folder, name, millimetres)
+  write(base .. ".svg", text)
+  if not pdf then return end
+  local done = os.execute(("rsvg-convert --format pdf %s --output %s"):format(
+    shell.quoted(base .. ".svg"), shell.quoted(base .. ".pdf")))
+  if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
+end
+
 --- Writes the figures.
 ---@param folder string
 ---@param folders limax.report.folder[]
 ---@param label string of the fitness, with its unit
----@return string[] names of the files
+---@param options limax.report.options
+---@return string[] names
 ---@return boolean pdf was rsvg-convert found?
-function figures.write(folder, folders, label)
+function figures.write(folder, folders, label, options)
   local made, message = host.file.mkdir(folder)
   if not made then failure.raise(1, "--figures: " .. message) end
   local list, names = runs.arms(folders), {}
-  local converter = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
+  local pdf = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
   local all = { learning(list, label), diversity(list), first_last(list, label) }
   all[#all + 1] = supervision(list)
-  for _, each in ipairs(all) do
+  for k, each in ipairs(all) do
+    names[k] = each.name
     for _, millimetres in ipairs(plate.WIDTHS) do
-      local base = ("%s/%s-%d"):format(folder, each.name, millimetres)
-      write(base .. ".svg", plate.svg(each, millimetres))
-      names[#names + 1] = ("%s-%d.svg"):format(each.name, millimetres)
-      if converter then
-        local done = os.execute(("rsvg-convert --format pdf %s --output %s"):format(
-          shell.quoted(base .. ".svg"), shell.quoted(base .. ".pdf")))
-        if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
-        names[#names + 1] = ("%s-%d.pdf"):format(each.name, millimetres)
-      end
+      write_figure(folder, each.name, millimetres, plate.svg(each, millimetres), pdf)
     end
     write(("%s/%s.csv"):format(folder, each.name), csv.encode(plate.rows(each)))
-    names[#names + 1] = each.name .. ".csv"
   end
-  return names, converter
+  local shown = options.robots == false and {} or robots.simulate(list, options)
+  if #shown > 0 then
+    names[#names + 1] = "robots"
+    for _, millimetres in ipairs(plate.WIDTHS) do
+      write_figure(folder, "robots", millimetres, strips.svg(shown, millimetres,
+        "Robots of generation 0 and of the last"), pdf)
+    end
+    write(folder .. "/robots.csv", csv.encode(strips.rows(shown)))
+  end
+  return names, pdf
 end
 
 return figures
