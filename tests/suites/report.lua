@@ -9,6 +9,7 @@ local process = require "limax.test.process"
 local motion = require "limax.motion"
 local replay = require "limax.report.replay"
 local source = require "limax.source"
+local talker = require "support.talker"
 
 local suite = require("limax.test").suite "report"
 
@@ -232,6 +233,33 @@ suite:test("who set a value is read from the ledger", function(t)
   t:equal(who("random", { supervisor = "random" }, clamped), { "other", true })
   t:equal(who("random", { supervisor = "random" }, kept), { "nobody", false })
 end)
+
+suite:test("a model's run and its replay: who set what, what it cost, its words as text",
+  { limit = 30 }, function(t)
+    local evil = "<script>alert(1)</script>"
+    local model = talker.run(t, { "llm", client = talker.new(function(_, n)
+      return host.json.encode { mutation_rate = n == 2 and 7 or 0.12, reason = evil }
+    end) })
+    local again = talker.run(t, { "replay", run = model.folder })
+    report(t, t:folder(), { model.folder, again.folder, "--no-robots", "--out",
+      model.folder .. "/both.html" })
+    local page = source.read(model.folder .. "/both.html")
+    local setters = {}
+    for _, chart in ipairs(charts_of(page)) do
+      if chart.y == "mutation_rate (per gene)" then
+        local titles = {}
+        for _, curve in ipairs(chart.curves) do
+          titles[#titles + 1] = ("%s %d"):format(curve.name, #curve.points)
+        end
+        setters[#setters + 1] = titles
+      end
+    end
+    t:equal(setters, {
+      { "repetition 1 4", "set by: model 3", "set by: clamped 1" },
+      { "repetition 1 4", "set by: replayed 3", "set by: clamped 1" } })
+    t:ok(page:find("model&#39;s questions", 1, true), "a column of the cost")
+    t:ok(page:find("&lt;script&gt;alert(1)", 1, true) and not page:find(evil, 1, true))
+  end)
 
 suite:test("a run that goes on is reported and listed as far as it is", { limit = 20 }, function(t)
   local base = t:folder()
