@@ -11,6 +11,7 @@ import os
 import select
 import subprocess
 import sys
+import tempfile
 import time
 
 LIMIT = 60  # s for one answer: a software renderer on a busy machine is slow
@@ -167,7 +168,12 @@ def charts(browser, seen):
 
 
 def main(program, page, folder):
-    browser = Browser(program, folder + "/profile")
+    # a browser that has just ended may still hold a file or two
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        print(json.dumps(look(Browser(program, profile), page, folder)))
+
+
+def look(browser, page, folder):
     seen = {}
     try:
         browser.open("file://" + page)
@@ -195,7 +201,7 @@ def main(program, page, folder):
                             and event["params"]["type"] == "error"]
     finally:
         browser.close()
-    print(json.dumps(seen))
+    return seen
 
 
 main(*sys.argv[1:])

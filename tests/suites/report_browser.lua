@@ -1,5 +1,6 @@
 --- report_browser.lua: a report in a real Chromium without a display, where one is installed:
 --- nothing is loaded and nothing fails, charts carry the run's numbers, robots move and obey.
+--- LIMAX_TEST_SCREENSHOTS names a folder that keeps what was seen.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -41,21 +42,23 @@ local function seen_of(t, program, change)
   if change then change(base .. "/r") end
   local done = process.limax({ "report", "r" }, { folder = base })
   t:ok(done.status == 0, done.stderr)
+  local shots = os.getenv "LIMAX_TEST_SCREENSHOTS" or base
+  assert(host.file.mkdir(shots))
   local pipe = io.popen(("python3 %s %s %s %s 2>%s"):format(process.quoted(DRIVER),
-    process.quoted(program), process.quoted(base .. "/r/report.html"), process.quoted(base),
+    process.quoted(program), process.quoted(base .. "/r/report.html"), process.quoted(shots),
     process.quoted(base .. "/driver.txt")))
   local text = pipe:read "*a"
   pipe:close()
   local seen = host.json.decode(text)
   t:ok(seen, text .. tostring(source.read(base .. "/driver.txt")))
-  return seen, base
+  return seen, base, shots
 end
 
 local function all(list) return #list > 0 and not tostring(host.json.encode(list)):find "false" end
 
 suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, function(t)
   local program = needs(t)
-  local seen, base = seen_of(t, program)
+  local seen, base, shots = seen_of(t, program)
   t:equal(seen.requests, { "file://" .. base .. "/r/report.html" })
   t:equal(seen.problems, {})
   local k = 0
@@ -79,7 +82,7 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
   t:ok(seen.paused and seen.scrubbed_back and seen.turned_by_key)
   t:equal(seen.clock, "1.50 s")
   for _, name in ipairs { "robots", "strain", "phase", "top", "dark", "narrow" } do
-    t:ok(#source.read(("%s/%s.png"):format(base, name)) > 2000, name)
+    t:ok(#source.read(("%s/%s.png"):format(shots, name)) > 2000, name)
   end
 end)
 
