@@ -16,6 +16,8 @@ local DASHES = { false, "6 3", "2 3" }
 local RESAMPLES = 1000
 -- more bands than these hide each other
 local MOST_BANDS = 4
+-- places of a band: a bootstrap takes 2 ms each
+local BAND_PLACES = 150
 -- places at which curves over evaluations are drawn
 local PLACES = 60
 -- letters of a name beside its curve
@@ -68,11 +70,13 @@ end
 --- the longest alone; of runs that are not done those count that have come so far.
 ---@param arm limax.report.arm
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
+---@param banded? boolean false: the band is left out
 ---@return number[][] points { generation, centre }
----@return number[][] band { generation, low, high }
-function curves.over(arm, value)
+---@return number[][] band { generation, low, high }, of some generations of a long run
+function curves.over(arm, value, banded)
   local points, band, longest, open = {}, {}, 0, unfinished(arm)
   for _, run in ipairs(arm.runs) do longest = math.max(longest, #run.lines) end
+  local every = math.ceil(longest / BAND_PLACES)
   for k = 1, longest do
     local values, generation = {}, nil
     for _, run in ipairs(arm.runs) do
@@ -82,7 +86,10 @@ function curves.over(arm, value)
     end
     if #values == #arm.runs or #values > 0 and open then
       points[#points + 1] = { generation, (sample.centre(values)) }
-      if #arm.runs > 1 then band[#band + 1] = { generation, interval(values) } end
+      local place = (k - 1) % every == 0 or k == longest
+      if #arm.runs > 1 and banded ~= false and place then
+        band[#band + 1] = { generation, interval(values) }
+      end
     end
   end
   return points, band
@@ -112,8 +119,8 @@ function curves.panel(list, title, label, value)
   local panel = panel_of(title, label)
   for k, arm in ipairs(list) do
     local color, dash = curves.look(k)
-    local points, band = curves.over(arm, value)
-    add(panel, arm.name, color, dash, points, #list <= MOST_BANDS and band or {})
+    local points, band = curves.over(arm, value, #list <= MOST_BANDS)
+    add(panel, arm.name, color, dash, points, band)
   end
   return panel
 end
@@ -130,7 +137,8 @@ end
 function curves.population(arm, label)
   local panel = panel_of(arm.name, label)
   for _, pair in ipairs { { "q10", "q90" }, { "q25", "q75" } } do
-    local low, high = curves.over(arm, quantile(pair[1])), curves.over(arm, quantile(pair[2]))
+    local low = curves.over(arm, quantile(pair[1]), false)
+    local high = curves.over(arm, quantile(pair[2]), false)
     local points = {}
     for k, point in ipairs(low) do points[k] = { point[1], point[2], high[k][2] } end
     panel.bands[#panel.bands + 1] = { points = points, color = "#56b4e9", opacity = 0.22,
@@ -140,7 +148,7 @@ function curves.population(arm, label)
     { "median", function(line) return line.median end },
     { "mean", function(line) return line.mean end } } do
     local color = ({ "#d55e00", "#0072b2", "#26282b" })[k]
-    add(panel, each[1], color, ({ nil, "6 3", "2 3" })[k], curves.over(arm, each[2]), {})
+    add(panel, each[1], color, ({ nil, "6 3", "2 3" })[k], curves.over(arm, each[2], false), {})
   end
   panel.note = "bands: 10 to 90 % and 25 to 75 % of the robots"
   return panel
