@@ -38,6 +38,9 @@ local function seen_of(t, program, change)
   local base = t:folder()
   limax.start(evolution.small { lattice = { 3, 3, 3 }, generations = 3, population = 8,
     supervisor = "random", simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
+    scene = limax.scenes.land { boxes = { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
+      spheres = { center = { -0.5, 0, 0 }, radius = 0.1 },
+      terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
     record = { center_of_mass = 50 } }, { out = base .. "/r", say = evolution.silent }):finish()
   if change then change(base .. "/r") end
   local done = process.limax({ "report", "r" }, { folder = base })
@@ -79,7 +82,7 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
     "without_trail" } do
     t:ok(all(seen[name]), name)
   end
-  t:ok(seen.paused and seen.scrubbed_back and seen.turned_by_key)
+  for _, name in ipairs { "paused", "scrubbed_back", "turned_by_key" } do t:ok(seen[name], name) end
   t:equal(seen.clock, "1.50 s")
   for _, name in ipairs { "robots", "strain", "phase", "top", "dark", "narrow" } do
     t:ok(#source.read(("%s/%s.png"):format(shots, name)) > 2000, name)

@@ -27,6 +27,9 @@ local MOST_STEPS = 65000
 ---@field low number[] m, what a value of 0 means along x, y, z
 ---@field edge number m
 ---@field ground number|nil m
+---@field boxes { from: number[], to: number[] }[]|nil m, of the scene, as the next two
+---@field spheres { center: number[], radius: number }[]|nil
+---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
 ---@field corners integer[] masses from 0, four for each face
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
@@ -105,7 +108,9 @@ function replay.of(walked, description, name, about)
   local of_letter, colors = {}, palette.of(list)
   local result = { name = name, about = about, edge = description.edge, corners = {},
     materials = {}, phases = {}, names = {}, colors = {},
-    ground = context.scene.ground and context.scene.ground.height or nil }
+    ground = context.scene.ground and context.scene.ground.height or nil,
+    boxes = context.scene.boxes, spheres = context.scene.spheres,
+    terrain = context.scene.terrain }
   for k, material in ipairs(list) do
     of_letter[material.letter] = k
     result.names[k], result.colors[k] = material.name, colors[material.letter].hex

@@ -65,6 +65,39 @@
 
   // ---- one view ----
 
+  // Fixed boxes, spheres and heights of the scene.
+  function obstacles(replay) {
+    const shapes = [];
+    for (const box of replay.boxes || []) {
+      const size = [0, 1, 2].map((c) => box.to[c] - box.from[c]);
+      const shape = new THREE.BoxGeometry(...size);
+      shape.translate(...[0, 1, 2].map((c) => (box.to[c] + box.from[c]) / 2));
+      shapes.push(shape);
+    }
+    for (const sphere of replay.spheres || []) {
+      const shape = new THREE.SphereGeometry(sphere.radius, 32, 20);
+      shape.translate(...sphere.center);
+      shapes.push(shape);
+    }
+    if (replay.terrain) {
+      const { spacing, origin, heights } = replay.terrain;
+      const wide = heights[0].length;
+      const points = [];
+      const triangles = [];
+      heights.forEach((row, x) => row.forEach((height, y) => {
+        points.push(origin[0] + x * spacing, origin[1] + y * spacing, origin[2] + height);
+        const at = x * wide + y;
+        if (x > 0 && y > 0) triangles.push(at - wide - 1, at - 1, at, at - wide - 1, at, at - wide);
+      }));
+      const shape = new THREE.BufferGeometry();
+      shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
+      shape.setIndex(triangles);
+      shape.computeVertexNormals();
+      shapes.push(shape);
+    }
+    return shapes;
+  }
+
   // The ground around a path: a plane, a line every 0.1 m and a darker one every 0.5 m. Lines are short, so that
   // none reaches behind the eye.
   function groundBelow(path, height) {
@@ -143,25 +176,31 @@
     view.trail.frustumCulled = false;
 
     view.scene = new THREE.Scene();
-    view.scene.add(view.mesh, view.outline, view.trail, new THREE.AmbientLight(0xffffff, 0.62));
+    view.world = new THREE.Group();
+    view.world.add(view.mesh, view.outline, view.trail);
+    view.world.position.set(-path[0], -path[1], 0);
+    view.scene.add(view.world, new THREE.AmbientLight(0xffffff, 0.62));
     const sun = new THREE.DirectionalLight(0xffffff, 0.55);
     sun.position.set(-2, -3, 5);
     view.scene.add(sun);
-    if (replay.ground !== undefined) {
-      view.ground = groundBelow(path, replay.ground);
-      view.scene.add(view.ground);
+    view.ground = replay.ground === undefined ? new THREE.Group() : groundBelow(path, replay.ground);
+    for (const shape of obstacles(replay)) {
+      view.ground.add(new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color: 0xc9c2b2, side: THREE.DoubleSide,
+        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 })));
+      view.ground.add(new THREE.LineSegments(new THREE.EdgesGeometry(shape, 10), new THREE.LineBasicMaterial({ color: 0x8f8877 })));
     }
+    view.world.add(view.ground);
 
     // as far away as the body is large
     let reach = 0.3;
     for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
-    view.camera.position.set(path[0] + 2.2 * reach, path[1] - 3.4 * reach, path[2] + 1.7 * reach);
+    view.camera.position.set(2.2 * reach, -3.4 * reach, path[2] + 1.7 * reach);
     view.renderer = new THREE.WebGLRenderer({ canvas: view.canvas, antialias: true, preserveDrawingBuffer: true });
     view.controls = new THREE.OrbitControls(view.camera, view.canvas);
     view.controls.enableKeys = false;
-    view.controls.target.set(path[0], path[1], path[2]);
+    view.controls.target.set(0, 0, path[2]);
     view.controls.update();
     view.controls.addEventListener("change", () => { view.dirty = true; });
     view.canvas.addEventListener("keydown", (event) => turn(view, event));
@@ -203,12 +242,8 @@
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
-    if (byId("follow").checked) {
-      const move = new THREE.Vector3(view.path[first * 3], view.path[first * 3 + 1], view.path[2]).sub(view.controls.target);
-      view.controls.target.add(move);
-      view.camera.position.add(move);
-      view.controls.update();
-    }
+    // the world moves below the eye, which stays: the same moment is the same picture, whatever came between
+    if (byId("follow").checked) view.world.position.set(-view.path[first * 3], -view.path[first * 3 + 1], 0);
     if (view.mode === "strain") paint(view, "strain");
     view.dirty = true;
   }
@@ -297,7 +332,7 @@
       tellColours(byId("colours").value);
     });
     byId("ground").addEventListener("change", () => {
-      for (const view of views) { if (view.ground) view.ground.visible = byId("ground").checked; view.dirty = true; }
+      for (const view of views) { view.ground.visible = byId("ground").checked; view.dirty = true; }
     });
     byId("trail").addEventListener("change", () => {
       for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }
