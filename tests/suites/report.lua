@@ -85,7 +85,7 @@ suite:test("several runs become arms side by side, and their differences", { lim
     -- the centre of two is their mean
     t:near(curves[1].points[3][2], (first[3].best_standard + second[3].best_standard) / 2,
       { rtol = 1e-12 })
-    t:ok(page:find("n = 2 runs; band: lowest to highest of 2", 1, true))
+    t:ok(page:find("median of n = 2 runs per arm; band: lowest to highest of 2.", 1, true))
     t:ok(page:find("Fields in which the configurations differ", 1, true))
     t:ok(page:find('<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', 1, true))
   end)

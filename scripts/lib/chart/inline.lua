@@ -40,11 +40,11 @@ end
 ---@param description string for screen readers
 ---@return limax.chart.inline
 function inline.draw(given, description)
-  local right = given.right
-  given.right = right or RIGHT
+  local roomy = {}
+  for name, value in pairs(given) do roomy[name] = value end
+  roomy.right = given.right or RIGHT
   local out = svg.page(WIDTH, HEIGHT, given.title, TEXT, "#26282b", { description = description })
-  local place = panel.draw(out, given, 0, 0, WIDTH, HEIGHT)
-  given.right = right
+  local place = panel.draw(out, roomy, 0, 0, WIDTH, HEIGHT)
   local data = { x = given.x.label, y = given.y.label, left = place.box.left,
     right = place.box.right, top = place.box.top, bottom = place.box.bottom, low = place.x.low,
     high = place.x.high, curves = {} }

@@ -49,6 +49,25 @@ function curves.band_text(count, arms)
   return "band: 95 % bootstrap interval of the interquartile mean"
 end
 
+--- What the lines and bands of these arms tell: "Lines: median of n = 3 runs per arm; band: ...".
+---@param list limax.report.arm[]
+---@return string
+function curves.meaning(list)
+  local texts, seen = {}, {}
+  for _, arm in ipairs(list) do
+    local n = #arm.runs
+    local centre = n == 1 and "Lines: one run (n = 1)" or ("Lines: %s of n = %d runs"):format(
+      n >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", n)
+    local band = curves.band_text(n, #list)
+    local text = centre .. (#list > 1 and " per arm" or "") .. (band and "; " .. band or "")
+    if not seen[text] then
+      seen[text] = true
+      texts[#texts + 1] = text
+    end
+  end
+  return table.concat(texts, ". Or: ") .. "."
+end
+
 -- The interval around a centre, by the rule of `band_text`.
 local function interval(values)
   if #values < sample.LEAST_FOR_MEAN then

@@ -19,25 +19,8 @@ local figures = {}
 -- More panels than these are no figure.
 local MOST_PANELS = 12
 
--- "Lines: median of n = 3 runs per arm; band: ..."
-local function foot_of(list)
-  local texts, seen = {}, {}
-  for _, arm in ipairs(list) do
-    local n = #arm.runs
-    local centre = n == 1 and "Lines: one run (n = 1)" or ("Lines: %s of n = %d runs"):format(
-      n >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", n)
-    local band = curves.band_text(n, #list)
-    local text = centre .. (#list > 1 and " per arm" or "") .. (band and "; " .. band or "")
-    if not seen[text] then
-      seen[text] = true
-      texts[#texts + 1] = text
-    end
-  end
-  return table.concat(texts, ". Or: ") .. "."
-end
-
 local function learning(list, label)
-  return { name = "learning", title = "Learning curves", foot = foot_of(list)
+  return { name = "learning", title = "Learning curves", foot = curves.meaning(list)
     .. " Best: of each generation, under the run's first materials.", panels = {
       curves.panel(list, "best of the generation", label, runs.score),
       curves.by_evaluations(list, label),
@@ -47,7 +30,7 @@ end
 
 local function diversity(list)
   return { name = "diversity", title = "Diversity curves", panels = curves.diversity(list),
-    foot = foot_of(list) .. " Over all robots with a score." }
+    foot = curves.meaning(list) .. " Over all robots with a score." }
 end
 
 local function supervision(list)
@@ -100,7 +83,7 @@ local function first_last(list, label)
       marker = "dot", points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
   end
   return { name = "first_last", title = "Generation 0 against the last", panels = { panel },
-    foot = (foot_of(list):gsub("; band[^.]*", "")) .. " Thin lines: single runs." }
+    foot = (curves.meaning(list):gsub("; band[^.]*", "")) .. " Thin lines: single runs." }
 end
 
 local function write(path, text)

@@ -38,17 +38,6 @@ end
 
 local function note(text) return '<p class="note">' .. html.escaped(text) .. "</p>\n" end
 
--- "3 repetitions; band: ...", of arms that may have different numbers of them.
-local function counts(list)
-  local least, most = math.huge, 0
-  for _, arm in ipairs(list) do
-    least, most = math.min(least, #arm.runs), math.max(most, #arm.runs)
-  end
-  local n = least == most and tostring(least) or ("%d to %d"):format(least, most)
-  local band = curves.band_text(least, #list)
-  return ("n = %s %s%s"):format(n, most == 1 and "run" or "runs", band and "; " .. band or "")
-end
-
 local function first_arms(list) return { unpack(list, 1, MOST_ARMS) } end
 
 local function left_out(list)
@@ -59,10 +48,11 @@ end
 -- ---- sections -----------------------------------------------------------------------------------
 
 local function learning(list, label)
-  local parts = { figure(curves.learning(list, label), "Learning curves. " .. counts(list)) }
+  local parts = { figure(curves.learning(list, label), "Learning curves. "
+    .. curves.meaning(list)) }
   if #list > 1 then
     parts[2] = figure(curves.by_evaluations(list, label), "Learning curves over what was spent. "
-      .. counts(list))
+      .. curves.meaning(list))
   end
   for _, arm in ipairs(first_arms(list)) do
     parts[#parts + 1] = figure(curves.population(arm, label), ("Population of %s. n = %d %s")
@@ -74,7 +64,7 @@ end
 local function diversity(list)
   local parts = {}
   for k, panel in ipairs(curves.diversity(list)) do
-    parts[k] = figure(panel, ("Diversity: %s. %s"):format(panel.title, counts(list)))
+    parts[k] = figure(panel, ("Diversity: %s. %s"):format(panel.title, curves.meaning(list)))
   end
   return section("diversity", "Diversity", charts(parts))
 end
@@ -118,14 +108,14 @@ local function failures(list)
   end
   local text = any == 0 and note "Every robot of every generation came to a score."
     or charts { figure(curves.failures(list), ("Robots without a score: %d in all. %s"):format(any,
-      counts(list))) }
+      curves.meaning(list))) }
   return section("failures", "Failures", text)
 end
 
 local function cost(list)
   local parts = {}
   for k, panel in ipairs(curves.time(list)) do
-    parts[k] = figure(panel, ("Clock: %s. %s"):format(panel.title, counts(list)))
+    parts[k] = figure(panel, ("Clock: %s. %s"):format(panel.title, curves.meaning(list)))
   end
   local columns, rows = facts.cost(list)
   return section("cost", "Time and cost", charts(parts),
