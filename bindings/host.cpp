@@ -14,6 +14,7 @@
 #include "globals.h"
 #include "guard.h"
 #include "http.h"
+#include "images.h"
 #include "json.h"
 #include "limax_cdef.inc"
 #include "line_editor.h"
@@ -94,6 +95,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_http(L);
     open_url(L);
     open_files(L);
+    open_images(L);
     open_machine(L);
     open_line_editor(L);
     open_sandbox(L);

@@ -73,6 +73,12 @@
 ---@field seconds? number 5 at most, the default
 ---@field bytes? number 64 MiB at most, the default
 
+-- Pixels are texts of four bytes each (red, green, blue, opacity), rows from the top.
+---@class limax.host.image
+---@field png fun(width: integer, height: integer, pixels: string, dpi?: number): string the file
+---@field gif fun(width: integer, height: integer, frames: string[], hundredths: integer): string
+--- an animation that repeats, each frame shown for so many hundredths of a second
+
 ---@class limax.host.terminal
 ---@field stdin boolean
 ---@field stdout boolean
@@ -117,6 +123,8 @@
 --- parser in a Lua state of its own: true, what it returned (the second and third are texts), or
 --- false and why
 ---@field exit fun(status?: integer) with output flushed and objects freed
+---@field image limax.host.image
+---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil

@@ -1,12 +1,11 @@
 --- film_strip.lua: a robot's walk as one self-contained SVG: six poses from the side, and below
---- them the whole way with the path of the centre of mass. No browser and no display. World points
---- are turned to { along the way, away from the eye, up } in metres before they meet the page.
+--- them the whole way with the path of the centre of mass. No browser and no display. Points are
+--- { along the way, away from the eye, up } in metres before they meet the page.
 
 local block_picture = require "limax.block_picture"
-local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local palette = require "limax.palette"
+local motion = require "limax.motion"
 local skin = require "limax.skin"
 local svg = require "limax.svg"
 
@@ -20,69 +19,11 @@ local page = { width = 1000, margin = 24, text = 11, gap = 8, head = 50, strip =
 local ink = { text = "#2b2b2b", faint = "#8a8a8a", ground = "#efece6", line = "#6b655b",
   trail = "#c0392b", frame = "#fbfaf8", ghost = "#7d8b99" }
 
--- ---- poses --------------------------------------------------------------------------------------
-
--- Direction of the way: of the whole displacement, or x where there is hardly any.
-local function heading_of(robot)
-  local moved = robot:displacement()
-  local length = math.sqrt(moved[1] ^ 2 + moved[2] ^ 2)
-  if length < 0.05 * robot:length() then return { 1, 0 } end
-  return { moved[1] / length, moved[2] / length }
-end
-
--- A point of the world along the way, away from the eye, and up.
-local function turned(point, heading)
-  return { point[1] * heading[1] + point[2] * heading[2],
-    point[2] * heading[1] - point[1] * heading[2], point[3] }
-end
-
-local function mean_of(points)
-  local sum = { 0, 0, 0 }
-  for _, point in ipairs(points) do
-    for k = 1, 3 do sum[k] = sum[k] + point[k] end
-  end
-  return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
-end
-
--- The corners of the scene's block at a moment, along, away, up; none where no block was recorded.
-local function block_at(robot, time, heading)
-  local block = robot.context.scene.block
-  if not block or (robot.context.options.record.block or 0) == 0 then return {} end
-  local path = robot:trace "block"
-  local sample = math.min(path:size(), math.floor(time * path.rate + 0.5) + 1)
-  local corners = block_picture.corners(path[sample]:table(), block.size)
-  for k, corner in ipairs(corners) do corners[k] = turned(corner, heading) end
-  return corners
-end
-
--- Six moments, evenly from t = 0 to the end: all masses, their middle, and the block's corners.
-local function poses_of(robot, trace, heading)
-  local duration = robot:duration()
-  local poses, samples = {}, trace:size()
-  for k = 1, POSES do
-    local sample = math.min(samples,
-      math.floor((k - 1) / (POSES - 1) * duration * trace.rate + 0.5) + 1)
-    local points = {}
-    for m, point in ipairs(trace[sample]:table()) do points[m] = turned(point, heading) end
-    local time = (sample - 1) / trace.rate
-    poses[k] = { sample = sample, time = time, points = points, middle = mean_of(points),
-      block = block_at(robot, time, heading) }
-  end
-  return poses
-end
-
--- The middle of all masses at each sample: along, away, up. (Equal masses make it the centre of
--- mass; a trace of it is used where there is one.)
-local function path_of(robot, trace, heading)
-  local path = {}
-  local recorded = robot.context.options.record.center_of_mass or 0
-  if recorded == trace.rate then
-    local centers = robot:trace "center_of_mass"
-    for s = 1, centers:size() do path[s] = turned(centers[s], heading) end
-    return path
-  end
-  for s = 1, trace:size() do path[s] = turned(mean_of(trace[s]:table()), heading) end
-  return path
+-- Six moments from t = 0 to the end, s.
+local function evenly(duration)
+  local times = {}
+  for k = 1, POSES do times[k] = (k - 1) / (POSES - 1) * duration end
+  return times
 end
 
 -- ---- drawing ------------------------------------------------------------------------------------
@@ -151,15 +92,6 @@ local function draw_ground(out, panel, pose, film, frame)
   drop_shadow(pose.points)
 end
 
--- The items of two lists in one.
-local function joined(...)
-  local all = {}
-  for _, list in ipairs { ... } do
-    for _, item in ipairs(list) do all[#all + 1] = item end
-  end
-  return all
-end
-
 local function draw_panel(out, k, pose, film, frame)
   local panel = panel_of(k, pose, film, frame)
   local box = ('x="%.1f" y="%d" width="%.1f" height="%d"')
@@ -168,10 +100,7 @@ local function draw_panel(out, k, pose, film, frame)
   out:add('<g clip-path="url(#panel%d)"><rect %s fill="%s"/>', k, box, ink.frame)
   if film.ground then draw_ground(out, panel, pose, film, frame) end
   out:add '<g stroke="#ffffff" stroke-opacity="0.55" stroke-width="0.6" stroke-linejoin="round">'
-  local points, faces = pose.points, film.faces
-  if #pose.block > 0 then
-    points, faces = joined(points, pose.block), joined(faces, block_picture.faces(#points))
-  end
+  local points, faces = motion.skin(film, pose)
   for _, face in ipairs(skin.visible(faces, points, film.colors, panel.project)) do
     out:polygon(face.points, ('fill="%s"'):format(face.fill))
   end
@@ -193,17 +122,8 @@ local function draw_panel(out, k, pose, film, frame)
     ('text-anchor="middle" fill="%s"'):format(ink.faint))
 end
 
--- A round length (1, 2 or 5 times a power of ten) of at most `most` metres.
-local function round_length(most)
-  local power = 10 ^ math.floor(math.log10(most))
-  for _, factor in ipairs { 5, 2 } do
-    if factor * power <= most then return factor * power end
-  end
-  return power
-end
-
 local function draw_scale_bar(out, x, y, scale, room)
-  local length = round_length(room / scale)
+  local length = motion.round_length(room / scale)
   local stop = x + length * scale
   out:line({ x, y }, { stop, y }, ink.text, 1.6)
   out:line({ x, y - 4 }, { x, y + 4 }, ink.text, 1.2)
@@ -213,7 +133,7 @@ end
 
 -- The ground line of the whole way, in metres from the start, a number about every 90 px.
 local function draw_ruler(out, film, way, place)
-  local step = round_length(90 / way.scale)
+  local step = motion.round_length(90 / way.scale)
   out:line(place(way.left, film.ground), place(way.right, film.ground), ink.line, 1.2)
   local first, last = (way.left - film.start) / step, (way.right - film.start) / step
   for k = math.ceil(first), math.floor(last) do
@@ -299,42 +219,12 @@ end
 
 -- ---- the figure ---------------------------------------------------------------------------------
 
--- A rate for `position` that leaves the time step as it was: one of those that are recorded anyway.
-local function position_rate(record)
-  local best
-  for _, kind in ipairs(defaults.traces) do
-    local rate = record[kind] or 0
-    -- 20 Hz show a gait; much more is memory for nothing
-    if rate > 0 and (not best or best < 20 and rate > best or rate >= 20 and rate < best) then
-      best = rate
-    end
-  end
-  return best or 20
-end
-
--- Everything that is drawn, of a robot whose positions were recorded.
-local function film_of(robot)
-  local trace, context = robot:trace "position", robot.context
-  local heading = heading_of(robot)
-  local sites, mass_at = context.simulation:sites(context.index):table(), {}
-  for m, site in ipairs(sites) do mass_at[site] = m end
-  local materials, used = context.materials:table().materials, {}
-  for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  local ground = context.scene.ground
-  local film = { poses = poses_of(robot, trace, heading), materials = materials,
-    path = path_of(robot, trace, heading), colors = palette.of(materials), used = used,
-    faces = skin.faces(robot.body.voxel, mass_at), ground = ground and ground.height }
-  film.colors[block_picture.letter] = { hex = block_picture.hex }
-  film.start = film.poses[1].middle[1]
-  return film
-end
-
 --- The SVG text of a simulated robot whose "position" was recorded.
 ---@param robot limax.scored_robot
 ---@param options? { title?: string }
 ---@return string
 function film_strip.svg(robot, options)
-  local film = film_of(robot)
+  local film = motion.of(robot, evenly(robot:duration()))
   local frame = frame_of(film.poses, film.ground)
   local track = page.head + frame.strip + page.below
   local way = way_of(film, 2 * frame.scale)
@@ -353,35 +243,16 @@ function film_strip.svg(robot, options)
   return out:finish()
 end
 
----@class limax.film_strip.options
----@field title? string
----@field device? string|limax.device
----@field scene? table the robot's own if absent, else flat ground
----@field duration? number s
----@field progress? fun(progress: table)
-
 --- Simulates a robot with its positions recorded and writes the figure. `nil, message` where the
 --- robot comes to no good end: there is nothing to draw.
 ---@param path string
 ---@param robot limax.robot
----@param options? limax.film_strip.options
+---@param options? limax.motion.options
 ---@return limax.scored_robot|nil
 ---@return string|nil message
 function film_strip.write(path, robot, options)
-  options = options or {}
-  local own = robot.description.simulation and robot.description.simulation.record or {}
-  local record = { position = position_rate(own) }
-  for kind, rate in pairs(own) do
-    if kind ~= "position" then record[kind] = rate end
-  end
-  -- the block of the scene that is drawn, which need not be the robot's own
-  local scene = options.scene or robot.description.scene or {}
-  record.block = scene.block and record.position or nil
-  local walked = robot:simulate { record = record, device = options.device,
-    progress = options.progress, scene = options.scene, duration = options.duration }
-  if walked.status ~= "done" then
-    return nil, ("the robot is %s: there is no film strip of it"):format(walked.status)
-  end
+  local walked, reason = motion.simulate(robot, options)
+  if not walked then return nil, reason end
   local ok, message = host.file.write_atomic(path, film_strip.svg(walked, options))
   if not ok then engine.fail(message) end
   return walked

@@ -10,7 +10,7 @@ local skin = {}
 skin.recede_x, skin.recede_y = 0.36, 0.22
 
 -- Direction of sight: points on such a line fall on each other.
-local sight = { -skin.recede_x, 1, -skin.recede_y }
+local oblique = { -skin.recede_x, 1, -skin.recede_y }
 -- Towards the light, of length 1: from the left, from above, from the eye's side.
 local light = { -0.40, -0.45, 0.80 }
 
@@ -25,10 +25,10 @@ local sides = {
   { { 0, 0, -1 }, { { 0, 0, 0 }, { 0, 1, 0 }, { 1, 1, 0 }, { 1, 0, 0 } } },
 }
 
---- Faces between a voxel and emptiness: the masses at their corners and the voxel's letter.
+--- Faces between a voxel and emptiness: the masses at their corners, the voxel's letter and place.
 ---@param voxel string[][][] [x][y][z]
 ---@param mass_at table<integer, integer> mass of each site, sites as the engine counts them
----@return { corners: integer[], letter: string }[]
+---@return { corners: integer[], letter: string, voxel: integer[] }[]
 function skin.faces(voxel, mass_at)
   local nx, ny, nz = #voxel, #voxel[1], #voxel[1][1]
   local faces = {}
@@ -47,7 +47,7 @@ function skin.faces(voxel, mass_at)
               local row_of_sites = y - 1 + c[2] + (ny + 1) * (z - 1 + c[3])
               corners[k] = mass_at[x - 1 + c[1] + (nx + 1) * row_of_sites]
             end
-            faces[#faces + 1] = { corners = corners, letter = letter }
+            faces[#faces + 1] = { corners = corners, letter = letter, voxel = { x, y, z } }
           end
         end
       end
@@ -61,8 +61,10 @@ end
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
 ---@param project fun(point: number[]): number, number
+---@param along? number[] the direction of sight, of the oblique projection if left out
 ---@return { points: number[][], fill: string }[]
-function skin.visible(faces, positions, colors, project)
+function skin.visible(faces, positions, colors, project, along)
+  local sight = along or oblique
   local list = {}
   for order, face in ipairs(faces) do
     local p = {}

@@ -128,9 +128,12 @@ end
 
 local function number(value, pattern) return value and pattern:format(value) or "-" end
 
--- What the fitness of a configuration is: its unit, and a sentence. A script's own function says
--- neither.
-local function fitness_words(given)
+--- What the fitness of a configuration is: its unit, and a sentence. A script's own function says
+--- neither.
+---@param given any `fitness` of config.json
+---@return string|nil unit
+---@return string words
+function summary.fitness_words(given)
   local options = type(given) == "table" and given or {}
   local name = options.name or given
   local entry = type(name) == "string" and fitness.entries[name]
@@ -243,7 +246,7 @@ function summary.show(folder, options)
     terminal.bold(config.name, style), #lines, config.population, repetition,
       tostring(config.seed)))
   if #repetitions > 1 then write(repetition_table(by_repetition, repetitions, style) .. "\n\n") end
-  local unit, words = fitness_words(config.fitness)
+  local unit, words = summary.fitness_words(config.fitness)
   write(best_table(first, last, unit, style) .. "\n")
   write(("fitness: %s\n\n"):format(words))
   write(bodies(first, last, style) .. "\n\n")
@@ -257,6 +260,7 @@ function summary.show(folder, options)
     write(("\nfilm strip  %s\n"):format(walked and shell.path(path) or message))
   end
   write(("champion    %s\n"):format(shell.path(last.path)))
+  write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
 
   write "\nnext:\n"
   for _, command in ipairs(next_commands(folder, config)) do

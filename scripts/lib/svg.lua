@@ -20,15 +20,26 @@ end
 ---@param title string
 ---@param size integer of the text
 ---@param ink string colour of the text
+---@param options? { millimetres: number|nil, transparent: boolean|nil, description: string|nil }
+--- its width on paper; without a white ground; what a screen reader says of it
 ---@return limax.svg
-function svg.page(width, height, title, size, ink)
+function svg.page(width, height, title, size, ink, options)
+  options = options or {}
   local page = setmetatable({ parts = {} }, Page)
-  page:add('<svg xmlns="http://www.w3.org/2000/svg" width="%d" height="%d" viewBox="0 0 %d %d"',
-    width, height, width, height)
-  page:add('font-family="DejaVu Sans, Verdana, Helvetica, sans-serif" font-size="%d" fill="%s">',
+  local wide, high = ("%d"):format(width), ("%d"):format(height)
+  if options.millimetres then
+    wide = ("%.4gmm"):format(options.millimetres)
+    high = ("%.4gmm"):format(options.millimetres * height / width)
+  end
+  page:add('<svg xmlns="http://www.w3.org/2000/svg" width="%s" height="%s" viewBox="0 0 %d %d"'
+    .. ' role="img"', wide, high, width, height)
+  page:add('font-family="DejaVu Sans, Verdana, Helvetica, sans-serif" font-size="%.4g" fill="%s">',
     size, ink)
   page:add("<title>%s</title>", escaped(title))
-  page:add('<rect width="%d" height="%d" fill="#ffffff"/>', width, height)
+  if options.description then page:add("<desc>%s</desc>", escaped(options.description)) end
+  if not options.transparent then
+    page:add('<rect width="%d" height="%d" fill="#ffffff"/>', width, height)
+  end
   return page
 end
 

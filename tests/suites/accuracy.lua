@@ -2,7 +2,7 @@
 --- examples worked out by hand, and its files against what must be in them.
 
 local accuracy = require "limax.bench.accuracy"
-local axis = require "limax.bench.chart.axis"
+local axis = require "limax.chart.axis"
 local bench_ranking = require "limax.bench.accuracy.ranking"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"

@@ -121,6 +121,7 @@ local function real_runs(t)
   run("ahead", PLAIN:gsub("FITNESS",
     "function(robot) return robot.generation == 0 and robot:distance() or 0 / 0 end"),
     { "ahead.lua", "--out", "ahead", "--together" }, 1)
+  completes(t, base, { "report", "rich", "--no-robots" })
   return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
     ahead = base .. "/ahead", talk = base .. "/talk" }
 end

@@ -6,7 +6,7 @@
 local choice = require "limax.choice"
 local csv = require "limax.bench.csv"
 local curves = require "limax.compare.curves"
-local figure = require "limax.bench.chart.figure"
+local figure = require "limax.chart.figure"
 local outcome = require "limax.compare.outcome"
 local runs = require "limax.compare.runs"
 local sample = require "limax.statistics.sample"

@@ -4,7 +4,7 @@
 
 local csv = require "limax.bench.csv"
 local failure = require "limax.failure"
-local figure = require "limax.bench.chart.figure"
+local figure = require "limax.chart.figure"
 local figures = require "limax.bench.accuracy.figures"
 local host = require "limax.host"
 local shell = require "limax.shell"

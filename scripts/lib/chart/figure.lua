@@ -1,7 +1,7 @@
 --- figure.lua: panels side by side on one page of SVG, with a title, what it shows in a sentence,
 --- and where it was measured.
 
-local panel = require "limax.bench.chart.panel"
+local panel = require "limax.chart.panel"
 local svg = require "limax.svg"
 
 local figure = {}

@@ -1,7 +1,8 @@
---- panel.lua: one pair of axes with curves, each named where it ends, bands, limits, single points
---- with a name, and failures in a strip of their own above the axes. Pixels of 1/96 inch.
+--- panel.lua: one pair of axes with curves, each named where it ends, bands around curves, limits,
+--- single points with a name, and failures in a strip of their own above the axes. Pixels of 1/96
+--- inch.
 
-local axis = require "limax.bench.chart.axis"
+local axis = require "limax.chart.axis"
 
 local panel = {}
 
@@ -20,17 +21,26 @@ local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
 ---@field marker "dot"|"ring"|"square"|"diamond"|"wide ring"|"wider ring"|"none"|nil
 ---@field failures number[]|nil x of what failed
 
+---@class limax.chart.band
+---@field points number[][] { x, low, high }
+---@field color string
+---@field opacity number|nil 0.16
+---@field name string|nil for tables of the numbers
+
 ---@class limax.chart.panel
 ---@field title string
 ---@field x table see axis.new
 ---@field y table
 ---@field curves limax.chart.curve[]
+---@field bands limax.chart.band[]|nil behind the curves
 ---@field floor { y: number, text: string }|nil what lies below means nothing
 ---@field limits { y: number|nil, x: number|nil, text: string, color: string|nil }[]|nil
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
 ---@field key { marker: string, color: string, text: string }[]|nil markers that no curve names
 ---@field right number|nil px, the room for the names of the curves
+---@field left number|nil px, the room for the ticks and the label of y
+---@field title_size number|nil px
 
 -- All values that an axis has to hold.
 local function values_of(given, k, with)
@@ -44,8 +54,26 @@ local function values_of(given, k, with)
   for _, point in ipairs(given.points or {}) do
     values[#values + 1] = k == 1 and point.x or point.y
   end
+  for _, band in ipairs(given.bands or {}) do
+    for _, point in ipairs(band.points) do
+      values[#values + 1] = point[k]
+      if k == 2 then values[#values + 1] = point[3] end
+    end
+  end
   for _, value in ipairs(with) do values[#values + 1] = value end
   return values
+end
+
+-- What lies between the lows and the highs of a band.
+local function draw_band(out, box, x, y, band)
+  local outline, count = {}, #band.points
+  if count < 2 then return end
+  for k, point in ipairs(band.points) do
+    local across = box.left + x.place(point[1]) * box.width
+    outline[k] = { across, box.bottom - y.place(point[3]) * box.height }
+    outline[2 * count + 1 - k] = { across, box.bottom - y.place(point[2]) * box.height }
+  end
+  out:polygon(outline, ('fill="%s" fill-opacity="%.2f"'):format(band.color, band.opacity or 0.16))
 end
 
 local function draw_axes(out, box, x, y)
@@ -69,7 +97,7 @@ local function draw_axes(out, box, x, y)
   out:line({ box.left, box.top }, { box.left, box.bottom }, ink.frame, 1)
   out:text((box.left + box.right) / 2, box.bottom + 35, x.label, 'text-anchor="middle"')
   out:text(0, 0, y.label, ('text-anchor="middle" transform="translate(%.1f %.1f) rotate(-90)"')
-    :format(box.left - 47, (box.top + box.bottom) / 2))
+    :format(box.left - box.room + 15, (box.top + box.bottom) / 2))
 end
 
 -- px: rings around a marker, so that several series show at one place
@@ -94,6 +122,13 @@ local function draw_marker(out, at, kind, color, size)
     out:dot(at, size, color)
   end
 end
+
+--- A marker alone, for a key.
+---@param out limax.svg
+---@param at number[] { x, y }
+---@param kind string
+---@param color string
+function panel.marker(out, at, kind, color) draw_marker(out, at, kind, color, 3) end
 
 -- Heights of labels that would stand at `wanted`, moved as little as keeps them apart and inside.
 local function spread(labels, low, high)
@@ -217,12 +252,14 @@ end
 ---@param top number
 ---@param width number
 ---@param height number
+---@return { box: table, x: limax.chart.axis, y: limax.chart.axis } where values stand on the page
 function panel.draw(out, given, left, top, width, height)
   local fails = 0
   for _, curve in ipairs(given.curves) do fails = fails + #(curve.failures or {}) end
   local head = TOP + (given.note and 14 or 0) + (fails > 0 and STRIP or 0)
-  local box = { left = left + LEFT, right = left + width - (given.right or RIGHT), top = top + head,
-    bottom = top + height - BOTTOM }
+  local room = given.left or LEFT
+  local box = { left = left + room, room = room, right = left + width - (given.right or RIGHT),
+    top = top + head, bottom = top + height - BOTTOM }
   box.width, box.height = box.right - box.left, box.bottom - box.top
   local with_x, with_y = {}, {}
   if given.floor then with_y[1] = given.floor.y end
@@ -231,9 +268,11 @@ function panel.draw(out, given, left, top, width, height)
   end
   local x = axis.new(given.x, values_of(given, 1, with_x))
   local y = axis.new(given.y, values_of(given, 2, with_y))
-  out:text(left + 8, top + 17, given.title, 'font-size="13.5" font-weight="bold"')
+  out:text(left + 8, top + 17, given.title, ('font-size="%.4g" font-weight="bold"'):format(
+    given.title_size or 13.5))
   if given.note then out:text(left + 8, top + 33, given.note, ('fill="%s"'):format(ink.faint)) end
   draw_axes(out, box, x, y)
+  for _, band in ipairs(given.bands or {}) do draw_band(out, box, x, y, band) end
   if given.floor then draw_floor(out, box, y, given.floor) end
   draw_limits(out, box, x, y, given.limits or {})
   draw_failures(out, box, x, given.curves)
@@ -265,6 +304,7 @@ function panel.draw(out, given, left, top, width, height)
     out:text(at[1] + 14, at[2] + 4, entry.text, ('fill="%s"'):format(entry.color))
   end
   draw_points(out, box, x, y, given.points or {})
+  return { box = box, x = x, y = y }
 end
 
 return panel

@@ -1,0 +1,247 @@
+// images.cpp: host.image (png, gif) and host.deflate. Pixels are texts of four bytes each: red,
+// green, blue, opacity; rows from the top.
+#include "images.h"
+
+#include <gif_lib.h>
+#include <png.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "guard.h"
+
+namespace limax::host {
+namespace {
+
+constexpr int largest_side = 20000;  // px
+constexpr double inches_per_metre = 39.37007874015748;
+constexpr std::size_t png_header_end = 33;  // signature 8, IHDR 25 bytes
+constexpr int palette_size = 256;
+constexpr int clear_index = 255;  // of the palette: a pixel that is not there
+constexpr int bucket_count = 32 * 32 * 32;
+
+std::string_view pixels_argument(lua_State* L, int index, int width, int height) {
+    std::size_t length = 0;
+    const char* const bytes = luaL_checklstring(L, index, &length);
+    if (length != std::size_t(width) * std::size_t(height) * 4)
+        throw std::runtime_error("expected " + std::to_string(width) + " x " +
+                                 std::to_string(height) + " pixels of four bytes, got " +
+                                 std::to_string(length) + " bytes");
+    return {bytes, length};
+}
+
+int side_argument(lua_State* L, int index) {
+    const int side = luaL_checkint(L, index);
+    luaL_argcheck(L, side >= 1 && side <= largest_side, index, "a side has 1 to 20000 pixels");
+    return side;
+}
+
+void put_32(std::string& text, std::uint32_t value) {
+    for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(value >> shift & 0xff);
+}
+
+// The chunk that says how large a pixel is on paper (PNG specification, 11.3.5.3).
+std::string physical_size(double dpi) {
+    std::string chunk = "pHYs";
+    const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * inches_per_metre));
+    put_32(chunk, per_metre);
+    put_32(chunk, per_metre);
+    chunk += '\1';  // the unit is the metre
+    const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(chunk.data()), uInt(chunk.size()));
+    std::string whole;
+    put_32(whole, std::uint32_t(chunk.size() - 4));
+    whole += chunk;
+    put_32(whole, std::uint32_t(sum));
+    return whole;
+}
+
+// png(width, height, pixels [, dpi]) -> bytes
+int lua_png(lua_State* L) {
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = png_uint_32(side_argument(L, 1));
+    image.height = png_uint_32(side_argument(L, 2));
+    image.format = PNG_FORMAT_RGBA;
+    const std::string_view pixels = pixels_argument(L, 3, int(image.width), int(image.height));
+    const double dpi = luaL_optnumber(L, 4, 0);
+    png_alloc_size_t size = 0;
+    if (png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr) == 0)
+        throw std::runtime_error(std::string("PNG: ") + image.message);
+    std::string bytes(size, '\0');
+    if (png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr) == 0)
+        throw std::runtime_error(std::string("PNG: ") + image.message);
+    bytes.resize(size);
+    if (dpi > 0) bytes.insert(png_header_end, physical_size(dpi));
+    lua_pushlstring(L, bytes.data(), bytes.size());
+    return 1;
+}
+
+// ---- GIF ----
+
+int bucket_of(const unsigned char* pixel) {
+    return pixel[0] >> 3 << 10 | pixel[1] >> 3 << 5 | pixel[2] >> 3;
+}
+
+struct palette {
+    std::array<GifColorType, palette_size> colors{};
+    std::vector<unsigned char> nearest = std::vector<unsigned char>(bucket_count);
+};
+
+// The 255 colours that most pixels have, to five bits each; every other becomes the nearest of
+// them.
+palette make_palette(const std::vector<std::string_view>& frames) {
+    struct sum {
+        std::uint64_t count, red, green, blue;
+    };
+    std::vector<sum> sums(bucket_count, sum{});
+    for (const std::string_view frame : frames)
+        for (std::size_t at = 0; at < frame.size(); at += 4) {
+            const auto* pixel = reinterpret_cast<const unsigned char*>(frame.data()) + at;
+            if (pixel[3] < 128) continue;
+            sum& bucket = sums[std::size_t(bucket_of(pixel))];
+            ++bucket.count;
+            bucket.red += pixel[0];
+            bucket.green += pixel[1];
+            bucket.blue += pixel[2];
+        }
+    std::vector<int> order;
+    for (int k = 0; k < bucket_count; ++k)
+        if (sums[std::size_t(k)].count > 0) order.push_back(k);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+        return sums[std::size_t(a)].count > sums[std::size_t(b)].count;
+    });
+    palette result;
+    const std::size_t used = std::min(order.size(), std::size_t(clear_index));
+    for (std::size_t k = 0; k < used; ++k) {
+        const sum& bucket = sums[std::size_t(order[k])];
+        result.colors[k] = {GifByteType(bucket.red / bucket.count),
+                            GifByteType(bucket.green / bucket.count),
+                            GifByteType(bucket.blue / bucket.count)};
+    }
+    for (const int bucket : order) {
+        int best = 0, least = 1 << 30;
+        for (std::size_t k = 0; k < used; ++k) {
+            const GifColorType& color = result.colors[k];
+            const int red = (bucket >> 10 << 3) + 4 - color.Red;
+            const int green = ((bucket >> 5 & 31) << 3) + 4 - color.Green;
+            const int blue = ((bucket & 31) << 3) + 4 - color.Blue;
+            const int away = red * red + green * green + blue * blue;
+            if (away < least) best = int(k), least = away;
+        }
+        result.nearest[std::size_t(bucket)] = static_cast<unsigned char>(best);
+    }
+    return result;
+}
+
+int write_gif(GifFileType* file, const GifByteType* bytes, int count) {
+    static_cast<std::string*>(file->UserData)
+        ->append(reinterpret_cast<const char*>(bytes), std::size_t(count));
+    return count;
+}
+
+void check_gif(int done, const GifFileType* file) {
+    if (done != GIF_ERROR) return;
+    const char* const reason = GifErrorString(file->Error);
+    throw std::runtime_error(std::string("GIF: ") + (reason != nullptr ? reason : "failed"));
+}
+
+// Application block that repeats an animation for ever (Netscape's).
+void put_loop(GifFileType* file) {
+    const char* const name = "NETSCAPE2.0";
+    const unsigned char forever[] = {1, 0, 0};
+    check_gif(EGifPutExtensionLeader(file, APPLICATION_EXT_FUNC_CODE), file);
+    check_gif(EGifPutExtensionBlock(file, 11, name), file);
+    check_gif(EGifPutExtensionBlock(file, 3, forever), file);
+    check_gif(EGifPutExtensionTrailer(file), file);
+}
+
+// gif(width, height, frames, hundredths) -> bytes: an animation, each frame shown so many 1/100 s
+int lua_gif(lua_State* L) {
+    const int width = side_argument(L, 1), height = side_argument(L, 2);
+    luaL_checktype(L, 3, LUA_TTABLE);
+    const int delay = luaL_checkint(L, 4);
+    luaL_argcheck(L, delay >= 1 && delay <= 65535, 4, "a frame is shown 1 to 65535 hundredths");
+    std::vector<std::string_view> frames;
+    const int count = int(lua_objlen(L, 3));
+    luaL_argcheck(L, count > 0, 3, "an animation has a frame at least");
+    for (int k = 1; k <= count; ++k) {
+        lua_rawgeti(L, 3, k);  // the table keeps the text alive
+        frames.push_back(pixels_argument(L, -1, width, height));
+        lua_pop(L, 1);
+    }
+    const palette colors = make_palette(frames);
+    const std::unique_ptr<ColorMapObject, decltype(&GifFreeMapObject)> map(
+        GifMakeMapObject(palette_size, colors.colors.data()), GifFreeMapObject);
+    if (!map) throw std::runtime_error("GIF: out of memory");
+
+    std::string bytes;
+    int problem = 0;
+    const auto close = [](GifFileType* file) { EGifCloseFile(file, nullptr); };
+    std::unique_ptr<GifFileType, decltype(close)> file(EGifOpen(&bytes, write_gif, &problem),
+                                                       close);
+    if (!file) throw std::runtime_error("GIF: cannot begin");
+    EGifSetGifVersion(file.get(), true);
+    check_gif(EGifPutScreenDesc(file.get(), width, height, 8, 0, map.get()), file.get());
+    put_loop(file.get());
+    std::vector<GifPixelType> row(static_cast<std::size_t>(width));
+    for (const std::string_view frame : frames) {
+        GraphicsControlBlock control{};
+        control.DisposalMode = DISPOSE_BACKGROUND;
+        control.DelayTime = delay;
+        control.TransparentColor = clear_index;
+        std::array<GifByteType, 4> extension{};
+        EGifGCBToExtension(&control, extension.data());
+        check_gif(EGifPutExtension(file.get(), GRAPHICS_EXT_FUNC_CODE, int(extension.size()),
+                                   extension.data()),
+                  file.get());
+        check_gif(EGifPutImageDesc(file.get(), 0, 0, width, height, false, nullptr), file.get());
+        const auto* pixel = reinterpret_cast<const unsigned char*>(frame.data());
+        for (int y = 0; y < height; ++y) {
+            for (GifPixelType& index : row) {
+                index = pixel[3] < 128 ? GifPixelType(clear_index)
+                                       : colors.nearest[std::size_t(bucket_of(pixel))];
+                pixel += 4;
+            }
+            check_gif(EGifPutLine(file.get(), row.data(), width), file.get());
+        }
+    }
+    // the trailer is written when the file is closed
+    file.reset();
+    lua_pushlstring(L, bytes.data(), bytes.size());
+    return 1;
+}
+
+// deflate(bytes) -> bytes: a zlib stream (RFC 1950), as small as zlib makes it
+int lua_deflate(lua_State* L) {
+    std::size_t length = 0;
+    const char* const bytes = luaL_checklstring(L, 1, &length);
+    uLongf size = compressBound(uLong(length));
+    std::string packed(size, '\0');
+    const int done =
+        compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                  reinterpret_cast<const Bytef*>(bytes), uLong(length), Z_BEST_COMPRESSION);
+    if (done != Z_OK) throw std::runtime_error("deflate: zlib failed");
+    lua_pushlstring(L, packed.data(), size);
+    return 1;
+}
+
+}  // namespace
+
+void open_images(lua_State* L) {
+    lua_newtable(L);
+    add_function<lua_png>(L, "png");
+    add_function<lua_gif>(L, "gif");
+    lua_setfield(L, -2, "image");
+    add_function<lua_deflate>(L, "deflate");
+}
+
+}  // namespace limax::host

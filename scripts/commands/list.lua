@@ -1,0 +1,75 @@
+--- list.lua: `limax list [DIR]`: the runs in a folder with state, best and arm.
+
+local failure = require "limax.failure"
+local host = require "limax.host"
+local runs = require "limax.report.runs"
+local terminal = require "limax.terminal"
+
+local command = {
+  summary = "list runs with state, best and arm",
+  usage = "limax list [DIR]",
+  text = [[
+Looks for run folders in DIR ("runs" if left out) and up to three folders deep, so that those of a
+study are found too. DIR may be a run folder itself.]],
+  positional = { most = 1, name = "DIR" },
+}
+
+-- A study's runs lie in NAME/ARM/rNN below the folder of runs.
+local DEPTH = 3
+
+-- A run folder's path, those directly below `path`, and those one folder deeper.
+local function folders_below(path, depth, list)
+  if runs.is_folder(path) then
+    list[#list + 1] = path
+    return list
+  end
+  for _, name in ipairs(depth > 0 and host.file.list(path) or {}) do
+    local inner = path .. "/" .. name
+    if host.file.exists(inner) == "folder" then folders_below(inner, depth - 1, list) end
+  end
+  return list
+end
+
+local function supervisor_name(config)
+  local given = config.supervisor
+  if type(given) ~= "table" then return tostring(given) end
+  return given.name or given["function"] and ("%s:%d"):format(given["function"].file,
+    given["function"].first_line) or "-"
+end
+
+-- A row of the table; of a folder that cannot be read, why.
+local function row_of(path)
+  local fine, folder = failure.attempt(runs.read, path)
+  if not fine then return { path, failure.bare(folder) } end
+  local best, generations = nil, 0
+  for _, run in ipairs(folder.runs) do
+    generations = generations + #run.lines
+    for _, line in ipairs(run.lines) do
+      local score = runs.score(line)
+      if score and (not best or score > best) then best = score end
+    end
+  end
+  local config = folder.config
+  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
+  return { path, tostring(folder.status.state), supervisor_name(config), tostring(config.seed),
+    #folder.runs, ("%d/%d"):format(generations, config.generations * repetitions), best or "-" }
+end
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local path = arguments[1] or "runs"
+  if host.file.exists(path) ~= "folder" then
+    failure.raise(arguments[1] and 2 or 1, ("%s is no folder%s"):format(path,
+      arguments[1] and "" or ': there are no runs here yet; see "limax run --help"'))
+  end
+  local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
+  if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
+  local rows = {}
+  for k, each in ipairs(found) do rows[k] = row_of(each) end
+  io.stdout:write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
+    "best" }, rows, terminal.style()), "\n")
+  return 0
+end
+
+return command

@@ -1,0 +1,53 @@
+--- report.lua: `limax report RUN...`: one self-contained page about runs, done or going on.
+
+local failure = require "limax.failure"
+local figures = require "limax.report.figures"
+local host = require "limax.host"
+local page = require "limax.report.page"
+local runs = require "limax.report.runs"
+local shell = require "limax.shell"
+
+local command = {
+  summary = "write one page about runs: curves, robots in 3D, parameters, lineage, cost",
+  usage = "limax report RUN... [options]",
+  text = [[
+Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
+loads nothing: report.html in the folder of the first RUN, or where --out says. Runs that go on are
+read as they are. With --figures the figures of a paper are written instead: SVG of 85 and 175 mm,
+PDF where rsvg-convert is found, and the numbers drawn as CSV.]],
+  positional = { least = 1, name = "RUN" },
+  options = {
+    { name = "out", argument = "FILE", text = "write the page there" },
+    { name = "figures", argument = "DIR",
+      text = "write figures for print there; no page without --out" },
+    { name = "no-robots", text = "leave robots out: nothing is simulated" },
+    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
+      text = "that simulates the robots for their replays" },
+  },
+}
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local folders = runs.read_all(arguments)
+  local any = false
+  for _, folder in ipairs(folders) do any = any or #folder.runs > 0 end
+  if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
+  local options = { device = arguments.device, robots = not arguments.no_robots,
+    say = function(line) io.stderr:write(line, "\n") end }
+  if arguments.figures then
+    local names, pdf = figures.write(arguments.figures, folders,
+      (page.fitness_label(folders[1].config)), options)
+    io.stdout:write(("%s: %s%s\n"):format(shell.path(arguments.figures),
+      table.concat(names, ", "), pdf and "" or "; no PDF: rsvg-convert is not installed"))
+    if not arguments.out then return 0 end
+  end
+  local path = arguments.out or folders[1].path .. "/report.html"
+  local text = page.text(folders, options)
+  local written, message = host.file.write_atomic(path, text)
+  if not written then failure.raise(1, message) end
+  io.stdout:write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))
+  return 0
+end
+
+return command

@@ -1,0 +1,169 @@
+--- watch.lua: `limax watch RUN`: how a run is doing, in the terminal, from its files alone: curves,
+--- the current best, what failed. It takes no lock and writes nothing, so the run does not notice.
+
+local body_picture = require "limax.body_picture"
+local chart = require "limax.chart.text"
+local curves = require "limax.report.curves"
+local host = require "limax.host"
+local page = require "limax.report.page"
+local runs = require "limax.report.runs"
+local sample = require "limax.statistics.sample"
+local source = require "limax.source"
+local terminal = require "limax.terminal"
+
+local command = {
+  summary = "watch a run while it goes on: curves and the current best",
+  usage = "limax watch RUN [options]",
+  text = [[
+Reads the files of a run folder whenever a generation is added, until the run ends or Ctrl-C, which
+leaves the run alone. On anything but a terminal it prints once.]],
+  positional = { least = 1, most = 1, name = "RUN" },
+  options = {
+    { name = "every", argument = "SECONDS", kind = "number", minimum = 0.1, maximum = 3600,
+      value = 1, text = "how often to look" },
+    { name = "once", text = "print once and end" },
+  },
+}
+
+-- A run whose last line is older than this many of its generations, and than a minute, may be dead.
+local LATE_GENERATIONS, LATE_SECONDS = 10, 60
+
+-- Seconds since the epoch of "2026-11-21T10:15:03Z", by the civil calendar (Hinnant's days).
+local function seconds_of(text)
+  local y, m, d, h, min, s = (text or ""):match "^(%d+)-(%d+)-(%d+)T(%d+):(%d+):(%d+)Z$"
+  if not y then return nil end
+  y, m, d = tonumber(y), tonumber(m), tonumber(d)
+  if m <= 2 then y, m = y - 1, m + 12 end
+  local days = 365 * y + math.floor(y / 4) - math.floor(y / 100) + math.floor(y / 400)
+    + math.floor((153 * (m - 3) + 2) / 5) + d
+  return ((days * 24 + tonumber(h)) * 60 + tonumber(min)) * 60 + tonumber(s)
+end
+
+-- Seconds that the last generations took, each, and those since the last one.
+local function pace(folder)
+  local last, sum, count = nil, 0, 0
+  for _, run in ipairs(folder.runs) do
+    local line = run.timing[#run.timing]
+    if line then
+      last = math.max(last or 0, seconds_of(line.ended) or 0)
+      for k = math.max(1, #run.timing - LATE_GENERATIONS + 1), #run.timing do
+        for _, value in pairs(run.timing[k].seconds) do sum = sum + value end
+        count = count + 1
+      end
+    end
+  end
+  local now = seconds_of(host.time())
+  return count > 0 and sum / count or nil, last and now and now - last or nil
+end
+
+-- What becomes of the run: its state, and a doubt where it says that it is running.
+local function state_line(folder, style)
+  local state = tostring(folder.status.state)
+  local each, since = pace(folder)
+  local config, done = folder.config, 0
+  for _, run in ipairs(folder.runs) do done = done + #run.lines end
+  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
+  local total = config.generations * repetitions
+  local parts = { terminal.bold(tostring(config.name), style), state,
+    ("generation %d of %d"):format(done, total) }
+  if state == "running" and each then
+    parts[#parts + 1] = ("%.3g s each"):format(each)
+    if since and since > math.max(LATE_SECONDS, LATE_GENERATIONS * each) then
+      parts[#parts + 1] = ("nothing new for %d s: it may have been killed"):format(since)
+    end
+  end
+  return table.concat(parts, "   ")
+end
+
+-- The body of the last champion of a repetition, in letters.
+local function body_text(run, style)
+  local text = source.read(runs.champion(run, run.lines[#run.lines]))
+  local description = text and host.json.decode(text)
+  if type(description) ~= "table" then return nil end
+  local lattice = description.lattice
+  -- more letters than this are no picture any more
+  if lattice[1] * lattice[2] * lattice[3] > 1000 then return nil end
+  return body_picture.side_by_side({ { title = ("champion of repetition %d, lowest layer first")
+    :format(run.repetition), layers = description.voxels,
+    materials = description.materials.materials } }, style)
+end
+
+--- Everything that is shown of a folder, as text.
+---@param folder limax.report.folder
+---@param style limax.terminal.style
+---@return string
+function command.text_of(folder, style)
+  local parts = { state_line(folder, style) }
+  local list = runs.arms { folder }
+  if #list == 0 then
+    parts[#parts + 1] = "no generation has been scored yet"
+    return table.concat(parts, "\n") .. "\n"
+  end
+  local label = page.fitness_label(folder.config)
+  local leading = runs.leading(folder.runs)
+  local last, failed = leading.lines[#leading.lines], 0
+  for _, run in ipairs(folder.runs) do
+    for _, line in ipairs(run.lines) do failed = failed + curves.failed(line) end
+  end
+  local all = last.diversity.all
+  parts[#parts + 1] = ("best %s   mean %s   diversity %s   failed robots %d"):format(
+    runs.score(last) and ("%.4g"):format(runs.score(last)) or "-",
+    last.mean and ("%.4g"):format(last.mean) or "-", all and ("%.3f"):format(all.hamming) or "-",
+    failed)
+  parts[#parts + 1] = ""
+  local count = #folder.runs
+  parts[#parts + 1] = count == 1 and label
+    or ("%s, the %s of %d repetitions; the best is that of repetition %d"):format(label,
+    count >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", count,
+    leading.repetition)
+  local drawn = curves.learning(list, "")
+  parts[#parts + 1] = chart.draw(drawn, { style = style, rows = 10 })
+  local diversity = curves.diversity(list)[1]
+  parts[#parts + 1] = ""
+  parts[#parts + 1] = diversity.title
+  diversity.y.label, diversity.curves[1].name = "", "diversity"
+  parts[#parts + 1] = chart.draw(diversity, { style = style, rows = 5 })
+  local body = body_text(leading, style)
+  if body then
+    parts[#parts + 1] = ""
+    parts[#parts + 1] = body
+  end
+  return table.concat(parts, "\n") .. "\n"
+end
+
+-- What changes when there is something new: numbers of lines, and the state.
+local function mark_of(folder)
+  local texts = { tostring(folder.status.state) }
+  for _, run in ipairs(folder.runs) do
+    texts[#texts + 1] = ("%d:%d"):format(run.repetition, #run.lines)
+  end
+  return table.concat(texts, " ")
+end
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local path = arguments[1]
+  local folder = runs.read(path)
+  local style = terminal.style()
+  if arguments.once or not host.terminal().stdout then
+    io.stdout:write(command.text_of(folder, style))
+    return 0
+  end
+  local shown
+  while true do
+    local mark = mark_of(folder)
+    if mark ~= shown then
+      shown = mark
+      -- from the top of a cleared screen; the width may have changed
+      io.stdout:write("\27[H\27[2J", command.text_of(folder, terminal.style()))
+      io.stdout:flush()
+    end
+    if folder.status.state ~= "running" then return 0 end
+    host.wait(arguments.every)
+    host.raise_if_interrupted()
+    folder = runs.read(path)
+  end
+end
+
+return command

@@ -1,0 +1,127 @@
+--- html.lua: pieces of a page as text. Whatever comes from a run passes through `escaped` or
+--- `json`; scripts and style are named by their hashes in the page's content policy, so that
+--- nothing else can run even if it got there.
+
+local base64 = require "limax.llm.base64"
+local host = require "limax.host"
+
+local html = {}
+
+local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;",
+  ["'"] = "&#39;" }
+
+--- A value as text of a page; what HTML cannot hold becomes a question mark.
+---@param value any
+---@return string
+function html.escaped(value)
+  return (tostring(value):gsub("[&<>\"']", ENTITIES):gsub("[%z\1-\8\11\12\14-\31\127]", "?"))
+end
+
+--- A value as JSON within a script element: no "<" can end the element or open a comment.
+---@param value any
+---@return string
+function html.json(value) return (host.json.encode(value):gsub("<", "\\u003c")) end
+
+local function number_text(value)
+  if value ~= value or math.abs(value) == math.huge then return tostring(value) end
+  if value == math.floor(value) and math.abs(value) < 1e9 then return ("%d"):format(value) end
+  return ("%.4g"):format(value)
+end
+html.number = number_text
+
+--- A table with a head; numbers stand at the right. The first column names its row.
+---@param columns string[]
+---@param rows any[][]
+---@param caption? string
+---@return string
+function html.table(columns, rows, caption)
+  local parts = { '<div class="scroll" tabindex="0" role="region" aria-label="',
+    html.escaped(caption or "table"), '"><table>' }
+  if caption then parts[#parts + 1] = "<caption>" .. html.escaped(caption) .. "</caption>" end
+  parts[#parts + 1] = "<thead><tr>"
+  for _, name in ipairs(columns) do
+    parts[#parts + 1] = '<th scope="col">' .. html.escaped(name) .. "</th>"
+  end
+  parts[#parts + 1] = "</tr></thead><tbody>\n"
+  for _, row in ipairs(rows) do
+    parts[#parts + 1] = "<tr>"
+    for c = 1, #columns do
+      local value = row[c]
+      if value == nil then value = "" end
+      local tag = c == 1 and 'th scope="row"' or "td"
+      if type(value) == "number" then
+        parts[#parts + 1] = ('<%s class="number">%s</%s>'):format(tag, number_text(value),
+          tag:match "^%a+")
+      else
+        parts[#parts + 1] = ("<%s>%s</%s>"):format(tag, html.escaped(value), tag:match "^%a+")
+      end
+    end
+    parts[#parts + 1] = "</tr>\n"
+  end
+  parts[#parts + 1] = "</tbody></table></div>"
+  return table.concat(parts)
+end
+
+--- Something that is folded away until it is asked for.
+---@param summary string
+---@param body string HTML
+---@param open? boolean
+---@return string
+function html.details(summary, body, open)
+  return ("<details%s><summary>%s</summary>%s</details>\n"):format(open and " open" or "",
+    html.escaped(summary), body)
+end
+
+--- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
+---@param drawn limax.chart.inline
+---@param caption string
+---@return string
+function html.figure(drawn, caption)
+  local rows = html.table(drawn.columns, drawn.rows, caption)
+  return table.concat {
+    '<figure class="chart"><div class="scroll" tabindex="0" role="group" aria-label="',
+    html.escaped(caption), ', arrow keys read its numbers">', drawn.svg, "</div>",
+    '<output aria-live="polite"></output>', "<figcaption>", html.escaped(caption),
+    '</figcaption><script type="application/json">', html.json(drawn.data), "</script>",
+    html.details("numbers", rows), "</figure>\n",
+  }
+end
+
+-- The source of a script or style in a content policy.
+local function hash_source(text)
+  local bytes = host.sha256(text):gsub("%x%x", function(two)
+    return string.char(tonumber(two, 16))
+  end)
+  return "'sha256-" .. base64.encode(bytes) .. "'"
+end
+
+---@class limax.report.page
+---@field title string
+---@field style string CSS
+---@field scripts string[] JavaScript; none may hold the end of a script element
+---@field body string HTML
+
+--- A whole page that loads nothing and runs nothing but its own scripts.
+---@param given limax.report.page
+---@return string
+function html.page(given)
+  local sources, scripts = {}, {}
+  for k, text in ipairs(given.scripts) do
+    assert(not text:lower():find("</script", 1, true), "a script holds the end of its element")
+    sources[k] = hash_source(text)
+    scripts[k] = "<script>" .. text .. "</script>\n"
+  end
+  local policy = ("default-src 'none'; script-src %s; style-src %s; base-uri 'none'; "
+    .. "form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
+    hash_source(given.style))
+  return table.concat {
+    "<!DOCTYPE html>\n", '<html lang="en"><head><meta charset="utf-8">\n',
+    '<meta http-equiv="Content-Security-Policy" content="', policy, '">\n',
+    '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+    '<meta name="referrer" content="no-referrer">\n', "<title>", html.escaped(given.title),
+    "</title>\n<style>", given.style, "</style></head>\n<body>\n", given.body,
+    table.concat(scripts), "</body></html>\n",
+  }
+end
+
+return html

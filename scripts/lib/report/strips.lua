@@ -1,0 +1,73 @@
+--- strips.lua: the robots of generation 0 and of the last for print: a row of poses for each, to
+--- one scale, and the paths of their middles as numbers.
+
+local motion = require "limax.motion"
+local scene = require "limax.picture.scene"
+local vectors = require "limax.picture.vectors"
+local view = require "limax.picture.view"
+
+local strips = {}
+
+local PX_PER_MM = 96 / 25.4
+-- 8 pt text has capitals of this height, px
+local CAPITAL = 8 * 96 / 72 * 0.73
+-- px above each row, for its name
+local HEAD = 18
+-- mm that a pose needs to be made out
+local POSE = 21
+
+local function evenly(duration, count)
+  local times = {}
+  for k = 1, count do times[k] = (k - 1) / (count - 1) * duration end
+  return times
+end
+
+--- The SVG text of these robots, one below the other.
+---@param shown limax.report.shown[]
+---@param millimetres number its width
+---@param title string
+---@return string
+function strips.svg(shown, millimetres, title)
+  local width = math.floor(millimetres * PX_PER_MM + 0.5)
+  local count = math.floor(millimetres / POSE)
+  local films, frames, scale, height = {}, {}, math.huge, 0
+  for k, each in ipairs(shown) do
+    films[k] = motion.of(each.walked, evenly(each.walked:duration(), count))
+    frames[k] = scene.frame(films[k], view.of.side, width, count)
+    scale = math.min(scale, frames[k].scale)
+  end
+  -- the smallest scale of all: sizes may be compared
+  for k, frame in ipairs(frames) do
+    scene.rescale(frame, scale, CAPITAL)
+    frames[k].top = height + HEAD
+    height = frames[k].top + frame.height
+  end
+  local canvas = vectors.new(width, height, "#ffffff", title, millimetres)
+  for k, each in ipairs(shown) do
+    canvas:clip(0, 0, width, height)
+    canvas:text(CAPITAL, frames[k].top - 4, ("%s: %.2f m in %.4g s"):format(each.name,
+      each.walked:distance(), each.walked:duration()), CAPITAL, "#2b2b2b")
+    for p, pose in ipairs(films[k].poses) do scene.draw(canvas, films[k], frames[k], pose, p) end
+  end
+  canvas:clip(0, 0, width, height)
+  scene.scale_bar(canvas, frames[1], { width - frames[1].panel, HEAD / 2 })
+  return canvas:finish()
+end
+
+--- Where the middles of these robots went: along their way, away from the eye, up, m.
+---@param shown limax.report.shown[]
+---@return string[] columns
+---@return table[] rows
+function strips.rows(shown)
+  local rows = {}
+  for _, each in ipairs(shown) do
+    local rate = each.walked:trace("position").rate
+    for s, at in ipairs(motion.of(each.walked, { 0 }).path) do
+      rows[#rows + 1] = { robot = each.name, time = (s - 1) / rate, along = at[1], away = at[2],
+        up = at[3] }
+    end
+  end
+  return { "robot", "time", "along", "away", "up" }, rows
+end
+
+return strips

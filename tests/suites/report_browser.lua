@@ -1,0 +1,115 @@
+--- report_browser.lua: a report in a real Chromium without a display, where one is installed:
+--- nothing is loaded and nothing fails, charts carry the run's numbers, robots move and obey.
+--- LIMAX_TEST_SCREENSHOTS names a folder that keeps what was seen.
+
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local limax = require "limax"
+local process = require "limax.test.process"
+local robots = require "limax.report.robots"
+local source = require "limax.source"
+
+local suite = require("limax.test").suite "report_browser"
+
+local DRIVER = host.home .. "/tests/report/browser.py"
+
+-- The browser's path; nil, why there is none.
+local function chromium()
+  for _, name in ipairs { "chromium", "chromium-browser", "google-chrome" } do
+    local pipe = io.popen("command -v " .. name .. " 2>/dev/null")
+    local path = pipe:read "*l"
+    pipe:close()
+    if path then return path end
+  end
+  return nil, "there is no Chromium here (on Debian: apt-get install chromium)"
+end
+
+local function needs(t)
+  local program, why = chromium()
+  if not program then t:skip(why) end
+  if os.execute "command -v python3 >/dev/null 2>&1" ~= 0 then
+    t:skip "there is no python3 here, which drives the browser"
+  end
+  return program
+end
+
+-- A finished run and what a browser sees of its report.
+local function seen_of(t, program, change)
+  local base = t:folder()
+  limax.start(evolution.small { lattice = { 3, 3, 3 }, generations = 3, population = 8,
+    supervisor = "random", simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
+    scene = limax.scenes.land { boxes = { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
+      spheres = { center = { -0.5, 0, 0 }, radius = 0.1 },
+      terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
+    record = { center_of_mass = 50 } }, { out = base .. "/r", say = evolution.silent }):finish()
+  if change then change(base .. "/r") end
+  local done = process.limax({ "report", "r" }, { folder = base })
+  t:ok(done.status == 0, done.stderr)
+  local shots = os.getenv "LIMAX_TEST_SCREENSHOTS" or base
+  assert(host.file.mkdir(shots))
+  local pipe = io.popen(("python3 %s %s %s %s 2>%s"):format(process.quoted(DRIVER),
+    process.quoted(program), process.quoted(base .. "/r/report.html"), process.quoted(shots),
+    process.quoted(base .. "/driver.txt")))
+  local text = pipe:read "*a"
+  pipe:close()
+  local seen = host.json.decode(text)
+  t:ok(seen, text .. tostring(source.read(base .. "/driver.txt")))
+  return seen, base, shots
+end
+
+local function all(list) return #list > 0 and not tostring(host.json.encode(list)):find "false" end
+
+suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, function(t)
+  local program = needs(t)
+  local seen, base, shots = seen_of(t, program)
+  t:equal(seen.requests, { "file://" .. base .. "/r/report.html" })
+  t:equal(seen.problems, {})
+  local k = 0
+  for line in source.read(base .. "/r/metrics.jsonl"):gmatch "[^\n]+" do
+    k = k + 1
+    local metrics = host.json.decode(line)
+    t:equal(seen.charts[1].data.curves[1].points[k],
+      { metrics.generation, metrics.best_standard or metrics.best })
+  end
+  -- a corner of the line for each generation
+  t:equal(seen.charts[1].drawn[1], k)
+  t:ok(seen.read_out:find("generation 2: best ", 1, true), seen.read_out)
+  t:ok(seen.overflow <= 0, "no wider than a narrow screen")
+  if not robots.javascript() then t:skip "three.js was not there when limax was configured" end
+  t:equal(seen.views, 2)
+  t:ok(seen.still, "the same picture twice, while nothing moves")
+  for _, name in ipairs { "moved", "scrubbed_to_end", "strain", "phase", "without_ground",
+    "without_trail" } do
+    t:ok(all(seen[name]), name)
+  end
+  for _, name in ipairs { "paused", "scrubbed_back", "turned_by_key" } do t:ok(seen[name], name) end
+  t:equal(seen.clock, "1.50 s")
+  for _, name in ipairs { "robots", "strain", "phase", "top", "dark", "narrow" } do
+    t:ok(#source.read(("%s/%s.png"):format(shots, name)) > 2000, name)
+  end
+end)
+
+suite:test("what a run says cannot act", { limit = 120 }, function(t)
+  local program = needs(t)
+  local evil = "</script></title><script>window.alerted = true</script>"
+    .. "<img src=http://127.0.0.1:9/x onerror='window.alerted = true'>"
+  local seen = seen_of(t, program, function(folder)
+    for name, fields in pairs { ["config.json"] = { "name", "supervisor", "not_in_paper" },
+      STATUS = { "state" } } do
+      local value = host.json.decode(source.read(folder .. "/" .. name))
+      for _, field in ipairs(fields) do value[field] = evil end
+      assert(host.file.write_atomic(folder .. "/" .. name, host.json.encode(value)))
+    end
+    local lines = source.read(folder .. "/ledger.jsonl"):gsub("[^\n]+", function(text)
+      local line = host.json.decode(text)
+      line.reason = evil
+      return host.json.encode(line)
+    end)
+    assert(host.file.write_atomic(folder .. "/ledger.jsonl", lines))
+  end)
+  t:equal(seen.alerted, false)
+  t:equal({ seen.images, #seen.requests, seen.problems }, { 0, 1, {} })
+  t:ok(seen.title:find(evil, 1, true), "shown as it is: " .. seen.title)
+end)
+
+return suite
