@@ -103,6 +103,19 @@ suite:test("a replay gives the bytes of the run that it replays, and asks nobody
     end
   end)
 
+suite:test("a question that was asked in several generations has the answer of each",
+  { limit = 60 }, function(t)
+    local prompt = t:folder() .. "/always.md"
+    assert(host.file.write_atomic(prompt, "json {{answer}}"))
+    local recorded = run(t, { "llm", prompt = prompt, client = talker.new(function(_, n)
+      return ('{"mutation_rate": %.3f}'):format(0.1 + n / 500)
+    end) }, LONG)
+    local outcomes = of_kind(recorded, "outcome")
+    t:equal(outcomes[1].asks[1].messages_sha256, outcomes[11].asks[1].messages_sha256)
+    local again = run(t, { "replay", run = recorded.folder }, LONG)
+    same_run(t, again.folder, recorded.folder)
+  end)
+
 suite:test("a replay that asks another question, or goes on longer, ends with the reason",
   { limit = 60 }, function(t)
     local recorded = run(t, { "llm", client = talker.new(moody) })

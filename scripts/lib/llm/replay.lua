@@ -90,6 +90,10 @@ function Replay:find(given)
   local silent = recorded and #recorded.asks == 0
   if self.match == "request" and not silent then
     local request = self:request(given, recorded)
+    -- a prompt may ask the same in several generations
+    if recorded and recorded.asks[1].messages_sha256 == request.messages_sha256 then
+      return recorded
+    end
     local found = self.recorded:of_request(repetition, request.messages_sha256)
     if found then return found end
     if recorded then
