@@ -233,6 +233,11 @@ suite:test("no claim: few runs, other evaluations, a model that was not asked", 
   t:equal(result.arms[2].claimed, false)
   t:ok(result.arms[2].claim:find "^partly model: it set 94 %%", result.arms[2].claim)
   t:ok(tables.text(result, { width = 80 }):find("llm (partly model)", 1, true))
+  -- nor is anything claimed against such an arm
+  result = judge({ arm_of("fixed", counting(9, 0)), asked }, { baseline = "llm" })
+  t:equal(result.arms[1].claimed, false)
+  t:ok(result.arms[1].claim:find "^no claim: llm is partly model: it set 94 %%",
+    result.arms[1].claim)
 end)
 
 suite:test("a champion that fails at publish is the worst of all, and counted", function(t)

@@ -88,10 +88,13 @@ end
 
 -- What an arm's p says, in one sentence; and whether it is a claim.
 local function sentence(arm, baseline, test, most_apart)
-  local share = arm.model and arm.model.share
-  if share and share < model.WHOLE then
-    return ("partly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
-      100 * share, 100 * model.WHOLE), false
+  for _, each in ipairs { arm, baseline } do
+    local share = each.model and each.model.share
+    if share and share < model.WHOLE then
+      return ("%spartly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
+        each == arm and "" or ("no claim: %s is "):format(baseline.name), 100 * share,
+        100 * model.WHOLE), false
+    end
   end
   local apart = math.abs(arm.evaluations - baseline.evaluations)
   if apart > most_apart then
