@@ -34,6 +34,7 @@ local study = {}
 ---@field generations integer that no cell reaches: evaluations end it
 ---@field cells limax.study.cell[]
 ---@field tuned table<integer, { breeding: table, evaluations: integer }> by repetition
+---@field endpoints table<string, table> what runs learnt of endpoints, for those that follow
 ---@field device limax.device
 ---@field quick boolean
 ---@field say fun(text: string)
@@ -84,6 +85,7 @@ function study.new(given)
   local self = { out = given.out:gsub("(.)/+$", "%1"), given = given.experiment,
     config = experiment.config, fitness = experiment.fitness.call, repetitions = given.repetitions,
     evaluations = given.evaluations, generations = base.generations, tuned = {},
+    endpoints = {},
     device = given.device or engine.device "auto", quick = given.quick or false,
     say = given.say or print_line }
   -- what every run of an arm has to say is said once

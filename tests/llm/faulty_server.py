@@ -6,7 +6,7 @@ standard input does: with its parent. With a folder as its argument it also spea
 certificates that it puts there.
 
 GET /_counts answers { name: { requests, keys } }: how many requests a scenario had, and how many of
-them carried a key. GET /_last/NAME answers the body of the last one.
+them carried a key. GET /_last/NAME answers the body of the last one, GET /_names all names.
 """
 
 import json
@@ -127,6 +127,9 @@ def serve(peer):
         if method == "GET" and parts[0] == "_counts":
             with lock:
                 connection.answer("200 OK", counts)
+            return
+        if method == "GET" and parts[0] == "_names":
+            connection.answer("200 OK", sorted(scenarios.ALL))
             return
         if method == "GET" and parts[0] == "_last":
             with lock:

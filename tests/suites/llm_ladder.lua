@@ -181,6 +181,30 @@ suite:test("a probe that is answered while requests fail opens it again for long
   t:equal(sent, { 1, 2, 3, 9, 20 })
 end)
 
+suite:test("clients that know the same endpoints share what was learnt of them", function(t)
+  local known, dead = {}, { { status = 400, body = { error = { param = "response_format" } } },
+    { kind = "connect" } }
+  local function one(model, answers)
+    return stage({ budget = 20, model = model }, answers, nil, known)
+  end
+  -- the same generations, of one repetition after another: each is a generation of its own
+  for repetition = 1, 3 do
+    local ask, notes = one("m", repetition == 1 and dead or { { kind = "connect" } })
+    local _, failure = ask:ask(MESSAGES, { generation = 1, schema = SCHEMA.schema,
+      name = SCHEMA.name })
+    t:equal(failure.class, "transport")
+    local form = notes.bodies[#notes.bodies].response_format
+    t:equal(form.type, "json_object")
+  end
+  local ask, notes = one("m", { completion "{}" })
+  local _, failure = ask:ask(MESSAGES, { generation = 1 })
+  t:equal({ failure.class, #notes.requests }, { "breaker", 0 })
+  t:equal(ask:totals().calls, 0)
+  -- another model of the endpoint, and a client that shares nothing
+  t:ok(one("other", { completion "{}" }):ask(MESSAGES, { generation = 1 }))
+  t:ok(stage({ model = "m" }, { completion "{}" }):ask(MESSAGES, { generation = 1 }))
+end)
+
 suite:test("what says nothing against the endpoint does not open it", function(t)
   for _, answer in ipairs {
     { status = 400, body = { error = { code = "context_length_exceeded" } } },

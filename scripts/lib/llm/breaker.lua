@@ -1,6 +1,7 @@
 --- breaker.lua: after three failed generations in a row the endpoint is left alone for 5
 --- generations, then for 10, 20, 40 and from then on 80 at a time; in between one short probe is
---- sent. Time is counted in generations, never in seconds.
+--- sent. Time is counted in generations, never in seconds; those of all that ask count, since one
+--- breaker may serve the repetitions of an experiment.
 
 local breaker = {}
 
@@ -14,6 +15,7 @@ local FIRST, LONGEST = 5, 80 -- generations; a run of thousands should find an e
 ---@field probe_at integer tick of the next probe
 ---@field failed_at integer tick of the last failure
 ---@field generation integer|nil the last one seen
+---@field asker table|nil who entered it
 local methods = {}
 local class = { __index = methods }
 
@@ -22,17 +24,21 @@ function breaker.new()
   return setmetatable({ tick = 0, failures = 0, length = 0, probe_at = 0, failed_at = 0 }, class)
 end
 
---- Enters a generation. Several requests may belong to one; without a number each is its own.
+--- Enters a generation. Several requests may belong to one; without a number each is its own. The
+--- generations of another asker are others, whatever their numbers.
 ---@param generation integer|nil
+---@param asker? table
 ---@return "closed"|"open"|"probe"
 ---@return integer left generations until the probe
-function methods:enter(generation)
-  if generation == nil or generation ~= self.generation then
-    local passed = generation and self.generation and generation - self.generation or 1
-    -- another repetition begins again at 0
+function methods:enter(generation, asker)
+  local same = self.asker == nil or self.asker == asker
+  if generation == nil or generation ~= self.generation or not same then
+    local passed = same and generation and self.generation and generation - self.generation or 1
+    -- a client that serves several repetitions begins again at 0
     self.tick = self.tick + (passed > 0 and passed or 1)
     self.generation = generation
   end
+  self.asker = asker
   if self.length == 0 then return "closed", 0 end
   if self.tick >= self.probe_at then return "probe", 0 end
   return "open", self.probe_at - self.tick

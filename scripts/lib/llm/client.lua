@@ -51,6 +51,16 @@ local class = { __index = methods }
 ---@field random? fun(): number from 0 to 1
 ---@field record? fun(attempt: table) called once for every attempt, before its text is parsed
 ---@field environment? fun(name: string): string|nil
+---@field known? table<string, table> what was learnt of endpoints: clients that get the same table
+--- share breaker and capabilities of an endpoint and model
+
+-- Breaker and capabilities of an endpoint and model.
+local function acquaintance(known, found, format)
+  local name = table.concat({ found.shown, found.model, format or "" }, "\n")
+  known[name] = known[name]
+    or { breaker = breaker.new(), capabilities = capabilities.new(found.provider, format) }
+  return known[name]
+end
 
 --- A client for the endpoint that options and environment name; nil and why there is none.
 ---@param options table as `options.rules` of limax.llm.options check them
@@ -65,6 +75,7 @@ function client.new(options, given)
   if not found then return nil, message end
   local where = found.loopback and "_loopback" or ""
   local fields = defaults.fields.llm
+  local shared = acquaintance(given.known or {}, found, options.format)
   return setmetatable({
     endpoint = found, options = options,
     given = {
@@ -72,7 +83,7 @@ function client.new(options, given)
       wall = given.wall or os.time, http = given.http or host.http,
       random = given.random or jitter, record = given.record or function() end,
     },
-    breaker = breaker.new(), capabilities = capabilities.new(found.provider, options.format),
+    breaker = shared.breaker, capabilities = shared.capabilities,
     spending = spending.new(options),
     budget = options.budget or fields["budget" .. where].value,
     timeout = options.timeout or fields["timeout" .. where].value,
@@ -201,7 +212,7 @@ local function check_messages(messages)
 end
 
 local function decide(self, messages, asked, deadline)
-  local state, left = self.breaker:enter(asked.generation)
+  local state, left = self.breaker:enter(asked.generation, self)
   if state == "open" then
     return nil, failed("breaker", ("the endpoint failed in %d generations; the next probe is %d"
       .. " generation%s away"):format(self.breaker.failures, left, left == 1 and "" or "s")), 0

@@ -46,7 +46,11 @@ function supervisor.start(run, options)
     if unfit then failure.raise(2, ('supervisor "llm".fallback: %s'):format(unfit)) end
   end
   local make = options.client or require("limax.llm.client").new
-  self.client, message = make(options, { record = function(attempt) self:record(attempt) end })
+  -- a dead endpoint costs its budgets once, not in each repetition again
+  local experiment = run.experiment
+  experiment.endpoints = experiment.endpoints or {}
+  self.client, message = make(options, { known = experiment.endpoints,
+    record = function(attempt) self:record(attempt) end })
   if not self.client then failure.raise(2, "supervisor \"llm\": " .. tostring(message)) end
   return self
 end

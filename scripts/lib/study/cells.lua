@@ -121,7 +121,10 @@ function cells.experiment(study, cell)
   if arm.tuned and tuned then
     given.breeding, given.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
   end
-  return cells.experiment_of(given)
+  local experiment = cells.experiment_of(given)
+  -- what one run learns of an endpoint holds for the next
+  experiment.endpoints = study.endpoints
+  return experiment
 end
 
 return cells

@@ -44,6 +44,12 @@ function methods:counts()
   return host.json.decode(assert(host.http { url = self.base .. "_counts" }).body)
 end
 
+--- All scenarios.
+---@return string[]
+function methods:names()
+  return host.json.decode(assert(host.http { url = self.base .. "_names" }).body)
+end
+
 --- The last request to a scenario.
 ---@param name string
 ---@return table

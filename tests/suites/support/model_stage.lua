@@ -14,14 +14,15 @@ model_stage.MESSAGES = { { role = "user", content = "Propose something as JSON."
 ---@param options table|nil
 ---@param answers table
 ---@param environment table<string, string>|nil
+---@param known table|nil shared with other clients
 ---@return limax.llm.client|nil
 ---@return { requests: table[], bodies: table[], records: table[], waits: table, now: number }
 ---@return string|nil message
-function model_stage.new(options, answers, environment)
+function model_stage.new(options, answers, environment, known)
   local notes = { requests = {}, bodies = {}, records = {}, waits = {}, now = 1000 }
   environment = environment or { LIMAX_LLM_URL = "http://127.0.0.1:1", LIMAX_LLM_MODEL = "m",
     LIMAX_LLM_KEY = model_stage.KEY }
-  local made, message = client.new(options or {}, {
+  local made, message = client.new(options or {}, { known = known,
     clock = function() return notes.now end,
     wall = function() return 1445412480 end, -- Wed, 21 Oct 2015 07:28:00 GMT
     wait = function(seconds)
