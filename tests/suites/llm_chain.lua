@@ -280,8 +280,24 @@ suite:test("a model that repeats itself is pointed out, once", { limit = 60 }, f
   t:equal(times, 1)
   local outcomes = of_kind(done, "outcome")
   t:equal(outcomes[#outcomes].unchanged, 8)
-  t:ok(done.said:find "the model answered in %d+%.%d s: about")
 end)
+
+suite:test("the waiting that is to come is projected from the first answer, once", { limit = 60 },
+  function(t)
+    local slow = talker.new(function(_, n)
+      host.wait(n == 1 and 0.5 or 0)
+      return '{"mutation_rate": 0.12}'
+    end)
+    local done = run(t, { "llm", client = slow, ask_every = 2 },
+      { generations = 21, repetitions = 3 })
+    local _, times = done.said:gsub("the model answered in", "")
+    t:equal(times, 1)
+    -- seconds, unless the machine is very slow
+    local one, all = done.said:match("the model answered in %d+%.%d s: about (%d+) s for the 10"
+      .. " answers of a repetition, (%d+) s for 3 repetitions")
+    t:ok(one, done.said)
+    t:ok(tonumber(one) >= 5 and math.abs(all - 3 * one) <= 2, done.said)
+  end)
 
 suite:test("a client that throws or answers nonsense costs the change", { limit = 60 }, function(t)
   for expected, answer in pairs {

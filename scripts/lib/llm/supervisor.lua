@@ -249,10 +249,13 @@ function Session:project()
   local experiment = self.run.experiment
   if self.answered or experiment.told_of_waiting then return end
   experiment.told_of_waiting = true
-  local left = math.ceil((self.run.config.generations - 1) / (self.options.ask_every or 1))
-  local seconds = self.model_seconds
-  self.run:say(("the model answered in %.1f s: about %s for the %d answers of each repetition")
-    :format(seconds, progress.duration(seconds * left), left))
+  local config = self.run.config
+  local answers = math.ceil((config.generations - 1) / (self.options.ask_every or 1))
+  local each, repetitions = self.model_seconds * answers, config.repetitions
+  local all = repetitions > 1
+    and (", %s for %d repetitions"):format(progress.duration(each * repetitions), repetitions) or ""
+  self.run:say(("the model answered in %.1f s: about %s for the %d answers of a repetition%s")
+    :format(self.model_seconds, progress.duration(each), answers, all))
 end
 
 function Session:decide_now(given)
