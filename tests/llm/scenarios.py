@@ -34,6 +34,7 @@ def completion(content=GOOD, finish="stop", message=None, usage=None, **fields):
         usage = {"prompt_tokens": 40, "completion_tokens": 8, "total_tokens": 48}
     body = {
         "id": "cmpl-1", "object": "chat.completion", "created": 1, "model": "played-1",
+        "system_fingerprint": "fp-1",
         "choices": [{"index": 0, "finish_reason": finish, "message": message}], "usage": usage,
     }
     body.update(fields)

@@ -4,6 +4,7 @@
 
 local client = require "limax.llm.client"
 local faulty_server = require "support.faulty_server"
+local field_page = require "support.field_page"
 local host = require "limax.host"
 local played = require "support.played"
 local process = require "limax.test.process"
@@ -62,6 +63,9 @@ suite:test("every fault, one before each generation of a run", { limit = 180 }, 
     { generations = #names + 1 })
   local outcomes, attempts = talker.of_kind(done, "outcome"), {}
   t:equal({ #outcomes, #done.ledger }, { #names, #names + 1 })
+  local page = field_page.read "scripts/RUN_FOLDER.md"
+  field_page.compare_transcript(t, source.read(done.folder .. "/transcript.jsonl"),
+    { Attempt = field_page.tree(page, "Attempt"), Decision = field_page.tree(page, "Decision") })
   for _, line in ipairs(talker.of_kind(done, "attempt")) do
     attempts[line.generation] = (attempts[line.generation] or 0) + 1
   end
