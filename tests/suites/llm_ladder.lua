@@ -196,10 +196,16 @@ suite:test("clients that know the same endpoints share what was learnt of them",
     local form = notes.bodies[#notes.bodies].response_format
     t:equal(form.type, "json_object")
   end
-  local ask, notes = one("m", { completion "{}" })
-  local _, failure = ask:ask(MESSAGES, { generation = 1 })
-  t:equal({ failure.class, #notes.requests }, { "breaker", 0 })
-  t:equal(ask:totals().calls, 0)
+  -- whoever comes next looks once whether it is back, and not again
+  local ask, notes = one("m", { { kind = "connect" } })
+  for generation = 1, 5 do
+    local _, failure = ask:ask(MESSAGES, { generation = generation })
+    t:equal({ failure.class, #notes.requests }, { "breaker", 1 })
+  end
+  t:equal({ ask:totals().calls, notes.records[1].probe }, { 1, true })
+  ask, notes = one("m", { completion "{}" })
+  t:ok(ask:ask(MESSAGES, { generation = 1 }))
+  t:equal(#notes.requests, 2)
   -- another model of the endpoint, and a client that shares nothing
   t:ok(one("other", { completion "{}" }):ask(MESSAGES, { generation = 1 }))
   t:ok(stage({ model = "m" }, { completion "{}" }):ask(MESSAGES, { generation = 1 }))

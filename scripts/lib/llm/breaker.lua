@@ -57,6 +57,12 @@ end
 --- The endpoint answered.
 function methods:succeeded() self.failures, self.length, self.probe_at = 0, 0, 0 end
 
+--- Somebody else begins to ask: an open breaker probes at once, since a whole repetition should not
+--- go by under what another one found.
+function methods:begin()
+  if self.length > 0 then self.probe_at = math.min(self.probe_at, self.tick + 1) end
+end
+
 --- Plain values, for a checkpoint.
 ---@return table
 function methods:state()

@@ -76,6 +76,7 @@ function client.new(options, given)
   local where = found.loopback and "_loopback" or ""
   local fields = defaults.fields.llm
   local shared = acquaintance(given.known or {}, found, options.format)
+  shared.breaker:begin()
   return setmetatable({
     endpoint = found, options = options,
     given = {
