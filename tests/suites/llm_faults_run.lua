@@ -114,6 +114,9 @@ suite:test("an endpoint that is dead costs its budgets once, not in each repetit
         { folder = folder, before = ("export LIMAX_LLM_MODEL=m LIMAX_LLM_URL=http://127.0.0.1:%d;")
           :format(server.ports.refused) })
       t:ok(done.status == 0, done.stderr)
+      -- told once in a repetition, not before each generation
+      local _, told = done.stderr:gsub("generations until it is probed", "")
+      t:ok(told >= 1 and told <= 3, done.stderr)
       local attempts = talker.of_kind(talker.read(folder .. "/" .. name), "attempt")
       local probes = 0
       for _, line in ipairs(attempts) do probes = probes + (line.probe and 1 or 0) end

@@ -215,8 +215,8 @@ end
 local function decide(self, messages, asked, deadline)
   local state, left = self.breaker:enter(asked.generation, self)
   if state == "open" then
-    return nil, failed("breaker", ("the endpoint failed in %d generations; the next probe is %d"
-      .. " generation%s away"):format(self.breaker.failures, left, left == 1 and "" or "s")), 0
+    return nil, failed("breaker", ("the endpoint failed in %d generations; generations until it is"
+      .. " probed: %d"):format(self.breaker.failures, left)), 0
   end
   local probed = 0
   if state == "probe" then

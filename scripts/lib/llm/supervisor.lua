@@ -345,8 +345,9 @@ function Session:decide(given)
       self.transcript:replace_waiting(line)
     end
   end
+  -- once for each cause: those that differ in a number, of generations left or seconds, are one
   if line.why then run:say(("before generation %d the model was not used: %s")
-    :format(given.generation, line.why), "not used: " .. line.why) end
+    :format(given.generation, line.why), "not used: " .. line.why:gsub("%d+", "#")) end
   return parameters, fields, record, { model_seconds = self.model_seconds,
     asks = #self.notes, attempts = sum(self.notes, "attempts"),
     input_tokens = sum(self.notes, "input_tokens"),
