@@ -236,16 +236,40 @@ suite:test("unnamed: names go out as letters and come back", function(t)
     '{"mutation_rate": 0.2, "elite_fraction" :0.1, "reason": "A is \\"B\\" now"}')
 end)
 
-suite:test("arms that ask a model: an endpoint, their share, and whose history they are told",
-  { limit = 60 }, function(t)
-  local server = faulty_server.open(t)
-  local base = t:folder()
-  assert(host.file.write_atomic(base .. "/tiny.lua", [[
+local SMALLEST = [[
 local study = require "limax.study"
 study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2, 2 },
   population = 4, fitness = "distance", record = {},
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
-]]))
+]]
+
+suite:test("a dead endpoint costs a study its three questions once", { limit = 60 }, function(t)
+  local server, base = faulty_server.open(t), t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
+  local done = process.limax({ "tiny.lua", "--out", "dead", "--device", "cpu", "--arms",
+    "fixed,llm,llm_paper" }, { folder = base, before =
+    "LIMAX_LLM_MODEL=m LIMAX_LLM_URL=http://127.0.0.1:" .. server.ports.refused })
+  t:ok(done.status == 0, done.stderr .. done.stdout)
+  local questions, probes = 0, 0
+  for _, path in ipairs { "llm/r01", "llm/r02", "llm_paper/r01", "llm_paper/r02" } do
+    for line in source.read(("%s/dead/%s/transcript.jsonl"):format(base, path)):gmatch "[^\n]+" do
+      local entry = host.json.decode(line)
+      if entry.kind == "attempt" and entry.probe then probes = probes + 1
+      elseif entry.kind == "attempt" then questions = questions + 1 end
+    end
+  end
+  -- each question is tried thrice; each run that follows begins with a probe
+  t:equal(questions, 9)
+  t:ok(probes >= 3 and probes <= 6, probes)
+  t:ok(done.stdout:find("\nllm, llm_paper: partly model: it set 0 %", 1, true), done.stdout)
+  server:close()
+end)
+
+suite:test("arms that ask a model: an endpoint, their share, and whose history they are told",
+  { limit = 60 }, function(t)
+  local server = faulty_server.open(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local function run(out, arms)
     return process.limax({ "tiny.lua", "--out", out, "--device", "cpu", "--arms", arms },
       { folder = base, before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
