@@ -26,6 +26,7 @@
 #include "signals.h"
 #include "time_limit.h"
 #include "url.h"
+#include "xml.h"
 
 namespace limax::host {
 namespace {
@@ -94,6 +95,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_json(L);
     open_http(L);
     open_url(L);
+    open_xml(L);
     open_files(L);
     open_images(L);
     open_machine(L);
