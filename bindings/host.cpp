@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "archive.h"
 #include "files.h"
 #include "globals.h"
 #include "guard.h"
@@ -96,6 +97,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_http(L);
     open_url(L);
     open_xml(L);
+    open_archives(L);
     open_files(L);
     open_images(L);
     open_machine(L);

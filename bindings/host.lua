@@ -71,6 +71,12 @@
 ---@field text string its own, CDATA included
 ---@field attributes table<string, string>
 
+-- Entries are { name, bytes }. At most 1000 entries and 256 MiB are unpacked, in memory; a name
+-- that leaves the archive is refused.
+---@class limax.host.zip
+---@field pack fun(entries: string[][]): string the same bytes at any time
+---@field unpack fun(archive: string): string[][]|nil, string|nil
+
 ---@class limax.host.sandboxed
 ---@field source string Lua text that returns a function(text, limits)
 ---@field name string of the source, "=parse.lua"
@@ -135,6 +141,7 @@
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil
 ---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it
+---@field zip limax.host.zip
 ---@field xml fun(text: string, origin?: string): limax.host.element|nil, string|nil the root; a
 --- document type is refused, entities other than XML's own are not expanded
 ---@field clock fun(): number s, never steps back

@@ -4,6 +4,9 @@
 local defaults = require "limax.defaults"
 local failure = require "limax.failure"
 local host = require "limax.host"
+local input = require "limax.convert.input"
+local metrics = require "limax.convert.metrics"
+local motion = require "limax.motion"
 local obj = require "limax.convert.obj"
 local robot_file = require "limax.robot_file"
 local robots = require "limax.convert.robots"
@@ -11,18 +14,27 @@ local source = require "limax.source"
 local stl = require "limax.convert.stl"
 local suggest = require "limax.suggest"
 local surface = require "limax.convert.surface"
+local tensorboard = require "limax.convert.tensorboard"
+local threemf = require "limax.convert.threemf"
+local traces = require "limax.convert.traces"
 local voxcad_write = require "limax.convert.voxcad_write"
+local vtk = require "limax.convert.vtk"
 
 local command = {
   summary = "robots and runs as files of other programs, and robots from them",
   usage = "limax convert FROM TO [options]",
   text = [[
-FROM is a robot file (.json), a robot of VoxCad or voxcraft-sim (.vxa, .vxd), or a run folder, which
-stands for its champion. TO says by its ending what is written:
+FROM is a robot file (.json), a robot of VoxCad or voxcraft-sim (.vxa, .vxd) or of EvoGym (.json,
+.npy, .npz), or a run folder, which stands for its champion. TO says by its ending what is written:
 
   .json         a robot file
   .vxa, .vxd    VoxCad and voxcraft-sim: with materials and world, or the robot alone
-  .stl, .obj    for printing, in millimetres; .obj keeps the materials, in a .mtl beside it
+  .stl .obj .3mf  for printing, in millimetres; .3mf and .obj (with a .mtl) keep the materials
+  .vtu          ParaView: the body at rest
+  .pvd          ParaView: the robot simulated again, a .vtu beside it for each sample
+  .npz          NumPy: the traces of the robot, simulated again, its body and weights
+  .csv          of a run: metrics.jsonl as a table
+  .tensorboard  of a run: a folder with TensorBoard's event files, one for each repetition
 
 What a format cannot carry is printed. Nothing is overwritten without --force.]],
   positional = { least = 2, most = 2, name = "FROM and TO" },
@@ -32,6 +44,10 @@ What a format cannot carry is printed. Nothing is overwritten without --force.]]
       .. " base.vxa beside it if left out" },
     { name = "edge", argument = "MM", kind = "number", minimum = 0.001, maximum = 1e6,
       text = "edge of a printed voxel; the robot's own if left out" },
+    { name = "record", argument = "TRACE=HZ", many = true,
+      text = "traces in place of those that the robot's file records; a .pvd needs position" },
+    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
+      text = "that simulates the robot again" },
     { name = "repetition", argument = "R", kind = "integer", minimum = 1, maximum = 1e6,
       text = "of a run: whose champion; 1 if left out" },
     { name = "generation", argument = "G", kind = "integer", minimum = 0, maximum = 1e6,
@@ -41,12 +57,24 @@ What a format cannot carry is printed. Nothing is overwritten without --force.]]
 
 local MILLIMETRES = 1000 -- in a metre
 
+
 -- ---- what each ending is made of ----------------------------------------------------------------
+
+local function edge_of(robot)
+  return robot.description.edge or defaults.fields.simulation.edge.value
+end
 
 -- A robot's surface in millimetres.
 local function mesh_of(robot, arguments)
-  local edge = robot.description.edge or defaults.fields.simulation.edge.value
-  return surface.of_robot(robot, arguments.edge or edge * MILLIMETRES)
+  return surface.of_robot(robot, arguments.edge or edge_of(robot) * MILLIMETRES)
+end
+
+-- The folder of a run, which some endings need.
+local function run_of(job)
+  if not robots.is_run(job.from) then
+    input.refuse(job.from, "is no run folder, which a .%s needs", robots.ending_of(job.to))
+  end
+  return job.from
 end
 
 -- Each: job { from, to, arguments, notes, robot() } -> list of { path, text }.
@@ -80,6 +108,41 @@ function WRITERS.obj(job)
   return { { job.to, text }, { library, shades } }
 end
 
+WRITERS["3mf"] = function(job)
+  local robot = job.robot()
+  job.notes[#job.notes + 1] = "weights"
+  return { { job.to, threemf.encode(mesh_of(robot, job.arguments),
+    robot.materials:table().materials) } }
+end
+
+function WRITERS.vtu(job)
+  local robot = job.robot()
+  return { { job.to, vtk.at_rest(robot:table(), edge_of(robot)) } }
+end
+
+function WRITERS.pvd(job)
+  local rates, robot = traces.rates(job.arguments.record), job.robot()
+  if not rates then
+    -- beside what is recorded anyway, at a rate that leaves the time step as it was
+    rates = source.copy((robot.description.simulation or {}).record or defaults.record)
+    if (rates.position or 0) == 0 then rates.position = motion.position_rate(rates) end
+  elseif not rates.position then
+    failure.raise(2, "--record: a .pvd needs position=HZ")
+  end
+  local walked = traces.simulate(job.from, robot, rates, job.arguments.device)
+  return vtk.series(walked, edge_of(robot), job.to)
+end
+
+function WRITERS.npz(job)
+  local rates = traces.rates(job.arguments.record)
+  return { { job.to, traces.encode(traces.simulate(job.from, job.robot(), rates,
+    job.arguments.device)) } }
+end
+
+function WRITERS.csv(job) return { { job.to, metrics.csv(run_of(job)) } } end
+
+function WRITERS.tensorboard(job) return tensorboard.files(run_of(job), job.to) end
+
 -- ---- the command --------------------------------------------------------------------------------
 
 local function writer_of(path)
@@ -100,7 +163,9 @@ local function write(files, force)
     end
   end
   for _, file in ipairs(files) do
-    local fine, message = host.file.write_atomic(file[1], file[2])
+    local fine, message = host.file.mkdir(source.folder_of(file[1]))
+    if not fine then failure.raise(1, message) end
+    fine, message = host.file.write_atomic(file[1], file[2])
     if not fine then failure.raise(1, message) end
     print(("%s: %d bytes"):format(file[1], #file[2]))
   end

@@ -1,6 +1,8 @@
---- convert.lua: `limax convert`: what it writes is read by programs that are not ours, what it
---- reads comes back as it was, and bad or hostile files are refused in one line.
+--- convert.lua: `limax convert`, robots from and to VoxCad, and surfaces: what it writes is read by
+--- programs that are not ours, what it reads comes back as it was, and bad or hostile files are
+--- refused in one line.
 
+local conversion = require "support.conversion"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "limax.test.process"
@@ -11,36 +13,8 @@ local voxcad = require "limax.convert.voxcad"
 
 local suite = require("limax.test").suite "convert"
 
--- parts that touch along edges and at corners, and every material
-local VOXELS = "ecs\nec.\n\nsb.\n..e\n\nse.\n.cb"
-
-local function write(path, text) assert(host.file.write_atomic(path, text)) end
-
-local function weight(x, y, z) return (x + 3 * y + 7 * z) / 37 end
-
--- A folder with robot.json, which has weights of its own in every voxel.
-local function stage(t, voxels)
-  local folder = t:folder()
-  limax.robot({ voxels = voxels or VOXELS, edge = 0.05,
-    weights = { stiffness = weight, amplitude = 0.75, phase = weight } })
-    :save(folder .. "/robot.json")
-  return folder
-end
-
-local function convert(t, folder, ...)
-  local done = process.limax({ "convert", ... }, { folder = folder })
-  t:ok(done.status == 0, table.concat({ ... }, " ") .. ": " .. done.stderr)
-  return done
-end
-
--- Expects a refusal with these texts, and that nothing was written.
-local function refused(t, folder, words, ...)
-  local done = process.limax({ "convert", unpack(words) }, { folder = folder })
-  t:equal(done.status, 2)
-  for _, text in ipairs { ... } do t:ok(done.stderr:find(text, 1, true), done.stderr) end
-  t:ok(not done.stderr:find "traceback" and select(2, done.stderr:gsub("\n", "")) == 1, done.stderr)
-  t:equal(host.file.exists(folder .. "/" .. words[2]), nil)
-end
+local convert, refused = conversion.convert, conversion.refused
+local stage, write = conversion.stage, conversion.write
 
 -- ---- surfaces -----------------------------------------------------------------------------------
 

@@ -2,6 +2,8 @@
 --- program, or a run folder, which stands for its champion.
 
 local body = require "limax.body"
+local engine = require "limax.engine"
+local evogym = require "limax.convert.evogym"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local input = require "limax.convert.input"
@@ -15,9 +17,10 @@ local robots = {}
 local function ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end
 robots.ending_of = ending_of
 
-local function of_json(path)
+local function of_json(path, _, notes)
   local decoded, message = host.json.decode(input.read(path), path)
   if decoded == nil then failure.raise(2, message) end
+  if evogym.is_world(decoded) then return evogym.of_world(path, decoded, notes) end
   local description, wrong = robot_file.check(decoded)
   if not description then input.refuse(path, "%s", wrong) end
   return description
@@ -46,6 +49,8 @@ local READERS = {
   json = of_json,
   vxa = voxcad_read.read,
   vxd = voxcad_read.read,
+  npy = evogym.read_npy,
+  npz = evogym.read_npz,
 }
 
 --- Is this the folder of a run?
@@ -76,7 +81,7 @@ function robots.read(path, options, notes)
     description = reader(path, options, notes)
   end
   local size, wrong = body.measure_layers(description.voxels,
-    input.about(path, require("limax.engine").materials, description.materials))
+    input.about(path, engine.materials, description.materials))
   if not size then input.refuse(path, "%s", wrong) end
   return input.about(path, robot.of, description)
 end

@@ -42,12 +42,13 @@ end
 --- Runs a command-line tool and returns what it prints.
 ---@param t limax.test_context
 ---@param folder string
----@param tool string also its package
+---@param tool string
 ---@param words string shell text after its name
+---@param package? string of Debian, that of the tool's name if left out
 ---@return string
-function reader.tool(t, folder, tool, words)
+function reader.tool(t, folder, tool, words, package)
   if not run("command -v " .. tool, folder) then
-    t:skip(("there is no %s (Debian: apt-get install %s)"):format(tool, tool))
+    t:skip(("there is no %s (Debian: apt-get install %s)"):format(tool, package or tool))
   end
   local fine, text = run(("cd %s && %s %s"):format(process.quote(folder), tool, words), folder)
   t:ok(fine, text)
