@@ -221,6 +221,37 @@ suite:test("a robot of VoxCad's own, with phases beyond half a period", function
   t:ok(limax.robot(folder .. "/v.json"):simulate({ duration = 0.1 }).status == "done")
 end)
 
+suite:test("a muscle of amplitude 0 stays one, with its phases", function(t)
+  local folder = t:folder()
+  local materials = limax.engine.materials("paper"):table()
+  materials.materials[2].amplitude = 0
+  limax.robot({ voxels = "eb\nbb", materials = materials, weights = 0.25 })
+    :save(folder .. "/still.json")
+  convert(t, folder, "still.json", "still.vxa")
+  convert(t, folder, "still.vxa", "back.json")
+  local before = host.json.decode(source.read(folder .. "/still.json"))
+  local after = host.json.decode(source.read(folder .. "/back.json"))
+  t:equal(after.materials.materials, before.materials.materials)
+  t:same_bits(after.weights, before.weights)
+  -- what only limax writes is believed no more than the rest
+  write(folder .. "/odd.vxa", (source.read(folder .. "/still.vxa")
+    :gsub("<Kind>expanding</Kind>", ""):gsub("<Letter>e</Letter>", "<Letter>\200</Letter>")))
+  convert(t, folder, "odd.vxa", "odd.json")
+  t:equal(limax.robot(folder .. "/odd.json").body.letters, "ab\nbb")
+end)
+
+suite:test("names in any encoding, and bodies of very many layers", { limit = 20 }, function(t)
+  local folder = t:folder()
+  write(folder .. "/v.vxa", (VOXCAD:gsub("Active", "\233t\233 \27[31m")))
+  convert(t, folder, "v.vxa", "v.json")
+  local robot = host.json.decode(source.read(folder .. "/v.json"))
+  t:equal(robot.materials.materials[2].name, "_t_ _[31m")
+  limax.robot({ voxels = ("e\n\n"):rep(9000) }):save(folder .. "/tall.json")
+  convert(t, folder, "tall.json", "tall.vxa")
+  convert(t, folder, "tall.vxa", "back.json")
+  t:equal(host.json.decode(source.read(folder .. "/back.json")).lattice, { 1, 1, 9000 })
+end)
+
 -- ---- bad and hostile files ----------------------------------------------------------------------
 
 suite:test("a bad .vxa is refused with file, field and what is legal", function(t)
@@ -237,6 +268,7 @@ suite:test("a bad .vxa is refused with file, field and what is legal", function(
   bad("<X_Voxels>2", "<X_Voxels>2.5", "2.5 voxels along x; legal are whole numbers from 1")
   bad("<X_Voxels>2", "<X_Voxels>1e9", "at most 1000000 are read")
   bad("<X_Voxels>2", "<X_Voxels>nan", 'X_Voxels is "nan"; expected a number')
+  bad("<X_Voxels>2", "<X_Voxels>\27[2J", 'X_Voxels is "\\27[2J"; expected a number')
   bad("ASCII_READABLE", "ZLIB", 'Compression is "ZLIB"; legal is "ASCII_READABLE"')
   bad("5e%+6", "5e+16", "Elastic_Mod 5e+16 Pa", "stiffness of 1.85185e+14", "1 to 1e+07 N/m")
   bad("<CTE>0.01", "<CTE>1", "amplitude of 14; legal are 0 to 0.95")

@@ -12,11 +12,12 @@ input.LARGEST = 128 * 2 ^ 20
 --- Most voxels of a lattice that is read: a hundred along each axis.
 input.MOST_VOXELS = 1e6
 
---- Ends the command: what is wrong in a file.
+--- Ends the command: what is wrong in a file. What the file says is shown without control
+--- characters, which a terminal would obey.
 ---@param path string
 ---@param pattern string
 function input.refuse(path, pattern, ...)
-  failure.raise(2, ("%s: %s"):format(path, pattern:format(...)))
+  failure.raise(2, ("%s: %s"):format(path, (pattern:format(...):gsub("%c", "?"))))
 end
 
 --- The bytes of a file.
@@ -43,7 +44,7 @@ end
 function input.about(path, call, ...)
   local fine, value = failure.attempt(call, ...)
   if fine then return value end
-  local text = failure.bare(value)
+  local text = failure.bare(value):gsub("%c", "?")
   if text:sub(1, #path) ~= path then text = ("%s: %s"):format(path, text) end
   failure.raise(2, text)
 end

@@ -9,7 +9,7 @@ local metrics = {}
 
 local function flatten(value, name, row)
   if type(value) ~= "table" then
-    row[name] = value
+    if value ~= host.json.null then row[name] = value end
     return
   end
   for key, entry in pairs(value) do

@@ -49,6 +49,12 @@ local function number_at(file, node, path, default)
   return value
 end
 
+-- The text of an element below a node, empty where either is missing.
+local function text_of(node, name)
+  local found = child(node, name)
+  return found and trimmed(found.text) or ""
+end
+
 local function parse(path)
   local root, message = host.xml(input.read(path), path)
   if not root then input.refuse(path, "%s", message:sub(#path + 3)) end
@@ -177,7 +183,8 @@ local function free_letter(kind, taken)
 end
 
 local function free_name(name, taken)
-  name = name:gsub("%c", " "):sub(1, 40)
+  -- the file's encoding may be anything, a robot file's is UTF-8
+  name = name:gsub("[^%w%p ]", "_"):sub(1, 40)
   if name == "" then name = "material" end
   local free, n = name, 1
   while taken[free] or free == "empty" do
@@ -188,9 +195,22 @@ local function free_name(name, taken)
   return free
 end
 
+-- Letters that materials state, by the first that does, and all that are taken by that.
+local function stated_letters(root)
+  local stated_by, taken = {}, { ["."] = true }
+  for _, element in ipairs(at(root, "VXC.Palette") or {}) do
+    local letter = text_of(child(element, "Limax"), "Letter")
+    if letter:find "^[!-~]$" and not taken[letter] then
+      stated_by[letter], taken[letter] = element, true
+    end
+  end
+  return stated_by, taken
+end
+
 -- The palette as limax's materials, the empty one not among them.
 local function palette_of(file, root, edge, swing)
-  local limits, list, letters, names = engine.materials "paper", {}, { ["."] = true }, {}
+  local limits, list, names = engine.materials "paper", {}, {}
+  local stated_by, letters = stated_letters(root)
   for _, element in ipairs(at(root, "VXC.Palette") or {}) do
     if element.name == "Material" then
       local own = child(element, "Limax")
@@ -206,13 +226,13 @@ local function palette_of(file, root, edge, swing)
       local function number(path, default) return number_at(file, element, path, default) end
       local strain = number("Mechanical.CTE", 0) * swing
       local kind = strain > 0 and "expanding" or strain < 0 and "contracting" or "passive"
-      if strain == 0 and own and at(own, "Phase") then kind = trimmed(at(own, "Kind").text) end
-      local letter = own and at(own, "Letter") and trimmed(at(own, "Letter").text)
-      if not letter or #letter ~= 1 or letters[letter] then letter = free_letter(kind, letters) end
-      letters[letter] = true
+      local stated, letter = text_of(own, "Kind"), text_of(own, "Letter")
+      -- a muscle of amplitude 0
+      if strain == 0 and LETTERS[stated] then kind = stated end
+      if stated_by[letter] ~= element then letter = free_letter(kind, letters) end
       local modulus, density = number "Mechanical.Elastic_Mod", number "Mechanical.Density"
       local material = { letter = letter, kind = kind,
-        name = free_name(trimmed((at(element, "Name") or { text = "" }).text), names),
+        name = free_name(text_of(element, "Name"), names),
         stiffness = legal("stiffness", voxcad.rounded(modulus * edge / voxcad.MODULUS),
           ("Elastic_Mod %g Pa"):format(modulus)),
         mass_per_site = legal("mass_per_site", voxcad.rounded(density * edge ^ 3),
@@ -429,7 +449,7 @@ function voxcad_read.read(path, options, notes)
   end
   local simulation = { edge = edge }
   local formula = at(root, "Simulator.StopCondition.StopConditionFormula.mtSUB")
-  if formula and at(formula, "mtVAR") and trimmed(at(formula, "mtVAR").text) == "t" then
+  if formula and text_of(formula, "mtVAR") == "t" then
     simulation.duration = number_at(path, formula, "mtCONST")
   end
   return { schema = robot_file.schema, lattice = lattice, edge = edge, voxels = voxels,

@@ -107,7 +107,8 @@ local function layers_of(name, lattice, value, separator)
     end
     layers[z] = ("<Layer><![CDATA[%s]]></Layer>"):format(table.concat(values, separator))
   end
-  return element(name, unpack(layers))
+  -- not as arguments: there may be a million
+  return element(name, table.concat(layers, "\n"))
 end
 
 local function weight_at(weight, x, y, z)
