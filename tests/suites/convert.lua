@@ -252,6 +252,26 @@ suite:test("names in any encoding, and bodies of very many layers", { limit = 20
   t:equal(host.json.decode(source.read(folder .. "/back.json")).lattice, { 1, 1, 9000 })
 end)
 
+suite:test("a .vxd takes the place of parts of its base", function(t)
+  local folder = t:folder()
+  write(folder .. "/other.vxa", VOXCAD)
+  local vxd = [==[<VXD><StopCondition replace="VXA.Simulator.StopCondition"><StopConditionFormula>
+<mtSUB><mtVAR>t</mtVAR><mtCONST>3</mtCONST></mtSUB></StopConditionFormula></StopCondition>
+<Structure replace="PLACE" Compression="ASCII_READABLE"><X_Voxels>1</X_Voxels>
+<Y_Voxels>1</Y_Voxels><Z_Voxels>2</Z_Voxels><Data><Layer><![CDATA[2]]></Layer>
+<Layer><![CDATA[1]]></Layer></Data></Structure></VXD>]==]
+  write(folder .. "/r.vxd", (vxd:gsub("PLACE", "VXA.VXC.Structure")))
+  convert(t, folder, "r.vxd", "r.json", "--base", "other.vxa")
+  local robot = limax.robot(folder .. "/r.json")
+  t:equal(robot.body.letters, "s\n\ne")
+  t:equal(robot.description.simulation.duration, 3)
+  refused(t, folder, { "r.vxd", "x.json", "--base", "gone.vxa" }, "name its .vxa with --base FILE")
+  refused(t, folder, { "r.vxd", "x.json", "--base", "r.vxd" }, "its root is <VXD>; expected <VXA>")
+  write(folder .. "/odd.vxd", (vxd:gsub("PLACE", "/etc/passwd")))
+  refused(t, folder, { "odd.vxd", "x.json", "--base", "other.vxa" }, "VXD.Structure: replace is",
+    "expected a path such as")
+end)
+
 -- ---- bad and hostile files ----------------------------------------------------------------------
 
 suite:test("a bad .vxa is refused with file, field and what is legal", function(t)

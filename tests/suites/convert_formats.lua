@@ -58,6 +58,18 @@ suite:test("a zip tool finds nothing wrong in .3mf and .npz", function(t)
   end
 end)
 
+suite:test("archives in memory", function(t)
+  local entries = { { "a/b", ("x"):rep(1e5) }, { "c", "\0\1" }, { "empty", "" } }
+  local bytes = host.zip.pack(entries)
+  t:ok(#bytes < 2000)
+  t:equal(host.zip.unpack(bytes), entries)
+  t:raises("an entry is a list { name, bytes }", function() host.zip.pack { "a" } end)
+  t:raises("File already exists", function() host.zip.pack { { "a", "" }, { "a", "" } } end)
+  local value, message = host.zip.unpack(bytes:sub(1, -2))
+  t:equal(value, nil)
+  t:equal(type(message), "string")
+end)
+
 -- ---- VTK ----------------------------------------------------------------------------------------
 
 suite:test("a body at rest is a grid of cubes to meshio", function(t)
