@@ -287,6 +287,23 @@ suite:test("a .vxd takes the place of parts of its base", function(t)
     "expected a path such as")
 end)
 
+suite:test("without actuation muscles keep their amplitude, and do not move", function(t)
+  local folder = stage(t)
+  local still = limax.robot(folder .. "/robot.json"):simulate { duration = 0.1, settle = 0,
+    scene = { gravity = true, ground = true } }
+  still:save(folder .. "/still.json")
+  convert(t, folder, "still.json", "still.vxa")
+  convert(t, folder, "still.vxa", "back.json")
+  local before = host.json.decode(source.read(folder .. "/still.json"))
+  local after = host.json.decode(source.read(folder .. "/back.json"))
+  t:equal(after.materials.materials, before.materials.materials)
+  t:equal({ after.scene.actuation, after.scene.gravity }, { nil, before.scene.gravity })
+  write(folder .. "/hot.vxa", (VOXCAD:gsub("<VaryTempEnabled>1", "<VaryTempEnabled>0")
+    :gsub("<TempAmp>39", "<TempAmp>1000")))
+  convert(t, folder, "hot.vxa", "hot.json")
+  t:equal(limax.robot(folder .. "/hot.json").materials:get(2).kind, "passive")
+end)
+
 -- ---- bad and hostile files ----------------------------------------------------------------------
 
 suite:test("a bad .vxa is refused with file, field and what is legal", function(t)

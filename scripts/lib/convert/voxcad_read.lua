@@ -1,113 +1,18 @@
 --- voxcad_read.lua: a robot from .vxa or .vxd of VoxCad and voxcraft-sim, as the table of a robot
 --- file. SI units; voxcad.lua says how its materials become limax's.
 
+local document = require "limax.convert.voxcad_document"
 local engine = require "limax.engine"
-local host = require "limax.host"
 local input = require "limax.convert.input"
 local robot_file = require "limax.robot_file"
 local settings = require "limax.settings"
-local source = require "limax.source"
 local voxcad = require "limax.convert.voxcad"
+local voxcad_palette = require "limax.convert.voxcad_palette"
+
+local at, child, text_of = document.at, document.child, document.text_of
+local number_at = document.number_at
 
 local voxcad_read = {}
-
--- What a material has that VoxCad's files do not state: as in the paper's table.
-local DAMPING_RATIO, STIFFNESS_FLOOR = 0.1, 0.2
-
--- Letters for materials that come without one, by kind and then any.
-local LETTERS = { expanding = "eE", contracting = "cC", passive = "sb" }
-local ANY = "adfghijklmnopqrtuvwxyz"
-
--- ---- elements -----------------------------------------------------------------------------------
-
-local function child(node, name)
-  for _, each in ipairs(node or {}) do
-    if each.name == name then return each end
-  end
-end
-
--- The element at a path "A.B.C" below a node.
-local function at(node, path)
-  for name in path:gmatch "[^.]+" do node = child(node, name) end
-  return node
-end
-
-local function trimmed(text) return (text:gsub("^%s+", ""):gsub("%s+$", "")) end
-
--- A finite number at a path; `default` where the element is missing.
-local function number_at(file, node, path, default)
-  local found = at(node, path)
-  if not found then
-    if default == nil then input.refuse(file, "%s.%s is missing", node.name, path) end
-    return default
-  end
-  local value = tonumber(trimmed(found.text))
-  if not value or value ~= value or math.abs(value) == math.huge then
-    input.refuse(file, "%s.%s is %q; expected a number", node.name, path,
-      trimmed(found.text):sub(1, 40))
-  end
-  return value
-end
-
--- The text of an element below a node, empty where either is missing.
-local function text_of(node, name)
-  local found = child(node, name)
-  return found and trimmed(found.text) or ""
-end
-
-local function parse(path)
-  local root, message = host.xml(input.read(path), path)
-  if not root then input.refuse(path, "%s", message:sub(#path + 3)) end
-  return root
-end
-
--- Puts an element of a .vxd in the place that its attribute `replace` names.
-local function replace(file, root, element)
-  local names = {}
-  for name in element.attributes.replace:gmatch "[^.]+" do names[#names + 1] = name end
-  if names[1] ~= "VXA" or #names < 2 then
-    input.refuse(file, "VXD.%s: replace is %q; expected a path such as \"VXA.VXC.Structure\"",
-      element.name, element.attributes.replace:sub(1, 60))
-  end
-  local node = root
-  for k = 2, #names - 1 do
-    local below = child(node, names[k])
-    if not below then
-      below = { name = names[k], text = "", attributes = {} }
-      node[#node + 1] = below
-    end
-    node = below
-  end
-  for i, each in ipairs(node) do
-    if each.name == names[#names] then
-      node[i] = element
-      return
-    end
-  end
-  node[#node + 1] = element
-end
-
--- The whole document: of a .vxd, its base with what it replaces.
-local function document(path, base)
-  local root = parse(path)
-  if root.name == "VXA" then return root end
-  if root.name ~= "VXD" then
-    input.refuse(path, "its root is <%s>; expected <VXA> or <VXD>", root.name:sub(1, 40))
-  end
-  base = base or source.folder_of(path) .. "/base.vxa"
-  if host.file.exists(base) ~= "file" then
-    input.refuse(path, "a .vxd has no materials: name its .vxa with --base FILE, or put it beside"
-      .. " it as base.vxa")
-  end
-  local whole = parse(base)
-  if whole.name ~= "VXA" then
-    input.refuse(base, "its root is <%s>; expected <VXA>", whole.name:sub(1, 40))
-  end
-  for _, element in ipairs(root) do
-    if element.attributes.replace then replace(path, whole, element) end
-  end
-  return whole
-end
 
 -- ---- voxels -------------------------------------------------------------------------------------
 
@@ -171,112 +76,6 @@ local function numbers_of(file, structure, name, lattice)
   return grid
 end
 
--- ---- materials ----------------------------------------------------------------------------------
-
-local function free_letter(kind, taken)
-  for letter in (LETTERS[kind] .. ANY .. ANY:upper()):gmatch "." do
-    if not taken[letter] then
-      taken[letter] = true
-      return letter
-    end
-  end
-end
-
-local function free_name(name, taken)
-  -- the file's encoding may be anything, a robot file's is UTF-8
-  name = name:gsub("[^%w%p ]", "_"):sub(1, 40)
-  if name == "" then name = "material" end
-  local free, n = name, 1
-  while taken[free] or free == "empty" do
-    n = n + 1
-    free = ("%s %d"):format(name, n)
-  end
-  taken[free] = true
-  return free
-end
-
--- Letters that materials state, by the first that does, and all that are taken by that.
-local function stated_letters(root)
-  local stated_by, taken = {}, { ["."] = true }
-  for _, element in ipairs(at(root, "VXC.Palette") or {}) do
-    local letter = text_of(child(element, "Limax"), "Letter")
-    if letter:find "^[!-~]$" and not taken[letter] then
-      stated_by[letter], taken[letter] = element, true
-    end
-  end
-  return stated_by, taken
-end
-
--- The palette as limax's materials, the empty one not among them.
-local function palette_of(file, root, edge, swing)
-  local limits, list, names = engine.materials "paper", {}, {}
-  local stated_by, letters = stated_letters(root)
-  for _, element in ipairs(at(root, "VXC.Palette") or {}) do
-    if element.name == "Material" then
-      local own = child(element, "Limax")
-      local where = ("VXC.Palette.Material %d"):format(#list + 1)
-      local function legal(field, value, said)
-        local range = limits:field(field)
-        if value < range.minimum or value > range.maximum then
-          input.refuse(file, "%s: %s is a %s of %.6g; legal are %.6g to %.6g %s", where, said,
-            field, value, range.minimum, range.maximum, range.unit)
-        end
-        return value
-      end
-      local function number(path, default) return number_at(file, element, path, default) end
-      local strain = number("Mechanical.CTE", 0) * swing
-      local kind = strain > 0 and "expanding" or strain < 0 and "contracting" or "passive"
-      local stated, letter = text_of(own, "Kind"), text_of(own, "Letter")
-      -- a muscle of amplitude 0
-      if strain == 0 and LETTERS[stated] then kind = stated end
-      if stated_by[letter] ~= element then letter = free_letter(kind, letters) end
-      local modulus, density = number "Mechanical.Elastic_Mod", number "Mechanical.Density"
-      local material = { letter = letter, kind = kind,
-        name = free_name(text_of(element, "Name"), names),
-        stiffness = legal("stiffness", voxcad.rounded(modulus * edge / voxcad.MODULUS),
-          ("Elastic_Mod %g Pa"):format(modulus)),
-        mass_per_site = legal("mass_per_site", voxcad.rounded(density * edge ^ 3),
-          ("Density %g kg/m^3"):format(density)),
-        damping_ratio = legal("damping_ratio", number("Limax.DampingRatio", DAMPING_RATIO),
-          "Limax.DampingRatio"),
-        stiffness_floor = legal("stiffness_floor",
-          number("Limax.StiffnessFloor", STIFFNESS_FLOOR), "Limax.StiffnessFloor") }
-      if kind ~= "passive" then
-        material.amplitude = legal("amplitude", voxcad.rounded(math.abs(strain)),
-          ("CTE times TempAmplitude"))
-        material.phase = legal("phase", number("Limax.Phase", math.pi), "Limax.Phase")
-      end
-      list[#list + 1] = material
-      -- not limax's own fields, and taken away again
-      material.index, material.static = #list, number("Mechanical.uStatic", 0)
-      material.kinetic = number("Mechanical.uDynamic", 0)
-    end
-  end
-  if #list == 0 or #list > voxcad.MOST_MATERIALS then
-    input.refuse(file, "VXC.Palette has %d materials; legal are 1 to %d", #list,
-      voxcad.MOST_MATERIALS)
-  end
-  return list, letters, names
-end
-
--- The muscle that does the opposite: found in the list, or added to it.
-local function twin_of(material, list, letters, names)
-  local kind = material.kind == "expanding" and "contracting" or "expanding"
-  for _, other in ipairs(list) do
-    local same = other.kind == kind
-    for _, field in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude",
-      "stiffness_floor" } do
-      same = same and other[field] == material[field]
-    end
-    if same then return other end
-  end
-  local twin = source.copy(material)
-  twin.kind, twin.name, twin.index = kind, free_name(material.name, names), #list + 1
-  twin.letter = free_letter(kind, letters)
-  list[#list + 1] = twin
-  return twin
-end
-
 -- ---- the whole ----------------------------------------------------------------------------------
 
 -- Phases in radians [z][i] and the material of each voxel, by what a sine allows: a phase beyond
@@ -289,7 +88,7 @@ local function phases_of(offsets, data, list, letters, names)
       local material, turn = list[index], offsets and offsets[z][i] or 0
       turn = turn - math.floor(turn)
       if turn > 0.5 and material and material.kind ~= "passive" then
-        material, turn = twin_of(material, list, letters, names), turn - 0.5
+        material, turn = voxcad_palette.twin_of(material, list, letters, names), turn - 0.5
       end
       phases[z][i], used[z][i] = 2 * math.pi * math.min(turn, 0.5), material
     end
@@ -305,7 +104,7 @@ local function phases_of(offsets, data, list, letters, names)
   return phases, used
 end
 
-local function scene_of(file, root, swing, first, notes)
+local function scene_of(file, root, swings, first, notes)
   local environment = child(root, "Environment") or { name = "Environment" }
   local function number(path, default) return number_at(file, environment, path, default) end
   local scene = { damping = true }
@@ -316,7 +115,7 @@ local function scene_of(file, root, swing, first, notes)
     scene.ground = true
     scene.friction = { static = first.static, kinetic = first.kinetic }
   end
-  if swing ~= 0 then
+  if swings then
     local period = number("Thermal.TempPeriod", 0.1)
     if not (period > 0) then
       input.refuse(file, "Environment.Thermal.TempPeriod is %g; legal is above 0 s", period)
@@ -332,17 +131,18 @@ local function scene_of(file, root, swing, first, notes)
   return input.about(file, function() return engine.scene(scene):table() end)
 end
 
--- Degrees by which the temperature swings; 0 where it does not.
+-- Degrees by which the temperature swings, and whether it does.
 local function swing_of(file, root)
   local thermal = at(root, "Environment.Thermal")
-  if not thermal or number_at(file, thermal, "VaryTempEnabled", 0) == 0
-    or number_at(file, thermal, "TempEnabled", 1) == 0 then
-    return 0
+  if not thermal then return 0, false end
+  local swings = number_at(file, thermal, "VaryTempEnabled", 0) ~= 0
+    and number_at(file, thermal, "TempEnabled", 1) ~= 0
+  if child(thermal, "TempAmplitude") then
+    return number_at(file, thermal, "TempAmplitude"), swings
   end
-  if child(thermal, "TempAmplitude") then return number_at(file, thermal, "TempAmplitude") end
   -- VoxCad's older files state the highest temperature
   local base = number_at(file, thermal, "TempBase", 25)
-  return number_at(file, thermal, "TempAmp", base) - base
+  return number_at(file, thermal, "TempAmp", base) - base, swings
 end
 
 local KNOWN = { X_Voxels = true, Y_Voxels = true, Z_Voxels = true, Data = true, PhaseOffset = true,
@@ -358,7 +158,7 @@ local function note_losses(file, root, structure, list, notes)
   for _, element in ipairs(at(root, "VXC.Palette")) do
     local ratio = at(element, "Mechanical.Poissons_Ratio")
     phase = phase or number_at(file, element, "Mechanical.MaterialTempPhase", 0) ~= 0
-    poisson = poisson or ratio and tonumber(trimmed(ratio.text)) ~= voxcad.POISSON
+    poisson = poisson or ratio and tonumber(ratio.text) ~= voxcad.POISSON
   end
   for _, material in ipairs(list) do
     differ = differ or material.static ~= list[1].static or material.kinetic ~= list[1].kinetic
@@ -390,7 +190,7 @@ end
 ---@param notes string[]
 ---@return limax.robot.description
 function voxcad_read.read(path, options, notes)
-  local root = document(path, options.base)
+  local root = document.open(path, options.base)
   local structure = at(root, "VXC.Structure")
   if not structure then input.refuse(path, "VXC.Structure is missing") end
   local compression = structure.attributes.Compression or "ASCII_READABLE"
@@ -408,12 +208,13 @@ function voxcad_read.read(path, options, notes)
     input.refuse(path, "VXC.Lattice.Lattice_Dim is %g; legal are 1e-6 to 1000 m", edge)
   end
 
-  local swing = swing_of(path, root)
-  local list, letters, names = palette_of(path, root, edge, swing)
+  local swing, swings = swing_of(path, root)
+  local list, letters, names = voxcad_palette.read(path, root, edge, swing,
+    swings)
   local data = data_of(path, structure, lattice, #list)
   note_losses(path, root, structure, list, notes)
   local offsets = numbers_of(path, structure, "PhaseOffset", lattice)
-  local scene = scene_of(path, root, swing, list[1], notes)
+  local scene = scene_of(path, root, swings, list[1], notes)
   local phases, used = phases_of(offsets, data, list, letters, names)
 
   local weights = { stiffness = 1, amplitude = 1 }
@@ -440,20 +241,13 @@ function voxcad_read.read(path, options, notes)
     end
   end
 
-  local materials = { schema = "limax.materials/1", name = "voxcad",
-    fields = engine.materials("paper"):table().fields,
-    materials = { { name = "empty", letter = ".", kind = "empty" } } }
-  for i, material in ipairs(list) do
-    material.index, material.static, material.kinetic = nil, nil, nil
-    materials.materials[i + 1] = material
-  end
   local simulation = { edge = edge }
   local formula = at(root, "Simulator.StopCondition.StopConditionFormula.mtSUB")
   if formula and text_of(formula, "mtVAR") == "t" then
     simulation.duration = number_at(path, formula, "mtCONST")
   end
   return { schema = robot_file.schema, lattice = lattice, edge = edge, voxels = voxels,
-    weights = weights, materials = materials, scene = scene,
+    weights = weights, materials = voxcad_palette.table(list), scene = scene,
     simulation = input.about(path, settings.simulation_options, simulation) }
 end
 
