@@ -23,20 +23,6 @@ local function place(site, nx, ny)
   return { x, y, (row - y) / (ny + 1) }
 end
 
--- The centre of the voxel behind a face: half an edge against its normal from its own centre.
-local function voxel_of(corners)
-  local centre, a, b = { 0, 0, 0 }, {}, {}
-  for k = 1, 3 do
-    for _, corner in ipairs(corners) do centre[k] = centre[k] + corner[k] / 4 end
-    a[k], b[k] = corners[2][k] - corners[1][k], corners[3][k] - corners[2][k]
-  end
-  for k = 1, 3 do
-    local i, j = k % 3 + 1, (k + 1) % 3 + 1
-    centre[k] = centre[k] - (a[i] * b[j] - a[j] * b[i]) / 2
-  end
-  return centre
-end
-
 -- Sides of faces by the edge that they lie on: two, or four where voxels touch along an edge.
 local function sides_by_edge(faces)
   local edges, order = {}, {}
@@ -130,9 +116,8 @@ function surface.of(voxel)
   local faces = skin.faces(voxel, setmetatable({}, { __index = function(_, site) return site end }))
   local voxels = {}
   for f, face in ipairs(faces) do
-    local corners = {}
-    for k = 1, 4 do corners[k] = place(face.corners[k], nx, ny) end
-    voxels[f] = voxel_of(corners)
+    local x, y, z = unpack(face.voxel)
+    voxels[f] = { x - 0.5, y - 0.5, z - 0.5 } -- its centre
   end
 
   local find, unite = join(4 * #faces)
