@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "archive.h"
 #include "files.h"
 #include "globals.h"
 #include "guard.h"
@@ -26,6 +27,7 @@
 #include "signals.h"
 #include "time_limit.h"
 #include "url.h"
+#include "xml.h"
 
 namespace limax::host {
 namespace {
@@ -94,6 +96,8 @@ void open_host(lua_State* L, const command_line& line) {
     open_json(L);
     open_http(L);
     open_url(L);
+    open_xml(L);
+    open_archives(L);
     open_files(L);
     open_images(L);
     open_machine(L);

@@ -65,6 +65,18 @@
 ---@field loopback boolean does it mean this machine?
 ---@field credentials boolean a user or a password stands in it
 
+-- Its children are its list.
+---@class limax.host.element
+---@field name string
+---@field text string its own, CDATA included
+---@field attributes table<string, string>
+
+-- Entries are { name, bytes }. At most 1000 entries and 256 MiB are unpacked, in memory; a name
+-- that leaves the archive is refused.
+---@class limax.host.zip
+---@field pack fun(entries: string[][]): string the same bytes at any time
+---@field unpack fun(archive: string): string[][]|nil, string|nil
+
 ---@class limax.host.sandboxed
 ---@field source string Lua text that returns a function(text, limits)
 ---@field name string of the source, "=parse.lua"
@@ -129,6 +141,9 @@
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil
 ---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it
+---@field zip limax.host.zip
+---@field xml fun(text: string, origin?: string): limax.host.element|nil, string|nil the root; a
+--- document type is refused, entities other than XML's own are not expanded
 ---@field clock fun(): number s, never steps back
 ---@field wait fun(seconds: number) Ctrl-C ends it at once
 ---@field time fun(): string "2026-11-21T10:15:03Z"

@@ -28,7 +28,7 @@ need_packages() {
 }
 
 build_packages=(g++ cmake ninja-build pkg-config libluajit-5.1-dev libeigen3-dev libcurl4-openssl-dev
-    nlohmann-json3-dev doctest-dev libedit-dev zlib1g-dev libpng-dev libgif-dev libjs-three)
+    nlohmann-json3-dev doctest-dev libedit-dev zlib1g-dev libpng-dev libgif-dev libpugixml-dev libzip-dev libjs-three)
 
 # configure_and_build [CMake options]: Release by default, into $build.
 configure_and_build() {

@@ -136,8 +136,11 @@ function motion.round_length(most)
   return power
 end
 
--- A rate for `position` that leaves the time step as it was: one of those that are recorded anyway.
-local function position_rate(record)
+--- A rate for `position` that leaves the time step as it was: one of those that are recorded
+--- anyway.
+---@param record table<string, integer>
+---@return integer Hz
+function motion.position_rate(record)
   local best
   for _, kind in ipairs(defaults.traces) do
     local rate = record[kind] or 0
@@ -165,7 +168,7 @@ end
 function motion.simulate(robot, options)
   options = options or {}
   local own = robot.description.simulation and robot.description.simulation.record or {}
-  local record = { position = position_rate(own) }
+  local record = { position = motion.position_rate(own) }
   for kind, rate in pairs(own) do
     if kind ~= "position" then record[kind] = rate end
   end

@@ -1,0 +1,103 @@
+--- metrics.lua: the lines of a run's metrics.jsonl as rows of plain values, for tables and curves:
+--- `quantiles.q10` is the field q10 of the object quantiles.
+
+local choice = require "limax.choice"
+local host = require "limax.host"
+local input = require "limax.convert.input"
+
+local metrics = {}
+
+local function flatten(value, name, row)
+  if type(value) ~= "table" then
+    if value ~= host.json.null then row[name] = value end
+    return
+  end
+  for key, entry in pairs(value) do
+    flatten(entry, name == "" and tostring(key) or ("%s.%s"):format(name, tostring(key)), row)
+  end
+end
+
+-- The lines of one file of a run folder, decoded.
+local function lines_of(path)
+  local list, number = {}, 0
+  for line in input.read(path):gmatch "[^\n]+" do
+    number = number + 1
+    local value, message = host.json.decode(line, ("%s: line %d"):format(path, number))
+    if type(value) ~= "table" then input.refuse(path, "%s", message or "expected objects") end
+    list[number] = value
+  end
+  return list
+end
+
+--- Rows of a run, in its order.
+---@param folder string
+---@return table<string, any>[] rows by name of column
+---@return string[] names repetition and generation, then the rest in order of the alphabet
+function metrics.read(folder)
+  local rows, seen = {}, {}
+  local path = folder .. "/metrics.jsonl"
+  for i, line in ipairs(lines_of(path)) do
+    if type(line.repetition) ~= "number" or type(line.generation) ~= "number" then
+      input.refuse(path, "line %d has no repetition or no generation", i)
+    end
+    line.schema = nil
+    rows[i] = {}
+    flatten(line, "", rows[i])
+    for name in pairs(rows[i]) do seen[name] = true end
+  end
+  seen.repetition, seen.generation = nil, nil
+  local names = { "repetition", "generation" }
+  for _, name in ipairs(choice.sorted_keys(seen)) do names[#names + 1] = name end
+  return rows, names
+end
+
+-- Seconds since 1970 of "2026-11-21T10:15:03Z": days from the civil calendar, whose year is taken
+-- to begin in March, so that the leap day is its last.
+local function seconds_of(text)
+  local year, month, day, hour, minute, second =
+    tostring(text):match "^(%d%d%d%d)-(%d%d)-(%d%d)T(%d%d):(%d%d):(%d%d)Z$"
+  if not year then return 0 end
+  year, month = tonumber(year), tonumber(month)
+  if month <= 2 then year, month = year - 1, month + 12 end
+  local days = 365 * year + math.floor(year / 4) - math.floor(year / 100) + math.floor(year / 400)
+    + math.floor((153 * (month - 3) + 2) / 5) + day - 1 - 719468
+  return ((days * 24 + hour) * 60 + minute) * 60 + second
+end
+
+--- When each generation ended, s since 1970: [repetition][generation].
+---@param folder string
+---@return table<integer, table<integer, number>>
+function metrics.times(folder)
+  local times = {}
+  for _, line in ipairs(lines_of(folder .. "/timing.jsonl")) do
+    times[line.repetition] = times[line.repetition] or {}
+    times[line.repetition][line.generation] = seconds_of(line.ended)
+  end
+  return times
+end
+
+local function cell(value)
+  if value == nil then return "" end
+  if type(value) == "number" then
+    local short = ("%.15g"):format(value)
+    return tonumber(short) == value and short or ("%.17g"):format(value)
+  end
+  local text = tostring(value)
+  return text:find '[",\r\n]' and '"' .. text:gsub('"', '""') .. '"' or text
+end
+
+--- A table of a run's metrics as CSV (RFC 4180); what a line lacks is empty.
+---@param folder string
+---@return string
+function metrics.csv(folder)
+  local rows, names = metrics.read(folder)
+  local lines = { table.concat(names, ",") }
+  for _, row in ipairs(rows) do
+    local cells = {}
+    for k, name in ipairs(names) do cells[k] = cell(row[name]) end
+    lines[#lines + 1] = table.concat(cells, ",")
+  end
+  return table.concat(lines, "\r\n") .. "\r\n"
+end
+
+return metrics
