@@ -1,0 +1,322 @@
+--- test_running.lua: how `limax test` runs tests: matrices, fixtures, orders, processes, limits;
+--- and goldens, from the first recording to a change with its reason.
+
+local compare = require "limax.test.compare"
+local host = require "limax.host"
+local source = require "limax.source"
+local test = require "limax.test"
+local trials = require "support.trial"
+
+local HEAD, limax, contains, trial = trials.HEAD, trials.limax, trials.contains, trials.file
+
+-- ---- instances, limits, isolation --------------------------------------------------------------
+
+local running = test.suite "limax test, running"
+
+running:test("a test runs once for each device and number of threads", function(t)
+  local path = trial(t, [[
+suite:test("matrix", { devices = { "cpu" }, threads = { 1, 2 } }, function(t)
+  t:equal({ t.device.kind, t.device.threads }, { "cpu", t.threads })
+end)
+suite:test("plain", function(t) t:equal({ t.device, t.threads }, {}) end)
+suite:test("everywhere", { devices = "all" }, function(t) t:note(t.device.kind) end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 0)
+  contains(t, output, "ok   trial: matrix [cpu, 1 thread]\n  ok   trial: matrix [cpu, 2 threads]\n")
+  contains(t, output, "ok   trial: everywhere [cpu]\n       # cpu\n")
+  t:ok(output:find("ok   trial: everywhere [cuda]", 1, true)
+    or output:find "skip trial: everywhere %[cuda%] %(.+%)", output)
+end)
+
+running:test("a matrix is every combination, and options of a simulation", function(t)
+  local path = trial(t, [[
+suite:test("all", { devices = "cpu", precisions = { "single", "double" }, integrators = "all",
+  seeds = { 3, 4 } }, function(t)
+  local o = t:with { duration = 2 }
+  t:equal({ o.device, o.precision, o.integrator, o.duration },
+    { t.device, t.precision, t.integrator, 2 })
+  t:ok(t.seed == 3 or t.seed == 4)
+end)
+suite:test("impossible", { devices = "cuda", integrators = "rk4" }, function() end)
+suite:test("later", { skip = "no rock here" }, function() error "never" end)
+]])
+  local output, status = limax("test", path)
+  t:ok(status == 0, output)
+  contains(t, output, "ok   trial: all [cpu, single, leapfrog, seed 3]")
+  contains(t, output, "ok   trial: all [cpu, double, xpbd, seed 4]")
+  contains(t, output, "skip trial: impossible [cuda, rk4] (rk4 runs on the cpu alone)")
+  contains(t, output, "skip trial: later (no rock here)")
+  contains(t, output, "\n16 passed, 0 failed, 2 skipped\n")
+  path = trial(t, 'suite:test("a", { precisions = "doubel" }, function() end)\n')
+  contains(t, limax("test", path), ':2: precisions: unknown precision "doubel"; did you mean')
+end)
+
+running:test("fixtures are made when asked for and ended in time", function(t)
+  local path = trial(t, [[
+local log = {}
+local function write(text) log[#log + 1] = text end
+suite:fixture("own", { close = function(value) write("end " .. value) end }, function(t)
+  write("make for " .. t.name)
+  return "own " .. t.name
+end)
+suite:fixture("common", { shared = true, close = function() io.stdout:write "closed\n" end },
+  function() write "common"; return {} end)
+suite:test("a", function(t)
+  t:equal({ t:fixture "own", t:fixture "own" }, { "own a", "own a" })
+  t:fixture("common").seen = true
+end)
+suite:test("b", function(t)
+  t:fixture "own"
+  t:ok(t:fixture("common").seen)
+  t:equal(log, { "make for a", "common", "end own a", "make for b" })
+end)
+suite:test("c", function(t) t:fixture "comon" end)
+]])
+  local output = limax("test", path)
+  contains(t, output, ':19: fixture: the suite has no "comon"; did you mean "common"?')
+  contains(t, output, "closed\n")
+  t:equal(select(2, output:gsub("closed", "")), 1)
+  contains(t, output, "\n2 passed, 1 failed, 0 skipped\n")
+end)
+
+running:test("a drawn order repeats by its number", function(t)
+  local lines = {}
+  for i = 1, 12 do lines[i] = ('suite:test("%d", function() end)\n'):format(i) end
+  local path = trial(t, table.concat(lines))
+  local function order(...)
+    local list, output = {}, limax("test", path, "--tap", ...)
+    for name in output:gmatch "ok %d+ %- trial: (%d+)" do list[#list + 1] = tonumber(name) end
+    return list, output
+  end
+  local plain, drawn = order(), order "--shuffle=7"
+  t:equal(order "--shuffle=7", drawn)
+  t:ok(#compare.equal(plain, drawn) > 0)
+  table.sort(drawn)
+  t:equal(drawn, plain)
+  local _, output = order "--shuffle=0"
+  t:ok(output:find "%-%-shuffle [1-9]", output)
+end)
+
+running:test("processes give the same results, and one that dies costs its file alone", function(t)
+  local folder = t:folder()
+  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
+  for _, name in ipairs { "a", "b", "c" } do
+    local held = name ~= "b" and "true" or "false, 'no luck'"
+    write(name .. ".lua", HEAD .. ('suite:test("%s", function(t) t:ok(%s) end)\n'):format(name,
+      held))
+  end
+  local function counted(...)
+    local output, status = limax("test", folder, ...)
+    return output:match "%d+ passed, %d+ failed, %d+ skipped", status, output
+  end
+  local one, status = counted()
+  t:equal((counted "--jobs=3"), one)
+  local _, same, output = counted "--jobs=2"
+  t:equal({ status, same }, { 1, 1 })
+  contains(t, output, "b.lua\n  FAIL trial: b\n        " .. folder .. "/b.lua:2: no luck")
+  contains(t, output, "--only 'trial: b'")
+  write("d.lua", HEAD .. 'suite:test("first", function() end)\n'
+    .. 'suite:test("dies", function() os.exit(7) end)\nsuite:test("never", function() end)\n')
+  write("e.lua", "local x = = 1\n")
+  one, _, output = counted "--jobs=2"
+  t:equal(one, "3 passed, 4 failed, 0 skipped")
+  contains(t, output, "its process ended with status 7 before this test did")
+  contains(t, output, "e.lua:1: unexpected symbol")
+end)
+
+running:test("a limit ends a simulation and fails a slow test", function(t)
+  local path = trial(t, [[
+local engine = require "limax.engine"
+suite:test("simulates", { limit = 0.2 }, function()
+  local materials = engine.materials "paper"
+  local body = engine.population { lattice = { 3, 3, 3 }, count = 1 }
+  local voxels = {}
+  for i = 1, 27 do voxels[i] = 1 end
+  body:set_body(1, voxels)
+  body:check(materials)
+  engine.simulation(body, materials, engine.scene {}, { duration = 1e5 }):run()
+end)
+suite:test("computes", { limit = 0.01 }, function()
+  local stop = os.clock() + 0.05
+  repeat until os.clock() > stop
+end)
+suite:test("is not limited by the one before", function() end)
+]])
+  local output = limax("test", path)
+  contains(t, output, "the time limit of 0.2 s has passed")
+  contains(t, output, "s; its limit is 0.01 s")
+  contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+end)
+
+running:test("files do not see one another's modules", function(t)
+  local folder = t:folder()
+  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
+  host.file.mkdir(folder .. "/mine")
+  write("mine/counter.lua", "return { count = 0 }\n")
+  for _, name in ipairs { "a", "b" } do
+    write(name .. ".lua", HEAD .. [[
+local counter = require "mine.counter"
+counter.count = counter.count + 1
+suite:test("counts", function(t) t:equal(counter.count, 1) end)
+]])
+  end
+  local output, status = limax("test", folder)
+  t:equal(status, 0, output)
+  contains(t, output, "2 passed, 0 failed, 0 skipped")
+end)
+
+running:test("a folder lives as long as its test", function(t)
+  local path = trial(t, [[
+local host = require "limax.host"
+local before
+suite:test("writes", function(t)
+  before = t:folder()
+  host.file.mkdir(before .. "/deep")
+  t:ok(host.file.write_atomic(before .. "/deep/file", "text"))
+  t:ok(t:folder() ~= before)
+end)
+suite:test("is gone", function(t) t:equal(host.file.exists(before), nil) end)
+]])
+  local output, status = limax("test", path)
+  t:equal({ status, output:match "2 passed" }, { 0, "2 passed" })
+end)
+
+-- ---- goldens -----------------------------------------------------------------------------------
+
+local goldens = test.suite "goldens"
+
+goldens:test("are recorded on demand, compared, and refused when they differ", function(t)
+  local path = trial(t, [[
+local value = tonumber(os.getenv "TRIAL_VALUE") or 1
+suite:test("golden", function(t)
+  t:golden("one", { a = { 1, 2.5 }, b = value }, { rtol = 1e-3, why = "a trial" })
+end)
+]])
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  local output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "--update-golden")
+  t:equal(host.file.exists(file), nil)
+  output, status = limax("test", path, "--update-golden")
+  t:equal(status, 0)
+  contains(t, output, "golden one: new")
+  local handle = io.open(file)
+  local text = handle:read "*a"
+  handle:close()
+  local record = host.json.decode(text, file)
+  t:equal(record.values, { a = { 1, 2.5 }, b = 1 })
+  t:equal({ record.schema, record.suite, record.test, record.why, record.rtol },
+    { "limax.golden/2", "trial", "golden", "a trial", 1e-3 })
+  t:ok(record.recorded.compiler and record.recorded.device and record.recorded.limax)
+  output, status = limax("test", path)
+  t:equal({ status, output:match "golden one" }, { 0 })
+  -- the environment of this process is the child's too
+  local child = ("TRIAL_VALUE=1.01 '%s' test '%s' 2>&1"):format(host.executable, path)
+  local pipe = io.popen(child)
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden one: .b: expected 1, got 1.01")
+  contains(t, output, "a trial")
+  -- a change needs its reason, and there is nobody to ask
+  local function update(reason)
+    local opened = io.popen(child .. " --update-golden" .. reason .. " </dev/null")
+    local said = opened:read "*a"
+    opened:close()
+    return said
+  end
+  output = update ""
+  contains(t, output, "golden one: 1 values differ, old -> new\n")
+  contains(t, output, ".b: 1 -> 1.01, relative 0.01")
+  contains(t, output, "it stays as it is: an update needs its reason")
+  t:equal(source.read(file), text)
+  output = update " --reason 'a new law'"
+  contains(t, output, "1 passed, 0 failed")
+  contains(t, output, ".b: 1 -> 1.01, relative 0.01")
+  record = host.json.decode(source.read(file), file)
+  t:equal({ record.values.b, record.class, record.changes }, { 1.01, "short horizon",
+    { { reason = "a new law", change = "1 values differ, old -> new" } } })
+end)
+
+goldens:test("a person at a terminal is asked for the reason", function(t)
+  local path = trial(t, [[
+local value = tonumber(os.getenv "TRIAL_VALUE") or 1
+suite:test("golden", function(t) t:golden("one", { value }) end)
+]])
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  limax("test", path, "--update-golden")
+  local folder = t:folder()
+  local function typed(answer)
+    host.file.write_atomic(folder .. "/type.py", ([[
+import os, pty, sys
+pid, fd = pty.fork()
+if pid == 0:
+    os.environ["TRIAL_VALUE"] = "2"
+    os.execv(%q, ["limax", "test", %q, "--update-golden"])
+text = b""
+while b"as it is)? " not in text: text += os.read(fd, 4096)
+os.write(fd, %q)
+try:
+    while True:
+        more = os.read(fd, 4096)
+        if not more: break
+        text += more
+except OSError: pass
+os.waitpid(pid, 0)
+sys.stdout.buffer.write(text)
+]]):format(host.executable, path, "@"):gsub('"@"', 'b"' .. answer .. '\\n"'))
+    local pipe = io.popen(("timeout 20 python3 '%s/type.py' 2>&1"):format(folder))
+    local said = pipe:read "*a"
+    pipe:close()
+    return said
+  end
+  contains(t, typed "", "it stays as it is: an update needs its reason")
+  t:equal(host.json.decode(source.read(file), file).values, { 1 })
+  contains(t, typed "because", "[1]: 1 -> 2, relative 1")
+  local record = host.json.decode(source.read(file), file)
+  t:equal({ record.values, record.changes[1].reason }, { { 2 }, "because" })
+end)
+
+goldens:test("of another configuration are an error, whatever the values", function(t)
+  local path = trial(t, [[
+local limax = require "limax"
+suite:test("still", { precisions = { "single", "double" }, devices = "all" }, function(t)
+  local robot = limax.robot { voxels = "es" }:simulate(t:with { settle = 0, duration = 0.05,
+    time_step = 1e-4, scene = { gravity = { acceleration = {
+      0, 0, tonumber(os.getenv "TRIAL_VALUE") or -9.81 } } } })
+  t:golden("mass", { robot.body.mass }, { class = "rounding", why = "sums of equal numbers" })
+end)
+]])
+  local output, status = limax("test", path, "--update-golden")
+  t:ok(status == 0, output)
+  output, status = limax("test", path)
+  t:ok(status == 0, output)
+  local pipe = io.popen(("TRIAL_VALUE=-5 '%s' test '%s' 2>&1"):format(host.executable, path))
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden mass is of another configuration (")
+  contains(t, output, "\n0 passed, 2 failed")
+  -- a golden of an earlier schema has no configuration to hold against
+  local file = path:gsub("trial%.lua$", "golden/trial/mass.json")
+  host.file.write_atomic(file, (source.read(file):gsub("golden/2", "golden/1")))
+  output = limax("test", path)
+  contains(t, output, "mass.json is no golden of schema limax.golden/2")
+end)
+
+goldens:test("need a name, finite values and a reason for a tolerance", function(t)
+  local path = trial(t, [[
+suite:test("name", function(t) t:golden("../up", {}) end)
+suite:test("finite", function(t) t:golden("a", { x = { 1, 0 / 0 } }) end)
+suite:test("reason", function(t) t:golden("b", { 1 }, { rtol = 1 }) end)
+suite:test("shared", function(t) t:golden("a", { 1 }) end)
+suite:test("class", function(t) t:golden("c", { 1 }, { class = "near" }) end)
+suite:test("wide", function(t) t:golden("d", { 1 }, { class = "rounding", rtol = 1 }) end)
+]])
+  local output = limax("test", path, "--update-golden")
+  contains(t, output, ":2: golden: a name is made of letters, digits, _ and -")
+  contains(t, output, ":3: a.x[2] is nan: a golden holds finite numbers")
+  contains(t, output, ":4: golden: a tolerance needs its reason")
+  contains(t, output, ':5: golden: "a" belongs to the test "finite"')
+  contains(t, output, ":6: golden: class: near is none; known are: bits, rounding, short horizon")
+  contains(t, output, ':7: golden: rtol 1 is more than the class "rounding" allows, 1e-05')
+end)
