@@ -125,6 +125,44 @@ running:test("processes give the same results, and one that dies costs its file 
   contains(t, output, "e.lua:1: unexpected symbol")
 end)
 
+running:test("a statistic fails where chance does not explain it", function(t)
+  local path = trial(t, [[
+local engine = require "limax.engine"
+local function normal(seed) return 2 + engine.random(seed, 1, "user", 0, 0):normal() end
+local function shifted(seed) return normal(1000 + seed) + 3 end
+local other = {}
+for seed = 1, 20 do other[seed] = normal(500 + seed) end
+suite:test("mean", function(t) t:statistically(normal, { seeds = 20, expected = 2 }) end)
+suite:test("share", function(t)
+  t:statistically(function(seed) return normal(seed) > 2 end, { expected = 0.5, at_least = 0.5 })
+end)
+suite:test("sample", function(t) t:statistically(normal, { seeds = 20, expected = other }) end)
+suite:test("bound", function(t) t:statistically(normal, { at_least = 1.5, at_most = 2.5 }) end)
+suite:test("other mean", function(t) t:statistically(shifted, { seeds = 20, expected = 2 }) end)
+suite:test("other sample", function(t)
+  t:statistically(shifted, { seeds = 20, expected = other })
+end)
+suite:test("not least", function(t) t:statistically(normal, { seeds = 20, at_least = 6 }) end)
+suite:test("not most", function(t) t:statistically(normal, { seeds = 20, at_most = -2 }) end)
+suite:test("few", function(t)
+  t:statistically(shifted, { seeds = { 5, 6 }, expected = { 1, 2, 3 } })
+end)
+suite:test("nothing", function(t) t:statistically(normal, {}) end)
+suite:test("nan", function(t)
+  t:statistically(function() return 0 / 0 end, { expected = 1 })
+end)
+]])
+  local output = limax("test", path)
+  contains(t, output, "\n4 passed, 7 failed, 0 skipped\n")
+  t:ok(output:find "ok   trial: mean\n       # mean [%d.]+ %+%- [%d.]+ of 20 seeds", output)
+  t:ok(output:find ":13: statistically: mean 5[%d.]* %+%- [%d.]+ of 20 seeds %(level 0.0001%); exp",
+    output)
+  contains(t, output, "statistically: the samples differ: p ")
+  contains(t, output, "2 and 3 values cannot differ at the level 0.0001")
+  contains(t, output, "nothing is expected: name expected, at_least or at_most")
+  contains(t, output, "seed 1 gave nan")
+end)
+
 running:test("a limit ends a simulation and fails a slow test", function(t)
   local path = trial(t, [[
 local engine = require "limax.engine"

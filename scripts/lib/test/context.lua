@@ -6,6 +6,7 @@ local host = require "limax.host"
 local compare = require "limax.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.test.golden"
+local statistics = require "limax.test.statistics"
 local suggest = require "limax.suggest"
 
 local context = {}
@@ -89,6 +90,19 @@ end
 ---@param expected any
 function methods:same_bits(got, expected)
   report("same_bits", compare.same_bits(expected, got))
+end
+
+--- Calls `draw` for each seed, and fails where chance would explain its values less often than
+--- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
+--- against another sample by Mann and Whitney's test. The mean is printed.
+---@param draw fun(seed: integer): number|boolean
+---@param options limax.test_statistics
+function methods:statistically(draw, options)
+  options = tolerance_of("statistically", options, { "seeds", "expected", "rtol", "atol",
+    "at_least", "at_most", "level" })
+  local failure, text = statistics.check(draw, options)
+  if failure then fail("statistically: " .. failure) end
+  self:note(text)
 end
 
 --- Fails unless both are equal, element by element; NaN equals NaN.
