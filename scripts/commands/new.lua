@@ -9,8 +9,8 @@ local source = require "limax.source"
 local command = {
   summary = "write an experiment with comments, to be changed",
   usage = "limax new NAME [options]",
-  text = "Writes NAME.lua, which runs as it is; NAME may begin with a folder. A file that is there\n"
-    .. "stays as it is.",
+  text = "Writes NAME.lua, which runs as it is; NAME may begin with a folder. A file that is\n"
+    .. "there stays as it is.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "suite", text = "a suite of regressions for limax test instead" },
