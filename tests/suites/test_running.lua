@@ -73,11 +73,78 @@ suite:test("b", function(t)
 end)
 suite:test("c", function(t) t:fixture "comon" end)
 ]])
+  local spoiled = trial(t, [[
+for _, shared in ipairs { false, true } do
+  suite:fixture(tostring(shared), { shared = shared, close = function() error "stuck" end },
+    function() return 1 end)
+  suite:test("uses " .. tostring(shared), function(t) t:fixture(tostring(shared)) end)
+end
+]])
+  t:equal({ select(2, limax("test", spoiled)), limax("test", spoiled):match "%d+ passed.*" },
+    { 1, "0 passed, 2 failed, 0 skipped\n" })
   local output = limax("test", path)
   contains(t, output, ':19: fixture: the suite has no "comon"; did you mean "common"?')
   contains(t, output, "closed\n")
   t:equal(select(2, output:gsub("closed", "")), 1)
   contains(t, output, "\n2 passed, 1 failed, 0 skipped\n")
+end)
+
+running:test("a test that never returns is ended from outside its process", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    host.file.write_atomic(folder .. "/a.lua", HEAD .. 'suite:test("before", function() end)\n'
+      .. 'suite:test("loops", { limit = 0.2 }, function() while true do end end)\n'
+      .. 'suite:test("after", function() end)\n')
+    local output, status = limax("test", folder, "--jobs=2")
+    t:equal(status, 1)
+    contains(t, output, "ok   trial: before")
+    contains(t, output,
+      "FAIL trial: loops\n        it did not return within 5 s of its limit of 0.2 s")
+    contains(t, output, "its process ended with status 137 before this test did")
+    contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+  end)
+
+running:test("lines of JSON tell everything", function(t)
+  local path = trial(t, [[
+suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  local events = {}
+  for line in limax("test", path, "--json"):gmatch "[^\n]+" do
+    local event = assert(host.json.decode(line, "a line"), line)
+    event.seconds = nil
+    events[#events + 1] = event
+  end
+  t:equal(events, { { event = "begin", total = 2 }, { event = "file", path = path },
+    { event = "start", suite = "trial", test = "fails", limit = 5 },
+    { event = "test", suite = "trial", test = "fails", status = "failed", text = "no luck",
+      where = path .. ":2", notes = { "n" } },
+    { event = "start", suite = "trial", test = "waits" },
+    { event = "test", suite = "trial", test = "waits", status = "skipped", text = "not today",
+      notes = {} },
+    { event = "end", passed = 0, failed = 1, skipped = 1 } })
+end)
+
+running:test("a user's folder of suites runs from any folder", function(t)
+  local folder, elsewhere = t:folder(), t:folder()
+  host.file.mkdir(folder .. "/mine")
+  host.file.write_atomic(folder .. "/mine/size.lua", "return 3\n")
+  host.file.write_atomic(folder .. "/a.lua", HEAD .. [[
+local size = require "mine.size"
+suite:test("golden", function(t) t:golden("size", { size }) end)
+]])
+  local function from(where, word, ...)
+    local pipe = io.popen(("cd '%s' && '%s' test '%s' %s 2>&1"):format(where, host.executable, word,
+      table.concat({ ... }, " ")))
+    local output = pipe:read "*a"
+    pipe:close()
+    return output
+  end
+  contains(t, from(folder, ".", "--update-golden"), "\n1 passed, 0 failed, 0 skipped\n")
+  for _, call in ipairs { { folder, "a.lua" }, { elsewhere, folder }, { "/", folder .. "/a.lua" },
+    { elsewhere, folder, "-j 2" } } do
+    contains(t, from(unpack(call)), "\n1 passed, 0 failed, 0 skipped\n")
+  end
 end)
 
 running:test("a drawn order repeats by its number", function(t)

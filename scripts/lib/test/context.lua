@@ -269,14 +269,22 @@ local function remove(path)
   host.file.remove(path)
 end
 
+--- Ends fixtures, the last made first.
+---@param closing fun()[]
+---@return string|nil failure of the first that failed
+function context.close_all(closing)
+  local wrong
+  for i = #closing, 1, -1 do
+    local fine, message = pcall(closing[i])
+    if not fine then wrong = wrong or ("a fixture's close: " .. tostring(message)) end
+  end
+  return wrong
+end
+
 --- Ends what a test has opened: fixtures, the last made first, then its folders and its device.
 ---@return string|nil failure of a fixture's end
 function methods:close()
-  local wrong
-  for i = #self.closing, 1, -1 do
-    local fine, message = pcall(self.closing[i])
-    if not fine then wrong = wrong or ("a fixture's close: " .. tostring(message)) end
-  end
+  local wrong = context.close_all(self.closing)
   for _, path in ipairs(self.folders) do remove(path) end
   if self.device then self.device:free "its test was over" end
   return wrong

@@ -53,6 +53,8 @@ local function inner(result)
   return table.concat(parts)
 end
 
+function methods:start() end
+
 function methods:result(instance, result)
   local file = self.current
   file.seconds = file.seconds + result.seconds

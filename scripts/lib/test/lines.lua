@@ -1,5 +1,5 @@
---- lines.lua: the results as lines of JSON, one for each file, test and end: for programs, and for
---- the process that runs several others (parallel.lua).
+--- lines.lua: the results as lines of JSON, one for each file, test begun, test ended and the end:
+--- for programs, and for the process that runs several others (parallel.lua).
 
 local host = require "limax.host"
 
@@ -14,6 +14,12 @@ function methods:begin(total) self:line { event = "begin", total = total } end
 
 function methods:file(file)
   self:line { event = "file", path = file.path, failure = file.failure }
+end
+
+-- What runs now, for whoever watches: a test that never returns cannot say so itself.
+function methods:start(instance)
+  self:line { event = "start", suite = instance.suite, test = instance.label,
+    limit = instance.case.limit }
 end
 
 function methods:result(instance, result)

@@ -1,6 +1,7 @@
 --- parallel.lua: runs a plan's files in processes of their own, several at a time. Each child is
 --- `limax test FILE --json`; its lines are told to the reporter when it has ended, so that files
---- are never mixed. A child that dies costs its own file.
+--- are never mixed. A child that dies costs its own file, and so does one whose test does not
+--- return: the limit within a process ends simulations, but no loop of Lua.
 
 local host = require "limax.host"
 local process = require "limax.test.process"
@@ -10,6 +11,10 @@ local parallel = {}
 
 -- seconds between two looks at the children: short against any file of tests
 local LOOK = 0.02
+-- looks between two at what the children run
+local LOOKS = 25
+-- seconds beyond its limit after which a test is ended from outside: it had its chance to say so
+local GRACE = 5
 
 local function words_of(entry, options)
   local words = { process.quoted(host.executable), "test", process.quoted(entry.file.path),
@@ -40,6 +45,25 @@ local function start(entry, folder, number, options)
   return { entry = entry, base = base, pipe = assert(io.popen(line, "r")) }
 end
 
+local function key_of(event) return event.suite .. "\0" .. event.test end
+
+-- Ends a child whose test is far beyond its limit.
+local function watch(child)
+  local last = (source.read(child.base .. ".out") or ""):match "([^\n]*)\n[^\n]*$"
+  local event = last and host.json.decode(last, child.base)
+  if type(event) ~= "table" or event.event ~= "start" or not event.limit then
+    child.now = nil
+    return
+  end
+  local key = key_of(event)
+  if child.now ~= key then child.now, child.since = key, host.clock() end
+  if host.clock() - child.since > event.limit + GRACE and not child.hung then
+    child.hung = { key = key, limit = event.limit }
+    local pid = source.read(child.base .. ".pid")
+    os.execute(("kill -KILL %d 2>/dev/null"):format(tonumber(pid)))
+  end
+end
+
 local function read(path) return source.read(path) or "" end
 
 -- What a child printed, told to the reporter; tests of which it said nothing have failed.
@@ -55,7 +79,7 @@ local function tell(child, reporter, counts)
     if type(event) ~= "table" then
       io.stderr:write(line, "\n")
     elseif event.event == "test" then
-      local key = event.suite .. "\0" .. event.test
+      local key = key_of(event)
       results[#results + 1] = { child.entry.instances[open[key]], event }
       open[key] = nil
     elseif event.event == "file" then
@@ -76,9 +100,14 @@ local function tell(child, reporter, counts)
   if ended then return end
   local status = read(child.base .. ".rc"):match "%d+" or "?"
   for _, instance in ipairs(child.entry.instances) do
-    if open[instance.suite .. "\0" .. instance.label] then
-      result(instance, { status = "failed", seconds = 0, notes = {},
-        text = ("its process ended with status %s before this test did"):format(status) })
+    local key = instance.suite .. "\0" .. instance.label
+    if open[key] then
+      local text = ("its process ended with status %s before this test did"):format(status)
+      if child.hung and child.hung.key == key then
+        text = ("it did not return within %g s of its limit of %g s"):format(GRACE,
+          child.hung.limit)
+      end
+      result(instance, { status = "failed", seconds = 0, notes = {}, text = text })
     end
   end
 end
@@ -99,7 +128,7 @@ function parallel.run_all(plan, options, reporter)
   assert(host.file.mkdir(folder))
   local counts = { passed = 0, failed = 0, skipped = 0 }
   reporter:begin(plan.total)
-  local running, next_file = {}, 1
+  local running, next_file, looks = {}, 1, 0
   local function whole()
     while next_file <= #plan.files or #running > 0 do
       while #running < options.jobs and next_file <= #plan.files do
@@ -107,8 +136,10 @@ function parallel.run_all(plan, options, reporter)
         next_file = next_file + 1
       end
       host.wait(LOOK)
+      looks = looks + 1
       for i = #running, 1, -1 do
         local child = running[i]
+        if looks % LOOKS == 0 then watch(child) end
         if read(child.base .. ".rc") ~= "" then
           table.remove(running, i)
           child.pipe:close()

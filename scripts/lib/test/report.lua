@@ -1,5 +1,5 @@
 --- report.lua: what `limax test` prints: plain lines for people, or TAP version 13 for programs. A
---- reporter is told of each file, each result and the end.
+--- reporter is told of each file, of each test before and after it ran, and of the end.
 
 local runner = require "limax.test.runner"
 local shell = require "limax.shell"
@@ -73,6 +73,8 @@ function plain:file(file)
     self.write(indented(file.failure, "        ") .. "\n")
   end
 end
+
+function plain:start() end
 
 function plain:result(instance, result)
   if result.status == "failed" then self.again:add({ path = self.current }, instance) end
@@ -156,6 +158,8 @@ function tap:file(file)
   end
 end
 
+function tap:start() end
+
 function tap:result(instance, result)
   local name = runner.title(instance)
   local skipped = result.status == "skipped"
@@ -178,7 +182,7 @@ function report.tap(write) return setmetatable({ write = write }, tap) end
 local both = {}
 both.__index = both
 
-for _, event in ipairs { "begin", "file", "result", "finish" } do
+for _, event in ipairs { "begin", "file", "start", "result", "finish" } do
   both[event] = function(self, ...)
     for _, reporter in ipairs(self) do reporter[event](reporter, ...) end
   end

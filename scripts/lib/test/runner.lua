@@ -289,12 +289,16 @@ function runner.run_all(plan, update, reporter)
     local file, state = entry.file, begun(update)
     reporter:file(file)
     if file.failure then counts.failed = counts.failed + 1 end
-    for _, instance in ipairs(entry.instances) do
+    for i, instance in ipairs(entry.instances) do
+      reporter:start(instance)
       local result = runner.run(file, instance, state)
+      local wrong = i == #entry.instances and context.close_all(state.closing)
+      if wrong and result.status == "passed" then
+        result.status, result.text = "failed", wrong
+      end
       counts[result.status] = counts[result.status] + 1
       reporter:result(instance, result)
     end
-    for i = #state.closing, 1, -1 do state.closing[i]() end
   end
   reporter:finish(counts)
   return counts
