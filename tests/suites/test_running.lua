@@ -2,6 +2,7 @@
 
 local compare = require "limax.test.compare"
 local host = require "limax.host"
+local process = require "support.process"
 local test = require "limax.test"
 local trials = require "support.trial"
 
@@ -101,6 +102,25 @@ running:test("a test that never returns is ended from outside its process", { li
     contains(t, output, "its process ended with status 137 before this test did")
     contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
   end)
+
+running:test("an interrupt ends the processes too", { limit = 60 }, function(t)
+  local folder = t:folder()
+  host.file.write_atomic(folder .. "/quick.lua", HEAD .. 'suite:test("quick", function() end)\n')
+  for _, name in ipairs { "long1", "long2" } do
+    host.file.write_atomic(("%s/%s.lua"):format(folder, name), HEAD .. [[
+suite:test("long", function()
+  require("limax").robot { voxels = "es" }:simulate { duration = 1e5, time_step = 1e-5 }
+end)
+]])
+  end
+  local child = process.start(folder, { "test", "quick.lua", "long1.lua", "long2.lua", "-j", "2" })
+  child:wait_for "trial: quick"
+  child:signal "INT"
+  -- it waits for its own processes: that it ends says that they have
+  local status, output = child:finish()
+  t:equal(status, 130)
+  contains(t, output, "limax: interrupted")
+end)
 
 running:test("lines of JSON tell everything", function(t)
   local path = trial(t, [[
