@@ -210,6 +210,7 @@ printing:test("refuses what it cannot understand", function(t)
   refused("--jobs is 0; it must be 1 to 1024", "--jobs=0")
   refused("--tap and --json exclude each other", "--tap", "--json")
   refused("--reason goes with --update-golden", "--reason=why")
+  refused("--junit: there is no folder /nowhere", "--junit=/nowhere/results.xml")
   refused("leave out --jobs", "--update-golden", "--jobs=2")
   -- an installed limax has no suites of its own
   local home = t:folder()

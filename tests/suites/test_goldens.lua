@@ -126,6 +126,31 @@ end)
   contains(t, output, "mass.json is no golden of schema limax.golden/2")
 end)
 
+goldens:test("know what a shared fixture simulated, whichever test made it", function(t)
+  local path = trial(t, [[
+local limax = require "limax"
+suite:fixture("walked", { shared = true }, function()
+  return limax.robot { voxels = "es" }:simulate { settle = 0, duration = 0.05, time_step = 1e-4 }
+end)
+for _, name in ipairs { "a", "b" } do
+  suite:test(name, function(t)
+    t:golden(name, { t:fixture("walked"):distance(), t:fixture("walked").body.mass })
+  end)
+end
+]])
+  local output, status = limax("test", path, "--update-golden")
+  t:ok(status == 0, output)
+  local folder, hashes = path:gsub("trial%.lua$", "golden/trial/"), {}
+  for i, name in ipairs { "a", "b" } do
+    hashes[i] = host.json.decode(source.read(folder .. name .. ".json"), name).configuration
+  end
+  t:equal(hashes[1], hashes[2])
+  for _, word in ipairs { "--only=trial: a", "--only=trial: b", "--shuffle=3" } do
+    output, status = limax("test", path, word)
+    t:ok(status == 0, output)
+  end
+end)
+
 goldens:test("need a name, finite values and a reason for a tolerance", function(t)
   local path = trial(t, [[
 suite:test("name", function(t) t:golden("../up", {}) end)

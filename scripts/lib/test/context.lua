@@ -227,13 +227,22 @@ function methods:fixture(name)
   local key = shared and self.suite .. "\0" .. name or name
   if kept[key] == nil then
     local value
-    if shared then value = fixture.make() else value = fixture.make(self) end
+    if shared then
+      value, self.state.shared_seen[key] = self.witness:aside(fixture.make)
+    else
+      value = fixture.make(self)
+    end
     if value == nil then fail(("fixture: %q made nothing"):format(name)) end
     kept[key] = value
     if fixture.close then
       table.insert(shared and self.state.closing or self.closing,
         function() fixture.close(value) end)
     end
+  end
+  -- whichever test made it: what it simulated belongs to the goldens of all that use it
+  if shared and not self.made[key] then
+    self.made[key] = true
+    self.witness:add(self.state.shared_seen[key])
   end
   return kept[key]
 end

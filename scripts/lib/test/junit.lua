@@ -1,6 +1,7 @@
 --- junit.lua: the results as JUnit's XML, which continuous integration reads. The file is written
 --- once, at the end; times in seconds.
 
+local failure = require "limax.failure"
 local host = require "limax.host"
 
 local junit = {}
@@ -78,6 +79,13 @@ end
 
 --- A reporter that leaves its file at `path`.
 ---@param path string
-function junit.reporter(path) return setmetatable({ path = path, files = {} }, methods) end
+function junit.reporter(path)
+  local folder = path:match "^(.*)/" or "."
+  -- said before the tests run, and not after
+  if host.file.exists(folder == "" and "/" or folder) ~= "folder" then
+    failure.raise(2, ("--junit: there is no folder %s"):format(folder))
+  end
+  return setmetatable({ path = path, files = {} }, methods)
+end
 
 return junit

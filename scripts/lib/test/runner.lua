@@ -177,12 +177,14 @@ end
 ---@field goldens table<string, string> the test that owns each golden of the file
 ---@field recorded table<string, boolean> goldens that this run has recorded
 ---@field shared table<string, any> shared fixtures by suite and name
+---@field shared_seen table<string, string[]> hashes of what each simulated when it was made
 ---@field closing fun()[] what ends them
 
 ---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
 ---@return limax.test_file_state
 local function begun(update)
-  return { update = update, goldens = {}, recorded = {}, shared = {}, closing = {} }
+  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
+    closing = {} }
 end
 
 -- Why an instance does not run, and with which outcome.

@@ -49,6 +49,25 @@ end
 --- Ends it.
 function methods:finish() engine.simulation = self.before end
 
+--- Calls `make` and keeps what it simulates apart.
+---@param make fun(): any
+---@return any value that it returned
+---@return string[] hashes
+function methods:aside(make)
+  local own = self.hashes
+  self.hashes = {}
+  local value = make()
+  local apart = self.hashes
+  self.hashes = own
+  return value, apart
+end
+
+--- Adds what was kept apart.
+---@param hashes string[]
+function methods:add(hashes)
+  for _, hash in ipairs(hashes) do table.insert(self.hashes, hash) end
+end
+
 --- The hash of all that was seen so far, and of what the test adds; nil of nothing.
 ---@param added table|nil
 ---@return string|nil
