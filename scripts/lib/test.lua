@@ -14,6 +14,9 @@ local suggest = require "limax.suggest"
 
 local test = {}
 
+--- The devices that `devices = "all"` stands for, in the order in which they are tried.
+test.DEVICES = axes.list[1].all
+
 local OPTIONS = { "limit", "skip", "tags" }
 for _, axis in ipairs(axes.list) do OPTIONS[#OPTIONS + 1] = axis.option end
 local FIXTURE_OPTIONS = { "close", "shared" }

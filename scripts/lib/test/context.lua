@@ -312,6 +312,23 @@ end
 ---@field state limax.test_file_state what the file's tests share
 ---@field witness limax.test_witness what the test has simulated
 
+-- What a file's tests share.
+---@class limax.test_file_state
+---@field update limax.golden_update|nil
+---@field goldens table<string, string> the test that owns each golden of the file
+---@field recorded table<string, boolean> goldens that this run has recorded
+---@field shared table<string, any> shared fixtures by suite and name
+---@field shared_seen table<string, string[]> hashes of what each simulated when it was made
+---@field closing fun()[] what ends them
+
+--- Begins a file.
+---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
+---@return limax.test_file_state
+function context.file_state(update)
+  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
+    closing = {} }
+end
+
 --- Makes a `t`.
 ---@param fields limax.test_setting
 ---@return limax.test_context

@@ -171,22 +171,6 @@ local function outcome(fine, value, trace)
   return { status = "failed", text = own_lines(trace or value) }
 end
 
--- What a file's tests share.
----@class limax.test_file_state
----@field update limax.golden_update|nil
----@field goldens table<string, string> the test that owns each golden of the file
----@field recorded table<string, boolean> goldens that this run has recorded
----@field shared table<string, any> shared fixtures by suite and name
----@field shared_seen table<string, string[]> hashes of what each simulated when it was made
----@field closing fun()[] what ends them
-
----@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
----@return limax.test_file_state
-local function begun(update)
-  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
-    closing = {} }
-end
-
 -- Why an instance does not run, and with which outcome.
 local function kept_from_running(instance)
   if instance.case.skip then return nil, { status = "skipped", text = instance.case.skip } end
@@ -288,7 +272,7 @@ function runner.run_all(plan, update, reporter)
   local counts = { passed = 0, failed = 0, skipped = 0 }
   reporter:begin(plan.total)
   for _, entry in ipairs(plan.files) do
-    local file, state = entry.file, begun(update)
+    local file, state = entry.file, context.file_state(update)
     reporter:file(file)
     if file.failure then counts.failed = counts.failed + 1 end
     for i, instance in ipairs(entry.instances) do
