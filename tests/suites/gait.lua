@@ -5,15 +5,18 @@
 local limax = require "limax"
 local suite = require("limax.test").suite "gait"
 
--- Measured: 0.79 to 1.15 m in 5 s under leapfrog, symplectic Euler and XPBD, for starts a tenth of
--- a millimetre apart; evolved walkers spread five times as far, and would say less.
+-- Measured at 1 Hz: 0.43 to 0.47 m in 5 s under leapfrog, symplectic Euler and XPBD, the same to a
+-- millimetre for starts a tenth of a millimetre apart: slow waves lift no foot far, and contact
+-- stays tame. At 2 Hz it is 0.76 to 1.0 m.
 suite:fixture("walker", { shared = true }, function()
   return limax.robot { voxels = "eeeee\neeeee\n\nsssss\nsssss",
     weights = { phase = function(x) return (x - 1) / 4 end } }
 end)
 
+local DRIVE = { frequency = 1 } -- Hz
+
 local function five_seconds(t, options)
-  options.scene = options.scene or limax.scenes.land()
+  options.scene = options.scene or limax.scenes.land { actuation = DRIVE }
   options.settle, options.duration, options.time_step = 0.5, 5, "auto"
   return t:fixture("walker"):simulate(t:with(options))
 end
@@ -23,8 +26,9 @@ local METHODS = { "leapfrog", "symplectic_euler", "xpbd" }
 suite:test("the first half second is the recorded one", { devices = "all",
   integrators = { "leapfrog", "symplectic_euler" }, precisions = { "compensated", "double" } },
   function(t)
-    local walked = t:fixture("walker"):simulate(t:with { scene = limax.scenes.land(),
-      settle = 0.2, duration = 0.5, time_step = 5e-5, record = { center_of_mass = 20 } })
+    local walked = t:fixture("walker"):simulate(t:with {
+      scene = limax.scenes.land { actuation = DRIVE }, settle = 0.2, duration = 0.5,
+      time_step = 5e-5, record = { center_of_mass = 20 } })
     t:golden("half_second", { center_of_mass = walked:trace "center_of_mass" },
       { class = "short horizon", why = "before the chaos of contact pulls the methods apart" })
   end)
@@ -35,8 +39,9 @@ suite:test("it walks against its wave, whatever integrates it", { devices = "all
   t:equal(walked.status, "done")
   local way = walked:displacement()
   t:note(("%.3f m along x, %.3f m along y"):format(way[1], way[2]))
-  t:ok(way[1] < -0.6, way[1])
-  t:ok(math.abs(way[2]) < 0.3 * math.abs(way[1]), way[2])
+  -- beyond what is measured by as much again: another integrator, another device
+  t:near(way[1], -0.455, { rtol = 0.1 })
+  t:ok(math.abs(way[2]) < 0.1 * math.abs(way[1]), way[2])
   -- it lifts its feet, and stands on some
   local touching, least, most = walked:trace "contact", 1, 0
   for sample = 1, touching:size() do
@@ -53,7 +58,7 @@ end)
 suite:test("starts a hair apart walk as far in the mean", { integrators = METHODS }, function(t)
   t:statistically(function(seed)
     return five_seconds(t, { position = { 0, 0, 1e-4 * seed } }):displacement()[1]
-  end, { seeds = 6, expected = -0.95, rtol = 0.15 })
+  end, { seeds = 6, expected = -0.455, rtol = 0.08 })
 end)
 
 suite:test("the wave, the muscles and the ground's friction make the gait", { devices = "all" },
@@ -61,12 +66,12 @@ suite:test("the wave, the muscles and the ground's friction make the gait", { de
     local function way(options) return math.abs(five_seconds(t, options):displacement()[1]) end
     local walks = way {}
     t:ok(way { scene = limax.scenes.land { actuation = false } } < 0.02 * walks, "no muscles")
-    t:ok(way { scene = limax.scenes.land { friction = false } } < 0.2 * walks, "on ice")
+    t:ok(way { scene = limax.scenes.land { actuation = DRIVE, friction = false } } < 0.2 * walks, "on ice")
     -- all muscles at a time: it only bounces
     local in_step = limax.robot { voxels = "eeeee\neeeee\n\nsssss\nsssss",
       weights = { phase = 0 } }
-    local bounced = in_step:simulate(t:with { scene = limax.scenes.land(), settle = 0.5,
-      duration = 5, time_step = "auto" })
+    local bounced = in_step:simulate(t:with { scene = limax.scenes.land { actuation = DRIVE },
+      settle = 0.5, duration = 5, time_step = "auto" })
     t:ok(math.abs(bounced:displacement()[1]) < 0.3 * walks, bounced:displacement()[1])
   end)
 
