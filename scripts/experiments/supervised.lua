@@ -1,6 +1,7 @@
 --- supervised.lua: the walk of walk.lua under a language model, which may change the algorithm's
---- parameters and the materials before each generation. It needs an endpoint; without one it says
---- so and does not begin. One on this machine, either of:
+--- parameters and the materials before each generation. Half a minute on two cores, and what 39
+--- answers take. It needs an endpoint; without one it says so and does not begin. One on this
+--- machine, either of:
 ---
 ---   llama-server -m model.gguf --port 8080 -c 8192
 ---   export LIMAX_LLM_URL=http://127.0.0.1:8080 LIMAX_LLM_MODEL=any

@@ -3,8 +3,9 @@
 --- tuned_fixed, schedule, random, one_fifth, self_adaptive, bandit, rules; another run's parameters
 --- as constant_median, yoked and shuffled; random materials, alone and with hyperparameters. Where
 --- LIMAX_LLM_URL names an endpoint also llm, with materials, the paper's literal populations, names
---- replaced by letters, and another repetition's history. It says what it will cost, and goes on
---- where it was stopped. Run it with: limax scripts/experiments/supervision_study.lua [--quick]
+--- replaced by letters, and another repetition's history. It says what it will cost, hours on two
+--- cores, and goes on where it was stopped; --quick takes a minute and shows the tables alone.
+--- Run it with: limax scripts/experiments/supervision_study.lua [--quick]
 
 local study = require "limax.study"
 

@@ -8,33 +8,48 @@
 --- A suite only collects its tests; `limax test` (test/runner.lua) runs them. What `t` can do is in
 --- test/context.lua.
 
+local axes = require "limax.test.axes"
 local engine = require "limax.engine"
 local suggest = require "limax.suggest"
 
 local test = {}
 
 --- The devices that `devices = "all"` stands for, in the order in which they are tried.
-test.DEVICES = { "cpu", "cuda" }
+test.DEVICES = axes.list[1].all
 
-local OPTIONS = { "devices", "threads", "limit", "tags" }
+local OPTIONS = { "limit", "skip", "tags" }
+for _, axis in ipairs(axes.list) do OPTIONS[#OPTIONS + 1] = axis.option end
+local FIXTURE_OPTIONS = { "close", "shared" }
 
+-- A test runs once for every combination of what it names of devices, precisions, integrators,
+-- threads and seeds.
 ---@class limax.test_options
----@field devices "all"|string[]|nil run once on each; t.device is the open device
----@field threads integer[]|integer|nil run once with each number of threads; t.threads is it
+---@field devices "all"|string[]|string|nil t.device is the open device
+---@field precisions "all"|string[]|string|nil t.precision is one of them
+---@field integrators "all"|string[]|string|nil t.integrator is one of them
+---@field threads integer[]|integer|nil of the CPU's device; t.threads is the number
+---@field seeds integer[]|integer|nil t.seed is one of them
 ---@field limit number|nil seconds of wall time that the test may take
+---@field skip string|nil why the test does not run for now
 ---@field tags string[]|string|nil names to choose tests by
 
 ---@class limax.case
 ---@field name string
----@field devices string[]|nil
----@field threads integer[]|nil
+---@field axes table<string, any[]> see test/axes.lua
 ---@field limit number|nil
+---@field skip string|nil
 ---@field tags string[]
 ---@field run fun(t: limax.test_context)
+
+---@class limax.test_fixture
+---@field make fun(t: limax.test_context|nil): any
+---@field close fun(value: any)|nil
+---@field shared boolean
 
 ---@class limax.suite
 ---@field name string
 ---@field cases limax.case[] in the order in which they were written
+---@field fixtures table<string, limax.test_fixture>
 local methods = {}
 local class = { __index = methods }
 
@@ -45,26 +60,18 @@ local function fail(what, expected, value)
   engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
 end
 
-local function list_of(what, value, kind)
-  if value == nil then return nil end
-  if type(value) ~= "table" then value = { value } end
-  for i, entry in ipairs(value) do
-    if type(entry) ~= kind then fail(("%s[%d]"):format(what, i), "a " .. kind, entry) end
+local function check_names(what, options, known)
+  local unknown = {}
+  for option in pairs(options) do
+    local is_known = false
+    for _, each in ipairs(known) do is_known = is_known or each == option end
+    if not is_known then unknown[#unknown + 1] = tostring(option) end
   end
-  return value
-end
-
-local function devices_of(value)
-  if value == "all" then return test.DEVICES end
-  local devices = list_of("devices", value, "string")
-  for _, name in ipairs(devices or {}) do
-    local known = false
-    for _, device in ipairs(test.DEVICES) do known = known or device == name end
-    if not known then
-      engine.fail(("devices: unknown device %q%s"):format(name, suggest.ending(name, test.DEVICES)))
-    end
+  table.sort(unknown)
+  if unknown[1] then
+    engine.fail(("%s: unknown option %q%s"):format(what, unknown[1],
+      suggest.ending(unknown[1], known)))
   end
-  return devices
 end
 
 --- Adds a test. Its name must be its own within the suite.
@@ -82,25 +89,39 @@ function methods:test(name, options, run)
       engine.fail(("suite %q has a test %q already"):format(self.name, name))
     end
   end
-  local unknown = {}
-  for option in pairs(options) do
-    local known = false
-    for _, each in ipairs(OPTIONS) do known = known or each == option end
-    if not known then unknown[#unknown + 1] = tostring(option) end
-  end
-  table.sort(unknown)
-  if unknown[1] then
-    engine.fail(("suite:test: unknown option %q%s"):format(unknown[1],
-      suggest.ending(unknown[1], OPTIONS)))
-  end
+  check_names("suite:test", options, OPTIONS)
   if options.limit ~= nil and (type(options.limit) ~= "number" or not (options.limit > 0)) then
     fail("suite:test: limit", "a number of seconds above 0", options.limit)
   end
+  if options.skip ~= nil and (type(options.skip) ~= "string" or options.skip == "") then
+    fail("suite:test: skip", "a text that says why", options.skip)
+  end
   self.cases[#self.cases + 1] = {
-    name = name, run = run, limit = options.limit,
-    devices = devices_of(options.devices), threads = list_of("threads", options.threads, "number"),
-    tags = list_of("tags", options.tags, "string") or {},
+    name = name, run = run, limit = options.limit, skip = options.skip,
+    axes = axes.read(options), tags = axes.list_of("tags", options.tags, "string") or {},
   }
+end
+
+--- Says how to make what several tests begin with: `t:fixture(name)` makes it when a test first
+--- asks for it, and `close` ends it after that test. A shared one is made once for the file,
+--- without a `t`, and ended after the file's last test: for what no test changes.
+---@param name string
+---@param options { close: fun(value: any)|nil, shared: boolean|nil }|nil may be left out
+---@param make fun(t: limax.test_context|nil): any
+---@overload fun(self: limax.suite, name: string, make: fun(t: limax.test_context): any)
+function methods:fixture(name, options, make)
+  if make == nil then options, make = {}, options end
+  if type(name) ~= "string" or name == "" then fail("suite:fixture: name", "a string", name) end
+  if type(options) ~= "table" then fail("suite:fixture: options", "a table", options) end
+  if type(make) ~= "function" then fail("suite:fixture", "a function that makes it", make) end
+  check_names("suite:fixture", options, FIXTURE_OPTIONS)
+  if options.close ~= nil and type(options.close) ~= "function" then
+    fail("suite:fixture: close", "a function", options.close)
+  end
+  if self.fixtures[name] then
+    engine.fail(("suite %q has a fixture %q already"):format(self.name, name))
+  end
+  self.fixtures[name] = { make = make, close = options.close, shared = options.shared == true }
 end
 
 --- Begins a suite.
@@ -111,7 +132,7 @@ function test.suite(name)
   for _, suite in ipairs(collected) do
     if suite.name == name then engine.fail(("this file has a suite %q already"):format(name)) end
   end
-  local suite = setmetatable({ name = name, cases = {} }, class)
+  local suite = setmetatable({ name = name, cases = {}, fixtures = {} }, class)
   collected[#collected + 1] = suite
   return suite
 end

@@ -40,9 +40,9 @@ error "this file is for editors"
 
 ---@class limax.case
 ---@field name string
----@field devices string[]|nil
----@field threads integer[]|nil
+---@field axes table<string, any[]> see test/axes.lua
 ---@field limit number|nil
+---@field skip string|nil
 ---@field tags string[]
 ---@field run fun(t: limax.test_context)
 
@@ -729,6 +729,7 @@ function limax_simulation:describe() end
 ---@class limax.suite
 ---@field name string
 ---@field cases limax.case[] in the order in which they were written
+---@field fixtures table<string, limax.test_fixture>
 local limax_suite = {}
 
 --- Adds a test. Its name must be its own within the suite.
@@ -737,6 +738,15 @@ local limax_suite = {}
 ---@param run fun(t: limax.test_context)
 ---@overload fun(self: limax.suite, name: string, run: fun(t: limax.test_context))
 function limax_suite:test(name, options, run) end
+
+--- Says how to make what several tests begin with: `t:fixture(name)` makes it when a test first
+--- asks for it, and `close` ends it after that test. A shared one is made once for the file,
+--- without a `t`, and ended after the file's last test: for what no test changes.
+---@param name string
+---@param options { close: fun(value: any)|nil, shared: boolean|nil }|nil may be left out
+---@param make fun(t: limax.test_context|nil): any
+---@overload fun(self: limax.suite, name: string, make: fun(t: limax.test_context): any)
+function limax_suite:fixture(name, options, make) end
 
 ---@class limax.supervision.given what a supervisor that keeps something between generations gets
 ---@field generation integer that is to be bred
@@ -765,6 +775,9 @@ function limax_suite:test(name, options, run) end
 ---@field file string path of the suite's file
 ---@field device limax.device|nil where the test names devices or threads
 ---@field threads integer|nil where the test names threads
+---@field precision string|nil where the test names precisions
+---@field integrator string|nil where the test names integrators
+---@field seed integer|nil where the test names seeds
 local limax_test_context = {}
 
 --- Fails unless |got - expected| <= atol + rtol |expected|, for numbers and for every number of
@@ -795,12 +808,35 @@ function limax_test_context:ok(condition, text) end
 ---@return string message what was raised
 function limax_test_context:raises(pattern, call) end
 
---- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json. A missing golden
---- fails; `limax test --update-golden` records. `why` says where the tolerance comes from.
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and what the
+--- test has simulated so far is what was simulated then: scenes, materials, bodies and settings,
+--- but not the device, nor what the test's matrix varies. A missing golden fails; `limax test
+--- --update-golden` records. `class` names the kind of tolerance ("bits", "rounding", "short
+--- horizon", "statistics"), from which rtol comes where it is left out; `why` says where it comes
+--- from. `configuration` stands for what no simulation shows, such as the options of an expression.
 ---@param name string letters, digits, _ and -
 ---@param values table numbers, strings, tables and views
----@param options { rtol: number|nil, atol: number|nil, why: string|nil }|nil exact if left out
+---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
+--- configuration: table|nil }|nil exact if left out
 function limax_test_context:golden(name, values, options) end
+
+--- Calls `draw` for each seed, and fails where chance would explain its values less often than
+--- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
+--- against another sample by Mann and Whitney's test. The mean is printed.
+---@param draw fun(seed: integer): number|boolean
+---@param options limax.test_statistics
+function limax_test_context:statistically(draw, options) end
+
+--- What the suite's fixture of this name makes: once for this test, or once for the file where it
+--- is shared.
+---@param name string
+---@return any
+function limax_test_context:fixture(name) end
+
+--- Options of a simulation with what the test's matrix says: device, precision and integrator.
+---@param options table|nil
+---@return table
+function limax_test_context:with(options) end
 
 --- Ends the test here, neither passed nor failed.
 ---@param reason string
@@ -814,11 +850,29 @@ function limax_test_context:note(text) end
 ---@return string path
 function limax_test_context:folder() end
 
+---@class limax.test_fixture
+---@field make fun(t: limax.test_context|nil): any
+---@field close fun(value: any)|nil
+---@field shared boolean
+
 ---@class limax.test_options
----@field devices "all"|string[]|nil run once on each; t.device is the open device
----@field threads integer[]|integer|nil run once with each number of threads; t.threads is it
+---@field devices "all"|string[]|string|nil t.device is the open device
+---@field precisions "all"|string[]|string|nil t.precision is one of them
+---@field integrators "all"|string[]|string|nil t.integrator is one of them
+---@field threads integer[]|integer|nil of the CPU's device; t.threads is the number
+---@field seeds integer[]|integer|nil t.seed is one of them
 ---@field limit number|nil seconds of wall time that the test may take
+---@field skip string|nil why the test does not run for now
 ---@field tags string[]|string|nil names to choose tests by
+
+---@class limax.test_statistics
+---@field seeds integer[]|integer|nil the seeds, or how many from 1; 12
+---@field expected number|number[]|nil the mean, or a sample to compare with
+---@field rtol number|nil of an expected mean, beside what chance explains
+---@field atol number|nil
+---@field at_least number|nil
+---@field at_most number|nil
+---@field level number|nil chance of a false alarm; 1e-4
 
 ---@class limax.view
 ---@field shape integer[] lengths along the axes

@@ -10,6 +10,7 @@ local power = require "limax.statistics.power"
 local rank_sum = require "limax.statistics.rank_sum"
 local sample = require "limax.statistics.sample"
 local signed_rank = require "limax.statistics.signed_rank"
+local student = require "limax.statistics.student"
 
 local suite = require("limax.test").suite "statistics"
 
@@ -239,3 +240,17 @@ suite:test("the runs that a test needs", { limit = 20 }, function(t)
   end
   t:equal(power.runs_needed("signed_rank", 0, 0.05), nil)
 end)
+suite:test("Student's t against its table and an interval by hand", function(t)
+  -- two-sided 95 % and 99.9 %, as every textbook prints them
+  for _, row in ipairs { { 1, 12.706, 636.62 }, { 2, 4.303, 31.599 }, { 5, 2.571, 6.869 },
+    { 10, 2.228, 4.587 }, { 30, 2.042, 3.646 } } do
+    t:near(student.quantile(0.95, row[1]), row[2], { atol = 6e-4 })
+    t:near(student.quantile(0.999, row[1]), row[3], { atol = 6e-3 })
+  end
+  -- one degree of freedom is Cauchy's distribution, two have a closed form
+  t:near(student.within(3, 1), 2 / math.pi * math.atan(3), { rtol = 1e-14 })
+  t:near(student.within(3, 2), 3 / math.sqrt(11), { rtol = 1e-14 })
+  local mean, half = student.interval({ 1, 2, 3, 4 }, 0.95)
+  t:near({ mean, half }, { 2.5, 3.18245 * math.sqrt(5 / 3 / 4) }, { rtol = 1e-5 })
+end)
+

@@ -4,33 +4,12 @@
 local compare = require "limax.test.compare"
 local engine = require "limax.engine"
 local host = require "limax.host"
+local shell = require "limax.shell"
 local suggest = require "limax.suggest"
 local test = require "limax.test"
+local trials = require "support.trial"
 
-local HEAD = 'local suite = require("limax.test").suite "trial"\n'
-
--- Runs a command of this executable: its output, errors included, and its exit status.
-local function limax(...)
-  local words = {}
-  for i, word in ipairs { host.executable, ... } do words[i] = "'" .. word .. "'" end
-  local pipe = io.popen(table.concat(words, " ") .. " 2>&1; echo status $?")
-  local text = pipe:read "*a"
-  pipe:close()
-  local output, status = text:match "^(.*)status (%d+)\n$"
-  return output, tonumber(status)
-end
-
--- A suite file of these lines, in a folder of its own; line 1 of it is line 2 of the file.
-local function trial(t, lines, name)
-  local path = ("%s/%s.lua"):format(t:folder(), name or "trial")
-  local fine, message = host.file.write_atomic(path, HEAD .. lines)
-  t:ok(fine, message)
-  return path
-end
-
-local function contains(t, text, part)
-  t:ok(text:find(part, 1, true), ("expected %q in:\n%s"):format(part, text))
-end
+local HEAD, limax, contains, trial = trials.HEAD, trials.limax, trials.contains, trials.file
 
 -- ---- what it prints ----------------------------------------------------------------------------
 
@@ -114,6 +93,66 @@ suite:test("waits", function(t) t:skip "not today" end)
   }, "\n"))
 end)
 
+printing:test("the line for the failures runs them and nothing else", function(t)
+  local path = trial(t, [[
+suite:test("passes", function() end)
+suite:test("it's out [of luck]", function(t) t:ok(false, "no luck") end)
+suite:test("long", { tags = "full" }, function(t) t:ok(false, "never asked for") end)
+]])
+  local output = limax("test", path)
+  local line = output:match "what failed, alone:\n  ([^\n]+)\n"
+  local pipe = io.popen(line .. " 2>&1")
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "FAIL trial: it's out [of luck]")
+  contains(t, output, "\n0 passed, 1 failed, 0 skipped\n")
+  contains(t, limax("test", path, "--only", "trial: long"), "\n0 passed, 1 failed, 0 skipped\n")
+end)
+
+printing:test("the slowest tests", function(t)
+  local path = trial(t, [[
+local host = require "limax.host"
+for i = 1, 11 do
+  suite:test(("waits %d"):format(i), function() host.wait(0.1 + 0.01 * i) end)
+end
+suite:test("quick", function() end)
+]])
+  local output = limax("test", path)
+  local slowest = output:match "\nslowest:\n(.-)\n\n"
+  t:equal(select(2, slowest:gsub("[^\n]+", "")), 10)
+  t:ok(slowest:find "^ +%d%.%d s  trial: waits %d+\n", slowest)
+  t:ok(not slowest:find("quick", 1, true), slowest)
+  t:ok(not limax("test", path, "-q", "--filter=s [12]$"):find("slowest", 1, true))
+end)
+
+printing:test("JUnit's XML is well-formed and tells everything", function(t)
+  local path = trial(t, [[
+suite:test("passes & <notes>", function(t) t:note "a \"note\"\1" end)
+suite:test("fails", function(t) t:ok(false, "no \255 luck é") end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  local file = t:folder() .. "/results.xml"
+  local _, status = limax("test", path, "--junit", file)
+  t:equal(status, 1)
+  -- a reader that is not ours
+  local script = t:folder() .. "/read.py"
+  host.file.write_atomic(script, [==[
+import sys, json, xml.etree.ElementTree as tree
+suite, = tree.parse(sys.argv[1]).getroot()
+print(json.dumps([suite.attrib["name"], suite.attrib["tests"], suite.attrib["failures"],
+    suite.attrib["skipped"], [[case.attrib["classname"], case.attrib["name"],
+    [[part.tag, part.attrib.get("message"), part.text] for part in case]] for case in suite]]))
+]==])
+  local pipe = io.popen(("python3 '%s' '%s' 2>&1"):format(script, file))
+  local text = pipe:read "*a"
+  pipe:close()
+  local null = host.json.null
+  t:equal(assert(host.json.decode(text, "python"), text), { path, "3", "1", "1", {
+    { "trial", "passes & <notes>", { { "system-out", null, 'a "note"?' } } },
+    { "trial", "fails", { { "failure", "no ? luck é", path .. ":3: no ? luck é" } } },
+    { "trial", "waits", { { "skipped", "not today", null } } } } })
+end)
+
 printing:test("chooses by name and tag, and lists", function(t)
   local path = trial(t, [[
 suite:test("one", { tags = "slow" }, function() end)
@@ -154,7 +193,8 @@ suite:test("passes", function(t) t:note "a note" end)
 suite:test("fails", function(t) t:ok(false, "no luck") end)
 ]])
   t:equal({ limax("test", path, "-q") }, { ("%s\n  FAIL trial: fails\n        %s:3: no luck\n\n"
-    .. "1 passed, 1 failed, 0 skipped\n"):format(path, path), 1 })
+    .. "what failed, alone:\n  %s test %s --only 'trial: fails'\n\n"
+    .. "1 passed, 1 failed, 0 skipped\n"):format(path, path, shell.program(), path), 1 })
 end)
 
 printing:test("refuses what it cannot understand", function(t)
@@ -167,6 +207,11 @@ printing:test("refuses what it cannot understand", function(t)
   refused("holds no .lua file", t:folder())
   refused("unknown option --taps", "--taps")
   refused("is no Lua pattern", "--filter=(")
+  refused("--jobs is 0; it must be 1 to 1024", "--jobs=0")
+  refused("--tap and --json exclude each other", "--tap", "--json")
+  refused("--reason goes with --update-golden", "--reason=why")
+  refused("--junit: there is no folder /nowhere", "--junit=/nowhere/results.xml")
+  refused("leave out --jobs", "--update-golden", "--jobs=2")
   -- an installed limax has no suites of its own
   local home = t:folder()
   for _, name in ipairs { "bindings", "scripts", "materials" } do
@@ -177,139 +222,6 @@ printing:test("refuses what it cannot understand", function(t)
   pipe:close()
   t:equal(output, ("limax: limax's own suites are in its source tree and not in %s; name a file or "
     .. "folder of yours: limax test FILE.lua\n2\n"):format(home))
-end)
-
--- ---- instances, limits, isolation --------------------------------------------------------------
-
-local running = test.suite "limax test, running"
-
-running:test("a test runs once for each device and number of threads", function(t)
-  local path = trial(t, [[
-suite:test("matrix", { devices = { "cpu" }, threads = { 1, 2 } }, function(t)
-  t:equal({ t.device.kind, t.device.threads }, { "cpu", t.threads })
-end)
-suite:test("plain", function(t) t:equal({ t.device, t.threads }, {}) end)
-suite:test("everywhere", { devices = "all" }, function(t) t:note(t.device.kind) end)
-]])
-  local output, status = limax("test", path)
-  t:equal(status, 0)
-  contains(t, output, "ok   trial: matrix [cpu, 1 thread]\n  ok   trial: matrix [cpu, 2 threads]\n")
-  contains(t, output, "ok   trial: everywhere [cpu]\n       # cpu\n")
-  t:ok(output:find("ok   trial: everywhere [cuda]", 1, true)
-    or output:find "skip trial: everywhere %[cuda%] %(.+%)", output)
-end)
-
-running:test("a limit ends a simulation and fails a slow test", function(t)
-  local path = trial(t, [[
-local engine = require "limax.engine"
-suite:test("simulates", { limit = 0.2 }, function()
-  local materials = engine.materials "paper"
-  local body = engine.population { lattice = { 3, 3, 3 }, count = 1 }
-  local voxels = {}
-  for i = 1, 27 do voxels[i] = 1 end
-  body:set_body(1, voxels)
-  body:check(materials)
-  engine.simulation(body, materials, engine.scene {}, { duration = 1e5 }):run()
-end)
-suite:test("computes", { limit = 0.01 }, function()
-  local stop = os.clock() + 0.05
-  repeat until os.clock() > stop
-end)
-suite:test("is not limited by the one before", function() end)
-]])
-  local output = limax("test", path)
-  contains(t, output, "the time limit of 0.2 s has passed")
-  contains(t, output, "s; its limit is 0.01 s")
-  contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
-end)
-
-running:test("files do not see one another's modules", function(t)
-  local folder = t:folder()
-  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
-  host.file.mkdir(folder .. "/mine")
-  write("mine/counter.lua", "return { count = 0 }\n")
-  for _, name in ipairs { "a", "b" } do
-    write(name .. ".lua", HEAD .. [[
-local counter = require "mine.counter"
-counter.count = counter.count + 1
-suite:test("counts", function(t) t:equal(counter.count, 1) end)
-]])
-  end
-  local output, status = limax("test", folder)
-  t:equal(status, 0, output)
-  contains(t, output, "2 passed, 0 failed, 0 skipped")
-end)
-
-running:test("a folder lives as long as its test", function(t)
-  local path = trial(t, [[
-local host = require "limax.host"
-local before
-suite:test("writes", function(t)
-  before = t:folder()
-  host.file.mkdir(before .. "/deep")
-  t:ok(host.file.write_atomic(before .. "/deep/file", "text"))
-  t:ok(t:folder() ~= before)
-end)
-suite:test("is gone", function(t) t:equal(host.file.exists(before), nil) end)
-]])
-  local output, status = limax("test", path)
-  t:equal({ status, output:match "2 passed" }, { 0, "2 passed" })
-end)
-
--- ---- goldens -----------------------------------------------------------------------------------
-
-local goldens = test.suite "goldens"
-
-goldens:test("are recorded on demand, compared, and refused when they differ", function(t)
-  local path = trial(t, [[
-local value = tonumber(os.getenv "TRIAL_VALUE") or 1
-suite:test("golden", function(t)
-  t:golden("one", { a = { 1, 2.5 }, b = value }, { rtol = 1e-3, why = "a trial" })
-end)
-]])
-  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
-  local output, status = limax("test", path)
-  t:equal(status, 1)
-  contains(t, output, "--update-golden")
-  t:equal(host.file.exists(file), nil)
-  output, status = limax("test", path, "--update-golden")
-  t:equal(status, 0)
-  contains(t, output, "golden one: new")
-  local handle = io.open(file)
-  local text = handle:read "*a"
-  handle:close()
-  local record = host.json.decode(text, file)
-  t:equal(record.values, { a = { 1, 2.5 }, b = 1 })
-  t:equal({ record.schema, record.suite, record.test, record.why, record.rtol },
-    { "limax.golden/1", "trial", "golden", "a trial", 1e-3 })
-  t:ok(record.recorded.compiler and record.recorded.device and record.recorded.limax)
-  output, status = limax("test", path)
-  t:equal({ status, output:match "golden one" }, { 0 })
-  -- the environment of this process is the child's too
-  local child = ("TRIAL_VALUE=1.01 '%s' test '%s' 2>&1"):format(host.executable, path)
-  local pipe = io.popen(child)
-  output = pipe:read "*a"
-  pipe:close()
-  contains(t, output, "golden one: .b: expected 1, got 1.01")
-  contains(t, output, "a trial")
-  pipe = io.popen(child .. " --update-golden")
-  output = pipe:read "*a"
-  pipe:close()
-  contains(t, output, "golden one: 1 differ; the worst: .b: expected 1, got 1.01")
-end)
-
-goldens:test("need a name, finite values and a reason for a tolerance", function(t)
-  local path = trial(t, [[
-suite:test("name", function(t) t:golden("../up", {}) end)
-suite:test("finite", function(t) t:golden("a", { x = { 1, 0 / 0 } }) end)
-suite:test("reason", function(t) t:golden("b", { 1 }, { rtol = 1 }) end)
-suite:test("shared", function(t) t:golden("a", { 1 }) end)
-]])
-  local output = limax("test", path, "--update-golden")
-  contains(t, output, ":2: golden: a name is made of letters, digits, _ and -")
-  contains(t, output, ":3: a.x[2] is nan: a golden holds finite numbers")
-  contains(t, output, ":4: golden: a tolerance needs its reason")
-  contains(t, output, ':5: golden: "a" belongs to the test "finite"')
 end)
 
 -- ---- comparing ---------------------------------------------------------------------------------

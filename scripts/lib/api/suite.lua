@@ -8,8 +8,12 @@ return {
   entries = {
     { "test", "limit in s",
       'suite:test("adds", { limit = 5 }, function(t) t:equal(1 + 1, 2) end)' },
+    { "fixture", false,
+      'suite:fixture("cube", function() return limax.robot { voxels = "s" } end)' },
     { "name", false, "suite.name",
       what = "Its name." },
     { "cases", false, "#suite.cases" },
+    { "fixtures", false, "suite.fixtures",
+      what = "What suite:fixture has named, by name." },
   },
 }

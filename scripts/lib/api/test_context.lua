@@ -5,8 +5,10 @@ return {
   text = "What the function of `suite:test` is given.",
   file = "scripts/lib/test/context.lua", class = "limax.test_context", prefix = "t:",
   holder = "methods:",
-  stage = 't = require("limax.test.context").new { name = "a test", suite = "a suite", '
-    .. 'file = "suite.lua", goldens = {}, update = false }',
+  stage = 'local context, witness = require "limax.test.context", require "limax.test.witness"; '
+    .. 't = context.new { name = "a test", suite = "a suite", file = "suite.lua", '
+    .. 'fixtures = { cube = { make = function() return 1 end } }, state = context.file_state(), '
+    .. 'witness = witness.new {} }',
   internal = { "close" },
   entries = {
     { "near", "of what is compared", "t:near(0.1 + 0.2, 0.3, { rtol = 1e-12 })" },
@@ -16,6 +18,10 @@ return {
     { "raises", false, 't:raises("boo", function() error "boo" end)' },
     { "golden", "of what is compared", 'pcall(t.golden, t, "height", { z = 1 }, { rtol = 1e-3, '
       .. 'why = "before contact" })' },
+    { "statistically", "of the mean", "t:statistically(function(seed) return seed end, "
+      .. "{ seeds = 9, expected = 5 })" },
+    { "fixture", false, 't:fixture "cube"' },
+    { "with", "SI units", "t:with { duration = 2 }" },
     { "skip", false, 'pcall(t.skip, t, "no GPU")' },
     { "note", false, 't:note "took three tries"' },
     { "folder", false, "t:folder(); t:close()" },
@@ -25,5 +31,8 @@ return {
     { "file", false, "t.file" },
     { "device", false, "t.device" },
     { "threads", "threads", "t.threads" },
+    { "precision", false, "t.precision" },
+    { "integrator", false, "t.integrator" },
+    { "seed", false, "t.seed" },
   },
 }

@@ -6,6 +6,7 @@ local host = require "limax.host"
 local compare = require "limax.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.test.golden"
+local statistics = require "limax.test.statistics"
 local suggest = require "limax.suggest"
 
 local context = {}
@@ -19,6 +20,9 @@ local NEAR = 1e-9
 ---@field file string path of the suite's file
 ---@field device limax.device|nil where the test names devices or threads
 ---@field threads integer|nil where the test names threads
+---@field precision string|nil where the test names precisions
+---@field integrator string|nil where the test names integrators
+---@field seed integer|nil where the test names seeds
 local methods = {}
 local class = { __index = methods }
 
@@ -88,6 +92,19 @@ function methods:same_bits(got, expected)
   report("same_bits", compare.same_bits(expected, got))
 end
 
+--- Calls `draw` for each seed, and fails where chance would explain its values less often than
+--- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
+--- against another sample by Mann and Whitney's test. The mean is printed.
+---@param draw fun(seed: integer): number|boolean
+---@param options limax.test_statistics
+function methods:statistically(draw, options)
+  options = tolerance_of("statistically", options, { "seeds", "expected", "rtol", "atol",
+    "at_least", "at_most", "level" })
+  local failure, text = statistics.check(draw, options)
+  if failure then fail("statistically: " .. failure) end
+  self:note(text)
+end
+
 --- Fails unless both are equal, element by element; NaN equals NaN.
 ---@param got any
 ---@param expected any
@@ -129,40 +146,116 @@ function methods:skip(reason)
   error(setmetatable({ reason = tostring(reason) }, context.skipped), 0)
 end
 
---- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json. A missing golden
---- fails; `limax test --update-golden` records. `why` says where the tolerance comes from.
+-- The tolerance of a golden: rtol, atol, why, and the name of its class.
+local function golden_tolerance(options)
+  local kind = golden.class(options.class, options.rtol, options.atol)
+  if not kind then
+    local names = {}
+    for i, each in ipairs(golden.classes) do names[i] = each.name end
+    fail(("golden: class: %s is none; known are: %s"):format(tostring(options.class),
+      table.concat(names, ", ")))
+  end
+  local rtol, atol, why = options.rtol, options.atol or 0, options.why
+  if rtol == nil then rtol = options.class and kind.rtol or 0 end
+  if rtol > kind.most then
+    fail(("golden: rtol %g is more than the class %q allows, %g"):format(rtol, kind.name,
+      kind.most))
+  end
+  if (rtol > 0 or atol > 0) and (type(why) ~= "string" or why == "") then
+    fail "golden: a tolerance needs its reason: why = \"...\""
+  end
+  return rtol, atol, why or "the same bits", kind.name
+end
+
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and what the
+--- test has simulated so far is what was simulated then: scenes, materials, bodies and settings,
+--- but not the device, nor what the test's matrix varies. A missing golden fails; `limax test
+--- --update-golden` records. `class` names the kind of tolerance ("bits", "rounding", "short
+--- horizon", "statistics"), from which rtol comes where it is left out; `why` says where it comes
+--- from. `configuration` stands for what no simulation shows, such as the options of an expression.
 ---@param name string letters, digits, _ and -
 ---@param values table numbers, strings, tables and views
----@param options { rtol: number|nil, atol: number|nil, why: string|nil }|nil exact if left out
+---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
+--- configuration: table|nil }|nil exact if left out
 function methods:golden(name, values, options)
-  options = tolerance_of("golden", options, { "rtol", "atol", "why" })
+  options = tolerance_of("golden", options, { "class", "rtol", "atol", "why", "configuration" })
   if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
     fail(("golden: a name is made of letters, digits, _ and -, got %s"):format(tostring(name)))
   end
   if type(values) ~= "table" then
     fail(("golden: expected a table of values, got %s"):format(tostring(values)))
   end
-  local rtol, atol, why = options.rtol or 0, options.atol or 0, options.why
-  if (rtol > 0 or atol > 0) and (type(why) ~= "string" or why == "") then
-    fail "golden: a tolerance needs its reason: why = \"...\""
-  end
-  local owner = self.goldens[name]
+  local rtol, atol, why, kind = golden_tolerance(options)
+  local goldens = self.state.goldens
+  local owner = goldens[name]
   if owner and owner ~= self.name then
     fail(("golden: %q belongs to the test %q of this file"):format(name, owner))
   end
-  self.goldens[name] = self.name
+  goldens[name] = self.name
+  -- what one instance of a test has just recorded, the others are held to
+  local update = not self.state.recorded[name] and self.state.update or nil
   local failure, change = golden.check({
     path = golden.path(self.file, name), suite = self.suite, test = self.name, name = name,
-    values = values, rtol = rtol, atol = atol, why = why or "the same bits",
+    values = values, class = kind, rtol = rtol, atol = atol, why = why,
+    configuration = self.witness:hash(options.configuration),
     device = self.device and tostring(self.device) or "the default",
-  }, self.update)
+  }, update)
   if failure then fail(failure) end
-  if change then self:note(("golden %s: %s"):format(name, change)) end
+  if change then
+    self.state.recorded[name] = true
+    self:note(("golden %s: %s"):format(name, change))
+  end
 end
 
 --- A line printed with the test's result.
 ---@param text string
 function methods:note(text) self.notes[#self.notes + 1] = tostring(text) end
+
+--- What the suite's fixture of this name makes: once for this test, or once for the file where it
+--- is shared.
+---@param name string
+---@return any
+function methods:fixture(name)
+  local fixture = self.fixtures[name]
+  if not fixture then
+    local names = {}
+    for each in pairs(self.fixtures) do names[#names + 1] = each end
+    fail(("fixture: the suite has no %q%s"):format(tostring(name), suggest.ending(name, names)))
+  end
+  local shared = fixture.shared
+  local kept = shared and self.state.shared or self.made
+  local key = shared and self.suite .. "\0" .. name or name
+  if kept[key] == nil then
+    local value
+    if shared then
+      value, self.state.shared_seen[key] = self.witness:aside(fixture.make)
+    else
+      value = fixture.make(self)
+    end
+    if value == nil then fail(("fixture: %q made nothing"):format(name)) end
+    kept[key] = value
+    if fixture.close then
+      table.insert(shared and self.state.closing or self.closing,
+        function() fixture.close(value) end)
+    end
+  end
+  -- whichever test made it: what it simulated belongs to the goldens of all that use it
+  if shared and not self.made[key] then
+    self.made[key] = true
+    self.witness:add(self.state.shared_seen[key])
+  end
+  return kept[key]
+end
+
+--- Options of a simulation with what the test's matrix says: device, precision and integrator.
+---@param options table|nil
+---@return table
+function methods:with(options)
+  local merged = { device = self.device, precision = self.precision,
+    integrator = self.integrator }
+  for name, value in pairs(options or {}) do merged[name] = value end
+  return merged
+end
 
 --- A new, empty folder, removed after the test.
 ---@return string path
@@ -185,10 +278,25 @@ local function remove(path)
   host.file.remove(path)
 end
 
---- Ends what a test has opened.
+--- Ends fixtures, the last made first.
+---@param closing fun()[]
+---@return string|nil failure of the first that failed
+function context.close_all(closing)
+  local wrong
+  for i = #closing, 1, -1 do
+    local fine, message = pcall(closing[i])
+    if not fine then wrong = wrong or ("a fixture's close: " .. tostring(message)) end
+  end
+  return wrong
+end
+
+--- Ends what a test has opened: fixtures, the last made first, then its folders and its device.
+---@return string|nil failure of a fixture's end
 function methods:close()
+  local wrong = context.close_all(self.closing)
   for _, path in ipairs(self.folders) do remove(path) end
   if self.device then self.device:free "its test was over" end
+  return wrong
 end
 
 ---@class limax.test_setting
@@ -197,14 +305,35 @@ end
 ---@field file string
 ---@field device limax.device|nil
 ---@field threads integer|nil
+---@field precision string|nil
+---@field integrator string|nil
+---@field seed integer|nil
+---@field fixtures table<string, limax.test_fixture>
+---@field state limax.test_file_state what the file's tests share
+---@field witness limax.test_witness what the test has simulated
+
+-- What a file's tests share.
+---@class limax.test_file_state
+---@field update limax.golden_update|nil
 ---@field goldens table<string, string> the test that owns each golden of the file
----@field update boolean record goldens
+---@field recorded table<string, boolean> goldens that this run has recorded
+---@field shared table<string, any> shared fixtures by suite and name
+---@field shared_seen table<string, string[]> hashes of what each simulated when it was made
+---@field closing fun()[] what ends them
+
+--- Begins a file.
+---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
+---@return limax.test_file_state
+function context.file_state(update)
+  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
+    closing = {} }
+end
 
 --- Makes a `t`.
 ---@param fields limax.test_setting
 ---@return limax.test_context
 function context.new(fields)
-  fields.notes, fields.folders = {}, {}
+  fields.notes, fields.folders, fields.made, fields.closing = {}, {}, {}, {}
   return setmetatable(fields, class)
 end
 

@@ -1,6 +1,7 @@
 --- golden.lua: recorded values beside the suite that compares with them,
 --- golden/SUITE_FILE/NAME.json. A golden is written only where a person asks for it, with `limax
---- test --update-golden`.
+--- test --update-golden`, and one that changes is given a reason, which it keeps. A golden is of
+--- one configuration: where that is another now, its values say nothing.
 
 local host = require "limax.host"
 local compare = require "limax.test.compare"
@@ -8,7 +9,34 @@ local engine = require "limax.engine"
 
 local golden = {}
 
-local SCHEMA = "limax.golden/1"
+local SCHEMA = "limax.golden/2"
+
+-- differences that an update shows, the worst first
+local SHOWN = 5
+
+--- Classes of tolerance, the narrowest first: what `rtol` one has where the test names none, and
+--- the largest that it allows.
+golden.classes = {
+  { name = "bits", rtol = 0, most = 0 },
+  -- fp32 rounds at 6e-8; a few hundred operations of different order
+  { name = "rounding", rtol = 1e-6, most = 1e-5 },
+  -- trajectories before contact has pulled two devices apart
+  { name = "short horizon", rtol = 1e-3, most = 1e-2 },
+  -- means over seeds, and single trajectories beyond that horizon
+  { name = "statistics", rtol = 5e-2, most = math.huge },
+}
+
+--- The class of a name; without one the narrowest that allows `rtol` and `atol`.
+---@param name string|nil
+---@param rtol number|nil
+---@param atol number|nil
+---@return { name: string, rtol: number, most: number }|nil
+function golden.class(name, rtol, atol)
+  for _, class in ipairs(golden.classes) do
+    local fits = (rtol or 0) <= class.most and (class.most > 0 or (atol or 0) == 0)
+    if name == class.name or (name == nil and fits) then return class end
+  end
+end
 
 --- Path of a golden.
 ---@param suite_file string path of the suite's file
@@ -51,7 +79,8 @@ end
 local function encoded(record)
   local encode = host.json.encode
   local lines = { "{" }
-  for _, key in ipairs { "schema", "suite", "test", "name", "why", "rtol", "atol", "recorded" } do
+  for _, key in ipairs { "schema", "suite", "test", "name", "class", "why", "rtol", "atol",
+    "configuration", "recorded", "changes" } do
     lines[#lines + 1] = ("  %s: %s,"):format(encode(key), encode(record[key]))
   end
   local values = record.values
@@ -99,14 +128,83 @@ end
 ---@field test string
 ---@field name string
 ---@field values table
+---@field class string of the tolerance
 ---@field rtol number
 ---@field atol number
 ---@field why string
 ---@field device string
+---@field configuration string|nil SHA-256 of what was simulated
+
+---@class limax.golden_update
+---@field reason string|nil why goldens change
+---@field ask fun(text: string): string|nil asks a person, where there is one
+
+-- The worst differences, a line each.
+local function listed(differences)
+  local sorted = { unpack(differences) }
+  for i, difference in ipairs(sorted) do difference.order = i end
+  table.sort(sorted, function(a, b)
+    if a.excess ~= b.excess then return a.excess > b.excess end
+    return a.order < b.order
+  end)
+  local lines = {}
+  for i = 1, math.min(SHOWN, #sorted) do
+    local one = sorted[i]
+    local line = ("%s: %s -> %s"):format(one.path, compare.shown(one.expected),
+      compare.shown(one.got))
+    if type(one.expected) == "number" and type(one.got) == "number" and one.expected ~= 0 then
+      line = ("%s, relative %.3g"):format(line,
+        math.abs((one.got - one.expected) / one.expected))
+    end
+    lines[i] = "\n  " .. line
+  end
+  if #sorted > SHOWN then lines[#lines + 1] = ("\n  and %d more"):format(#sorted - SHOWN) end
+  return table.concat(lines)
+end
+
+-- What has changed since `old`, and whether that needs a reason; nil where nothing has.
+local function change_of(old, request, differences)
+  if not old then return "new", false end
+  if old.configuration ~= request.configuration then
+    local among = #differences > 0 and (", and %d values"):format(#differences) or ""
+    return ("another configuration%s"):format(among) .. listed(differences), true
+  end
+  if #differences > 0 then
+    return ("%d values differ, old -> new"):format(#differences) .. listed(differences), true
+  end
+  if old.rtol ~= request.rtol or old.atol ~= request.atol or old.why ~= request.why
+    or old.class ~= request.class then
+    return "another tolerance or another why", false
+  end
+end
+
+local function record(request, values, old, update)
+  local differences = old and compare.near(old.values, values, request) or {}
+  local change, needs_reason = change_of(old, request, differences)
+  if not change then return nil end
+  local changes = old and old.changes or {}
+  if needs_reason then
+    local reason = update.reason
+      or update.ask(("golden %s of %s: %s"):format(request.name, request.test, change))
+    if not reason or not reason:find "%S" then
+      return ("golden %s: %s\nit stays as it is: an update needs its reason, "
+        .. "limax test --update-golden --reason \"...\""):format(request.name, change)
+    end
+    changes[#changes + 1] = { reason = reason, change = change:match "^[^\n]*" }
+  end
+  local environment = host.environment()
+  return write(request.path, {
+    schema = SCHEMA, suite = request.suite, test = request.test, name = request.name,
+    class = request.class, why = request.why, rtol = request.rtol, atol = request.atol,
+    values = values, configuration = request.configuration or host.json.null,
+    changes = host.json.array(changes),
+    recorded = { limax = host.version, compiler = environment.compiler, device = request.device },
+  }), change
+end
 
 --- Compares with the recorded values, or records them.
 ---@param request limax.golden_request
----@param update boolean whether a person asked to record
+---@param update limax.golden_update|nil where a person asked to record
 ---@return string|nil failure
 ---@return string|nil change what was recorded
 function golden.check(request, update)
@@ -119,33 +217,24 @@ function golden.check(request, update)
     old, message = read(path)
     if not old and not update then return message end
   end
-  local differences = old and compare.near(old.values, values, request) or {}
-  local change
-  if not old then
-    change = "new"
-  elseif #differences > 0 then
-    change = ("%d differ; the worst: %s"):format(#differences,
-      compare.text(compare.worst(differences)))
-  elseif old.rtol ~= request.rtol or old.atol ~= request.atol or old.why ~= request.why then
-    change = "another tolerance or reason"
-  end
-  if update then
-    if not change then return nil end
-    local environment = host.environment()
-    return write(path, {
-      schema = SCHEMA, suite = request.suite, test = request.test, name = request.name,
-      why = request.why, rtol = request.rtol, atol = request.atol, values = values,
-      recorded = { limax = host.version, compiler = environment.compiler, device = request.device },
-    }), change
-  end
+  if old and old.configuration == host.json.null then old.configuration = nil end
+  if update then return record(request, values, old, update) end
   if not there then
     return ("there is no golden %s; look at the values, then record them with "
       .. "limax test FILE --update-golden"):format(path)
   end
+  if old.configuration ~= request.configuration then
+    return ("golden %s is of another configuration (%s, now %s): scene, materials, bodies or "
+      .. "settings have changed, so its values say nothing; limax test FILE --update-golden "
+      .. "records anew"):format(request.name, (old.configuration or "none"):sub(1, 12),
+      (request.configuration or "none"):sub(1, 12))
+  end
+  local differences = compare.near(old.values, values, request)
   if #differences > 0 then
-    local text = "golden %s: %s (%d of its values are out of tolerance; rtol %g, atol %g: %s)"
+    local text = "golden %s: %s (%d of its values are out of tolerance; rtol %g, atol %g: %s; "
+      .. "recorded by %s on %s)"
     return text:format(request.name, compare.text(compare.worst(differences)), #differences,
-      request.rtol, request.atol, request.why)
+      request.rtol, request.atol, request.why, old.recorded.compiler, old.recorded.device)
   end
   return nil
 end

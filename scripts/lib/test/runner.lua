@@ -1,21 +1,24 @@
---- runner.lua: reads suite files, makes of each test one instance per device and number of threads,
---- runs the chosen ones in the order in which they were written, and tells a reporter.
+--- runner.lua: reads suite files, makes of each test one instance for every combination of its
+--- matrix, runs the chosen ones in the order in which they were written or in one that is drawn,
+--- and tells a reporter.
 
+local axes = require "limax.test.axes"
 local context = require "limax.test.context"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local script = require "limax.script"
 local test = require "limax.test"
+local witness = require "limax.test.witness"
 
 local runner = {}
 
 ---@class limax.test_instance
 ---@field suite string
+---@field fixtures table<string, limax.test_fixture> of its suite
 ---@field case limax.case
----@field label string the test's name, with device and threads where it names them
----@field device string|nil
----@field threads integer|nil
+---@field label string the test's name, with what it names of its matrix
+---@field values table<string, any> device, precision, integrator, threads, seed
 
 ---@class limax.suite_file
 ---@field path string as it was given
@@ -29,22 +32,15 @@ local runner = {}
 ---@field notes string[]
 ---@field seconds number
 
--- The combinations of devices and threads that a test names.
 local function instances_of(suite, case)
   local list = {}
-  local devices = case.devices or (case.threads and { "cpu" }) or { false }
-  for _, device in ipairs(devices) do
-    for _, threads in ipairs(case.threads or { false }) do
-      local parts = {}
-      if case.devices then parts[1] = device end
-      if threads then parts[#parts + 1] = threads == 1 and "1 thread" or threads .. " threads" end
-      local label = case.name
-      if #parts > 0 then label = ("%s [%s]"):format(label, table.concat(parts, ", ")) end
-      list[#list + 1] = {
-        suite = suite.name, case = case, label = label,
-        device = device or nil, threads = threads or nil,
-      }
-    end
+  for _, one in ipairs(axes.combinations(case.axes)) do
+    -- threads are the CPU's
+    if one.values.threads and not one.values.device then one.values.device = "cpu" end
+    list[#list + 1] = {
+      suite = suite.name, fixtures = suite.fixtures, case = case, values = one.values,
+      label = one.text == "" and case.name or ("%s [%s]"):format(case.name, one.text),
+    }
   end
   return list
 end
@@ -112,18 +108,30 @@ function runner.files(paths)
 end
 
 ---@class limax.test_choice
+---@field only string[] "SUITE: TEST" in full; where there is one, nothing else runs
 ---@field filter string|nil part of "SUITE: TEST", as it stands or as a Lua pattern
 ---@field tags string[] at least one of these; "-slow": not this one
 
--- Tests with this tag take minutes: they run only where it is asked for.
+-- Tests with this tag take minutes: they run only where it or their name is asked for.
 local LONG = "full"
+
+--- "SUITE: TEST", which --only and --filter choose by.
+---@param instance limax.test_instance
+---@return string
+function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
 --- Whether an instance is among the chosen.
 ---@param instance limax.test_instance
 ---@param choice limax.test_choice
 ---@return boolean
 function runner.chosen(instance, choice)
-  local name = ("%s: %s"):format(instance.suite, instance.label)
+  local name = runner.title(instance)
+  if #choice.only > 0 then
+    for _, title in ipairs(choice.only) do
+      if title == name then return true end
+    end
+    return false
+  end
   local filter = choice.filter
   if filter and not name:find(filter, 1, true) and not name:find(filter) then return false end
   local has = {}
@@ -144,9 +152,9 @@ end
 
 -- The device of an instance; nil and a reason where this machine has none.
 local function open_device(instance)
-  local name = instance.device
+  local name = instance.values.device
   if not name then return nil end
-  local fine, device = pcall(engine.device, name, { threads = instance.threads })
+  local fine, device = pcall(engine.device, name, { threads = instance.values.threads })
   if fine then return device end
   if device == host.interrupt then error(device, 0) end
   -- without the line, which is the runner's
@@ -163,27 +171,39 @@ local function outcome(fine, value, trace)
   return { status = "failed", text = own_lines(trace or value) }
 end
 
+-- Why an instance does not run, and with which outcome.
+local function kept_from_running(instance)
+  if instance.case.skip then return nil, { status = "skipped", text = instance.case.skip } end
+  local impossible = axes.impossible(instance.values)
+  if impossible then return nil, { status = "skipped", text = impossible } end
+  local device, reason = open_device(instance)
+  if not reason then return device, nil end
+  -- only an accelerator may be missing; a CPU that does not open is a failure
+  return nil, { status = instance.values.device == "cpu" and "failed" or "skipped", text = reason }
+end
+
 --- Runs one instance.
 ---@param file limax.suite_file
 ---@param instance limax.test_instance
----@param goldens table<string, string> owners of golden names, shared by a file's tests
----@param update boolean record goldens
+---@param state limax.test_file_state
 ---@return limax.test_result
-function runner.run(file, instance, goldens, update)
+function runner.run(file, instance, state)
   local started = host.clock()
-  local device, reason = open_device(instance)
-  local result, interrupted
+  local device, result = kept_from_running(instance)
+  local interrupted
+  local seen = witness.new(instance.case.axes)
   local t = context.new {
     name = instance.case.name, suite = instance.suite, file = file.path, device = device,
-    threads = instance.threads, goldens = goldens, update = update,
+    threads = instance.values.threads, precision = instance.values.precision,
+    integrator = instance.values.integrator, seed = instance.values.seed,
+    fixtures = instance.fixtures, state = state, witness = seen,
   }
-  if reason then
-    -- only an accelerator may be missing; a CPU that does not open is a failure
-    result = { status = instance.device == "cpu" and "failed" or "skipped", text = reason }
-  else
+  if not result then
     local limit = instance.case.limit
     engine.limit_time(limit)
+    seen:begin()
     local fine, value, trace = host.protect(instance.case.run, t)
+    seen:finish()
     engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt
     result = outcome(fine, value, trace)
@@ -192,8 +212,9 @@ function runner.run(file, instance, goldens, update)
       result = { status = "failed", text = ("took %.3g s; its limit is %g s"):format(took, limit) }
     end
   end
-  t:close()
+  local wrong = t:close()
   if interrupted then error(host.interrupt, 0) end
+  if wrong and result.status == "passed" then result = { status = "failed", text = wrong } end
   result.notes, result.seconds = t.notes, host.clock() - started
   -- what a test leaves to the collector ends here, and not within the next one
   collectgarbage "collect"
@@ -205,29 +226,62 @@ end
 ---@field failed integer
 ---@field skipped integer
 
---- Runs the chosen tests of all files.
+-- A drawn order of a list; the same seed and name give the same.
+local function shuffled(list, seed, name)
+  -- 28 bits of the name's hash tell the files apart
+  local random = engine.random(seed, 1, "user", 0, tonumber(host.sha256(name):sub(1, 7), 16))
+  local drawn = { unpack(list) }
+  for i = #drawn, 2, -1 do
+    local j = random:integer(i)
+    drawn[i], drawn[j] = drawn[j], drawn[i]
+  end
+  return drawn
+end
+
+---@class limax.test_plan
+---@field files { file: limax.suite_file, instances: limax.test_instance[] }[]
+---@field total integer tests, and files that do not load
+
+--- The chosen tests, file by file, in the order in which they run.
 ---@param files limax.suite_file[]
 ---@param choice limax.test_choice
----@param update boolean
+---@param seed integer|nil of a drawn order, of the files and of the tests of each
+---@return limax.test_plan
+function runner.plan(files, choice, seed)
+  local plan = { files = {}, total = 0 }
+  for _, file in ipairs(seed and shuffled(files, seed, "files") or files) do
+    local instances = {}
+    for _, instance in ipairs(file.instances) do
+      if runner.chosen(instance, choice) then table.insert(instances, instance) end
+    end
+    if file.failure or #instances > 0 then
+      if seed then instances = shuffled(instances, seed, file.path) end
+      table.insert(plan.files, { file = file, instances = instances })
+      plan.total = plan.total + #instances + (file.failure and 1 or 0)
+    end
+  end
+  return plan
+end
+
+--- Runs a plan in this process.
+---@param plan limax.test_plan
+---@param update limax.golden_update|nil
 ---@param reporter table see report.lua
 ---@return limax.test_counts
-function runner.run_all(files, choice, update, reporter)
-  local plan, total = {}, 0
-  for i, file in ipairs(files) do
-    plan[i] = {}
-    for _, instance in ipairs(file.instances) do
-      if runner.chosen(instance, choice) then table.insert(plan[i], instance) end
-    end
-    total = total + #plan[i] + (file.failure and 1 or 0)
-  end
+function runner.run_all(plan, update, reporter)
   local counts = { passed = 0, failed = 0, skipped = 0 }
-  reporter:begin(total)
-  for i, file in ipairs(files) do
-    if file.failure or #plan[i] > 0 then reporter:file(file) end
-    local goldens = {}
+  reporter:begin(plan.total)
+  for _, entry in ipairs(plan.files) do
+    local file, state = entry.file, context.file_state(update)
+    reporter:file(file)
     if file.failure then counts.failed = counts.failed + 1 end
-    for _, instance in ipairs(plan[i]) do
-      local result = runner.run(file, instance, goldens, update)
+    for i, instance in ipairs(entry.instances) do
+      reporter:start(instance)
+      local result = runner.run(file, instance, state)
+      local wrong = i == #entry.instances and context.close_all(state.closing)
+      if wrong and result.status == "passed" then
+        result.status, result.text = "failed", wrong
+      end
       counts[result.status] = counts[result.status] + 1
       reporter:result(instance, result)
     end

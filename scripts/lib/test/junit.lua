@@ -1,0 +1,91 @@
+--- junit.lua: the results as JUnit's XML, which continuous integration reads. The file is written
+--- once, at the end; times in seconds.
+
+local failure = require "limax.failure"
+local host = require "limax.host"
+
+local junit = {}
+
+local methods = {}
+methods.__index = methods
+
+local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
+
+-- XML 1.0 has no place for other control characters, nor for bytes that are no UTF-8: both become
+-- a question mark.
+local function escaped(text)
+  text = text:gsub("[%z\1-\8\11\12\14-\31\127-\255]+", function(bytes)
+    local ascii = bytes:find "[%z\1-\31\127]"
+    -- a run of well-formed sequences stays
+    local rest = bytes:gsub("[\194-\223][\128-\191]", "")
+      :gsub("[\224-\239][\128-\191][\128-\191]", "")
+      :gsub("[\240-\244][\128-\191][\128-\191][\128-\191]", "")
+    return (ascii or rest ~= "") and "?" or bytes
+  end)
+  return (text:gsub('[&<>"]', ENTITIES))
+end
+
+function methods:begin() end
+
+function methods:file(file)
+  self.current = { path = file.path, cases = {}, failed = 0, skipped = 0, seconds = 0 }
+  table.insert(self.files, self.current)
+  if file.failure then
+    self.current.failed = 1
+    table.insert(self.current.cases, ('    <testcase classname="%s" name="loads" time="0">\n'
+      .. '      <error message="does not load">%s</error>\n    </testcase>\n'):format(
+      escaped(file.path), escaped(file.failure)))
+  end
+end
+
+local function inner(result)
+  local text = result.where and ("%s: %s"):format(result.where, result.text) or result.text
+  local parts = {}
+  if result.status == "failed" then
+    local first = result.text:match "^[^\n]*"
+    parts[1] = ('      <failure message="%s">%s</failure>\n'):format(escaped(first), escaped(text))
+  elseif result.status == "skipped" then
+    parts[1] = ('      <skipped message="%s"/>\n'):format(escaped(text))
+  end
+  if result.notes[1] then
+    parts[#parts + 1] = ("      <system-out>%s</system-out>\n"):format(
+      escaped(table.concat(result.notes, "\n")))
+  end
+  return table.concat(parts)
+end
+
+function methods:start() end
+
+function methods:result(instance, result)
+  local file = self.current
+  file.seconds = file.seconds + result.seconds
+  if result.status ~= "passed" then file[result.status] = file[result.status] + 1 end
+  table.insert(file.cases, ('    <testcase classname="%s" name="%s" time="%.3f">\n%s'
+    .. "    </testcase>\n"):format(escaped(instance.suite), escaped(instance.label),
+    result.seconds, inner(result)))
+end
+
+function methods:finish()
+  local lines = { '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="limax test">\n' }
+  for _, file in ipairs(self.files) do
+    lines[#lines + 1] = ('  <testsuite name="%s" tests="%d" failures="%d" skipped="%d" '
+      .. 'time="%.3f">\n%s  </testsuite>\n'):format(escaped(file.path), #file.cases, file.failed,
+      file.skipped, file.seconds, table.concat(file.cases))
+  end
+  lines[#lines + 1] = "</testsuites>\n"
+  local fine, message = host.file.write_atomic(self.path, table.concat(lines))
+  if not fine then error(("--junit: %s"):format(message), 0) end
+end
+
+--- A reporter that leaves its file at `path`.
+---@param path string
+function junit.reporter(path)
+  local folder = path:match "^(.*)/" or "."
+  -- said before the tests run, and not after
+  if host.file.exists(folder == "" and "/" or folder) ~= "folder" then
+    failure.raise(2, ("--junit: there is no folder %s"):format(folder))
+  end
+  return setmetatable({ path = path, files = {} }, methods)
+end
+
+return junit

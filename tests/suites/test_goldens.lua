@@ -1,0 +1,170 @@
+--- test_goldens.lua: goldens, from the first recording to a change with its reason.
+
+local host = require "limax.host"
+local source = require "limax.source"
+local test = require "limax.test"
+local trials = require "support.trial"
+
+local limax, contains, trial = trials.limax, trials.contains, trials.file
+
+local goldens = test.suite "goldens"
+
+goldens:test("are recorded on demand, compared, and refused when they differ", function(t)
+  local path = trial(t, [[
+local value = tonumber(os.getenv "TRIAL_VALUE") or 1
+suite:test("golden", function(t)
+  t:golden("one", { a = { 1, 2.5 }, b = value }, { rtol = 1e-3, why = "a trial" })
+end)
+]])
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  local output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "--update-golden")
+  t:equal(host.file.exists(file), nil)
+  output, status = limax("test", path, "--update-golden")
+  t:equal(status, 0)
+  contains(t, output, "golden one: new")
+  local handle = io.open(file)
+  local text = handle:read "*a"
+  handle:close()
+  local record = host.json.decode(text, file)
+  t:equal(record.values, { a = { 1, 2.5 }, b = 1 })
+  t:equal({ record.schema, record.suite, record.test, record.why, record.rtol },
+    { "limax.golden/2", "trial", "golden", "a trial", 1e-3 })
+  t:ok(record.recorded.compiler and record.recorded.device and record.recorded.limax)
+  output, status = limax("test", path)
+  t:equal({ status, output:match "golden one" }, { 0 })
+  -- the environment of this process is the child's too
+  local child = ("TRIAL_VALUE=1.01 '%s' test '%s' 2>&1"):format(host.executable, path)
+  local pipe = io.popen(child)
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden one: .b: expected 1, got 1.01")
+  contains(t, output, "a trial")
+  -- a change needs its reason, and there is nobody to ask
+  local function update(reason)
+    local opened = io.popen(child .. " --update-golden" .. reason .. " </dev/null")
+    local said = opened:read "*a"
+    opened:close()
+    return said
+  end
+  output = update ""
+  contains(t, output, "golden one: 1 values differ, old -> new\n")
+  contains(t, output, ".b: 1 -> 1.01, relative 0.01")
+  contains(t, output, "it stays as it is: an update needs its reason")
+  t:equal(source.read(file), text)
+  output = update " --reason 'a new law'"
+  contains(t, output, "1 passed, 0 failed")
+  contains(t, output, ".b: 1 -> 1.01, relative 0.01")
+  record = host.json.decode(source.read(file), file)
+  t:equal({ record.values.b, record.class, record.changes }, { 1.01, "short horizon",
+    { { reason = "a new law", change = "1 values differ, old -> new" } } })
+end)
+
+goldens:test("a person at a terminal is asked for the reason", function(t)
+  local path = trial(t, [[
+local value = tonumber(os.getenv "TRIAL_VALUE") or 1
+suite:test("golden", function(t) t:golden("one", { value }) end)
+]])
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  limax("test", path, "--update-golden")
+  local folder = t:folder()
+  local function typed(answer)
+    host.file.write_atomic(folder .. "/type.py", ([[
+import os, pty, sys
+pid, fd = pty.fork()
+if pid == 0:
+    os.environ["TRIAL_VALUE"] = "2"
+    os.execv(%q, ["limax", "test", %q, "--update-golden"])
+text = b""
+while b"as it is)? " not in text: text += os.read(fd, 4096)
+os.write(fd, %q)
+try:
+    while True:
+        more = os.read(fd, 4096)
+        if not more: break
+        text += more
+except OSError: pass
+os.waitpid(pid, 0)
+sys.stdout.buffer.write(text)
+]]):format(host.executable, path, "@"):gsub('"@"', 'b"' .. answer .. '\\n"'))
+    local pipe = io.popen(("timeout 20 python3 '%s/type.py' 2>&1"):format(folder))
+    local said = pipe:read "*a"
+    pipe:close()
+    return said
+  end
+  contains(t, typed "", "it stays as it is: an update needs its reason")
+  t:equal(host.json.decode(source.read(file), file).values, { 1 })
+  contains(t, typed "because", "[1]: 1 -> 2, relative 1")
+  local record = host.json.decode(source.read(file), file)
+  t:equal({ record.values, record.changes[1].reason }, { { 2 }, "because" })
+end)
+
+goldens:test("of another configuration are an error, whatever the values", function(t)
+  local path = trial(t, [[
+local limax = require "limax"
+suite:test("still", { precisions = { "single", "double" }, devices = "all" }, function(t)
+  local robot = limax.robot { voxels = "es" }:simulate(t:with { settle = 0, duration = 0.05,
+    time_step = 1e-4, scene = { gravity = { acceleration = {
+      0, 0, tonumber(os.getenv "TRIAL_VALUE") or -9.81 } } } })
+  t:golden("mass", { robot.body.mass }, { class = "rounding", why = "sums of equal numbers" })
+end)
+]])
+  local output, status = limax("test", path, "--update-golden")
+  t:ok(status == 0, output)
+  output, status = limax("test", path)
+  t:ok(status == 0, output)
+  local pipe = io.popen(("TRIAL_VALUE=-5 '%s' test '%s' 2>&1"):format(host.executable, path))
+  output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "golden mass is of another configuration (")
+  contains(t, output, "\n0 passed, 2 failed")
+  -- a golden of an earlier schema has no configuration to hold against
+  local file = path:gsub("trial%.lua$", "golden/trial/mass.json")
+  host.file.write_atomic(file, (source.read(file):gsub("golden/2", "golden/1")))
+  output = limax("test", path)
+  contains(t, output, "mass.json is no golden of schema limax.golden/2")
+end)
+
+goldens:test("know what a shared fixture simulated, whichever test made it", function(t)
+  local path = trial(t, [[
+local limax = require "limax"
+suite:fixture("walked", { shared = true }, function()
+  return limax.robot { voxels = "es" }:simulate { settle = 0, duration = 0.05, time_step = 1e-4 }
+end)
+for _, name in ipairs { "a", "b" } do
+  suite:test(name, function(t)
+    t:golden(name, { t:fixture("walked"):distance(), t:fixture("walked").body.mass })
+  end)
+end
+]])
+  local output, status = limax("test", path, "--update-golden")
+  t:ok(status == 0, output)
+  local folder, hashes = path:gsub("trial%.lua$", "golden/trial/"), {}
+  for i, name in ipairs { "a", "b" } do
+    hashes[i] = host.json.decode(source.read(folder .. name .. ".json"), name).configuration
+  end
+  t:equal(hashes[1], hashes[2])
+  for _, word in ipairs { "--only=trial: a", "--only=trial: b", "--shuffle=3" } do
+    output, status = limax("test", path, word)
+    t:ok(status == 0, output)
+  end
+end)
+
+goldens:test("need a name, finite values and a reason for a tolerance", function(t)
+  local path = trial(t, [[
+suite:test("name", function(t) t:golden("../up", {}) end)
+suite:test("finite", function(t) t:golden("a", { x = { 1, 0 / 0 } }) end)
+suite:test("reason", function(t) t:golden("b", { 1 }, { rtol = 1 }) end)
+suite:test("shared", function(t) t:golden("a", { 1 }) end)
+suite:test("class", function(t) t:golden("c", { 1 }, { class = "near" }) end)
+suite:test("wide", function(t) t:golden("d", { 1 }, { class = "rounding", rtol = 1 }) end)
+]])
+  local output = limax("test", path, "--update-golden")
+  contains(t, output, ":2: golden: a name is made of letters, digits, _ and -")
+  contains(t, output, ":3: a.x[2] is nan: a golden holds finite numbers")
+  contains(t, output, ":4: golden: a tolerance needs its reason")
+  contains(t, output, ':5: golden: "a" belongs to the test "finite"')
+  contains(t, output, ":6: golden: class: near is none; known are: bits, rounding, short horizon")
+  contains(t, output, ':7: golden: rtol 1 is more than the class "rounding" allows, 1e-05')
+end)

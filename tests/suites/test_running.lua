@@ -1,0 +1,306 @@
+--- test_running.lua: how `limax test` runs tests: matrices, fixtures, orders, processes, limits.
+
+local compare = require "limax.test.compare"
+local host = require "limax.host"
+local process = require "support.process"
+local test = require "limax.test"
+local trials = require "support.trial"
+
+local HEAD, limax, contains, trial = trials.HEAD, trials.limax, trials.contains, trials.file
+
+-- ---- instances, limits, isolation --------------------------------------------------------------
+
+local running = test.suite "limax test, running"
+
+running:test("a test runs once for each device and number of threads", function(t)
+  local path = trial(t, [[
+suite:test("matrix", { devices = { "cpu" }, threads = { 1, 2 } }, function(t)
+  t:equal({ t.device.kind, t.device.threads }, { "cpu", t.threads })
+end)
+suite:test("plain", function(t) t:equal({ t.device, t.threads }, {}) end)
+suite:test("everywhere", { devices = "all" }, function(t) t:note(t.device.kind) end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 0)
+  contains(t, output, "ok   trial: matrix [cpu, 1 thread]\n  ok   trial: matrix [cpu, 2 threads]\n")
+  contains(t, output, "ok   trial: everywhere [cpu]\n       # cpu\n")
+  t:ok(output:find("ok   trial: everywhere [cuda]", 1, true)
+    or output:find "skip trial: everywhere %[cuda%] %(.+%)", output)
+end)
+
+running:test("a matrix is every combination, and options of a simulation", function(t)
+  local path = trial(t, [[
+suite:test("all", { devices = "cpu", precisions = { "single", "double" }, integrators = "all",
+  seeds = { 3, 4 } }, function(t)
+  local o = t:with { duration = 2 }
+  t:equal({ o.device, o.precision, o.integrator, o.duration },
+    { t.device, t.precision, t.integrator, 2 })
+  t:ok(t.seed == 3 or t.seed == 4)
+end)
+suite:test("impossible", { devices = "cuda", integrators = "rk4" }, function() end)
+suite:test("later", { skip = "no rock here" }, function() error "never" end)
+]])
+  local output, status = limax("test", path)
+  t:ok(status == 0, output)
+  contains(t, output, "ok   trial: all [cpu, single, leapfrog, seed 3]")
+  contains(t, output, "ok   trial: all [cpu, double, xpbd, seed 4]")
+  contains(t, output, "skip trial: impossible [cuda, rk4] (rk4 runs on the cpu alone)")
+  contains(t, output, "skip trial: later (no rock here)")
+  contains(t, output, "\n16 passed, 0 failed, 2 skipped\n")
+  path = trial(t, 'suite:test("a", { precisions = "doubel" }, function() end)\n')
+  contains(t, limax("test", path), ':2: precisions: unknown precision "doubel"; did you mean')
+end)
+
+running:test("fixtures are made when asked for and ended in time", function(t)
+  local path = trial(t, [[
+local log = {}
+local function write(text) log[#log + 1] = text end
+suite:fixture("own", { close = function(value) write("end " .. value) end }, function(t)
+  write("make for " .. t.name)
+  return "own " .. t.name
+end)
+suite:fixture("common", { shared = true, close = function() io.stdout:write "closed\n" end },
+  function() write "common"; return {} end)
+suite:test("a", function(t)
+  t:equal({ t:fixture "own", t:fixture "own" }, { "own a", "own a" })
+  t:fixture("common").seen = true
+end)
+suite:test("b", function(t)
+  t:fixture "own"
+  t:ok(t:fixture("common").seen)
+  t:equal(log, { "make for a", "common", "end own a", "make for b" })
+end)
+suite:test("c", function(t) t:fixture "comon" end)
+]])
+  local spoiled = trial(t, [[
+for _, shared in ipairs { false, true } do
+  suite:fixture(tostring(shared), { shared = shared, close = function() error "stuck" end },
+    function() return 1 end)
+  suite:test("uses " .. tostring(shared), function(t) t:fixture(tostring(shared)) end)
+end
+]])
+  t:equal({ select(2, limax("test", spoiled)), limax("test", spoiled):match "%d+ passed.*" },
+    { 1, "0 passed, 2 failed, 0 skipped\n" })
+  local output = limax("test", path)
+  contains(t, output, ':19: fixture: the suite has no "comon"; did you mean "common"?')
+  contains(t, output, "closed\n")
+  t:equal(select(2, output:gsub("closed", "")), 1)
+  contains(t, output, "\n2 passed, 1 failed, 0 skipped\n")
+end)
+
+running:test("a test that never returns is ended from outside its process", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    host.file.write_atomic(folder .. "/a.lua", HEAD .. 'suite:test("before", function() end)\n'
+      .. 'suite:test("loops", { limit = 0.2 }, function() while true do end end)\n'
+      .. 'suite:test("after", function() end)\n')
+    local output, status = limax("test", folder, "--jobs=2")
+    t:equal(status, 1)
+    contains(t, output, "ok   trial: before")
+    contains(t, output,
+      "FAIL trial: loops\n        it did not return within 5 s of its limit of 0.2 s")
+    contains(t, output, "its process ended with status 137 before this test did")
+    contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+  end)
+
+running:test("an interrupt ends the processes too", { limit = 60 }, function(t)
+  local folder = t:folder()
+  host.file.write_atomic(folder .. "/quick.lua", HEAD .. 'suite:test("quick", function() end)\n')
+  for _, name in ipairs { "long1", "long2" } do
+    host.file.write_atomic(("%s/%s.lua"):format(folder, name), HEAD .. [[
+suite:test("long", function()
+  require("limax").robot { voxels = "es" }:simulate { duration = 1e5, time_step = 1e-5 }
+end)
+]])
+  end
+  local child = process.start(folder, { "test", "quick.lua", "long1.lua", "long2.lua", "-j", "2" })
+  child:wait_for "trial: quick"
+  child:signal "INT"
+  -- it waits for its own processes: that it ends says that they have
+  local status, output = child:finish()
+  t:equal(status, 130)
+  contains(t, output, "limax: interrupted")
+end)
+
+running:test("lines of JSON tell everything", function(t)
+  local path = trial(t, [[
+suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)
+suite:test("waits", function(t) t:skip "not today" end)
+]])
+  local events = {}
+  for line in limax("test", path, "--json"):gmatch "[^\n]+" do
+    local event = assert(host.json.decode(line, "a line"), line)
+    event.seconds = nil
+    events[#events + 1] = event
+  end
+  t:equal(events, { { event = "begin", total = 2 }, { event = "file", path = path },
+    { event = "start", suite = "trial", test = "fails", limit = 5 },
+    { event = "test", suite = "trial", test = "fails", status = "failed", text = "no luck",
+      where = path .. ":2", notes = { "n" } },
+    { event = "start", suite = "trial", test = "waits" },
+    { event = "test", suite = "trial", test = "waits", status = "skipped", text = "not today",
+      notes = {} },
+    { event = "end", passed = 0, failed = 1, skipped = 1 } })
+end)
+
+running:test("a user's folder of suites runs from any folder", function(t)
+  local folder, elsewhere = t:folder(), t:folder()
+  host.file.mkdir(folder .. "/mine")
+  host.file.write_atomic(folder .. "/mine/size.lua", "return 3\n")
+  host.file.write_atomic(folder .. "/a.lua", HEAD .. [[
+local size = require "mine.size"
+suite:test("golden", function(t) t:golden("size", { size }) end)
+]])
+  local function from(where, word, ...)
+    local pipe = io.popen(("cd '%s' && '%s' test '%s' %s 2>&1"):format(where, host.executable, word,
+      table.concat({ ... }, " ")))
+    local output = pipe:read "*a"
+    pipe:close()
+    return output
+  end
+  contains(t, from(folder, ".", "--update-golden"), "\n1 passed, 0 failed, 0 skipped\n")
+  for _, call in ipairs { { folder, "a.lua" }, { elsewhere, folder }, { "/", folder .. "/a.lua" },
+    { elsewhere, folder, "-j 2" } } do
+    contains(t, from(unpack(call)), "\n1 passed, 0 failed, 0 skipped\n")
+  end
+end)
+
+running:test("a drawn order repeats by its number", function(t)
+  local lines = {}
+  for i = 1, 12 do lines[i] = ('suite:test("%d", function() end)\n'):format(i) end
+  local path = trial(t, table.concat(lines))
+  local function order(...)
+    local list, output = {}, limax("test", path, "--tap", ...)
+    for name in output:gmatch "ok %d+ %- trial: (%d+)" do list[#list + 1] = tonumber(name) end
+    return list, output
+  end
+  local plain, drawn = order(), order "--shuffle=7"
+  t:equal(order "--shuffle=7", drawn)
+  t:ok(#compare.equal(plain, drawn) > 0)
+  table.sort(drawn)
+  t:equal(drawn, plain)
+  local _, output = order "--shuffle=0"
+  t:ok(output:find "%-%-shuffle [1-9]", output)
+end)
+
+running:test("processes give the same results, and one that dies costs its file alone", function(t)
+  local folder = t:folder()
+  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
+  for _, name in ipairs { "a", "b", "c" } do
+    local held = name ~= "b" and "true" or "false, 'no luck'"
+    write(name .. ".lua", HEAD .. ('suite:test("%s", function(t) t:ok(%s) end)\n'):format(name,
+      held))
+  end
+  local function counted(...)
+    local output, status = limax("test", folder, ...)
+    return output:match "%d+ passed, %d+ failed, %d+ skipped", status, output
+  end
+  local one, status = counted()
+  t:equal((counted "--jobs=3"), one)
+  local _, same, output = counted "--jobs=2"
+  t:equal({ status, same }, { 1, 1 })
+  contains(t, output, "b.lua\n  FAIL trial: b\n        " .. folder .. "/b.lua:2: no luck")
+  contains(t, output, "--only 'trial: b'")
+  write("d.lua", HEAD .. 'suite:test("first", function() end)\n'
+    .. 'suite:test("dies", function() os.exit(7) end)\nsuite:test("never", function() end)\n')
+  write("e.lua", "local x = = 1\n")
+  one, _, output = counted "--jobs=2"
+  t:equal(one, "3 passed, 4 failed, 0 skipped")
+  contains(t, output, "its process ended with status 7 before this test did")
+  contains(t, output, "e.lua:1: unexpected symbol")
+end)
+
+running:test("a statistic fails where chance does not explain it", function(t)
+  local path = trial(t, [[
+local engine = require "limax.engine"
+local function normal(seed) return 2 + engine.random(seed, 1, "user", 0, 0):normal() end
+local function shifted(seed) return normal(1000 + seed) + 3 end
+local other = {}
+for seed = 1, 20 do other[seed] = normal(500 + seed) end
+suite:test("mean", function(t) t:statistically(normal, { seeds = 20, expected = 2 }) end)
+suite:test("share", function(t)
+  t:statistically(function(seed) return normal(seed) > 2 end, { expected = 0.5, at_least = 0.5 })
+end)
+suite:test("sample", function(t) t:statistically(normal, { seeds = 20, expected = other }) end)
+suite:test("bound", function(t) t:statistically(normal, { at_least = 1.5, at_most = 2.5 }) end)
+suite:test("other mean", function(t) t:statistically(shifted, { seeds = 20, expected = 2 }) end)
+suite:test("other sample", function(t)
+  t:statistically(shifted, { seeds = 20, expected = other })
+end)
+suite:test("not least", function(t) t:statistically(normal, { seeds = 20, at_least = 6 }) end)
+suite:test("not most", function(t) t:statistically(normal, { seeds = 20, at_most = -2 }) end)
+suite:test("few", function(t)
+  t:statistically(shifted, { seeds = { 5, 6 }, expected = { 1, 2, 3 } })
+end)
+suite:test("nothing", function(t) t:statistically(normal, {}) end)
+suite:test("nan", function(t)
+  t:statistically(function() return 0 / 0 end, { expected = 1 })
+end)
+]])
+  local output = limax("test", path)
+  contains(t, output, "\n4 passed, 7 failed, 0 skipped\n")
+  t:ok(output:find "ok   trial: mean\n       # mean [%d.]+ %+%- [%d.]+ of 20 seeds", output)
+  t:ok(output:find ":13: statistically: mean 5[%d.]* %+%- [%d.]+ of 20 seeds %(level 0.0001%); exp",
+    output)
+  contains(t, output, "statistically: the samples differ: p ")
+  contains(t, output, "2 and 3 values cannot differ at the level 0.0001")
+  contains(t, output, "nothing is expected: name expected, at_least or at_most")
+  contains(t, output, "seed 1 gave nan")
+end)
+
+running:test("a limit ends a simulation and fails a slow test", function(t)
+  local path = trial(t, [[
+local engine = require "limax.engine"
+suite:test("simulates", { limit = 0.2 }, function()
+  local materials = engine.materials "paper"
+  local body = engine.population { lattice = { 3, 3, 3 }, count = 1 }
+  local voxels = {}
+  for i = 1, 27 do voxels[i] = 1 end
+  body:set_body(1, voxels)
+  body:check(materials)
+  engine.simulation(body, materials, engine.scene {}, { duration = 1e5 }):run()
+end)
+suite:test("computes", { limit = 0.01 }, function()
+  local stop = os.clock() + 0.05
+  repeat until os.clock() > stop
+end)
+suite:test("is not limited by the one before", function() end)
+]])
+  local output = limax("test", path)
+  contains(t, output, "the time limit of 0.2 s has passed")
+  contains(t, output, "s; its limit is 0.01 s")
+  contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+end)
+
+running:test("files do not see one another's modules", function(t)
+  local folder = t:folder()
+  local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
+  host.file.mkdir(folder .. "/mine")
+  write("mine/counter.lua", "return { count = 0 }\n")
+  for _, name in ipairs { "a", "b" } do
+    write(name .. ".lua", HEAD .. [[
+local counter = require "mine.counter"
+counter.count = counter.count + 1
+suite:test("counts", function(t) t:equal(counter.count, 1) end)
+]])
+  end
+  local output, status = limax("test", folder)
+  t:equal(status, 0, output)
+  contains(t, output, "2 passed, 0 failed, 0 skipped")
+end)
+
+running:test("a folder lives as long as its test", function(t)
+  local path = trial(t, [[
+local host = require "limax.host"
+local before
+suite:test("writes", function(t)
+  before = t:folder()
+  host.file.mkdir(before .. "/deep")
+  t:ok(host.file.write_atomic(before .. "/deep/file", "text"))
+  t:ok(t:folder() ~= before)
+end)
+suite:test("is gone", function(t) t:equal(host.file.exists(before), nil) end)
+]])
+  local output, status = limax("test", path)
+  t:equal({ status, output:match "2 passed" }, { 0, "2 passed" })
+end)
