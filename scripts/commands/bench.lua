@@ -3,7 +3,7 @@
 --- this file runs it and writes them.
 
 local choice = require "limax.choice"
-local csv = require "limax.bench.csv"
+local csv = require "limax.csv"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"

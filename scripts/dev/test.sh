@@ -3,7 +3,7 @@
 # Arguments go to `limax test`. LIMAX_BUILD names another build folder, LIMAX_CMAKE holds further CMake options.
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
-need_packages "${build_packages[@]}" valgrind python3 openssl python3-numpy python3-meshio python3-crcmod
+need_packages "${build_packages[@]}" valgrind python3 openssl python3-numpy python3-meshio python3-crcmod \
     protobuf-compiler admesh unzip
 # shellcheck disable=SC2086  # options are words
 configure_and_build ${LIMAX_CMAKE:-}

@@ -4,7 +4,7 @@
 --- line.
 
 local choice = require "limax.choice"
-local csv = require "limax.bench.csv"
+local csv = require "limax.csv"
 local curves = require "limax.compare.curves"
 local figure = require "limax.chart.figure"
 local outcome = require "limax.compare.outcome"

@@ -1,7 +1,7 @@
 --- tables.lua: a comparison as text, CSV, JSON and LaTeX. Fitness has the unit of the experiment's
 --- fitness; evaluations are simulations of a robot for its score.
 
-local csv = require "limax.bench.csv"
+local csv = require "limax.csv"
 local host = require "limax.host"
 local model = require "limax.compare.model"
 local outcome = require "limax.compare.outcome"

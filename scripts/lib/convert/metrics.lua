@@ -2,6 +2,7 @@
 --- `quantiles.q10` is the field q10 of the object quantiles.
 
 local choice = require "limax.choice"
+local csv = require "limax.csv"
 local host = require "limax.host"
 local input = require "limax.convert.input"
 
@@ -76,28 +77,12 @@ function metrics.times(folder)
   return times
 end
 
-local function cell(value)
-  if value == nil then return "" end
-  if type(value) == "number" then
-    local short = ("%.15g"):format(value)
-    return tonumber(short) == value and short or ("%.17g"):format(value)
-  end
-  local text = tostring(value)
-  return text:find '[",\r\n]' and '"' .. text:gsub('"', '""') .. '"' or text
-end
-
 --- A table of a run's metrics as CSV (RFC 4180); what a line lacks is empty.
 ---@param folder string
 ---@return string
 function metrics.csv(folder)
   local rows, names = metrics.read(folder)
-  local lines = { table.concat(names, ",") }
-  for _, row in ipairs(rows) do
-    local cells = {}
-    for k, name in ipairs(names) do cells[k] = cell(row[name]) end
-    lines[#lines + 1] = table.concat(cells, ",")
-  end
-  return table.concat(lines, "\r\n") .. "\r\n"
+  return csv.encode(names, rows)
 end
 
 return metrics

@@ -2,7 +2,7 @@
 --- against the last, as numbers and as robots, for a paper: SVG of 85 and 175 mm, the numbers drawn
 --- in it as CSV, and PDF where rsvg-convert is found.
 
-local csv = require "limax.bench.csv"
+local csv = require "limax.csv"
 local curves = require "limax.report.curves"
 local failure = require "limax.failure"
 local host = require "limax.host"

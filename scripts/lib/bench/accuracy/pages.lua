@@ -2,7 +2,7 @@
 --- where rsvg-convert is found, as PNG; all rows as CSV and JSON; and accuracy.html, one page of
 --- figures and tables that needs nothing else.
 
-local csv = require "limax.bench.csv"
+local csv = require "limax.csv"
 local failure = require "limax.failure"
 local figure = require "limax.chart.figure"
 local figures = require "limax.bench.accuracy.figures"

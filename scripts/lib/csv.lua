@@ -4,9 +4,13 @@ local csv = {}
 
 local function cell(value)
   if value == nil then return "" end
-  if type(value) == "number" then return ("%.17g"):format(value) end
+  if type(value) == "number" then
+    -- the shorter text where it is the same number
+    local short = ("%.15g"):format(value)
+    return tonumber(short) == value and short or ("%.17g"):format(value)
+  end
   local text = tostring(value)
-  if text:find '[",\n]' then text = '"' .. text:gsub('"', '""') .. '"' end
+  if text:find '[",\r\n]' then text = '"' .. text:gsub('"', '""') .. '"' end
   return text
 end
 
