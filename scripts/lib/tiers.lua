@@ -34,14 +34,13 @@ end
 
 --- What a measurement holds for: the model of processor or GPU, and the build. Prices are ratios,
 --- so that the number of threads is no part of it.
----@param device limax.device
+---@param about table what the device says of itself
+---@param version string of limax
+---@param machine { compiler: string, build: string }
 ---@return string
-function tiers.key(device)
-  local about = device:describe()
+local function key_of(about, version, machine)
   local model = about.gpus and about.gpus[1].name or ("%s, %s"):format(about.cpu, about.isa)
-  local environment = host.environment()
-  return ("%s; limax %s, %s, %s"):format(model, host.version, environment.compiler,
-    environment.build)
+  return ("%s; limax %s, %s, %s"):format(model, version, machine.compiler, machine.build)
 end
 
 -- The whole file; an empty one where it is missing, damaged or of another schema.
@@ -60,7 +59,17 @@ end
 ---@param device limax.device
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured(device)
-  local found = content().measured[tiers.key(device)]
+  local found = content().measured[key_of(device:describe(), host.version, host.environment())]
+  return type(found) == "table" and found or nil
+end
+
+--- The same for a session of a run folder's environment.json, if it was measured where this is
+--- read.
+---@param session table
+---@return table<string, limax.tiers.measured>|nil
+function tiers.measured_in(session)
+  if not (session.device and session.machine and session.version) then return nil end
+  local found = content().measured[key_of(session.device, session.version, session.machine)]
   return type(found) == "table" and found or nil
 end
 
@@ -73,7 +82,7 @@ function tiers.keep(device, measured)
   local path = tiers.path()
   if not path then return nil, "neither XDG_CACHE_HOME nor HOME names a folder" end
   local all = content()
-  all.measured[tiers.key(device)] = measured
+  all.measured[key_of(device:describe(), host.version, host.environment())] = measured
   local fine, message = host.file.mkdir(path:match "^(.*)/")
   if fine then
     fine, message = host.file.write_atomic(path, host.json.encode(all, { indent = 2 }) .. "\n")

@@ -57,7 +57,7 @@ suite:test("the page holds the run's numbers and is whole by itself", { limit = 
     t:equal(mean.points[k], { k - 1, line.mean })
     t:ok(page:find(("%.4g</td>"):format(line.mean), 1, true), "the table of numbers has the mean")
   end
-  for _, id in ipairs { "results", "learning", "diversity", "parameters", "failures", "cost",
+  for _, id in ipairs { "results", "learning", "diversity", "parameters", "failures", "cost", "accuracy",
     "lineage", "configuration" } do
     t:ok(page:find(('<section id="%s"'):format(id), 1, true), id)
   end

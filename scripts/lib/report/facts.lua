@@ -10,6 +10,7 @@ local runs = require "limax.report.runs"
 local schema = require "limax.schema"
 local scored_robot = require "limax.scored_robot"
 local source = require "limax.source"
+local tiers = require "limax.tiers"
 
 local facts = {}
 
@@ -189,6 +190,38 @@ function facts.said(list)
   local out = math.max(0, #rows - MOST_SAID)
   local kept = { unpack(rows, out + 1) }
   return { "generation", "arm", "repetition", "by", "reason", "changes" }, kept, out
+end
+
+-- What a run's simulations were, in words, and the tier that they are, if they are one.
+local function setting_of(simulation)
+  local tier = tiers.of(simulation)
+  if tier then return ("%s: %s"):format(tier, tiers.describe(tier)), tier end
+  local step = simulation.time_step
+  return ("%s, %s, %s"):format(simulation.integrator, simulation.precision,
+    type(step) == "number" and step > 0 and ("%g s"):format(step)
+    or ("%g of each body's bound"):format(simulation.bound_fraction)), nil
+end
+
+--- What the accuracy of each run was, what was measured of it where it ran, and how many of its
+--- robots moved too far in a step.
+---@param folders limax.report.folder[]
+---@return string[] columns
+---@return any[][] rows
+function facts.accuracy(folders)
+  local rows = {}
+  for k, folder in ipairs(folders) do
+    local setting, tier = setting_of(folder.config.simulation)
+    local coarse = 0
+    for _, run in ipairs(folder.runs) do
+      for _, line in ipairs(run.lines) do coarse = coarse + (line.coarse or 0) end
+    end
+    local sessions = folder.environment and folder.environment.sessions or {}
+    local measured = #sessions > 0 and tiers.measured_in(sessions[#sessions])
+    rows[k] = { folder.path, setting, coarse,
+      tier and tiers.price(measured and measured[tier]) or "no tier as a whole" }
+  end
+  return { "run", "simulated with", "robots that moved too far in a step",
+    "measured on this machine" }, rows
 end
 
 --- Who wrote the folders: a row for each process.

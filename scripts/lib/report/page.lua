@@ -122,6 +122,14 @@ local function cost(list)
     html.table(columns, rows, "Seconds by part of a generation, all repetitions together"))
 end
 
+local function accuracy(folders)
+  local columns, rows = facts.accuracy(folders)
+  return section("accuracy", "What its accuracy costs",
+    html.table(columns, rows, "Accuracy of each run"),
+    note("Elite regret: what is lost by breeding from scores of this accuracy. limax bench accuracy"
+      .. " measures it; where it was not measured with this processor and build, nothing is said."))
+end
+
 local function ancestry(run, label)
   local ancestors, line = lineage.of(run)
   if #ancestors == 0 then
@@ -260,7 +268,8 @@ function page.text(folders, options)
       why and note("Each run stands for itself, since " .. why) or "", letters(leading)),
     learning(list, label),
     shown.body == "" and "" or section("robots", "Robots", shown.body),
-    diversity(list), supervision(list), failures(list), cost(list), ancestry(leading, label),
+    diversity(list), supervision(list), failures(list), cost(list), accuracy(folders),
+    ancestry(leading, label),
     configuration(folders), not_in_paper(folders),
   }
   local links = {}
