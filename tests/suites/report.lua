@@ -57,8 +57,8 @@ suite:test("the page holds the run's numbers and is whole by itself", { limit = 
     t:equal(mean.points[k], { k - 1, line.mean })
     t:ok(page:find(("%.4g</td>"):format(line.mean), 1, true), "the table of numbers has the mean")
   end
-  for _, id in ipairs { "results", "learning", "diversity", "parameters", "failures", "cost", "accuracy",
-    "lineage", "configuration" } do
+  for _, id in ipairs { "results", "learning", "diversity", "parameters", "failures", "cost",
+    "accuracy", "lineage", "configuration" } do
     t:ok(page:find(('<section id="%s"'):format(id), 1, true), id)
   end
   -- the only addresses are the names of SVG's own elements
