@@ -321,8 +321,9 @@ private:
         rubbed_ = {plus(rubbed_.velocity, sign, impulse), plus(rubbed_.spin, sign, turn)};
     }
     // What to add to the friction's impulse on what touches the block and moves at `relative` to
-    // it, N s: Coulomb's law for the impulse of the whole step. Unlike that of effects/friction.h it
-    // lets static friction catch what slips, since sweeps leave no slip of exactly 0 to know rest by.
+    // it, N s: Coulomb's law for the impulse of the whole step. Unlike that of effects/friction.h
+    // it lets static friction catch what slips, since sweeps leave no slip of exactly 0 to know
+    // rest by.
     vector friction_impulse(touch& at, const vector& relative, double inverse_mass,
                             double h) const {
         const vector slip = plus(relative, -inner(at.normal, relative), at.normal);
