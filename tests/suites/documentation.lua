@@ -14,7 +14,8 @@ local source = require "limax.source"
 
 local suite = require("limax.test").suite "documentation"
 
-local PAGE, READMES = "scripts/RUN_FOLDER.md", { "README.md", "scripts/README.md" }
+local PAGE, READMES = "scripts/RUN_FOLDER.md",
+  { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
 
