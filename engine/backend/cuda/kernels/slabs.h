@@ -34,7 +34,7 @@ __device__ inline int place_of(int site) {
     const int layer = row / grid.y - first_layer(cluster_rank());
     return site % grid.x + row % grid.y * LIMAX_ROW + layer * LIMAX_PLANE;
 }
-// Where the sites of a place lie: the inverse of place_of().
+// The site at a place: the inverse of place_of().
 __device__ inline int site_at(int place) {
     constexpr site_grid grid{lattice{}};
     const int in_layer = place % LIMAX_PLANE;
