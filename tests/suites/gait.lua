@@ -55,7 +55,8 @@ suite:test("it walks against its wave, whatever integrates it", { devices = "all
   t:ok(middle / way[1] > 0.25 and middle / way[1] < 0.75, middle / way[1])
 end)
 
-suite:test("starts a hair apart walk as far in the mean", { integrators = METHODS }, function(t)
+suite:test("starts a hair apart walk as far in the mean", { devices = "all",
+  integrators = METHODS }, function(t)
   t:statistically(function(seed)
     return five_seconds(t, { position = { 0, 0, 1e-4 * seed } }):displacement()[1]
   end, { seeds = 6, expected = -0.455, rtol = 0.08 })
