@@ -97,9 +97,10 @@ for _, fraction in ipairs { 0.02, 0.5, 0.99 } do
     local beside = c.integrator == "leapfrog" and 0
       or (1 - w * w * h * h - math.cos(angle)) / math.sin(angle)
     -- in fp32 places of 0.1 m are rounded to 1e-6 of the stretch, and 300 forces add that up; near
-    -- the limit the same forces move more, by 1 / cos(t / 2)
+    -- the limit the same forces move more, by 1 / cos(t / 2). The CPU stays within a third of
+    -- these; an H200, whose inverse lengths differ in their last bits, needs more than a third.
     local allowed = stretch / math.cos(angle / 2)
-      * c:by_precision { double = 1e-10, fp32 = 2e-4, single = 3e-4 }
+      * c:by_precision { double = 3e-10, fp32 = 6e-4, single = 1e-3 }
     local seen = {}
     for n = 1, steps do
       run:advance(1)
@@ -327,8 +328,10 @@ case { row = 11, name = "springs of almost no length",
   -- three quarters of one are compared, and the rest is held to the general checks
   follow(c, voxel { stretch = stretch, time_step = 2e-4 }, w, 0, 28,
     c:by_precision { double = 1e-9, fp32 = 1e-3, single = 1e-3 })
-  -- the bound of the step holds for springs of at least half their length
-  c:run(voxel { stretch = stretch, energy = true, bound_fraction = 0.05 })
+  -- the bound of the step holds for springs of at least half their length. Shorter ones turn
+  -- farther in a step than it sees, which costs or brings energy once each time that they pass
+  -- their centre: 1.2 % on an H200.
+  c:run(voxel { stretch = stretch, energy = true, energy_rise = 0.05, bound_fraction = 0.05 })
 end }
 
 case { row = 48, name = "half and ten times the size", run = function(c)
