@@ -1,174 +1,27 @@
-// files.cpp: files that survive a kill at any moment: whole or absent (write_atomic), or grown by
-// whole lines (append). Every function answers true (or its value), or nil and a message that names
-// the path and the system's reason.
+// files.cpp: files and folders for scripts. Every function answers true (or its value), or nil and
+// a message that names the path and the system's reason.
 #include "files.h"
 
-#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
+#include "durable.h"
 #include "guard.h"
+#include "writer.h"
 
 namespace limax::host {
 namespace {
 
-constexpr mode_t file_mode = 0666;        // less the umask
-constexpr mode_t private_mode = 0600;     // for its owner alone
 constexpr mode_t folder_mode = 0777;      // less the umask
 constexpr off_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
-
-// A failure of the system, turned into nil and a message where the Lua function ends.
-struct system_problem {
-    std::string message;
-};
-
-[[noreturn]] void fail(const char* what, const std::string& path) {
-    const std::string reason = std::generic_category().message(errno);
-    throw system_problem{std::string("cannot ") + what + " " + path + ": " + reason};
-}
-
-class descriptor {
-public:
-    explicit descriptor(int number) : number_(number) {}
-    ~descriptor() {
-        if (number_ >= 0) close(number_);
-    }
-    descriptor(const descriptor&) = delete;
-    descriptor& operator=(const descriptor&) = delete;
-
-    bool fine() const { return number_ >= 0; }
-    int get() const { return number_; }
-    int release() {
-        const int number = number_;
-        number_ = -1;
-        return number;
-    }
-
-private:
-    int number_;
-};
-
-// Repeats a system call that a signal cut short.
-template <typename call>
-auto persist(call&& try_once) {
-    decltype(try_once()) result{};
-    do result = try_once();
-    while (result < 0 && errno == EINTR);
-    return result;
-}
-
-int open_path(const std::string& path, int flags, mode_t mode = file_mode) {
-    return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, mode); });
-}
-
-std::string folder_of(const std::string& path) {
-    const std::size_t slash = path.find_last_of('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-// Makes what was created, renamed or removed in a folder survive a power cut.
-void sync_path(const std::string& path, int flags) {
-    const descriptor at(open_path(path, O_RDONLY | flags));
-    if (!at.fine()) fail("open", path);
-    // EINVAL: a file system that has nothing to do here
-    if (persist([&] { return fsync(at.get()); }) != 0 && errno != EINVAL) fail("sync", path);
-}
-
-void write_all(const descriptor& file, std::string_view text, const std::string& path) {
-    while (!text.empty()) {
-        const ssize_t written =
-            persist([&] { return write(file.get(), text.data(), text.size()); });
-        if (written < 0) fail("write", path);
-        text.remove_prefix(static_cast<std::size_t>(written));
-    }
-}
-
-// A file beside `path` that nobody else has: a rename within a folder is atomic, one between file
-// systems is not possible.
-std::string temporary_beside(const std::string& path) {
-    static unsigned long serial = 0;
-    const std::string name = path.substr(path.find_last_of('/') + 1);
-    return folder_of(path) + "/." + name + "." + std::to_string(getpid()) + "-" +
-           std::to_string(++serial) + ".part";
-}
-
-// Where a text for `path` must really go: a link keeps pointing at what is replaced.
-std::string target_of(const std::string& path) {
-    struct stat found {};
-    if (lstat(path.c_str(), &found) != 0 || !S_ISLNK(found.st_mode)) return path;
-    std::error_code problem;
-    const std::filesystem::path real = std::filesystem::canonical(path, problem);
-    return problem ? path : real.string();
-}
-
-// Whether `path` is a terminal, a pipe, a device, or a name of an open file ("/dev/stdout"): such a
-// thing is written to, never replaced.
-bool is_stream(const std::string& path) {
-    struct stat found {};
-    if (stat(path.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) return false;
-    return !S_ISREG(found.st_mode) || path.rfind("/dev/std", 0) == 0 ||
-           path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/", 0) == 0;
-}
-
-void write_stream(const std::string& path, std::string_view text) {
-    // opened again, a file that a shell redirects to would be written at a place of its own
-    const bool standard = path == "/dev/stdout";
-    const descriptor stream(standard ? dup(STDOUT_FILENO) : open_path(path, O_WRONLY | O_APPEND));
-    if (!stream.fine()) fail("open", path);
-    // what was printed before comes first
-    std::fflush(nullptr);
-    write_all(stream, text, path);
-}
-
-void write_atomic(const std::string& link, std::string_view text) {
-    if (is_stream(link)) return write_stream(link, text);
-    const std::string path = target_of(link);
-    const std::string part = temporary_beside(path);
-    const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
-    if (!file.fine()) fail("create", path);
-    try {
-        write_all(file, text, path);
-        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
-        if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
-    } catch (const system_problem&) {
-        unlink(part.c_str());
-        throw;
-    }
-    sync_path(folder_of(path), O_DIRECTORY);
-}
-
-// One write of whole lines. What a full disk let through of it is taken back.
-void append(const std::string& path, std::string_view text, mode_t mode) {
-    descriptor file(open_path(path, O_WRONLY | O_APPEND));
-    const bool created = !file.fine() && errno == ENOENT;
-    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode)
-                                   : file.release());
-    if (!fresh.fine()) fail("open", path);
-    const off_t before = lseek(fresh.get(), 0, SEEK_END);
-    const ssize_t written = persist([&] { return write(fresh.get(), text.data(), text.size()); });
-    if (written != static_cast<ssize_t>(text.size())) {
-        const int reason = written < 0 ? errno : ENOSPC;
-        if (written > 0 && before >= 0 && ftruncate(fresh.get(), before) != 0)
-            fail("take a part of a line back from", path);
-        errno = reason;
-        fail("append to", path);
-    }
-    // EINVAL: a pipe or a device, which keeps nothing
-    if (persist([&] { return fdatasync(fresh.get()); }) != 0 && errno != EINVAL) fail("sync", path);
-    if (created) sync_path(folder_of(path), O_DIRECTORY);
-}
 
 // The text of a small file that nobody but its owner, who is this process's user, may read or
 // write: a key.
@@ -245,7 +98,7 @@ std::string_view text_argument(lua_State* L, int index) {
 int lua_write_atomic(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);
-    return answer(L, [&] { write_atomic(path, text); });
+    return answer(L, [&] { write_atomic(path, {&text, 1}); });
 }
 
 // append(path, text[, private]): a file that it makes is then its owner's alone
@@ -389,6 +242,7 @@ void open_files(lua_State* L) {
     add_function<lua_rename>(L, "rename");
     add_function<lua_absolute>(L, "absolute");
     add_function<lua_lock>(L, "lock");
+    add_writer(L);
     lua_setfield(L, -2, "file");
 }
 

@@ -12,6 +12,15 @@
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)
 
+-- Files that a thread of its own writes, one after the other, until one fails. Jobs count from 1.
+---@class limax.host.writer
+---@field write fun(self: limax.host.writer, path: string, text: string, array?: ffi.cdata*,
+--- bytes?: integer): integer a job: whole or not at all, the array after the text
+---@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
+---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil until it and all
+--- before it, or all, are on disk
+---@field done fun(self: limax.host.writer): integer the last job that is on disk
+
 -- Each answers true (or its value), or nil and a message that names the path.
 ---@class limax.host.file
 ---@field write_atomic fun(path: string, text: string): true|nil, string|nil whole or not at all
@@ -26,6 +35,7 @@
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
 ---@field lock fun(path: string): limax.host.lock|nil, string|nil a file or folder, for one process
+---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal
 ---@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C ends the process at once

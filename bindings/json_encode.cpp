@@ -23,8 +23,21 @@ public:
     }
 
 private:
+    // A key, or an index where there is none.
+    struct step {
+        std::string_view key;
+        int index;
+    };
+
     [[noreturn]] void refuse(const std::string& what) const {
-        std::string place = path_.empty() ? "" : " at " + path_;
+        std::string place;
+        for (const step& each : path_) {
+            if (each.key.data() == nullptr)
+                place += "[" + std::to_string(each.index) + "]";
+            else
+                place.append(place.empty() ? "" : ".").append(each.key);
+        }
+        if (!place.empty()) place = " at " + place;
         if (place.size() > longest_place) place = place.substr(0, longest_place) + "...";
         throw std::runtime_error("cannot write JSON: " + what + place);
     }
@@ -80,8 +93,13 @@ private:
         if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos)
             refuse("a string that is not UTF-8 (byte " + std::to_string(bad + 1) + ")");
         text_ += '"';
-        for (const char letter : bytes) {
+        std::size_t plain = 0;  // where the letters begin that stand as they are
+        for (std::size_t i = 0; i < bytes.size(); ++i) {
+            const char letter = bytes[i];
             const auto code = static_cast<unsigned char>(letter);
+            if (code >= 0x20 && letter != '"' && letter != '\\') continue;
+            text_.append(bytes, plain, i - plain);
+            plain = i + 1;
             switch (letter) {
                 case '"': text_ += "\\\""; break;
                 case '\\': text_ += "\\\\"; break;
@@ -89,15 +107,12 @@ private:
                 case '\r': text_ += "\\r"; break;
                 case '\t': text_ += "\\t"; break;
                 default:
-                    if (code < 0x20) {
-                        text_ += "\\u00";
-                        text_ += "0123456789abcdef"[code >> 4];
-                        text_ += "0123456789abcdef"[code & 15];
-                    } else {
-                        text_ += letter;
-                    }
+                    text_ += "\\u00";
+                    text_ += "0123456789abcdef"[code >> 4];
+                    text_ += "0123456789abcdef"[code & 15];
             }
         }
+        text_.append(bytes, plain);
         text_ += '"';
     }
 
@@ -134,43 +149,41 @@ private:
         for (int i = 1; i <= length; ++i) {
             if (i > 1) text_ += flat && indent_ > 0 ? ", " : ",";
             if (!flat) line();
-            const std::size_t before = path_.size();
-            path_ += "[" + std::to_string(i) + "]";
+            path_.push_back({{}, i});
             lua_rawgeti(L_, index, i);
             value(lua_gettop(L_));
             lua_pop(L_, 1);
-            path_.resize(before);
+            path_.pop_back();
         }
         close(']', length == 0 || flat);
     }
 
     void object(int index) {
-        std::vector<std::string_view> keys;
+        const std::size_t first = keys_.size();
         for (lua_pushnil(L_); lua_next(L_, index) != 0; lua_pop(L_, 1)) {
             if (lua_type(L_, -2) != LUA_TSTRING)
                 refuse(std::string("a table with a key that is a ") + luaL_typename(L_, -2));
-            // the table keeps its keys alive
-            keys.push_back(view(-2));
+            keys_.push_back(view(-2));
         }
-        std::sort(keys.begin(), keys.end());
+        const std::size_t last = keys_.size();
+        std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(first), keys_.end());
         text_ += '{';
-        bool first = true;
-        for (const std::string_view key : keys) {
-            if (!first) text_ += ',';
-            first = false;
+        for (std::size_t k = first; k < last; ++k) {
+            // what is below adds its own keys, and takes them away
+            const std::string_view key = keys_[k];
+            if (k > first) text_ += ',';
             line();
             string(key);
-            const std::size_t before = path_.size();
-            if (!path_.empty()) path_ += '.';
-            path_ += key;
+            path_.push_back({key, 0});
             text_ += indent_ > 0 ? ": " : ":";
             lua_pushlstring(L_, key.data(), key.size());
             lua_rawget(L_, index);
             value(lua_gettop(L_));
             lua_pop(L_, 1);
-            path_.resize(before);
+            path_.pop_back();
         }
-        close('}', keys.empty());
+        close('}', first == last);
+        keys_.resize(first);
     }
 
     void line() {
@@ -192,7 +205,9 @@ private:
     int indent_;
     int depth_ = 0;
     std::string text_;
-    std::string path_;
+    // of all tables from the outermost one to this; they keep their keys alive
+    std::vector<std::string_view> keys_;
+    std::vector<step> path_;
 };
 
 }  // namespace

@@ -204,13 +204,24 @@ function methods:genome(i)
   }
 end
 
+--- A copy of all genomes, [robot][gene], in memory of its own.
+---@param into? ffi.cdata* such a copy of as many genomes as long, to be written over
+---@return ffi.cdata* float[robots * genes]
+function methods:genomes_array(into)
+  local what = "population:genomes_array"
+  local handle, count = coded(self, what), self.count * self.genes
+  local genomes = into or ffi.new("float[?]", count)
+  if not ffi.istype("float[?]", genomes) or ffi.sizeof(genomes) ~= ffi.sizeof "float" * count then
+    arguments.refuse(what, ("an array of %d floats"):format(count), genomes)
+  end
+  abi.check(C.limax_population_read_genomes(handle, 0, self.count, genomes), what)
+  return genomes
+end
+
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function methods:genomes_bytes()
-  local what = "population:genomes_bytes"
-  local handle = coded(self, what)
-  local genomes = ffi.new("float[?]", self.count * self.genes)
-  abi.check(C.limax_population_read_genomes(handle, 0, self.count, genomes), what)
+  local genomes = self:genomes_array()
   return ffi.string(genomes, ffi.sizeof(genomes))
 end
 

@@ -11,6 +11,7 @@ local host = require "limax.host"
 local passes = require "limax.passes"
 local progress = require "limax.progress"
 local resume = require "limax.resume"
+local run_configuration = require "limax.run_configuration"
 local run_folder = require "limax.run_folder"
 local script = require "limax.script"
 local tally = require "limax.tally"
@@ -121,7 +122,7 @@ local function reopen(session, arguments)
       alone and "repetition " .. alone or "all repetitions"))
   end
   local config, scripts =
-    run_folder.configuration(experiment, { repetition = alone, overrides = changes })
+    run_configuration.of(experiment, { repetition = alone, overrides = changes })
   local verdict = resume.judge(folder, config, scripts, arguments.changed)
   folder:continue(config, scripts, verdict)
   session.notes[#session.notes + 1] = note

@@ -258,9 +258,8 @@ function Run:close(robots)
     population = robots }
   if self.folder then
     seconds.write = self.folder:write_generation { metrics = line, ledger = robots.ledger,
-      seconds = seconds, supervision = before.supervision, text = text, robots = #robots,
-      genomes = robots.engine:genomes_bytes(),
-      genes = robots.engine.genes, champion = robots[robots.ranked[1]]:table() }
+      seconds = seconds, supervision = before.supervision, text = text, engine = robots.engine,
+      champion = robots[robots.ranked[1]]:table() }
   end
   robots:end_traces "its population was bred"
   if self.on_generation then self.on_generation(entry, seconds) end

@@ -5,6 +5,19 @@ local npy = {}
 
 local magic = "\147NUMPY\1\0"
 
+--- What stands before the data of a .npy file.
+---@param rows integer
+---@param columns integer
+---@return string
+function npy.header(rows, columns)
+  local header = ("{'descr': '<f4', 'fortran_order': False, 'shape': (%d, %d), }")
+    :format(rows, columns)
+  -- magic, two bytes of length, header and its newline fill a multiple of 64 bytes
+  local padding = -(#magic + 2 + #header + 1) % 64
+  header = header .. (" "):rep(padding) .. "\n"
+  return magic .. string.char(#header % 256, math.floor(#header / 256)) .. header
+end
+
 --- The bytes of a .npy file.
 ---@param data string little-endian float32, rows x columns
 ---@param rows integer
@@ -12,12 +25,7 @@ local magic = "\147NUMPY\1\0"
 ---@return string
 function npy.encode(data, rows, columns)
   assert(#data == 4 * rows * columns, "npy: the data do not fill rows x columns")
-  local header = ("{'descr': '<f4', 'fortran_order': False, 'shape': (%d, %d), }")
-    :format(rows, columns)
-  -- magic, two bytes of length, header and its newline fill a multiple of 64 bytes
-  local padding = -(#magic + 2 + #header + 1) % 64
-  header = header .. (" "):rep(padding) .. "\n"
-  return magic .. string.char(#header % 256, math.floor(#header / 256)) .. header .. data
+  return npy.header(rows, columns) .. data
 end
 
 --- Data, rows and columns of what `encode` wrote; `nil, message` for anything else.

@@ -1,10 +1,14 @@
 --- run_folder.lua: one execution, one folder. Files are replaced whole and lines appended whole,
 --- the checkpoint last: whatever moment a run is killed at, everything up to the generation that
---- the checkpoint names is on disk, and what lies beyond it is cut when the run goes on.
+--- the checkpoint names is on disk, and what lies beyond it is cut when the run goes on. The files
+--- of a generation are written while the next one is simulated.
+
+local ffi = require "ffi"
 
 local failure = require "limax.failure"
 local host = require "limax.host"
 local npy = require "limax.npy"
+local run_configuration = require "limax.run_configuration"
 local run_lines = require "limax.run_lines"
 local source = require "limax.source"
 local shell = require "limax.shell"
@@ -12,7 +16,12 @@ local shell = require "limax.shell"
 ---@class limax.run_folder
 ---@field path string
 ---@field config table
----@field checkpoint table|nil repetition, generation and file sizes of the last whole generation
+---@field checkpoint table|nil repetition, generation and file sizes of the last generation that is
+--- whole on disk
+---@field writer limax.host.writer what is written behind the run's back
+---@field promised { job: integer, checkpoint: table }[] checkpoints that are on their way, in order
+---@field jobs table<integer, integer> the last job of a repetition's newest generation
+---@field genomes table<integer, ffi.cdata*> of that generation
 ---@field grown limax.run_lines the files that grow by a line per generation
 local Folder = {}
 Folder.__index = Folder
@@ -30,8 +39,24 @@ end
 
 function Folder:resume_command() return run_folder.resume_command(self.path) end
 
+-- Around a folder that has been locked.
+local function new(fields)
+  local self = setmetatable(fields, Folder)
+  self.writer, self.promised, self.jobs, self.genomes = host.file.writer(), {}, {}, {}
+  return self
+end
+
+-- Notes which checkpoints have come to the disk.
+function Folder:note_whole()
+  local done = self.writer:done()
+  while self.promised[1] and self.promised[1].job <= done do
+    self.checkpoint = table.remove(self.promised, 1).checkpoint
+  end
+end
+
 -- Ends the run when the disk refuses; what is whole stays so.
 function Folder:check(ok, message)
+  self:note_whole()
   if ok then return end
   local whole = "no generation is on disk yet"
   if self.checkpoint then
@@ -41,9 +66,20 @@ function Folder:check(ok, message)
   failure.raise(1, message .. "; " .. whole)
 end
 
+-- Waits until all that was given to the writer is on disk.
+function Folder:settle() self:check(self.writer:wait()) end
+
+-- What is written at once comes after all that was to be written before it.
 function Folder:write(name, text)
+  self:settle()
   self:check(host.file.write_atomic(self.path .. "/" .. name, text))
 end
+
+function Folder:write_later(name, text, array, bytes)
+  return self.writer:write(self.path .. "/" .. name, text, array, bytes)
+end
+
+function Folder:append_later(name, text) self.writer:append(self.path .. "/" .. name, text) end
 
 function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
 
@@ -51,48 +87,15 @@ function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" ..
 ---@param state "running"|"done"|"interrupted"|"failed"
 ---@param message? string
 function Folder:status(state, message)
+  -- a run that ends well has everything on disk; why another one ends is known already
+  if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
+  self:note_whole()
   local at = self.checkpoint or {}
-  self:write("STATUS", json { schema = "limax.status/1", state = state, message = message,
-    repetition = at.repetition, generation = at.generation })
+  self:check(host.file.write_atomic(self.path .. "/STATUS", json { schema = "limax.status/1",
+    state = state, message = message, repetition = at.repetition, generation = at.generation }))
 end
 
 -- ---- beginning ----------------------------------------------------------------------------------
-
--- Names under which scripts are kept: their path below the experiment's folder, else the file's own
--- name.
-local function copies(experiment)
-  local base = experiment.origin and source.folder_of(experiment.origin) .. "/"
-  local list, taken = {}, {}
-  for _, path in ipairs(experiment.scripts) do
-    local inside = base and path:find(base, 1, true) == 1
-    local name = inside and path:sub(#base + 1) or source.name_of(path)
-    while taken[name] do name = "_" .. name end
-    taken[name] = true
-    local text, message = source.read(path)
-    if not text then failure.raise(1, message) end
-    list[#list + 1] = { file = name, path = path, sha256 = host.sha256(text), text = text }
-  end
-  return list
-end
-run_folder.copies = copies
-
---- The configuration that a run folder holds: the experiment's, and how it was started.
----@param experiment limax.experiment
----@param options { repetition: integer|nil, overrides: string[]|nil }
----@return table config
----@return table[] scripts file, path, sha256, text
-function run_folder.configuration(experiment, options)
-  local config = source.copy(experiment.config)
-  local scripts, kept = copies(experiment), host.json.array {}
-  local script
-  for i, copy in ipairs(scripts) do
-    kept[i] = { file = copy.file, sha256 = copy.sha256 }
-    if copy.path == experiment.origin then script = copy.file end
-  end
-  config.run = { repetition = options.repetition, path = experiment.origin, script = script,
-    scripts = kept, overrides = host.json.array(options.overrides or {}) }
-  return config, scripts
-end
 
 -- Scripts as they were, each under its name.
 function Folder:write_scripts(scripts, below)
@@ -143,7 +146,7 @@ function run_folder.take(path)
     local ok, message = host.file.mkdir(path)
     if not ok then failure.raise(2, message) end
   end
-  local self = setmetatable({ path = path }, Folder)
+  local self = new { path = path }
   self.grown = run_lines.new(self)
   self.lock = lock(path)
   return self
@@ -153,7 +156,7 @@ end
 ---@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 function Folder:begin(experiment, options)
-  local config, scripts = run_folder.configuration(experiment, options)
+  local config, scripts = run_configuration.of(experiment, options)
   self.config = config
   self:write_scripts(scripts, "scripts")
   self.grown:create()
@@ -192,21 +195,24 @@ end
 
 -- ---- writing ------------------------------------------------------------------------------------
 
--- Says that everything written so far is whole.
+-- Says that everything written so far is whole. Returns the job that says so.
 function Folder:write_checkpoint(repetition, generation)
   local bytes, ahead = self.grown:sizes()
   local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
     generation = generation, bytes = bytes, ahead = ahead }
-  self:write("checkpoint", json(checkpoint))
-  self.checkpoint = checkpoint
+  local job = self:write_later("checkpoint", json(checkpoint))
+  table.insert(self.promised, { job = job, checkpoint = checkpoint })
+  return job
 end
 
 --- From now on the lines of this repetition are next. All earlier repetitions must have their last
 --- generation. Without a turn, lines are appended as they come.
 ---@param repetition integer
 function Folder:take_turn(repetition)
+  self:settle()
   if not self.grown:take_turn(repetition) then return end
   self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
+  self:settle()
   self.grown:remove_waiting(repetition)
 end
 
@@ -220,22 +226,28 @@ function run_folder.place(repetition, kind, generation, ending)
   return ("%s/%s/g%04d%s"):format(run_lines.folder_of(repetition), kind, generation, ending)
 end
 
---- Writes a whole generation; the checkpoint that names it comes last. Returns the seconds that it
---- took.
----@param given table metrics, ledger, seconds, supervision, text, genomes, genes, robots, champion
+--- Writes a whole generation, behind the run's back; the checkpoint that names it comes last. What
+--- the disk refused of an earlier one is raised here. Returns the seconds that the run was held up.
+---@param given table metrics, ledger, seconds, supervision, text, engine, champion
 ---@return number
 function Folder:write_generation(given)
   local began = host.clock()
   local repetition, generation = given.metrics.repetition, given.metrics.generation
+  -- one generation of a repetition is on its way at a time, with its genomes
+  self:check(self.writer:wait(self.jobs[repetition] or 0))
+  local robots = given.engine
+  local genomes = robots:genomes_array(self.genomes[repetition])
+  self.genomes[repetition] = genomes
   local function place(kind, ending)
     return run_folder.place(repetition, kind, generation, ending)
   end
   for _, kind in ipairs { "population", "champions" } do
     self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
   end
-  self:write(place("population", ".jsonl"), given.text)
-  self:write(place("population", ".npy"), npy.encode(given.genomes, given.robots, given.genes))
-  self:write(place("champions", ".json"), json(given.champion))
+  self:write_later(place("population", ".jsonl"), given.text)
+  self:write_later(place("population", ".npy"), npy.header(robots.count, robots.genes), genomes,
+    ffi.sizeof(genomes))
+  self:write_later(place("champions", ".json"), json(given.champion))
 
   local ledger = { schema = "limax.ledger/1", repetition = repetition, generation = generation }
   for key, value in pairs(given.ledger) do ledger[key] = value end
@@ -247,7 +259,7 @@ function Folder:write_generation(given)
   self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
     generation = generation, ended = host.time(), seconds = seconds,
     supervision = given.supervision })
-  self:write_checkpoint(repetition, generation)
+  self.jobs[repetition] = self:write_checkpoint(repetition, generation)
   return host.clock() - began
 end
 
@@ -272,7 +284,7 @@ function run_folder.open(path)
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s")
       :format(path, tostring(config.schema)))
   end
-  local self = setmetatable({ path = path, config = config }, Folder)
+  local self = new { path = path, config = config }
   self.lock = lock(path)
   if host.file.exists(path .. "/checkpoint") then
     self.checkpoint, message = read_json(path .. "/checkpoint")
@@ -383,6 +395,7 @@ end
 
 --- Lets other processes write this folder.
 function Folder:close()
+  self.writer:wait()
   if self.lock then self.lock:free() end
   self.lock = nil
 end

@@ -71,7 +71,7 @@ function Lines:create()
 end
 
 function Lines:append_text(file, text, bytes, name)
-  self.folder:check(host.file.append(self.folder.path .. "/" .. file, text))
+  self.folder:append_later(file, text)
   bytes[name] = bytes[name] + #text
 end
 

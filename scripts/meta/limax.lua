@@ -242,6 +242,11 @@ function limax_population:breed(parents, pairs_of_parents, options, on) end
 ---@return limax.view [gene]
 function limax_population:genome(i) end
 
+--- A copy of all genomes, [robot][gene], in memory of its own.
+---@param into? ffi.cdata* such a copy of as many genomes as long, to be written over
+---@return ffi.cdata* float[robots * genes]
+function limax_population:genomes_array(into) end
+
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function limax_population:genomes_bytes() end

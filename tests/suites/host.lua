@@ -1,5 +1,7 @@
 --- host.lua: command line, errors, locked globals, packages, files, SHA-256, locale.
 
+local ffi = require "ffi"
+
 local host = require "limax.host"
 local process = require "support.process"
 
@@ -179,6 +181,49 @@ suite:test("files are written whole, appended by lines, and locked", function(t)
   t:equal({ fine, message }, { nil, folder .. " is in use by another process" })
   lock:free()
   t:ok(file.lock(folder)):free()
+end)
+
+suite:test("a writer writes behind the script's back, in order, until one job fails", function(t)
+  local folder, writer = t:folder(), host.file.writer()
+  local path = folder .. "/rows"
+  local function numbers() return ffi.new("float[?]", 3, { 1, 2, 3 }) end
+  t:equal(writer:done(), 0)
+  t:equal({ writer:wait() }, { true })
+  t:equal(writer:write(path, "head", numbers(), 12), 1)
+  for k = 2, 200 do t:equal(writer:append(folder .. "/lines", ("line %d\n"):format(k)), k) end
+  collectgarbage()
+  t:ok(writer:wait(1))
+  t:ok(process.read(path) == "head" .. ffi.string(numbers(), 12))
+  t:ok(writer:wait())
+  t:equal(writer:done(), 200)
+  local lines = {}
+  for k = 2, 200 do lines[#lines + 1] = ("line %d\n"):format(k) end
+  t:equal(process.read(folder .. "/lines"), table.concat(lines))
+
+  -- nothing is written after what could not be
+  writer:write(path, "before")
+  writer:write(folder .. "/no/x", "x")
+  writer:append(folder .. "/lines", "after\n")
+  local expected = ("cannot create %s/no/x: No such file or directory"):format(folder)
+  t:equal({ writer:wait() }, { nil, expected })
+  t:equal(writer:done(), 201)
+  t:ok(writer:wait(0) == nil and writer:write(path, "later") == 204)
+  t:equal({ writer:wait() }, { nil, expected })
+  t:equal(process.read(path), "before")
+  t:ok(not process.read(folder .. "/lines"):find "after")
+
+  t:raises("whole lines", function() writer:append(path, "half") end)
+  t:raises("there is no such job", function() writer:wait(205) end)
+  t:raises("an array of the FFI", function() writer:write(path, "", "text", 4) end)
+  t:raises("must not be negative", function() writer:write(path, "", ffi.new "int[1]", -1) end)
+
+  -- what nobody waits for is written all the same
+  writer = host.file.writer()
+  for k = 1, 50 do writer:write(path, ("%d"):format(k)) end
+  writer = nil
+  collectgarbage()
+  collectgarbage()
+  t:equal({ process.read(path), host.file.list(folder) }, { "50", { "lines", "rows" } })
 end)
 
 suite:test("a full disk takes no part of a line", function(t)

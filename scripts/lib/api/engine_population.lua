@@ -19,6 +19,7 @@ return {
       .. "{ { 1, 2 }, { 2, 3 }, { 3, 4 }, { 4, 1 } }, { mutation_rate = 0.1, mutation_scale = 0.1, "
       .. "crossover_rate = 0.4, seed = 1, repetition = 1, generation = 1 })" },
     { "genome", false, "robots:genome(1)" },
+    { "genomes_array", false, "robots:genomes_array()" },
     { "genomes_bytes", "bytes", "#robots:genomes_bytes()" },
     { "set_genomes", false, "robots:set_genomes(robots:genomes_bytes())" },
     { "voxels", false, "robots:voxels(1)", file = bodies, at = "methods:voxels" },

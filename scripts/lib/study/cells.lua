@@ -7,6 +7,7 @@ local history = require "limax.history"
 local host = require "limax.host"
 local model_arms = require "limax.study.model_arms"
 local resume = require "limax.resume"
+local run_configuration = require "limax.run_configuration"
 local run_folder = require "limax.run_folder"
 local source = require "limax.source"
 
@@ -60,7 +61,7 @@ end
 ---@return limax.study.result
 function cells.run(given)
   local path, repetition = given.path, given.repetition
-  local config, scripts = run_folder.configuration(given.experiment, { repetition = repetition })
+  local config, scripts = run_configuration.of(given.experiment, { repetition = repetition })
   local text = source.read(path .. "/config.json")
   local found = text and host.json.decode(text, path .. "/config.json")
   if found then check(path, found, config) end

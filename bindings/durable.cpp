@@ -1,0 +1,121 @@
+#include "durable.h"
+
+#include <sys/stat.h>
+
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+namespace limax::host {
+
+void fail(const char* what, const std::string& path) {
+    const std::string reason = std::generic_category().message(errno);
+    throw system_problem{std::string("cannot ") + what + " " + path + ": " + reason};
+}
+
+int open_path(const std::string& path, int flags, mode_t mode) {
+    return persist([&] { return open(path.c_str(), flags | O_CLOEXEC, mode); });
+}
+
+std::string folder_of(const std::string& path) {
+    const std::size_t slash = path.find_last_of('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+void sync_path(const std::string& path, int flags) {
+    const descriptor at(open_path(path, O_RDONLY | flags));
+    if (!at.fine()) fail("open", path);
+    // EINVAL: a file system that has nothing to do here
+    if (persist([&] { return fsync(at.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+}
+
+namespace {
+
+void write_all(const descriptor& file, std::string_view text, const std::string& path) {
+    while (!text.empty()) {
+        const ssize_t written =
+            persist([&] { return write(file.get(), text.data(), text.size()); });
+        if (written < 0) fail("write", path);
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+// A file beside `path` that nobody else has: a rename within a folder is atomic, one between file
+// systems is not possible.
+std::string temporary_beside(const std::string& path) {
+    static std::atomic<unsigned long> serial = 0;
+    const std::string name = path.substr(path.find_last_of('/') + 1);
+    return folder_of(path) + "/." + name + "." + std::to_string(getpid()) + "-" +
+           std::to_string(++serial) + ".part";
+}
+
+// Where a text for `path` must really go: a link keeps pointing at what is replaced.
+std::string target_of(const std::string& path) {
+    struct stat found {};
+    if (lstat(path.c_str(), &found) != 0 || !S_ISLNK(found.st_mode)) return path;
+    std::error_code problem;
+    const std::filesystem::path real = std::filesystem::canonical(path, problem);
+    return problem ? path : real.string();
+}
+
+// Whether `path` is a terminal, a pipe, a device, or a name of an open file ("/dev/stdout"): such a
+// thing is written to, never replaced.
+bool is_stream(const std::string& path) {
+    struct stat found {};
+    if (stat(path.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) return false;
+    return !S_ISREG(found.st_mode) || path.rfind("/dev/std", 0) == 0 ||
+           path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/", 0) == 0;
+}
+
+void write_stream(const std::string& path, std::span<const std::string_view> pieces) {
+    // opened again, a file that a shell redirects to would be written at a place of its own
+    const bool standard = path == "/dev/stdout";
+    const descriptor stream(standard ? dup(STDOUT_FILENO) : open_path(path, O_WRONLY | O_APPEND));
+    if (!stream.fine()) fail("open", path);
+    // what was printed before comes first
+    std::fflush(nullptr);
+    for (const std::string_view piece : pieces) write_all(stream, piece, path);
+}
+
+}  // namespace
+
+void write_atomic(const std::string& link, std::span<const std::string_view> pieces) {
+    if (is_stream(link)) return write_stream(link, pieces);
+    const std::string path = target_of(link);
+    const std::string part = temporary_beside(path);
+    const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
+    if (!file.fine()) fail("create", path);
+    try {
+        for (const std::string_view piece : pieces) write_all(file, piece, path);
+        if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
+        if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
+    } catch (const system_problem&) {
+        unlink(part.c_str());
+        throw;
+    }
+    sync_path(folder_of(path), O_DIRECTORY);
+}
+
+void append(const std::string& path, std::string_view text, mode_t mode) {
+    descriptor file(open_path(path, O_WRONLY | O_APPEND));
+    const bool created = !file.fine() && errno == ENOENT;
+    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode)
+                                   : file.release());
+    if (!fresh.fine()) fail("open", path);
+    const off_t before = lseek(fresh.get(), 0, SEEK_END);
+    const ssize_t written = persist([&] { return write(fresh.get(), text.data(), text.size()); });
+    if (written != static_cast<ssize_t>(text.size())) {
+        const int reason = written < 0 ? errno : ENOSPC;
+        if (written > 0 && before >= 0 && ftruncate(fresh.get(), before) != 0)
+            fail("take a part of a line back from", path);
+        errno = reason;
+        fail("append to", path);
+    }
+    // EINVAL: a pipe or a device, which keeps nothing
+    if (persist([&] { return fdatasync(fresh.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+    if (created) sync_path(folder_of(path), O_DIRECTORY);
+}
+
+}  // namespace limax::host

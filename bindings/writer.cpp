@@ -1,0 +1,247 @@
+// writer.cpp: files written behind a script's back, while it computes: a thread does, one after the
+// other, what it is given, and stops at the first failure, so that on disk is always a beginning of
+// what was asked for. Numbers of jobs count from 1. What a job writes stays in Lua's hands, held by
+// the writer's environment until it is done: nothing is copied.
+#include "writer.h"
+
+#include <signal.h>
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <new>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "durable.h"
+#include "guard.h"
+
+namespace limax::host {
+namespace {
+
+const char* const writer_type = "limax.writer";
+// LuaJIT's type of what its FFI makes, which its header does not name
+constexpr int type_cdata = 10;
+
+struct job {
+    std::string path;
+    std::array<std::string_view, 2> pieces;
+    bool appends;
+};
+
+class writer {
+public:
+    writer() = default;
+    // What was given is written first.
+    ~writer() {
+        {
+            const std::lock_guard lock(mutex_);
+            ends_ = true;
+        }
+        wake_.notify_one();
+        if (thread_.joinable()) thread_.join();
+    }
+    writer(const writer&) = delete;
+    writer& operator=(const writer&) = delete;
+
+    void give(job next) {
+        if (!thread_.joinable()) start();
+        {
+            const std::lock_guard lock(mutex_);
+            jobs_.push_back(std::move(next));
+        }
+        ++given;
+        wake_.notify_one();
+    }
+
+    // Until so many jobs are on disk, or one has failed: its message.
+    std::string wait(std::uint64_t count) {
+        std::unique_lock lock(mutex_);
+        did_.wait(lock, [&] { return done_ >= count || !problem_.empty(); });
+        return problem_;
+    }
+
+    // Jobs that are on disk.
+    std::uint64_t done() const {
+        const std::lock_guard lock(mutex_);
+        return done_;
+    }
+
+    // Of the thread that runs scripts: jobs so far, and those that Lua holds nothing for any more.
+    std::uint64_t given = 0, released = 0;
+
+private:
+    // Signals are for the thread that runs scripts.
+    void start() {
+        sigset_t all, before;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &before);
+        try {
+            thread_ = std::thread([this] { work(); });
+        } catch (...) {
+            pthread_sigmask(SIG_SETMASK, &before, nullptr);
+            throw;
+        }
+        pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    }
+
+    static void carry_out(const job& next) {
+        if (next.appends)
+            append(next.path, next.pieces[0]);
+        else
+            write_atomic(next.path, next.pieces);
+    }
+
+    void work() {
+        std::unique_lock lock(mutex_);
+        const auto can_go_on = [&] { return !jobs_.empty() && problem_.empty(); };
+        for (;;) {
+            wake_.wait(lock, [&] { return ends_ || can_go_on(); });
+            if (!can_go_on()) return;
+            const job& next = jobs_.front();
+            lock.unlock();
+            std::string problem;
+            try {
+                carry_out(next);
+            } catch (const system_problem& found) {
+                problem = found.message;
+            } catch (const std::exception& found) {
+                problem = "cannot write " + next.path + ": " + found.what();
+            }
+            lock.lock();
+            if (problem.empty()) {
+                jobs_.pop_front();
+                ++done_;
+            }
+            problem_ = std::move(problem);
+            did_.notify_all();
+        }
+    }
+
+    mutable std::mutex mutex_;
+    std::condition_variable wake_, did_;
+    std::deque<job> jobs_;  // the first one is being done
+    std::uint64_t done_ = 0;
+    std::string problem_;  // of the first job that failed
+    bool ends_ = false;
+    std::thread thread_;
+};
+
+writer& writer_argument(lua_State* L) {
+    return *static_cast<writer*>(luaL_checkudata(L, 1, writer_type));
+}
+
+// Gives a job, and holds the values that it writes, from `first` on, until it is done. Pushes its
+// number.
+int give(lua_State* L, job next, int first) {
+    writer& by = writer_argument(L);
+    const int last = lua_gettop(L);
+    const std::uint64_t done = by.done();
+    lua_getfenv(L, 1);
+    for (; by.released < done; ++by.released) {
+        lua_pushnil(L);
+        lua_rawseti(L, -2, static_cast<int>(by.released + 1));
+    }
+    lua_createtable(L, last - first + 1, 0);
+    for (int index = first; index <= last; ++index) {
+        lua_pushvalue(L, index);
+        lua_rawseti(L, -2, index - first + 1);
+    }
+    // before it is given: from then on the other thread reads them
+    lua_rawseti(L, -2, static_cast<int>(by.given + 1));
+    by.give(std::move(next));
+    lua_pushnumber(L, static_cast<lua_Number>(by.given));
+    return 1;
+}
+
+std::string_view text_argument(lua_State* L, int index) {
+    std::size_t length = 0;
+    const char* const text = luaL_checklstring(L, index, &length);
+    return {text, length};
+}
+
+// writer:write(path, text[, array, bytes]) -> number: as write_atomic, an array of the FFI after
+// the text
+int lua_write(lua_State* L) {
+    writer_argument(L);
+    job next{path_argument(L, 2), {text_argument(L, 3), {}}, false};
+    if (!lua_isnoneornil(L, 4)) {
+        luaL_argcheck(L, lua_type(L, 4) == type_cdata, 4, "expected an array of the FFI");
+        const lua_Number bytes = luaL_checknumber(L, 5);
+        luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 5,
+                      "a size in bytes must not be negative");
+        next.pieces[1] = {static_cast<const char*>(lua_topointer(L, 4)),
+                          static_cast<std::size_t>(bytes)};
+    }
+    lua_settop(L, 4);
+    return give(L, std::move(next), 3);
+}
+
+// writer:append(path, text) -> number: whole lines, as append
+int lua_append(lua_State* L) {
+    writer_argument(L);
+    job next{path_argument(L, 2), {text_argument(L, 3), {}}, true};
+    const std::string_view text = next.pieces[0];
+    luaL_argcheck(L, !text.empty() && text.back() == '\n', 3,
+                  "whole lines are appended: the text must end in a line break");
+    lua_settop(L, 3);
+    return give(L, std::move(next), 3);
+}
+
+// writer:wait([number]) -> true | nil, message: until that job and all before it, or all, are on
+// disk
+int lua_wait(lua_State* L) {
+    writer& by = writer_argument(L);
+    const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(by.given));
+    luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(by.given), 2,
+                  "there is no such job");
+    const std::string problem = by.wait(static_cast<std::uint64_t>(number));
+    if (!problem.empty()) return push_failure(L, problem);
+    lua_pushboolean(L, 1);
+    return 1;
+}
+
+// writer:done() -> number of jobs that are on disk
+int lua_done(lua_State* L) {
+    lua_pushnumber(L, static_cast<lua_Number>(writer_argument(L).done()));
+    return 1;
+}
+
+int lua_collect(lua_State* L) {
+    writer_argument(L).~writer();
+    return 0;
+}
+
+// writer() -> writer
+int lua_writer(lua_State* L) {
+    new (lua_newuserdata(L, sizeof(writer))) writer;
+    lua_newtable(L);
+    lua_setfenv(L, -2);
+    luaL_getmetatable(L, writer_type);
+    lua_setmetatable(L, -2);
+    return 1;
+}
+
+}  // namespace
+
+void add_writer(lua_State* L) {
+    luaL_newmetatable(L, writer_type);
+    add_function<lua_collect>(L, "__gc");
+    // ended once, and not by scripts
+    lua_pushboolean(L, 0);
+    lua_setfield(L, -2, "__metatable");
+    lua_newtable(L);
+    add_function<lua_write>(L, "write");
+    add_function<lua_append>(L, "append");
+    add_function<lua_wait>(L, "wait");
+    add_function<lua_done>(L, "done");
+    lua_setfield(L, -2, "__index");
+    lua_pop(L, 1);
+    add_function<lua_writer>(L, "writer");
+}
+
+}  // namespace limax::host
