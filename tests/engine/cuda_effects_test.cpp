@@ -225,7 +225,7 @@ TEST_CASE("an effect adds to a kernel what its law needs, and leaves no trace wh
     CHECK(of_ground.sum >= 3 * masses);
     CHECK(of_ground.inverse_root == 0);
     CHECK(of_ground.loads == 0);
-    CHECK(of_friction.fma == 5 * masses);
+    CHECK(of_friction.fma == 6 * masses);
     CHECK(of_friction.product >= 4 * masses);
     CHECK(of_friction.inverse_root == masses);
     CHECK(of_friction.loads == 0);

@@ -151,6 +151,38 @@ TEST_CASE_TEMPLATE("static friction holds what rested, kinetic friction slows wh
     check(vector<R>{0, 0, 1});
 }
 
+TEST_CASE_TEMPLATE("a slip that turns round stops where static friction can hold it", R, float,
+                   double) {
+    // thrown up a slope between atan(mu_k) and atan(mu_s), at speeds that end anywhere in a step
+    const double origin[3] = {0, 0, 0};
+    const auto params = friction::make<R>(default_values<friction>().data(), origin);
+    const R inverse_mass = 10, load = 20, h = R(1e-3);
+    const R pull =
+        R(0.5) * (params.static_coefficient + params.kinetic_coefficient) * load * inverse_mass;
+    const auto speed_after = [&](R speed, R downhill, auto normal) {
+        vector<R> u{-speed, 0, 0};
+        for (int step = 0; step < 1000; ++step) {
+            const vector<R> v{u.x + downhill * h, 0, 0};
+            u = friction::slip(params, normal, load, inverse_mass, u, v, h);
+        }
+        return u.x;
+    };
+    int slid = 0;
+    for (int i = 0; i < 200; ++i) {
+        const R speed = 1 + R(0.00317) * R(i);
+        slid += speed_after(speed, pull, up{}) != 0;
+        slid += speed_after(speed, pull, vector<R>{0, 0, 1}) != 0;
+        // steeper than static friction bears, it comes back
+        CHECK(speed_after(speed, R(3) * pull, up{}) > 0);
+    }
+    CHECK(slid == 0);
+    // to the side of its way it has turned by less than a right angle, and slips on
+    const R between = pull * h, kinetic = params.kinetic_coefficient * load * inverse_mass * h;
+    const vector<R> aside = friction::slip(params, up{}, load, inverse_mass, {R(0.01), R(0.1), 0},
+                                           {R(0.01), between, 0}, h);
+    CHECK(aside.y > R(0.9) * (between - kinetic));
+}
+
 TEST_CASE("the force of an effect on a mass at rest is the gradient of its energy") {
     draws draw;
     const double origin[3] = {0, 0, 0};

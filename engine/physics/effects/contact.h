@@ -67,6 +67,15 @@ template <class R>
 LIMAX_LAW R square_across(const vector<R>& /*normal*/, const vector<R>& slip, R least) {
     return fma(slip.x, slip.x, fma(slip.y, slip.y, fma(slip.z, slip.z, least)));
 }
+// The product of a velocity's part across a normal with such a part.
+template <class R>
+LIMAX_LAW R product_across(up, const vector<R>& v, const vector<R>& slip) {
+    return fma(v.x, slip.x, v.y * slip.y);
+}
+template <class R>
+LIMAX_LAW R product_across(const vector<R>& /*normal*/, const vector<R>& v, const vector<R>& slip) {
+    return dot(v, slip);
+}
 // A velocity with `kept` (0 to 1) of its part across a normal left; itself, bit for bit, where all
 // of that is kept.
 template <class R>

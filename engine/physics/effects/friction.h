@@ -1,10 +1,12 @@
 // friction.h: Coulomb friction as an impulse on each mass that touches, which can stop a slip and
 // never reverse it; at each contact in turn, whichever way its surface faces. SI units.
 //
-// Static friction holds a mass that rested before the step; one that slips comes to rest where
-// kinetic friction stops it. If static friction caught it, up to mu_s N h would act where mu_k N h
-// is due, at every stop, and the error of a walk would be ten times larger and fall more slowly
-// with h.
+// Static friction holds a mass that rested before the step, or whose slip the forces of the step
+// turn round: it was at rest for a moment. One that slips on comes to rest where kinetic friction
+// stops it. If static friction caught that too, up to mu_s N h would act where mu_k N h is due, at
+// every stop, and the error of a walk would be ten times larger and fall more slowly with h. If it
+// did not hold what turns round, a force F between mu_k N and mu_s N would pull a slip back through
+// zero at (F - mu_k N) / (F + mu_k N) of all turns, however small h is.
 #pragma once
 
 #include "physics/effects/contact.h"
@@ -43,7 +45,7 @@ struct friction {
 
     // `before` and `velocity` are the mass's before and after all forces of this step of length h;
     // `push` the contact's on it, N. Stopping the slip takes m |v_t|: at most mu_s N h of it is
-    // there for a mass that rested before, else mu_k N h, capped at what stops the mass.
+    // there for a mass that rested before or turns round, else mu_k N h, capped at what stops it.
     template <class R, class Direction>
     LIMAX_LAW static vector<R> slip(const params<R>& p, const Direction& normal, R push,
                                     R inverse_mass, const vector<R>& before,
@@ -58,7 +60,8 @@ struct friction {
         const R kinetic = smaller(p.kinetic_coefficient * available, speed);
         const bool rested =
             square_across(normal, across(normal, before), R(0)) <= R(at_rest * at_rest);
-        const bool held = rested & (speed <= p.static_coefficient * available);
+        const bool turned = product_across(normal, before, sliding) < R(0);
+        const bool held = (rested | turned) & (speed <= p.static_coefficient * available);
         const R removed = held ? speed : kinetic;
         // 1 exactly where nothing is removed, and never below 0, whatever was rounded
         const R kept = removed >= speed ? R(0) : larger(fma(-removed, inverse, R(1)), R(0));
