@@ -109,12 +109,14 @@ function words.of(names)
     return require("limax.repl.compare").two(robot, first, second, options)
   end
 
-  --- Evolves some generations, a line for each, and gives the run, which can be evolved on.
+  --- Evolves some generations, a line for each, and gives the run, which can be evolved on. After
+  --- Ctrl-C the run so far is `_`.
   ---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to go on with
   ---@param generations? integer 5 if absent
   ---@return limax.run
   function list.evolve(what, generations)
-    return require("limax.repl.evolve").some(what, generations)
+    return require("limax.repl.evolve").some(what, generations,
+      function(run) names():remember(run) end)
   end
 
   --- The best robot of a run's newest scored generation.
