@@ -184,3 +184,36 @@ suite:test("whoever ends the prompt finds the terminal as it was", function(t)
   t:equal(done.status, 0)
   t:equal(done.echo, true)
 end)
+
+suite:test("a picture of a robot in motion, and a program that shows it", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/viewer.sh", "#!/bin/sh\necho \"$2\" >shown.part\nmv shown.part shown\n")
+  os.execute("chmod +x " .. process.quote(folder .. "/viewer.sh"))
+  process.write(folder .. "/input", [[
+walk = limax.robot { voxels = "ecs\nece" }:begin { duration = 1 }
+picture(walk, "now.svg");
+walk:go(0.7); picture(walk, "later.svg", { open = true, title = "later & on" });
+picture(walk, "never.svg", { duration = 3 })
+]])
+  local pipe = io.popen(("cd %s; BROWSER=%s HOME=. %s repl <input 2>&1"):format(
+    process.quote(folder), process.quote(folder .. "/viewer.sh --new"),
+    process.quote(host.executable)))
+  local said = pipe:read "*a"
+  pipe:close()
+  t:ok(said:find("input:4: picture: unknown option duration; known are: open, title", 1, true),
+    said)
+  local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
+  -- a moment of rest, and another one 0.7 s later; the faces have moved
+  t:ok(now:find("-0.50 s", 1, true) and later:find("0.20 s", 1, true), now)
+  local function faces(text)
+    local list = {}
+    for face in text:gmatch "<polygon.->" do list[#list + 1] = face end
+    return list
+  end
+  t:ok(#faces(now) >= 10 and #faces(later) >= 10, now)
+  t:ok(table.concat(faces(now)) ~= table.concat(faces(later)))
+  t:ok(later:find("later &amp; on", 1, true), later)
+  local start = host.clock()
+  while process.read(folder .. "/shown") == "" and host.clock() - start < 10 do host.wait(0.02) end
+  t:ok(process.read(folder .. "/shown"):find "/later.svg\n$")
+end)
