@@ -1,11 +1,12 @@
 --- test.lua: `limax test`: runs suites of scripted regressions.
 
+local child = require "limax.test.child"
 local engine = require "limax.engine"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local junit = require "limax.test.junit"
 local lines = require "limax.test.lines"
-local parallel = require "limax.test.parallel"
+local processes = require "limax.test.processes"
 local report = require "limax.test.report"
 local runner = require "limax.test.runner"
 local terminal = require "limax.terminal"
@@ -15,7 +16,9 @@ local command = {
   usage = "limax test [FILE|FOLDER ...] [options]",
   text = "Without a file or folder: the suites of limax's source tree. A folder stands for the\n"
     .. ".lua files that lie in it. Tests tagged full take minutes and run only with --tags=full.\n"
-    .. "Exits 1 if a test failed or a suite did not load.",
+    .. "Each file runs in a process of its own: a test that crashes, or loops beyond its limit,\n"
+    .. "is ended and has failed, and those after it run. Exits 1 if a test failed or a suite did\n"
+    .. "not load.",
   positional = { name = "FILE" },
   options = {
     { name = "filter", argument = "PATTERN",
@@ -27,13 +30,20 @@ local command = {
     { name = "shuffle", argument = "SEED", kind = "integer", minimum = 0,
       text = "run in an order drawn from this number; 0 draws one and prints it" },
     { name = "jobs", short = "j", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
-      value = 1, text = "run the suites of so many files at a time, each in a process of its own" },
-    { name = "update-golden", text = "record golden values that are new or differ, and show how" },
+      value = 1, text = "run so many files at a time" },
+    { name = "limit", argument = "S", kind = "number", minimum = 0.001,
+      text = "seconds that a test may take which names no limit of its own" },
+    { name = "one-process", text = "run in this process, for a debugger: a limit ends simulations "
+      .. "alone" },
+    { name = "update-golden", text = "record golden values that are new or differ, and show how; "
+      .. "no limit holds" },
     { name = "reason", argument = "TEXT",
       text = "why they differ, kept in their files; asked for at a terminal" },
     { name = "list", text = "print the tests and run none" },
     { name = "tap", text = "print TAP version 13" },
     { name = "json", text = "print a line of JSON for each file and test" },
+    { name = "json-seq", text = "the same from this process, a record separator before each "
+      .. "(RFC 7464)" },
     { name = "junit", argument = "FILE", text = "also write JUnit's XML there" },
     { name = "quiet", short = "q", text = "print failures and the last line alone" },
   },
@@ -75,7 +85,8 @@ local function paths_of(arguments)
 end
 
 local function choice_of(arguments)
-  local choice = { filter = arguments.filter, tags = {}, only = arguments.only }
+  local choice = { filter = arguments.filter, tags = {}, only = arguments.only,
+    limit = arguments.limit }
   for tag in (arguments.tags or ""):gmatch "[^,%s]+" do table.insert(choice.tags, tag) end
   if choice.filter and not pcall(string.find, "", choice.filter) then
     failure.raise(2, ("--filter: %q is no Lua pattern; %%( stands for a bracket"):format(
@@ -107,23 +118,47 @@ local function update_of(arguments)
   }
 end
 
+-- How tests run: their own processes are several, or none.
+local function check_processes(arguments)
+  local alone = arguments.json_seq and "--json-seq" or arguments.one_process and "--one-process"
+  if alone and arguments.jobs > 1 then
+    failure.raise(2, alone .. " and --jobs exclude each other")
+  end
+end
+
+-- The reporter, and what becomes of the text that tests print themselves: programs find it on the
+-- standard error alone.
 local function reporter_of(arguments)
+  local within_line = false
   local function write(text)
+    if within_line then text = "\n" .. text end
+    within_line = false
     io.stdout:write(text)
     io.stdout:flush()
   end
-  if arguments.tap and arguments.json then
-    failure.raise(2, "--tap and --json exclude each other")
+  local for_programs = arguments.tap or arguments.json
+  local function echo(text, is_error)
+    local stream = (is_error or for_programs) and io.stderr or io.stdout
+    stream:write(text)
+    stream:flush()
+    if stream == io.stdout then within_line = text:sub(-1) ~= "\n" end
   end
+  local forms = {}
+  for _, form in ipairs { "tap", "json", "json-seq" } do
+    if arguments[form:gsub("-", "_")] then forms[#forms + 1] = "--" .. form end
+  end
+  if forms[2] then failure.raise(2, table.concat(forms, " and ") .. " exclude each other") end
   local shown
-  if arguments.tap then
+  if arguments.json_seq then
+    shown = lines.reporter(function(text) write(child.SEPARATOR .. text) end)
+  elseif arguments.tap then
     shown = report.tap(write)
   elseif arguments.json then
     shown = lines.reporter(write)
   else
     shown = report.plain(arguments.quiet, write, terminal.style())
   end
-  return report.all { shown, arguments.junit and junit.reporter(arguments.junit) }
+  return report.all { shown, arguments.junit and junit.reporter(arguments.junit) }, echo
 end
 
 --- Runs the command.
@@ -131,6 +166,7 @@ end
 ---@return integer status 0 if nothing failed
 function command.run(arguments)
   local paths, choice, update = paths_of(arguments), choice_of(arguments), update_of(arguments)
+  check_processes(arguments)
   local seed = arguments.shuffle
   if seed == 0 then seed = drawn_seed() end
   local files = {}
@@ -141,13 +177,13 @@ function command.run(arguments)
   engine.device("cpu"):free()
 
   if seed then io.stderr:write(("limax: --shuffle %d\n"):format(seed)) end
-  local reporter = reporter_of(arguments)
+  local reporter, echo = reporter_of(arguments)
   local counts
-  if arguments.jobs > 1 then
-    counts = parallel.run_all(plan, { jobs = arguments.jobs, choice = choice, seed = seed },
-      reporter)
-  else
+  if update or arguments.one_process or arguments.json_seq then
     counts = runner.run_all(plan, update, reporter)
+  else
+    counts = processes.run_all(plan,
+      { jobs = arguments.jobs, choice = choice, seed = seed, echo = echo }, reporter)
   end
   if counts.passed + counts.failed + counts.skipped == 0 then
     io.stderr:write "limax: no test was chosen\n"

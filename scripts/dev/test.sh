@@ -9,5 +9,8 @@ need_packages "${build_packages[@]}" valgrind python3 openssl python3-numpy pyth
 configure_and_build ${LIMAX_CMAKE:-}
 status=0
 "$build/limax_tests" || status=1
-"$build/limax" test "$@" || status=1
+# as many files at a time as there are cores, unless a later -j says another number, or tests run in one process
+parallel=(-j "$jobs")
+[[ " $* " =~ " --"(update-golden|one-process|json-seq)" " ]] && parallel=()
+"$build/limax" test "${parallel[@]}" "$@" || status=1
 exit $status

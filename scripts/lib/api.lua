@@ -116,6 +116,16 @@ function api.entries()
   return list
 end
 
+-- The classes of tables that a user writes: those of objects have pages of their own.
+local function table_classes()
+  local classes = {}
+  for name, class in pairs(types.classes()) do classes[name] = class end
+  for _, group in ipairs(api.groups()) do
+    if group.class then classes[group.class] = nil end
+  end
+  return classes
+end
+
 --- The names that the table of one argument of a function may hold.
 ---@param entry limax.api.entry
 ---@param argument integer
@@ -128,7 +138,7 @@ function api.options(entry, argument)
   local list = {}
   for _, param in ipairs(entry.doc.params) do
     if param.name == name then
-      for _, field in ipairs(annotations.fields_of(param.type, types.classes())) do
+      for _, field in ipairs(annotations.fields_of(param.type, table_classes())) do
         local inner = field.name == "scene" or field.name == "record"
         local option = { name = field.name, what = field.text, type = field.type, units = "-" }
         if inner then option.fields = api.nested(field.name) end

@@ -60,6 +60,21 @@ local function fail(what, expected, value)
   engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
 end
 
+-- A name of one line, as it is printed and typed.
+local function check_name(what, name)
+  if type(name) ~= "string" or name == "" then fail(what, "a string", name) end
+  if name:find "%c" then
+    engine.fail(("%s: expected one line, got %q"):format(what, name))
+  end
+end
+
+-- `suite.test(...)` in the place of `suite:test(...)`.
+local function check_suite(self, method)
+  if getmetatable(self) ~= class then
+    engine.fail(("write a colon: suite:%s(...)"):format(method))
+  end
+end
+
 local function check_names(what, options, known)
   local unknown = {}
   for option in pairs(options) do
@@ -80,8 +95,9 @@ end
 ---@param run fun(t: limax.test_context)
 ---@overload fun(self: limax.suite, name: string, run: fun(t: limax.test_context))
 function methods:test(name, options, run)
+  check_suite(self, "test")
   if run == nil then options, run = {}, options end
-  if type(name) ~= "string" or name == "" then fail("suite:test: name", "a string", name) end
+  check_name("suite:test: name", name)
   if type(options) ~= "table" then fail("suite:test: options", "a table", options) end
   if type(run) ~= "function" then fail("suite:test", "a function to run", run) end
   for _, case in ipairs(self.cases) do
@@ -110,8 +126,9 @@ end
 ---@param make fun(t: limax.test_context|nil): any
 ---@overload fun(self: limax.suite, name: string, make: fun(t: limax.test_context): any)
 function methods:fixture(name, options, make)
+  check_suite(self, "fixture")
   if make == nil then options, make = {}, options end
-  if type(name) ~= "string" or name == "" then fail("suite:fixture: name", "a string", name) end
+  check_name("suite:fixture: name", name)
   if type(options) ~= "table" then fail("suite:fixture: options", "a table", options) end
   if type(make) ~= "function" then fail("suite:fixture", "a function that makes it", make) end
   check_names("suite:fixture", options, FIXTURE_OPTIONS)
@@ -128,7 +145,7 @@ end
 ---@param name string
 ---@return limax.suite
 function test.suite(name)
-  if type(name) ~= "string" or name == "" then fail("suite: name", "a string", name) end
+  check_name("suite: name", name)
   for _, suite in ipairs(collected) do
     if suite.name == name then engine.fail(("this file has a suite %q already"):format(name)) end
   end

@@ -318,8 +318,7 @@ function limax_population_scored:score(with) end
 --- one. `parents` holds a pair of indices per offspring and `elites` the robots that are copied;
 --- what is left out comes from the experiment. The numbers of elites and pairs add up to the
 --- population.
----@param choice? { parents?: integer[][], elites?: integer[], mutation_rate?: number,
---- mutation_scale?: number, crossover_rate?: number }
+---@param choice? { parents?: integer[][], elites?: integer[], mutation_rate?: number, mutation_scale?: number, crossover_rate?: number }
 ---@return limax.population.scored self
 function limax_population_scored:breed(choice) end
 
@@ -758,8 +757,7 @@ function limax_suite:fixture(name, options, make) end
 ---@field history table[]
 ---@field random table
 ---@field limits ledger.limit[]
----@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
---- table, table, table as `ledger.judge`
+---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }): table, table, table as `ledger.judge`
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
@@ -821,8 +819,7 @@ function limax_test_context:raises(pattern, call) end
 --- from. `configuration` stands for what no simulation shows, such as the options of an expression.
 ---@param name string letters, digits, _ and -
 ---@param values table numbers, strings, tables and views
----@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
---- configuration: table|nil }|nil exact if left out
+---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil, configuration: table|nil }|nil exact if left out
 function limax_test_context:golden(name, values, options) end
 
 --- Calls `draw` for each seed, and fails where chance would explain its values less often than
@@ -1116,8 +1113,7 @@ function limax.rescore.population(robots, setting, which) end
 --- Options of the engine for an experiment's `simulation` with another setting in the place of its
 --- own tier. Raises at `level` where the setting is not legal.
 ---@param config table of the experiment
----@param setting { accuracy: string|nil, integrator: string|nil, precision: string|nil,
---- time_step: number|"auto"|nil, bound_fraction: number|nil, time_step_most: number|nil }
+---@param setting { accuracy: string|nil, integrator: string|nil, precision: string|nil, time_step: number|"auto"|nil, bound_fraction: number|nil, time_step_most: number|nil }
 ---@param level integer|nil 1 is the caller of this function
 ---@return table
 function limax.rescore.options(config, setting, level) end

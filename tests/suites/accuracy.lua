@@ -8,7 +8,7 @@ local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local ranking = require "limax.statistics.ranking"
 local rescore = require "limax.rescore"
 local sample = require "limax.statistics.sample"
@@ -256,12 +256,10 @@ end)
 suite:test("--tune prints a line that the script takes", { limit = 60 }, function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)
-  local done = process.limax({ "run", "small.lua", "--out", "r", "-q" }, { folder = folder })
-  t:ok(done.status == 0, done.stderr)
-  done = process.limax({ "bench", "accuracy", "--tune", "small.lua", "--champion",
-    "r/r01/champions/g0000.json", "--threads", "1", "--device", "cpu", "--json", "t.json" },
-    { folder = folder })
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, folder, { "run", "small.lua", "--out", "r", "-q" })
+  local done = process.completes(t, folder, { "bench", "accuracy", "--tune", "small.lua",
+    "--champion", "r/r01/champions/g0000.json", "--threads", "1", "--device", "cpu", "--json",
+    "t.json" })
   t:ok(done.stdout:find("13 bodies against an eighth of the step, in double", 1, true), done.stdout)
   local rows = host.json.decode(source.read(folder .. "/t.json")).rows
   t:equal(#rows, #tune.SHARES + 1)
@@ -337,12 +335,10 @@ print(tiers.measured(engine.device("cpu", { threads = 3 })).publish.elite_regret
 suite:test("--accuracy gives a tier whole, and says what it was measured to cost", { limit = 30 },
   function(t)
     local folder = t:folder()
-    local cached = ("XDG_CACHE_HOME=%s"):format(process.quoted(folder .. "/cache"))
+    local cached = ("XDG_CACHE_HOME=%s"):format(process.quote(folder .. "/cache"))
     local function run(...)
-      local done = process.limax({ "run", "small.lua", "--device", "cpu", "--threads", "1", ... },
-        { folder = folder, before = cached })
-      t:ok(done.status == 0, done.stderr)
-      return done.stderr
+      return process.completes(t, folder, { "run", "small.lua", "--device", "cpu", "--threads",
+        "1", ... }, { before = cached }).stderr
     end
     write(folder .. "/small.lua", WALKERS)
     write(folder .. "/keep.lua", KEEP)
@@ -352,8 +348,7 @@ suite:test("--accuracy gives a tier whole, and says what it was measured to cost
     local config = host.json.decode(source.read(folder .. "/a/config.json"))
     t:equal({ config.simulation.accuracy, config.simulation.time_step_most }, { "publish", 5e-5 })
 
-    local done = process.limax({ "keep.lua" }, { folder = folder, before = cached })
-    t:ok(done.status == 0, done.stderr)
+    local done = process.completes(t, folder, { "keep.lua" }, { before = cached })
     t:ok(done.stdout:find("/cache/limax/accuracy.json\n0.5\tnil\n", 1, true), done.stdout)
     said = run("--accuracy", "publish", "--out", "b")
     t:ok(said:find("elite regret 50 %, 0.25 of the time of the paper's step\n", 1, true), said)
@@ -365,18 +360,16 @@ suite:test("--accuracy gives a tier whole, and says what it was measured to cost
     said = run("--accuracy", "publish", "--out", "d")
     t:ok(said:find("not measured here", 1, true), said)
     -- a run that goes on has the tier that it began with
-    done = process.limax({ "run", "--resume", "d", "--set", "generations=2", "--changed", "-q" },
-      { folder = folder, before = cached })
-    t:ok(done.status == 0, done.stderr)
+    process.completes(t, folder, { "run", "--resume", "d", "--set", "generations=2", "--changed",
+      "-q" }, { before = cached })
     config = host.json.decode(source.read(folder .. "/d/config.json"))
     t:equal(config.simulation.accuracy, "publish")
   end)
 
 suite:test("looking twice: the shipped experiment saves time and runs small", { limit = 30 },
   function(t)
-    local done = process.limax({ host.home .. "/scripts/experiments/multi_fidelity.lua", "2", "6",
-      "0.1" }, { folder = t:folder() })
-    t:ok(done.status == 0, done.stderr)
+    local done = process.completes(t, t:folder(), {
+      host.home .. "/scripts/experiments/multi_fidelity.lua", "2", "6", "0.1" })
     -- all six, then the four that are no elites; of those a share alone
     local all, twice = done.stdout:match "\n1 +%S+, +(%d+) runs in .-, +(%d+) runs in "
     t:ok(tonumber(all) == 10 and tonumber(twice) < 10 and tonumber(twice) >= 3, done.stdout)
@@ -402,7 +395,7 @@ suite:test("what cannot be measured is refused", function(t)
   write(folder .. "/none.lua", "return 3")
   write(folder .. "/other.json", host.json.encode(limax.robot { voxels = "ecs\nece" }:table()))
   local function refused(words, text, status)
-    local done = process.limax({ "bench", unpack(words) }, { folder = folder })
+    local done = process.ends(folder, { "bench", unpack(words) })
     t:equal(done.status, status)
     t:ok(done.stderr:find(text, 1, true), done.stderr)
     t:equal(count_of(done.stderr, "\n"), 1)

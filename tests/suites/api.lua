@@ -6,6 +6,7 @@ local api = require "limax.api"
 local experiment_fields = require "limax.api.experiment_fields"
 local host = require "limax.host"
 local limax = require "limax"
+local luals = require "support.luals"
 local page = require "limax.api.page"
 local process = require "support.process"
 local stub = require "limax.api.stub"
@@ -161,6 +162,47 @@ suite:test("the stub for editors is up to date, whole, and Lua", function(t)
   local text = stub.text()
   t:ok(stub.written() == text, stub.path .. " differs from the API table: run limax "
     .. "scripts/dev/reference.lua")
-  t:equal(stub.undefined(text), {})
   t:ok(loadstring(text))
+  t:equal(luals.problems(text), {})
+end)
+
+suite:test("what the reader of stubs refuses", function(t)
+  local function problem(text) return table.concat(luals.problems(text .. "\n"), "; ") end
+  for text, expected in pairs {
+    ["---@clas a"] = "1: @clas is not known",
+    ["---@class"] = "1: expected a class's name",
+    ["---@class a\n---@class a"] = "2: a is defined twice",
+    ["---@class a : b"] = "1: the type b is not defined",
+    ["---@field x number"] = "1: a field of no class",
+    ["---@class a\n---@field x"] = '2: expected a type at ""',
+    ["---@class a\n---@field x nmber"] = "2: the type nmber is not defined",
+    ["---@class a\n---@field x number\n---@field x? string"] = "3: a has a field x already",
+    ["---@class a\n---@field x number|"] = '2: expected a type at ""',
+    ["---@class a\n---@field x { y number }"] = "2: expected a colon and the field's type",
+    ["---@class a\n---@field x { y: number,"] = "2: expected a field's name",
+    ["---@class a\n---@field x { y: number"] = "2: expected }",
+    ["---@class a\n---@field x table<string, number"] = "2: expected >",
+    ["---@class a\n---@field x fun(y: number"] = "2: expected ) of a function's type",
+    ["---@class a\n---@field x (number|string"] = "2: expected )",
+    ["---@param x number\nlocal y"] = "2: arguments of no function",
+    ["---@param y number\nfunction f(x) end"] = "2: y is no argument of it",
+    ["---@param x number\nfunction f(x, y) end"] = "2: the argument y has no @param",
+    ["---@param x number\n---@param x number\nfunction f(x) end"] = "2: the argument x stands",
+    ["---@return"] = '1: expected a type at ""',
+    ["---@overload number"] = "1: expected fun(...)",
+    ["---| 'x'"] = "1: an option of no alias",
+  } do
+    t:ok(problem(text):find(expected, 1, true), ("%s: %s"):format(text, problem(text)))
+  end
+  for _, text in ipairs {
+    "---@class a : table what it is\n---@field x? number|nil m\n---@field y integer[] { 1, 2 }",
+    "---@class a\n---@field f fun(self: a, ...: any): boolean, string|nil text (of it",
+    "---@alias a\n---| 'x' one\n---| { [string]: a, n?: fun() }",
+    "---@alias a 'x'|\"y\"|-1",
+    "---@param x table<string, (number|string)[]>? text\n---@param ... any\nfunction f(x, ...) end",
+    "---@return number x, string|nil y text",
+    "---@overload fun(x: number): ffi.cdata*",
+  } do
+    t:equal(problem(text), "")
+  end
 end)

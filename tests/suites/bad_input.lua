@@ -3,7 +3,7 @@
 
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "bad input"
@@ -22,11 +22,7 @@ return limax.experiment {
 ]]):format(head or "", generations or 4, fields or 'fitness = "distance"')))
 end
 
-local function run(folder, arguments, options)
-  options = options or {}
-  options.folder = folder
-  return process.limax(arguments, options)
-end
+local run = process.ends
 
 -- Expects an end with this status and a message with this text, without a Lua traceback.
 local function refused(t, done, status, text)
@@ -230,9 +226,9 @@ suite:test("a file system without space", { limit = 60 }, function(t)
   assert(host.file.mkdir(folder .. "/small"))
   -- a file system of 1 MiB in a name space of its own, where the system lets a user make one
   local script = "mount -t tmpfs -o size=1m none small && cd small && "
-    .. process.quoted(host.executable) .. " run ../try.lua --out r; echo status $?; cat r/STATUS"
+    .. process.quote(host.executable) .. " run ../try.lua --out r; echo status $?; cat r/STATUS"
   local pipe = assert(io.popen(("cd %s && unshare -rm sh -c %s 2>&1"):format(
-    process.quoted(folder), process.quoted(script))))
+    process.quote(folder), process.quote(script))))
   local text = pipe:read "*a"
   pipe:close()
   if not text:find "generation 0" then t:skip "this system lets no user mount a file system" end

@@ -5,7 +5,7 @@ local bodies = require "limax.bench.bodies"
 local engine = require "limax.engine"
 local hashes = require "limax.bench.hashes"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "limax bench"
@@ -17,8 +17,7 @@ local function bench(t, words, before)
   for _, word in ipairs { "--seconds", "0.01", "--json", "rows.json", "--csv", "rows.csv" } do
     all[#all + 1] = word
   end
-  local done = process.limax(all, { folder = folder, before = before })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, folder, all, { before = before })
   local result = assert(host.json.decode(source.read(folder .. "/rows.json"), "rows.json"))
   t:equal(result.schema, "limax.bench/1")
   local lines = {}
@@ -82,8 +81,8 @@ suite:test("throughput and effects of a GPU", { devices = { "cuda" }, tags = "fu
 
 suite:test("what cannot be measured is refused", function(t)
   local function refused(words, text, status)
-    local done = process.limax({ "bench", unpack(words) },
-      { folder = t:folder(), before = "CUDA_VISIBLE_DEVICES=" })
+    local done = process.ends(t:folder(), { "bench", unpack(words) },
+      { before = "CUDA_VISIBLE_DEVICES=" })
     t:equal(done.status, status)
     t:ok(done.stderr:find(text, 1, true), done.stderr)
     t:equal(select(2, done.stderr:gsub("\n", "")), 1)

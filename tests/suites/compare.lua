@@ -6,7 +6,7 @@ local curves = require "limax.compare.curves"
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local proposals = require "limax.compare.proposals"
 local runs = require "limax.compare.runs"
 local source = require "limax.source"
@@ -33,8 +33,7 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
         seed = seed })
     end
   end
-  local done = process.limax(words, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, base, words)
   t:ok(done.stdout:find("Baseline: fixed", 1, true), done.stdout)
   t:ok(done.stdout:find("Wilcoxon's exact signed-rank test of pairs for random: every seed and "
     .. "repetition is in both arms.", 1, true), done.stdout)
@@ -45,7 +44,7 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   words[#words + 1] = "--out"
   words[#words + 1] = base .. "/out"
   words[#words + 1] = "--json"
-  done = process.limax(words, { folder = base })
+  done = process.ends(base, words)
   local result = assert(host.json.decode(done.stdout))
   t:equal(result.baseline, "fixed")
   t:equal(#result.arms, 2)
@@ -67,10 +66,10 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
     t:ok(picture:find(">random</text>", 1, true) and picture:find "</svg>%s*$", name)
   end
 
-  done = process.limax({ "compare", base .. "/fixed1", "--csv", "--latex" }, { folder = base })
+  done = process.ends(base, { "compare", base .. "/fixed1", "--csv", "--latex" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find("--csv and --latex exclude each other", 1, true), done.stderr)
-  done = process.limax({ "compare", base .. "/fixed1", "--baseline", "fixd" }, { folder = base })
+  done = process.ends(base, { "compare", base .. "/fixed1", "--baseline", "fixd" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find('did you mean "fixed"?', 1, true), done.stderr)
 end)
@@ -96,10 +95,8 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
   supervisor = "fixed", fitness = function(robot) return 7 + 0 * robot:distance() end }
 ]]))
-  local done = process.limax({ "run", "own.lua", "-q", "--out", "r" }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
-  done = process.limax({ "compare", "r", "--json" }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" })
+  local done = process.completes(t, base, { "compare", "r", "--json" })
   t:equal(host.json.decode(done.stdout).arms[1].runs[1].outcome, 7)
 end)
 

@@ -5,7 +5,7 @@
 local conversion = require "support.conversion"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local reader = require "support.reader"
 local source = require "limax.source"
 local surface = require "limax.convert.surface"
@@ -360,7 +360,7 @@ end)
 suite:test("nothing is overwritten without --force", function(t)
   local folder = stage(t)
   write(folder .. "/robot.mtl", "mine")
-  local done = process.limax({ "convert", "robot.json", "robot.obj" }, { folder = folder })
+  local done = process.ends(folder, { "convert", "robot.json", "robot.obj" })
   t:equal({ done.status, done.stderr },
     { 2, "limax: robot.mtl is there already; --force overwrites it\n" })
   t:equal(host.file.exists(folder .. "/robot.obj"), nil)

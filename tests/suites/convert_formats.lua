@@ -4,7 +4,7 @@
 local conversion = require "support.conversion"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local reader = require "support.reader"
 local source = require "limax.source"
 local tensorboard = require "limax.convert.tensorboard"
@@ -170,8 +170,7 @@ return limax.experiment {
 local function run(t)
   local folder = t:folder()
   write(folder .. "/try.lua", EXPERIMENT)
-  local done = process.limax({ "run", "-q", "try.lua", "--out", "run" }, { folder = folder })
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, folder, { "run", "-q", "try.lua", "--out", "run" })
   return folder
 end
 

@@ -9,7 +9,7 @@ local host = require "limax.host"
 local ledger = require "limax.ledger"
 local limax = require "limax"
 local npy = require "limax.npy"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "documentation"
@@ -21,13 +21,7 @@ local function text_of(path) return assert(source.read(host.home .. "/" .. path)
 
 local function write(path, text) assert(host.file.write_atomic(path, text)) end
 
--- Runs the program and expects a good end.
-local function completes(t, folder, words, what)
-  local done = process.limax(words, { folder = folder })
-  t:ok(done.status == 0, ("%s: status %s\n%s%s"):format(what or table.concat(words, " "),
-    tostring(done.status), done.stdout, done.stderr))
-  return done
-end
+local completes = process.completes
 
 -- ---- the page of the run folder -----------------------------------------------------------------
 
@@ -106,7 +100,7 @@ local function real_runs(t)
   local base = t:folder()
   local function run(name, text, words, status)
     write(("%s/%s.lua"):format(base, name), text)
-    local done = process.limax({ "run", unpack(words) }, { folder = base })
+    local done = process.ends(base, { "run", unpack(words) })
     t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
   end
   run("rich", RICH:gsub("SPEED", "1000"), { "rich.lua", "--out", "rich", "--set", "seed=2" }, 0)
@@ -301,7 +295,7 @@ for _, page in ipairs(READMES) do
       elseif text:find "\nreturn limax%.experiment" then
         words, expected = small({ "run", file }, "block" .. k), "Run folder: "
       end
-      local done = completes(t, folder, words, block.place)
+      local done = completes(t, folder, words, { what = block.place })
       t:ok(done.stdout:find(expected or "", 1, true), block.place .. ": " .. done.stdout)
     end
   end)
@@ -330,7 +324,7 @@ suite:test("every command line runs", { limit = 60 }, function(t)
           t:ok(program == "build/limax", ("%s: %s is not what is built"):format(page, line))
           count = count + 1
           if words[1] == "run" then words = small(words, "line" .. count) end
-          completes(t, folder, words, line)
+          completes(t, folder, words, { what = page .. ": " .. line })
         end
       end
     end

@@ -5,7 +5,7 @@ local limax = require "limax"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "experiment"
@@ -293,11 +293,11 @@ end)
 
 suite:test("shipped scripts that run by themselves do", { limit = 60 }, function(t)
   local folder = host.home .. "/scripts/experiments/"
-  local done = process.limax({ folder .. "by_hand.lua" }, { folder = t:folder() })
+  local done = process.ends(t:folder(), { folder .. "by_hand.lua" })
   t:ok(done.status == 0 and done.stderr == "", done.stderr)
   t:ok(done.stdout:find "12 voxels" and done.stdout:find "walking: %d%.%d+ m in 5 s", done.stdout)
   -- one generation of four robots for each sigma and seed
-  done = process.limax({ folder .. "sigma_sweep.lua", "1", "4" }, { folder = t:folder() })
+  done = process.ends(t:folder(), { folder .. "sigma_sweep.lua", "1", "4" })
   t:ok(done.status == 0 and done.stderr == "", done.stderr)
   local _, rows = done.stdout:gsub("\n[%d.]+ +%d%.%d+ +%d%.%d+ +%d%.%d+ +%d%.%d", "")
   t:equal(rows, 5)

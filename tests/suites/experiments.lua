@@ -2,7 +2,7 @@
 --- robots, and opens with what it shows, how long it takes and how it is run.
 
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "experiments"
@@ -41,8 +41,7 @@ for _, name in ipairs(host.file.list(FOLDER)) do
   suite:test(name, { tags = TAGS[name], limit = 300 }, function(t)
     local folder, own = t:folder(), WORDS[name]
     local words = own and { FOLDER .. "/" .. name, unpack(own) } or run_of(name)
-    local done = process.limax(words, { folder = folder })
-    t:ok(done.status == 0, done.stdout .. done.stderr)
+    local done = process.completes(t, folder, words)
     if own then
       t:ok(#done.stdout > 0, "it prints nothing")
       return

@@ -4,7 +4,7 @@
 local bodies = require "limax.bench.bodies"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 
 local suite = require("limax.test").suite "kernels"
 
@@ -45,12 +45,11 @@ print(host.json.encode { hash = host.sha256(table.concat(parts, "\n")), origin =
 -- Runs it with variables of the environment; what it printed, decoded, and its warnings.
 local function simulate(t, folder, environment)
   assert(host.file.write_atomic(folder .. "/program.lua", PROGRAM))
-  local done = process.limax({ "program.lua" }, { folder = folder, before = environment })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, folder, { "program.lua" }, { before = environment })
   return assert(host.json.decode(done.stdout, "the program")), done.stderr
 end
 
-local function cache_in(folder) return "XDG_CACHE_HOME=" .. process.quoted(folder) end
+local function cache_in(folder) return "XDG_CACHE_HOME=" .. process.quote(folder) end
 
 -- Ends a test where kernels cannot be compiled.
 local function need_compiler(t)
@@ -236,7 +235,7 @@ suite:test("LIMAX_KERNELS with another word is refused", { devices = { "cuda" } 
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/program.lua", PROGRAM))
   local done =
-    process.limax({ "program.lua" }, { folder = folder, before = "LIMAX_KERNELS=fast" })
+    process.ends(folder, { "program.lua" }, { before = "LIMAX_KERNELS=fast" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find("LIMAX_KERNELS names 'fast'; it is a list of ahead-of-time", 1, true),
     done.stderr)
@@ -246,10 +245,10 @@ suite:test("a machine without a GPU says why, and `auto` takes the CPU", functio
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/program.lua",
     "print(require('limax.engine').device(arg[1]).kind)"))
-  local hidden = { folder = folder, before = "CUDA_VISIBLE_DEVICES=" }
-  local done = process.limax({ "program.lua", "auto" }, hidden)
+  local hidden = { before = "CUDA_VISIBLE_DEVICES=" }
+  local done = process.ends(folder, { "program.lua", "auto" }, hidden)
   t:equal({ done.status, done.stdout, done.stderr }, { 0, "cpu\n", "" })
-  done = process.limax({ "program.lua", "cuda" }, hidden)
+  done = process.ends(folder, { "program.lua", "cuda" }, hidden)
   t:equal(done.status, 1)
   t:ok(done.stderr:find "device 'cuda': .+; use 'cpu' or 'auto'", done.stderr)
 end)

@@ -7,7 +7,7 @@ local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
 local played = require "support.played"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 local talker = require "support.talker"
 
@@ -110,10 +110,9 @@ suite:test("an endpoint that is dead costs its budgets once, not in each repetit
     local server, folder = faulty_server.open(t), t:folder()
     assert(host.file.write_atomic(folder .. "/dead.lua", DEAD))
     local function run(name, ...)
-      local done = process.limax({ "run", "dead.lua", "--out", name, "-q", "--device", "cpu", ... },
-        { folder = folder, before = ("export LIMAX_LLM_MODEL=m LIMAX_LLM_URL=http://127.0.0.1:%d;")
-          :format(server.ports.refused) })
-      t:ok(done.status == 0, done.stderr)
+      local done = process.completes(t, folder, { "run", "dead.lua", "--out", name, "-q",
+        "--device", "cpu", ... }, { before = ("export LIMAX_LLM_MODEL=m "
+          .. "LIMAX_LLM_URL=http://127.0.0.1:%d;"):format(server.ports.refused) })
       -- told once in a repetition, not before each generation
       local _, told = done.stderr:gsub("generations until it is probed", "")
       t:ok(told >= 1 and told <= 3, done.stderr)

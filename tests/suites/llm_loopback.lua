@@ -4,7 +4,7 @@
 local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 local talker = require "support.talker"
 
@@ -23,11 +23,9 @@ return limax.experiment { name = "talk", lattice = { 2, 2, 2 }, population = 4, 
 local function run(t, folder, name, supervisor, environment)
   local text = EXPERIMENT:gsub("SUPERVISOR", (supervisor:gsub("%%", "%%%%")))
   assert(host.file.write_atomic(("%s/%s.lua"):format(folder, name), text))
-  local done = process.limax({ "run", name .. ".lua", "--out", name, "-q", "--set", "name=talk",
-    "--device", "cpu" }, { folder = folder, before = "unset OPENAI_API_KEY LIMAX_LLM_MODEL"
+  return process.completes(t, folder, { "run", name .. ".lua", "--out", name, "-q", "--set",
+    "name=talk", "--device", "cpu" }, { before = "unset OPENAI_API_KEY LIMAX_LLM_MODEL"
     .. " LIMAX_LLM_KEY_FILE LIMAX_LLM_URL; export " .. (environment or "NOTHING=") .. ";" })
-  t:ok(done.status == 0, ("%s: status %d: %s"):format(name, done.status, done.stderr))
-  return done
 end
 
 local function configured(server, scenario)
@@ -115,13 +113,11 @@ suite:test("the shipped experiment runs, and replays as its file says", { limit 
   local script = host.home .. "/scripts/experiments/supervised.lua"
   local small = { "-q", "--device", "cpu", "--set", "population=6", "--set", "generations=4",
     "--set", "lattice=[3,3,3]", "--set", "simulation.duration=0.4" }
-  local live = process.limax({ "run", script, "--out", "live", unpack(small) }, { folder = folder,
-    before = "export " .. configured(server, "varied") .. ";" })
-  t:ok(live.status == 0, live.stderr)
+  process.completes(t, folder, { "run", script, "--out", "live", unpack(small) },
+    { before = "export " .. configured(server, "varied") .. ";" })
   server:close()
-  local again = process.limax({ "run", script, "--out", "again", "--set", 'supervisor=["replay"]',
-    "--set", "supervisor.run=live", unpack(small) }, { folder = folder })
-  t:ok(again.status == 0, again.stderr)
+  process.completes(t, folder, { "run", script, "--out", "again", "--set",
+    'supervisor=["replay"]', "--set", "supervisor.run=live", unpack(small) })
   for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
     t:ok(source.read(folder .. "/again/" .. name) == source.read(folder .. "/live/" .. name), name)
   end
@@ -130,14 +126,13 @@ end)
 suite:test("without an endpoint nothing begins", { limit = 30 }, function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/none.lua", (EXPERIMENT:gsub("SUPERVISOR", '"llm"'))))
-  local done = process.limax({ "run", "none.lua", "--out", "r" },
-    { folder = folder, before = "unset LIMAX_LLM_URL;" })
+  local done = process.ends(folder, { "run", "none.lua", "--out", "r" },
+    { before = "unset LIMAX_LLM_URL;" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find('supervisor "llm": no endpoint of a language model is configured', 1, true),
     done.stderr)
   t:equal(host.file.exists(folder .. "/r"), nil)
-  done = process.limax({ "run", "none.lua", "--live-prompts", "--set", "supervisor=rules" },
-    { folder = folder })
+  done = process.ends(folder, { "run", "none.lua", "--live-prompts", "--set", "supervisor=rules" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find('the supervisor "rules" reads no prompts', 1, true), done.stderr)
 end)

@@ -3,7 +3,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "llm resume"
@@ -59,17 +59,7 @@ local function write_experiment(folder, generations)
   assert(host.file.write_atomic(folder .. "/talk.lua", text))
 end
 
-local function limax(folder, words, options)
-  options = options or {}
-  options.folder = folder
-  return process.limax(words, options)
-end
-
-local function completes(t, folder, words)
-  local done = limax(folder, words)
-  t:ok(done.status == 0, ("status %d: %s"):format(done.status, done.stderr))
-  return done
-end
+local limax, completes = process.ends, process.completes
 
 local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
   "r02/population/g0019.npy", "r02/population/g0019.jsonl" }

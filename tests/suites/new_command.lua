@@ -1,12 +1,12 @@
 --- new_command.lua: `limax new` writes files that run as they are, and overwrites nothing.
 
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "limax new"
 
-local function limax(folder, ...) return process.limax({ ... }, { folder = folder }) end
+local function limax(folder, ...) return process.ends(folder, { ... }) end
 
 suite:test("an experiment that runs", { limit = 60 }, function(t)
   local folder = t:folder()

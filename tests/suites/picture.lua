@@ -5,7 +5,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local pixels = require "limax.picture.pixels"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 local view = require "limax.picture.view"
 
@@ -21,7 +21,7 @@ local function robot_file(base)
 end
 
 local function picture(t, base, words, status)
-  local done = process.limax({ "picture", unpack(words) }, { folder = base })
+  local done = process.ends(base, { "picture", unpack(words) })
   t:ok(done.status == (status or 0), done.stderr)
   return done
 end

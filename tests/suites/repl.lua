@@ -38,9 +38,15 @@ suite:test("without a terminal the first error ends with status 1", function(t)
   t:equal(feed(t, "error 'boo'\nprint 'not reached'\n"),
     "status 1\ninput:1: boo\n  input:1: in main chunk\n")
   t:equal(feed(t, "print(1)\nunknown\n"),
-    "1\nstatus 1\ninput:1: undefined name 'unknown'\n  input:1: in main chunk\n")
+    "1\nstatus 1\ninput:2: undefined name 'unknown'\n  input:2: in main chunk\n")
+  -- lines are those of what is piped
+  t:equal(feed(t, "\239\187\191print(1)\n\nfunction f()\n  boom()\nend\nf()\n"), "1\nstatus 1\n"
+    .. "input:4: undefined name 'boom'\n  input:4: in function 'f'\n  input:6: in main chunk\n")
+  t:equal(feed(t, "x = 1\nfor i = 1, 2 do\n  boom()\nend\n"), "status 1\n"
+    .. "input:3: undefined name 'boom'\n  3 |   boom()\n  input:3: in main chunk\n")
   t:equal(feed(t, "x = = 1\n"), "status 1\ninput:1: unexpected symbol near '='\n")
-  t:equal(feed(t, "for i = 1, 2 do\n"), "status 1\ninput: the last statement is not complete\n")
+  t:equal(feed(t, "for i = 1, 2 do\n"),
+    "status 1\ninput:1: the statement that begins here is not complete\n")
 end)
 
 suite:test("at a terminal Ctrl-C returns to the prompt, and names stay", function(t)

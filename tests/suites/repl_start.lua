@@ -33,7 +33,7 @@ suite:test("-e takes a line, -l loads a module, a file's names stay", function(t
   t:equal(run(folder, "-e nothing_at_all -e 2"),
     "input:1: undefined name 'nothing_at_all'\n  input:1: in main chunk\nstatus 1\n")
   t:equal(run(folder, "-e 'for i = 1, 2 do'"),
-    "input: the last statement is not complete\nstatus 1\n")
+    "input:1: the statement that begins here is not complete\nstatus 1\n")
   t:ok(run(folder, "wrong.lua"):match "wrong.lua:2: boo\n.*status 1\n$")
   t:ok(run(folder, "missing.lua"):match "there is no file missing.lua\nstatus 2\n$")
   t:ok(run(folder, "-l no.such.module"):match "module 'no.such.module' not found.*status 1\n$")
@@ -105,7 +105,7 @@ mine.lua:1: unexpected symbol near '='
 read again: mine.lua
 4	4	true
 there is no file none.lua
-  input:1: in main chunk
+  input:10: in main chunk
 status 1
 ]])
 end)
@@ -162,13 +162,15 @@ suite:test("a run that Ctrl-C has cut short goes on to what it would have been",
   local same = "b.history[%d].best == a.history[%d].best and "
     .. "b.history[%d].evaluations == a.history[%d].evaluations"
   local done = typed.run(t, { prompt, line(fields), line "a = evolve(f, 2);",
-    line "b = limax.start(limax.experiment(f));",
     -- generations take half a second
-    { keys = "evolve(b, 100)\n", ends = "", breaks = true },
-    { keys = "\3", ends = ">", wait = 0.3 },
+    { keys = "b = evolve(f, 100)\n", ends = "", breaks = true },
+    { keys = "\3", ends = ">", wait = 0.3 }, line "b = _",
     line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
     line((same:gsub("%%d", "2"))), leave })
-  t:equal(done.steps[6].lines[#done.steps[6].lines - 1], "^Cinterrupted")
+  local said = done.steps[5].lines
+  t:ok(said[#said - 2]:find "^the run so far is _ %(generations: %d%); evolve%(_%) goes on$",
+    said[#said - 2])
+  t:equal(said[#said - 1], "interrupted")
   t:equal(done.steps[8].lines[2], "true")
   t:equal(done.steps[9].lines[2], "true")
 end)
@@ -181,4 +183,37 @@ suite:test("whoever ends the prompt finds the terminal as it was", function(t)
   done = typed.run(t, { prompt, leave })
   t:equal(done.status, 0)
   t:equal(done.echo, true)
+end)
+
+suite:test("a picture of a robot in motion, and a program that shows it", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/viewer.sh", "#!/bin/sh\necho \"$2\" >shown.part\nmv shown.part shown\n")
+  os.execute("chmod +x " .. process.quote(folder .. "/viewer.sh"))
+  process.write(folder .. "/input", [[
+walk = limax.robot { voxels = "ecs\nece" }:begin { duration = 1 }
+picture(walk, "now.svg");
+walk:go(0.7); picture(walk, "later.svg", { open = true, title = "later & on" });
+picture(walk, "never.svg", { duration = 3 })
+]])
+  local pipe = io.popen(("cd %s; BROWSER=%s HOME=. %s repl <input 2>&1"):format(
+    process.quote(folder), process.quote(folder .. "/viewer.sh --new"),
+    process.quote(host.executable)))
+  local said = pipe:read "*a"
+  pipe:close()
+  t:ok(said:find("input:4: picture: unknown option duration; known are: open, title", 1, true),
+    said)
+  local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
+  -- a moment of rest, and another one 0.7 s later; the faces have moved
+  t:ok(now:find("-0.50 s", 1, true) and later:find("0.20 s", 1, true), now)
+  local function faces(text)
+    local list = {}
+    for face in text:gmatch "<polygon.->" do list[#list + 1] = face end
+    return list
+  end
+  t:ok(#faces(now) >= 10 and #faces(later) >= 10, now)
+  t:ok(table.concat(faces(now)) ~= table.concat(faces(later)))
+  t:ok(later:find("later &amp; on", 1, true), later)
+  local start = host.clock()
+  while process.read(folder .. "/shown") == "" and host.clock() - start < 10 do host.wait(0.02) end
+  t:ok(process.read(folder .. "/shown"):find "/later.svg\n$")
 end)

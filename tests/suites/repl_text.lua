@@ -3,6 +3,8 @@
 
 local array_text = require "limax.repl.array_text"
 local chunk = require "limax.repl.chunk"
+local compare = require "limax.repl.compare"
+local engine = require "limax.engine"
 local show = require "limax.repl.show"
 local tokens = require "limax.repl.tokens"
 
@@ -68,4 +70,29 @@ suite:test("values are cut and summarised", function(t)
   t:equal(array_text.shape { 1, { 2 } }, nil)
   t:equal(array_text.shape { { 1, 2 }, { 3 } }, nil)
   t:equal(shown(("x"):rep(30)), '"' .. ("x"):rep(30) .. '"')
+end)
+
+suite:test("a value takes at most so many lines as fit, fewer depths first", function(t)
+  local style = { color = false, ascii = true, width = 60 }
+  local deep = {}
+  for i = 1, 20 do
+    deep["entry_" .. i] = { one = { two = i, list = { "a", "b" }, three = "word word word word" },
+      four = "word word word word word word" }
+  end
+  local text = show.value(deep, style)
+  t:ok(select(2, text:gsub("\n", "")) < 40, text)
+  t:ok(text:find("entry_7 = { ... }", 1, true) or text:find("one = { ... }", 1, true), text)
+  deep = { one = { two = { three = { 1, 2 } } } }
+  t:equal(show.value(deep, style), "{ one = { two = { three = { 1, 2 } } } }")
+end)
+
+suite:test("compare without CUDA says what else there is", function(t)
+  if pcall(engine.device, "cuda") then t:skip "there is a GPU here" end
+  local robot = require("limax").robot { voxels = "ecs" }
+  local message = t:raises("compare: device 'cuda': ", function()
+    compare.two(robot, "cpu", "cuda")
+  end)
+  t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor says',
+    1, true), message)
+  t:ok(not message:find("use 'cpu' or 'auto'", 1, true), message)
 end)

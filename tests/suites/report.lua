@@ -5,7 +5,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local parameters = require "limax.report.parameters"
-local process = require "limax.test.process"
+local process = require "support.process"
 local motion = require "limax.motion"
 local replay = require "limax.report.replay"
 local source = require "limax.source"
@@ -22,8 +22,7 @@ local function run(folder, fields)
 end
 
 local function report(t, base, words)
-  local done = process.limax({ "report", unpack(words) }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, base, { "report", unpack(words) })
   return done
 end
 
@@ -273,8 +272,7 @@ suite:test("a run that goes on is reported and listed as far as it is", { limit 
   run(base .. "/runs/whole", { supervisor = "fixed", seed = 7 })
   report(t, base, { "runs/half", "--no-robots", "--out", "half.html" })
   t:equal(#charts_of(source.read(base .. "/half.html"))[1].curves[1].points, 2)
-  local done = process.limax({ "list" }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, base, { "list" })
   t:ok(done.stdout:find "runs/half +running +random +1 +1 +2/3 ", done.stdout)
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
 end)
@@ -308,12 +306,12 @@ end)
 suite:test("what is no run is refused with its name", function(t)
   local base = t:folder()
   for _, words in ipairs { { "report", "nothing" }, { "list", "nothing" } } do
-    local done = process.limax(words, { folder = base })
+    local done = process.ends(base, words)
     t:equal(done.status, 2)
     t:ok(done.stderr:find("nothing", 1, true), done.stderr)
   end
   assert(host.file.mkdir(base .. "/runs"))
-  local done = process.limax({ "list" }, { folder = base })
+  local done = process.ends(base, { "list" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find("there is no run folder in runs", 1, true), done.stderr)
 end)

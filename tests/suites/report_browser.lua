@@ -5,7 +5,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local robots = require "limax.report.robots"
 local source = require "limax.source"
 
@@ -43,13 +43,12 @@ local function seen_of(t, program, change)
       terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
     record = { center_of_mass = 50 } }, { out = base .. "/r", say = evolution.silent }):finish()
   if change then change(base .. "/r") end
-  local done = process.limax({ "report", "r" }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, base, { "report", "r" })
   local shots = os.getenv "LIMAX_TEST_SCREENSHOTS" or base
   assert(host.file.mkdir(shots))
-  local pipe = io.popen(("python3 %s %s %s %s 2>%s"):format(process.quoted(DRIVER),
-    process.quoted(program), process.quoted(base .. "/r/report.html"), process.quoted(shots),
-    process.quoted(base .. "/driver.txt")))
+  local pipe = io.popen(("python3 %s %s %s %s 2>%s"):format(process.quote(DRIVER),
+    process.quote(program), process.quote(base .. "/r/report.html"), process.quote(shots),
+    process.quote(base .. "/driver.txt")))
   local text = pipe:read "*a"
   pipe:close()
   local seen = host.json.decode(text)

@@ -3,7 +3,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "resume"
@@ -40,18 +40,7 @@ local function write_experiment(folder, generations, repetitions)
   assert(host.file.write_atomic(folder .. "/tiny.lua", text))
 end
 
-local function run(folder, arguments, options)
-  options = options or {}
-  options.folder = folder
-  return process.limax(arguments, options)
-end
-
--- Runs and expects a good end.
-local function completes(t, folder, arguments)
-  local done = run(folder, arguments)
-  t:ok(done.status == 0, ("status %d: %s"):format(done.status, done.stderr))
-  return done
-end
+local run, completes = process.ends, process.completes
 
 -- Every file below a folder, sorted, but for those that hold clocks or the way there.
 local function files(folder, below, list)

@@ -3,7 +3,7 @@
 
 local host = require "limax.host"
 local passes = require "limax.passes"
-local process = require "limax.test.process"
+local process = require "support.process"
 local progress = require "limax.progress"
 local tally = require "limax.tally"
 
@@ -24,8 +24,7 @@ return limax.experiment {
 local function run(t, ...)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
-  local done = process.limax({ "run", "try.lua", "--out", "r", ... }, { folder = folder })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, folder, { "run", "try.lua", "--out", "r", ... })
   return done, folder
 end
 

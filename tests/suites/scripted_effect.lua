@@ -5,7 +5,7 @@ local limax = require "limax"
 local engine = require "limax.engine"
 local evolution = require "support.evolution"
 local host = require "limax.host"
-local process = require "limax.test.process"
+local process = require "support.process"
 
 local suite = require("limax.test").suite "scripted effects"
 
@@ -214,8 +214,7 @@ suite:test("an experiment keeps it, and its parameters can be changed by path", 
 end)
 
 suite:test("the shipped example runs", { limit = 60 }, function(t)
-  local done = process.limax({ host.home .. "/scripts/experiments/own_forces.lua" },
-    { folder = t:folder() })
+  local done = process.ends(t:folder(), { host.home .. "/scripts/experiments/own_forces.lua" })
   t:ok(done.status == 0 and done.stderr == "", done.stderr)
   t:ok(done.stdout:find "magnet: " and done.stdout:find "treadmill: ", done.stdout)
 end)

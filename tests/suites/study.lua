@@ -8,7 +8,7 @@ local ledger = require "limax.ledger"
 local limax = require "limax"
 local model_arms = require "limax.study.model_arms"
 local plan = require "limax.study.plan"
-local process = require "limax.test.process"
+local process = require "support.process"
 local runs = require "limax.compare.runs"
 local source = require "limax.source"
 local study = require "limax.study"
@@ -169,8 +169,7 @@ suite:test("a study that was stopped goes on to the same bytes", { limit = 60 },
     source.read(whole.out .. "/compare/compare.csv"))
 
   -- its script begins studies, not runs
-  local done = process.limax({ "run", "--resume", again.out .. "/fixed/r01" },
-    { folder = t:folder() })
+  local done = process.ends(t:folder(), { "run", "--resume", again.out .. "/fixed/r01" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find("was not started from a script that returns an experiment", 1, true),
     done.stderr)
@@ -211,9 +210,8 @@ local small = { repetitions = 2, evaluations = 32, experiment = { lattice = { 2,
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }
 study.main({ repetitions = 10, evaluations = 1000, experiment = {}, quick = small }, { ... })
 ]]))
-  local done = process.limax({ "tiny.lua", "--quick", "--device", "cpu", "--arms",
-    "fixed,rules" }, { folder = base })
-  t:ok(done.status == 0, done.stderr)
+  local done = process.completes(t, base, { "tiny.lua", "--quick", "--device", "cpu", "--arms",
+    "fixed,rules" })
   local price, runs_at = done.stdout:find("evaluations: at most 128, 32 a run", 1, true),
     done.stdout:find("[1/4] fixed, repetition 1", 1, true)
   t:ok(price and runs_at and price < runs_at, done.stdout)
@@ -221,7 +219,7 @@ study.main({ repetitions = 10, evaluations = 1000, experiment = {}, quick = smal
   t:ok(done.stdout:find("\ntokens: none", 1, true), done.stdout)
   t:ok(done.stdout:find("\n--quick: too small for any claim\n", 1, true), done.stdout)
   t:equal(host.file.exists(base .. "/studies/supervision-quick/compare/compare.csv"), "file")
-  done = process.limax({ "tiny.lua", "--help" }, { folder = base })
+  done = process.ends(base, { "tiny.lua", "--help" })
   t:equal(done.status, 0)
   t:ok(done.stdout:find("--repetitions N", 1, true), done.stdout)
 end)
@@ -246,10 +244,9 @@ study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2,
 suite:test("a dead endpoint costs a study its three questions once", { limit = 60 }, function(t)
   local server, base = faulty_server.open(t), t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
-  local done = process.limax({ "tiny.lua", "--out", "dead", "--device", "cpu", "--arms",
-    "fixed,llm,llm_paper" }, { folder = base, before =
+  local done = process.completes(t, base, { "tiny.lua", "--out", "dead", "--device", "cpu",
+    "--arms", "fixed,llm,llm_paper" }, { before =
     "LIMAX_LLM_MODEL=m LIMAX_LLM_URL=http://127.0.0.1:" .. server.ports.refused })
-  t:ok(done.status == 0, done.stderr .. done.stdout)
   local questions, probes = 0, 0
   for _, path in ipairs { "llm/r01", "llm/r02", "llm_paper/r01", "llm_paper/r02" } do
     for line in source.read(("%s/dead/%s/transcript.jsonl"):format(base, path)):gmatch "[^\n]+" do
@@ -271,8 +268,8 @@ suite:test("arms that ask a model: an endpoint, their share, and whose history t
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local function run(out, arms)
-    return process.limax({ "tiny.lua", "--out", out, "--device", "cpu", "--arms", arms },
-      { folder = base, before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
+    return process.ends(base, { "tiny.lua", "--out", out, "--device", "cpu", "--arms", arms },
+      { before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
   end
   local done = run("told", "fixed,llm,llm_paper,llm_blind,yoked")
   t:ok(done.status == 0, done.stderr .. done.stdout)

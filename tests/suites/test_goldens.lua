@@ -49,7 +49,7 @@ end)
     return said
   end
   output = update ""
-  contains(t, output, "golden one: 1 values differ, old -> new\n")
+  contains(t, output, "golden one: 1 value, old -> new\n")
   contains(t, output, ".b: 1 -> 1.01, relative 0.01")
   contains(t, output, "it stays as it is: an update needs its reason")
   t:equal(source.read(file), text)
@@ -58,7 +58,7 @@ end)
   contains(t, output, ".b: 1 -> 1.01, relative 0.01")
   record = host.json.decode(source.read(file), file)
   t:equal({ record.values.b, record.class, record.changes }, { 1.01, "short horizon",
-    { { reason = "a new law", change = "1 values differ, old -> new" } } })
+    { { reason = "a new law", change = "1 value, old -> new" } } })
 end)
 
 goldens:test("a person at a terminal is asked for the reason", function(t)
@@ -119,11 +119,64 @@ end)
   pipe:close()
   contains(t, output, "golden mass is of another configuration (")
   contains(t, output, "\n0 passed, 2 failed")
-  -- a golden of an earlier schema has no configuration to hold against
-  local file = path:gsub("trial%.lua$", "golden/trial/mass.json")
-  host.file.write_atomic(file, (source.read(file):gsub("golden/2", "golden/1")))
-  output = limax("test", path)
-  contains(t, output, "mass.json is no golden of schema limax.golden/2")
+end)
+
+goldens:test("of the first schema, and what is no golden, need a reason", function(t)
+  local path = trial(t, 'suite:test("golden", function(t) t:golden("one", { 1.5 }) end)\n')
+  local file = path:gsub("trial%.lua$", "golden/trial/one.json")
+  t:ok(host.file.mkdir(file:match "^(.*)/"))
+  local first = '{"schema": "limax.golden/1", "suite": "trial", "test": "golden", "name": "one", '
+    .. '"why": "the same bits", "rtol": 0, "atol": 0, "recorded": {"device": "cpu"}, '
+    .. '"values": [%s]}\n'
+  for text, said in pairs {
+    [first:format "1.5"] = "of schema limax.golden/1, without a configuration",
+    [first:format "1.25"] = "without a configuration, and 1 value\n          [1]: 1.25 -> 1.5",
+    ["{"] = "in the place of what cannot be read: ",
+    ['{"schema": "limax.golden/2", "values": [1]}'] = "one.json is no golden of schema",
+    ['{"schema": "limax.golden/2", "values": [1], "recorded": {}, "changes": [1]}'] =
+      "one.json is no golden of schema",
+  } do
+    t:ok(host.file.write_atomic(file, text))
+    t:equal(select(2, limax("test", path)), 1)
+    local output, status = limax("test", path, "--update-golden")
+    t:equal({ status, source.read(file) }, { 1, text })
+    contains(t, output, said)
+    contains(t, output, "it stays as it is: an update needs its reason")
+    output, status = limax("test", path, "--update-golden", "--reason", "to the second schema")
+    t:ok(status == 0, output)
+    local record = host.json.decode(source.read(file), file)
+    t:equal({ record.schema, record.values, record.changes[1].reason, record.changes[2] },
+      { "limax.golden/2", { 1.5 }, "to the second schema" })
+    t:equal(select(2, limax("test", path)), 0)
+  end
+end)
+
+goldens:test("with another tolerance, or another why, need a reason", function(t)
+  local path = trial(t, [[
+suite:test("golden", function(t)
+  t:golden("one", { 1 }, { rtol = tonumber(os.getenv "TRIAL_RTOL"), why = os.getenv "TRIAL_WHY" })
+end)
+]])
+  local function update(rtol, why, ...)
+    local words = {}
+    for i, word in ipairs { ... } do words[i] = ("'%s'"):format(word) end
+    local pipe = io.popen(("TRIAL_RTOL=%s TRIAL_WHY='%s' '%s' test '%s' --update-golden %s 2>&1 "
+      .. "</dev/null"):format(rtol, why, host.executable, path, table.concat(words, " ")))
+    local output = pipe:read "*a"
+    pipe:close()
+    return output
+  end
+  contains(t, update("1e-6", "rounding"), "golden one: new")
+  t:ok(not update("1e-6", "rounding"):find("golden one", 1, true))
+  local wider = "another tolerance: rounding (rtol 1e-06, atol 0) -> short horizon (rtol 0.001, "
+  contains(t, update("1e-3", "rounding"), wider)
+  contains(t, update("1e-3", "rounding"), "an update needs its reason")
+  contains(t, update("1e-3", "rounding", "--reason", "another law"), "1 passed, 0 failed")
+  contains(t, update("1e-3", "chaos"), "another why: rounding -> chaos\n")
+  contains(t, update("1e-3", "chaos", "--reason", "said better"), "1 passed, 0 failed")
+  local record = host.json.decode(source.read((path:gsub("trial%.lua$",
+    "golden/trial/one.json"))))
+  t:equal({ #record.changes, record.changes[2].reason, record.why }, { 2, "said better", "chaos" })
 end)
 
 goldens:test("know what a shared fixture simulated, whichever test made it", function(t)

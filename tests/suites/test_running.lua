@@ -88,20 +88,146 @@ end
   contains(t, output, "\n2 passed, 1 failed, 0 skipped\n")
 end)
 
-running:test("a test that never returns is ended from outside its process", { limit = 60 },
+running:test("a test that never returns is ended, and those after it run", { limit = 120 },
   function(t)
     local folder = t:folder()
-    host.file.write_atomic(folder .. "/a.lua", HEAD .. 'suite:test("before", function() end)\n'
-      .. 'suite:test("loops", { limit = 0.2 }, function() while true do end end)\n'
-      .. 'suite:test("after", function() end)\n')
-    local output, status = limax("test", folder, "--jobs=2")
+    -- a loop that is compiled; one that is interpreted and swallows errors; one in C
+    host.file.write_atomic(folder .. "/a.lua", HEAD .. [[
+suite:test("before", function() io.write "printed" end)
+suite:test("loops", { limit = 0.2 }, function() local x = 0 while true do x = x + 1 end end)
+suite:test("between", function() end)
+suite:test("catches", { limit = 0.2 }, function(t)
+  t:note(t:folder())
+  jit.off(true, true)
+  while true do pcall(tostring) end
+end)
+suite:test("sleeps", { limit = 0.2 }, function() os.execute "sleep 12" end)
+suite:test("after", function(t) t:ok(false, "no luck") end)
+suite:test("last", function() end)
+]])
+    local output, status = limax("test", folder)
     t:equal(status, 1)
-    contains(t, output, "ok   trial: before")
-    contains(t, output,
-      "FAIL trial: loops\n        it did not return within 5 s of its limit of 0.2 s")
-    contains(t, output, "its process ended with status 137 before this test did")
-    contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+    for _, name in ipairs { "between", "last" } do
+      contains(t, output, "  ok   trial: " .. name .. "\n")
+    end
+    contains(t, output, "\nprinted\n  ok   trial: before\n")
+    for _, name in ipairs { "loops", "catches", "sleeps" } do
+      t:ok(output:find(("FAIL trial: %s  %%d%%.%%d s\n        it did not come back within 2 s of "
+        .. "its limit of 0.2 s: its process was ended\n"):format(name)), output)
+    end
+    contains(t, output, "FAIL trial: after\n        " .. folder .. "/a.lua:11: no luck")
+    contains(t, output, "--only 'trial: sleeps' --only 'trial: after'\n")
+    contains(t, output, "\n3 passed, 4 failed, 0 skipped\n")
   end)
+
+running:test("--limit is that of tests which name none", { limit = 60 }, function(t)
+  local path = trial(t, [[
+suite:test("loops", function() while true do end end)
+suite:test("takes", { limit = 60 }, function() require("limax.host").wait(0.3) end)
+]])
+  local output = limax("test", path, "--limit=0.2")
+  contains(t, output, "of its limit of 0.2 s: its process was ended")
+  contains(t, output, "ok   trial: takes")
+end)
+
+running:test("os.exit passes nothing, in a test or beside it", function(t)
+  local inside = trial(t, [[
+suite:test("exits", function() os.exit(0) end)
+suite:test("next", function() end)
+]])
+  local beside = trial(t, "os.exit(0)\n")
+  for _, word in ipairs { "--jobs=1", "--one-process" } do
+    local output, status = limax("test", inside, beside, word)
+    t:equal(status, 1)
+    contains(t, output, ":2: a suite may not end its process: os.exit")
+    contains(t, output, "\n1 passed, 2 failed, 0 skipped\n")
+  end
+end)
+
+running:test("a process that dies after its tests is a failure", function(t)
+  local path = trial(t, [[
+suite:fixture("last", { shared = true, close = function() os.execute "kill -KILL $PPID" end },
+  function() return 1 end)
+suite:test("first", function() end)
+suite:test("uses it", function(t) t:fixture "last" end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "FAIL trial: uses it")
+  contains(t, output, "its process ended with status 137 before this test did")
+  -- the collector's last round comes after everything was said
+  path = trial(t, [[
+local trap
+suite:test("leaves", function()
+  trap = newproxy(true)
+  getmetatable(trap).__gc = function() os.execute "kill -KILL $PPID" end
+end)
+suite:test("passes", function(t) t:ok(trap) end)
+]])
+  output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, "ok   trial: passes\n")
+  contains(t, output, "its process ends well\n        it ended with status 137 after its tests")
+  contains(t, output, " test " .. path .. "\n")
+end)
+
+running:test("messages of any bytes arrive", function(t)
+  local path = trial(t, [[
+suite:test("fails \255", function(t)
+  t:ok(false, "no \192\175 luck \237\160\128 é \240\159\166\145 \255\254")
+end)
+suite:test("notes", function(t) t:note "\128" end)
+]])
+  local output, status = limax("test", path)
+  t:equal(status, 1)
+  contains(t, output, ("FAIL trial: fails \255\n        %s:3: no ? luck ? é %s ?\n"):format(path,
+    "\240\159\166\145"))
+  contains(t, output, "\n1 passed, 1 failed, 0 skipped\n")
+end)
+
+running:test("a JSON text sequence is the child's, with what tests print between", function(t)
+  local path = trial(t, 'suite:test("prints", function() io.write "half a line" end)\n')
+  local output, status = limax("test", path, "--json-seq")
+  t:equal(status, 0)
+  local texts, printed = {}, output:gsub("\30([^\n]*)\n", "")
+  for text in output:gmatch "\30([^\n]*)\n" do
+    texts[#texts + 1] = assert(host.json.decode(text, "a text")).event
+  end
+  t:equal({ texts, printed }, { { "begin", "file", "start", "test", "end" }, "half a line" })
+  -- the lines for programs have the standard output for themselves
+  local pipe = io.popen(("'%s' test '%s' --json 2>/dev/null"):format(host.executable, path))
+  output = pipe:read "*a"
+  pipe:close()
+  t:equal(select(2, output:gsub('{"event":[^\n]*}\n', "")), 5)
+  t:ok(not output:find("half", 1, true), output)
+end)
+
+running:test("misuse is said at its line, without the runner's own", function(t)
+  local folder = t:folder()
+  local texts = {
+    colon = 'suite.test("a", function() end)\n',
+    twice = 'suite:test("a", { seeds = { 3, 3 } }, function() end)\n',
+    none = 'suite:test("a", { threads = 0 }, function() end)\n',
+    half = 'suite:test("a", { seeds = 1.5 }, function() end)\n',
+    lines = 'suite:test("a\\nb", function() end)\n',
+    same = 'suite:test("a [seed 1]", function() end)\n'
+      .. 'suite:test("a", { seeds = 1 }, function() end)\n',
+    dot = 'suite:test("a", function(t) t.ok(true) end)\n',
+  }
+  for name, text in pairs(texts) do
+    host.file.write_atomic(("%s/%s.lua"):format(folder, name), HEAD .. text)
+  end
+  local output = limax("test", folder)
+  contains(t, output, "colon.lua:2: write a colon: suite:test(...)\n          ")
+  contains(t, output, "twice.lua:2: seeds[2]: 3 stands there twice")
+  contains(t, output, "none.lua:2: threads[1]: expected a whole number from 1 to 2^53, got 0")
+  contains(t, output, "half.lua:2: seeds[1]: expected a whole number from 0 to 2^53, got 1.5")
+  contains(t, output, "lines.lua:2: suite:test: name: expected one line")
+  contains(t, output, 'same.lua: there are two tests "trial: a [seed 1]"')
+  contains(t, output, "dot.lua:2: write a colon: t:ok(...)")
+  contains(t, output, "\n0 passed, 7 failed, 0 skipped\n")
+  t:ok(not output:find("runner.lua", 1, true), output)
+end)
 
 running:test("an interrupt ends the processes too", { limit = 60 }, function(t)
   local folder = t:folder()
@@ -183,7 +309,7 @@ running:test("a drawn order repeats by its number", function(t)
   t:ok(output:find "%-%-shuffle [1-9]", output)
 end)
 
-running:test("processes give the same results, and one that dies costs its file alone", function(t)
+running:test("processes give the same results, and one that dies costs a test alone", function(t)
   local folder = t:folder()
   local function write(name, text) host.file.write_atomic(folder .. "/" .. name, text) end
   for _, name in ipairs { "a", "b", "c" } do
@@ -202,11 +328,12 @@ running:test("processes give the same results, and one that dies costs its file 
   contains(t, output, "b.lua\n  FAIL trial: b\n        " .. folder .. "/b.lua:2: no luck")
   contains(t, output, "--only 'trial: b'")
   write("d.lua", HEAD .. 'suite:test("first", function() end)\n'
-    .. 'suite:test("dies", function() os.exit(7) end)\nsuite:test("never", function() end)\n')
+    .. 'suite:test("dies", function() os.execute "kill -KILL $PPID" end)\n'
+    .. 'suite:test("goes on", function() end)\n')
   write("e.lua", "local x = = 1\n")
   one, _, output = counted "--jobs=2"
-  t:equal(one, "3 passed, 4 failed, 0 skipped")
-  contains(t, output, "its process ended with status 7 before this test did")
+  t:equal(one, "4 passed, 3 failed, 0 skipped")
+  contains(t, output, "its process ended with status 137 before this test did")
   contains(t, output, "e.lua:1: unexpected symbol")
 end)
 

@@ -4,7 +4,7 @@
 local failure = require "limax.failure"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local user_call = require "limax.user_call"
 
 local suite = require("limax.test").suite "user call"
@@ -159,8 +159,8 @@ return limax.experiment { fitness = "distance", lattice = { 2, 2, 2 }, populatio
   supervisor = function() while true do pcall(function() while true do end end) end end }
 ]]))
   local began = host.clock()
-  local done = process.limax({ "run", "loop.lua", "--out", "r", "-q", "--device", "cpu" },
-    { folder = folder, signal = "INT", after = 1.5 })
+  local done = process.ends(folder, { "run", "loop.lua", "--out", "r", "-q", "--device", "cpu" },
+    { signal = "INT", after = 1.5 })
   t:equal(done.status, 130)
   t:ok(done.stderr:find("continue with: ", 1, true), done.stderr)
   t:ok(host.clock() - began < 1.5 + 2)

@@ -3,7 +3,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 local source = require "limax.source"
 
 local suite = require("limax.test").suite "watch"
@@ -38,12 +38,11 @@ end
 suite:test("curves and best stand on the screen, and nothing is touched", function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/twice.lua", TWICE))
-  local made = process.limax({ "run", "twice.lua", "-q", "--out", "r" }, { folder = base })
-  t:ok(made.status == 0, made.stderr)
+  process.completes(t, base, { "run", "twice.lua", "-q", "--out", "r" })
   local before = contents(base .. "/r")
   -- as the run itself holds it
   local lock = assert(host.file.lock(base .. "/r"))
-  local done = process.limax({ "watch", "r" }, { folder = base, before = "export TERM=dumb;" })
+  local done = process.ends(base, { "watch", "r" }, { before = "export TERM=dumb;" })
   lock:free()
   t:ok(done.status == 0, done.stderr)
   t:equal(contents(base .. "/r"), before)
@@ -78,8 +77,8 @@ suite:test("on a terminal it follows a run to its end", { limit = 20 }, function
   assert(host.file.write_atomic(base .. "/end", status))
   local line = ("cd %s && (sleep 0.5; cp all r/metrics.jsonl; cp end r/STATUS) & cd %s && "
     .. "timeout 15 script -qefc %s typed >/dev/null 2>&1 </dev/null; echo $?"):format(
-    process.quoted(base), process.quoted(base),
-    process.quoted(process.quoted(host.executable) .. " watch r --every 0.1"))
+    process.quote(base), process.quote(base),
+    process.quote(process.quote(host.executable) .. " watch r --every 0.1"))
   local pipe = io.popen(line)
   t:equal(tonumber(pipe:read "*a"), 0)
   pipe:close()
@@ -96,13 +95,13 @@ suite:test("a run without a generation, and no run", function(t)
   for _, name in ipairs { "metrics", "ledger", "timing" } do
     assert(host.file.write_atomic(("%s/r/%s.jsonl"):format(base, name), ""))
   end
-  local done = process.limax({ "watch", "r" }, { folder = base })
+  local done = process.ends(base, { "watch", "r" })
   t:equal(done.status, 0)
   t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
-  done = process.limax({ "report", "r" }, { folder = base })
+  done = process.ends(base, { "report", "r" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find("nothing to report", 1, true), done.stderr)
-  done = process.limax({ "watch", "nothing" }, { folder = base })
+  done = process.ends(base, { "watch", "nothing" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find("nothing is no run folder", 1, true), done.stderr)
 end)

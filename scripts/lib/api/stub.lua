@@ -57,10 +57,34 @@ local function add(lines, more)
   for _, line in ipairs(more) do lines[#lines + 1] = line end
 end
 
+-- Does a type go on in the next line?
+local function is_open(line)
+  local bare = line:gsub('"[^"]*"', "")
+  local _, opened = bare:gsub("[%({%[]", "")
+  local _, closed = bare:gsub("[%)}%]]", "")
+  return opened > closed or bare:match "[:|]$" ~= nil
+end
+
+-- A comment as LuaLS reads it: an annotation is one line.
+local function joined(comment)
+  local lines = {}
+  for _, line in ipairs(comment) do
+    local last = lines[#lines]
+    local goes_on = last and last:match "^%-%-%-%s?@" and is_open(last)
+    local more = goes_on and line:match "^%-%-%-%s*([^%s@|].*)$"
+    if more then
+      lines[#lines] = last .. " " .. more
+    else
+      lines[#lines + 1] = line
+    end
+  end
+  return lines
+end
+
 -- One function: its comment as it stands in the code, and its head.
 local function add_function(lines, holder, entry)
   lines[#lines + 1] = ""
-  add(lines, entry.doc.lines)
+  add(lines, joined(entry.doc.lines))
   lines[#lines + 1] = ("function %s%s(%s) end"):format(holder, entry.short,
     table.concat(entry.doc.arguments, ", "))
 end
@@ -80,10 +104,8 @@ local function add_types(lines)
     lines[#lines + 1] = ""
     if not written[comment] then
       written[comment] = true
-      for _, line in ipairs(comment) do
-        -- what stands over several classes belongs to the first
-        lines[#lines + 1] = line
-      end
+      -- what stands over several classes belongs to the first
+      add(lines, joined(comment))
     end
     local group = class and group_of_class(name)
     if group then
@@ -138,25 +160,6 @@ function stub.text()
   lines[#lines + 1] = ""
   lines[#lines + 1] = "return limax"
   return head .. table.concat(lines, "\n") .. "\n"
-end
-
---- Names of limax's types that the stub's comments use and nothing in it defines.
----@param text string of the stub
----@return string[]
-function stub.undefined(text)
-  local missing, seen = {}, {}
-  for line in text:gmatch "[^\n]+" do
-    local of_type = line:match "^%-%-%-%s?@%a+%s+(.*)$"
-    for word in (of_type or ""):gsub("limax%.[%w_.]+/%d+", ""):gmatch "limax%.[%w_.]*[%w_]" do
-      local defined = text:find("@class " .. word .. "[%s:]")
-        or text:find("@alias " .. word .. "%s")
-      if not defined and not seen[word] then
-        seen[word] = true
-        missing[#missing + 1] = word
-      end
-    end
-  end
-  return missing
 end
 
 --- What stands in the file now; nil where there is none.

@@ -72,24 +72,28 @@ end
 ---@param text string
 ---@param environment table
 ---@param name string chunk name, "=input"
+---@param first integer|nil line that messages call its first one; 1
 ---@return limax.repl.chunk|nil
 ---@return string|nil message
 ---@return boolean|nil incomplete
-function chunk.compile(text, environment, name)
+function chunk.compile(text, environment, name, first)
+  local above = ("\n"):rep((first or 1) - 1)
+  local function compiled(code) return loadstring(above .. code, name) end
+  -- the `=` of other prompts of Lua
+  text = text:gsub("^%s*=%f[^=]", "")
   local expression, muted = unmuted(text)
   local timed = with_time(expression)
-  local call = loadstring("return " .. timed, name)
+  local call = compiled("return " .. timed)
   local names = {}
   if call then
     -- a call after `return` is a tail call, whose errors would lose their line
     -- (the line break: for a text that ends in a comment)
-    call = loadstring("(...)(" .. timed .. ")", name)
-      or loadstring("(...)(" .. timed .. "\n)", name) or call
+    call = compiled("(...)(" .. timed .. ")") or compiled("(...)(" .. timed .. "\n)") or call
   else
-    local _, as_expression = loadstring("return " .. text, name)
+    local _, as_expression = compiled("return " .. text)
     local statement, as_statement
     statement, names = tokens.keep_locals(with_time(text))
-    call, as_statement = loadstring(statement, name)
+    call, as_statement = compiled(statement)
     if not call then
       return nil, as_statement, is_incomplete(as_expression or "", text)
         or is_incomplete(as_statement, text)

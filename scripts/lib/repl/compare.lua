@@ -2,6 +2,7 @@
 --- side. SI units.
 
 local engine = require "limax.engine"
+local failure = require "limax.failure"
 local host = require "limax.host"
 local robots = require "limax.robot"
 local scored_robot = require "limax.scored_robot"
@@ -47,10 +48,31 @@ local function measures(robot, seconds)
   }
 end
 
+-- A device that is not there is said before anything is simulated, with what can be done.
+local function check_device(name)
+  if type(name) ~= "string" then return end
+  local fine, device = failure.attempt(engine.device, name)
+  if fine then
+    device:free()
+  elseif name == "cuda" then
+    local reason = failure.bare(device):gsub("^[^\n:]+:%d+: ", ""):gsub("; use 'cpu' or .-$", "")
+    engine.fail(("compare: %s. Compare two settings of the CPU, such as compare(robot, \"cpu\", "
+      .. "{ precision = \"double\" }); limax doctor says what CUDA lacks here"):format(reason))
+  else
+    error(device, 0)
+  end
+end
+
 local function simulated(robot, options)
   local began = host.clock()
   local walked = robot:simulate(options)
   return walked, measures(walked, host.clock() - began)
+end
+
+-- A count in full, another number as the table writes it.
+local function shown(value, unit)
+  if not value then return "-" end
+  return unit == "" and ("%d"):format(value) or value
 end
 
 --- Simulates twice and gives the differences, second less first; as text, a table of both.
@@ -64,15 +86,18 @@ function compare.two(robot, first, second, options)
     engine.fail("compare: expected a robot, got " .. schema.show(robot))
   end
   if scored_robot.is(robot) then robot = robots.new(robot) end
-  local one, left = simulated(robot, merged("first", first, options))
-  local two, right = simulated(robot, merged("second", second, options))
+  local of_first, of_second = merged("first", first, options), merged("second", second, options)
+  check_device(of_first.device)
+  check_device(of_second.device)
+  local one, left = simulated(robot, of_first)
+  local two, right = simulated(robot, of_second)
   local rows, differences = {}, {}
   for k, measure in ipairs(left) do
     local a, b = measure[3], right[k][3]
     local difference = a and b and b - a or nil
     differences[measure[1]] = difference
     rows[k] = { measure[2] ~= "" and ("%s, %s"):format(measure[1], measure[2]) or measure[1],
-      a or "-", b or "-", difference or "-" }
+      shown(a, measure[2]), shown(b, measure[2]), shown(difference, measure[2]) }
   end
   table.insert(rows, 1, { "status", one.status, two.status, "" })
   local head = { "", title_of(first), title_of(second), "difference" }

@@ -2,6 +2,7 @@
 
 local engine = require "limax.engine"
 local experiment = require "limax.experiment"
+local failure = require "limax.failure"
 local host = require "limax.host"
 local schema = require "limax.schema"
 local start = require("limax.evolve").start
@@ -31,17 +32,8 @@ local function unfinished(run)
   return robots and not robots.bred and robots or nil
 end
 
---- Evolves some generations of a run.
----@param what table|limax.experiment|limax.run
----@param generations? integer
----@return limax.run
-function evolve.some(what, generations)
-  generations = generations or DEFAULT
-  if type(generations) ~= "number" or generations < 1 or generations % 1 ~= 0 then
-    engine.fail(("evolve: expected a whole number of generations from 1, got %s"):format(
-      schema.show(generations)))
-  end
-  local run = run_of(what)
+-- The generations, a line for each.
+local function advance(run, generations)
   local next_robots = run:generations()
   for done = 1, generations do
     local began = host.clock()
@@ -55,6 +47,29 @@ function evolve.some(what, generations)
     io.write(line_of(robots, host.clock() - began))
     io.flush()
   end
+end
+
+--- Evolves some generations of a run.
+---@param what table|limax.experiment|limax.run
+---@param generations? integer
+---@param keep fun(run: limax.run) is handed a run that Ctrl-C has stopped
+---@return limax.run
+function evolve.some(what, generations, keep)
+  generations = generations or DEFAULT
+  if type(generations) ~= "number" or generations < 1 or generations % 1 ~= 0 then
+    engine.fail(("evolve: expected a whole number of generations from 1, got %s"):format(
+      schema.show(generations)))
+  end
+  local run = run_of(what)
+  local fine, value, trace = host.protect(advance, run, generations)
+  if not fine then
+    if value == host.interrupt then
+      keep(run)
+      io.write(("\nthe run so far is _ (generations: %d); evolve(_) goes on\n"):format(
+        #run.history))
+    end
+    failure.raise_again(value, trace)
+  end
   return run
 end
 
@@ -67,7 +82,11 @@ function evolve.champion(run)
   end
   local last = run.history[#run.history]
   if not last then engine.fail "champion: this run has no scored generation yet" end
-  return last.population[last.population.ranked[1]]
+  local best = last.population.ranked[1]
+  if not best then
+    engine.fail(("champion: no robot of generation %d has a score"):format(last.generation))
+  end
+  return last.population[best]
 end
 
 return evolve

@@ -35,6 +35,19 @@ local function value_line(name, value)
   return value.text ~= "" and text .. "  " .. value.text or text
 end
 
+-- What the table of an argument may hold. Experiments name their fields in their text, and each is
+-- a topic of its own.
+local function option_lines(entry, argument)
+  local lines = {}
+  for _, option in ipairs(entry.name == "limax.experiment" and {}
+    or api.options(entry, argument)) do
+    local text = ("%s: %s"):format(option.name, option.type or "")
+    if option.what ~= "" then text = text .. "; " .. option.what end
+    add(lines, wrapped(text, "      "))
+  end
+  return lines
+end
+
 --- The page of one entry.
 ---@param entry limax.api.entry
 ---@return string
@@ -44,6 +57,10 @@ function help.page(entry)
   if entry.doc then
     for _, param in ipairs(entry.doc.params) do
       add(lines, wrapped(value_line(param.name .. (param.optional and "?" or ""), param), "    "))
+      -- an inline type says it all
+      for i, argument in ipairs(param.type:find("{", 1, true) and {} or entry.doc.arguments) do
+        if argument == param.name then add(lines, option_lines(entry, i)) end
+      end
     end
     for _, result in ipairs(entry.doc.returns) do
       add(lines, wrapped(value_line("gives", result), "    "))
@@ -108,10 +125,11 @@ local function refuse(topic)
     nearest and ("; did you mean %q?"):format(nearest) or "; ? alone says what there is"))
 end
 
--- What a group is and has.
+-- What a group is and has; `title` of a module is its name.
 local function group_page(topic, group)
-  local lines = { ("%s is %s. %s"):format(topic, group.title:sub(1, 1):lower()
-    .. group.title:sub(2), group.text) }
+  local title = group.title:sub(1, 1):lower() .. group.title:sub(2)
+  local lines = { title == topic and ("%s: %s"):format(topic, group.text)
+    or ("%s is %s. %s"):format(topic, title, group.text) }
   local shorts = {}
   for i, entry in ipairs(group.list) do shorts[i] = entry.short end
   add(lines, wrapped(table.concat(shorts, " "), "    "))
@@ -133,6 +151,9 @@ function help.pages(topic, names)
     if #pages > 0 then return pages end
   end
   for i, entry in ipairs(api.find(topic)) do pages[i] = help.page(entry) end
+  for _, module in ipairs(api.groups()) do
+    if module.prefix == topic .. "." then pages[#pages + 1] = group_page(topic, module) end
+  end
   for _, page in ipairs(fields_called(topic)) do pages[#pages + 1] = page end
   return pages
 end
@@ -141,12 +162,16 @@ end
 ---@param topic string what stands after the `?`
 ---@param names limax.repl.names
 function help.show(topic, names)
-  topic = topic:match "^%s*(.-)[%s;?]*$"
+  -- a call is asked for by its name
+  topic = topic:match("^%s*(.-)[%s;?]*$"):gsub("%s*%b()$", "")
   if topic == "" then
     io.write(overview(), "\n")
     return
   end
   local pages = help.pages(topic, names)
+  if #pages == 0 and topic:match "^_%d?$" then
+    pages[1] = "_ is the last value that was shown, _1 the one before, up to _9."
+  end
   if #pages == 0 then refuse(topic) end
   io.write(table.concat(pages, "\n\n"), "\n")
 end

@@ -5,6 +5,10 @@ local suggest = require "limax.suggest"
 
 local names = {}
 
+-- What is often typed at a prompt and is no name of Lua.
+local MEANT = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
+  help = "?name tells what a name is, ? alone what there is" }
+
 -- how many values before the last one are kept
 local KEPT = 9
 
@@ -78,8 +82,9 @@ function names.new(words)
       local value = self:get(name)
       if value == nil and not self.declared[name] then
         local nearest = type(name) == "string" and suggest(name, self:all())
-        error(("undefined name '%s'%s"):format(tostring(name),
-          nearest and ("; did you mean %q?"):format(nearest) or ""), 2)
+        local ending = MEANT[name] and "; " .. MEANT[name]
+          or nearest and ("; did you mean %q?"):format(nearest) or ""
+        error(("undefined name '%s'%s"):format(tostring(name), ending), 2)
       end
       return value
     end,

@@ -18,15 +18,25 @@ local exit_failed, exit_interrupted = 1, 130
 local Session = {}
 Session.__index = Session
 
--- The line of a text of several that a message is about, marked.
-local function line_of(text, message, name)
+-- The line of a text of several that a message is about, marked; `first` is the first one's number.
+local function line_of(text, message, name, first)
   local number = text:find("\n", 1, true)
     and tostring(message):match("^" .. name:sub(2) .. ":(%d+):")
   if not number then return "" end
-  local at = 0
+  local at = first
   for line in (text .. "\n"):gmatch "([^\n]*)\n" do
-    at = at + 1
     if at == tonumber(number) then return ("\n  %d | %s"):format(at, line) end
+    at = at + 1
+  end
+  return ""
+end
+
+-- What a message of Lua's own means here, if it is one that does not say so.
+local function hint_of(message)
+  -- LuaJIT has lost the place by then
+  if message == "stack overflow" then return ": a recursion has no end" end
+  if message:find("local 'self'", 1, true) then
+    return "; methods are called with a colon, as in robot:simulate()"
   end
   return ""
 end
@@ -39,18 +49,20 @@ local function frames_of(first, rest)
   end))
 end
 
-local function report(text, message, trace)
+local function report(text, message, trace, line)
   io.stdout:flush()
-  local first, rest = trace:match "^([^\n]*)(.*)$"
-  io.stderr:write(first, line_of(text, message, "=input"), frames_of(first, rest), "\n")
+  local first, rest = (failure.first_trace(message) or trace):match "^([^\n]*)(.*)$"
+  io.stderr:write(first, hint_of(first), line_of(text, message, "=input", line or 1),
+    frames_of(first, rest), "\n")
 end
 
 --- Runs one chunk and shows its values. False after an error; the interrupt is passed on as it is.
 ---@param compiled limax.repl.chunk
 ---@param text string
+---@param first integer|nil number of its first line
 ---@return boolean fine
 ---@return any interrupt
-function Session:evaluate(compiled, text)
+function Session:evaluate(compiled, text, first)
   self.names:declare(compiled.names)
   local function take(...)
     local count = select("#", ...)
@@ -61,15 +73,16 @@ function Session:evaluate(compiled, text)
   local fine, value, trace = host.protect(function() take(compiled.call(take)) end)
   if fine then return true end
   if value == host.interrupt then return false, value end
-  report(text, value, trace)
+  report(text, value, trace, first)
   return false
 end
 
 --- Runs a text as if it were typed: false after an error, nil where the text should go on.
 ---@param text string
+---@param first integer|nil number of its first line; 1
 ---@return boolean|nil fine
 ---@return any interrupt
-function Session:take(text)
+function Session:take(text, first)
   follow.refresh()
   local topic = text:match "^%s*%?(.*)$"
   if topic then
@@ -77,10 +90,11 @@ function Session:take(text)
     if not fine and value ~= host.interrupt then report(text, value, trace) end
     return fine, value == host.interrupt and value or nil
   end
-  local compiled, message, incomplete = chunk.compile(text, self.names.environment, "=input")
-  if compiled then return self:evaluate(compiled, text) end
+  local compiled, message, incomplete = chunk.compile(text, self.names.environment, "=input",
+    first)
+  if compiled then return self:evaluate(compiled, text, first) end
   if incomplete then return nil end
-  report(text, message, message)
+  report(text, message, message, first)
   return false
 end
 
@@ -160,14 +174,19 @@ end
 ---@return integer status
 function Session:take_all(lines)
   local text
+  local number, first = 0, 1
   for line in lines do
+    number = number + 1
+    -- what some editors put before UTF-8
+    if number == 1 then line = line:gsub("^\239\187\191", "") end
+    if not text then first = number end
     text = text and text .. "\n" .. line or line
-    local fine, interrupt = self:take(text)
+    local fine, interrupt = self:take(text, first)
     if fine == false then return interrupt and exit_interrupted or exit_failed end
     if fine then text = nil end
   end
   if text then
-    io.stderr:write("input: the last statement is not complete\n")
+    io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
     return exit_failed
   end
   return 0

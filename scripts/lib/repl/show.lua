@@ -10,7 +10,8 @@ local terminal = require "limax.terminal"
 
 local show = {}
 
-local DEEPEST = 3      -- tables in tables that are opened
+local DEEPEST = 3      -- tables in tables that are opened, where that fits in
+local MOST_LINES = 40  -- else fewer
 local MOST_FLAT = 4    -- plain values of a table that is shown at any depth
 local MOST_FIELDS = 24 -- of one table
 local MOST_NUMBERS = 12 -- a list of more is summarised
@@ -91,7 +92,7 @@ local function table_text(value, depth, seen)
   if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MOST_NUMBERS then
     return array_text.list(value, shape)
   end
-  if depth >= DEEPEST and not is_flat(value) then return "{ ... }" end
+  if depth >= seen.deepest and not is_flat(value) then return "{ ... }" end
   seen[value] = true
   local texts = entries_of(value, depth, seen)
   seen[value] = nil
@@ -191,7 +192,11 @@ function show.value(value, style)
   local text = text_of_class[kind.of(value)]
   if text then return text(value, style) end
   if own_text(value) then return tostring(value) end
-  return table_text(value, 0, { width = style.width, style = style })
+  for deepest = DEEPEST, 1, -1 do
+    text = table_text(value, 0, { width = style.width, style = style, deepest = deepest })
+    if select(2, text:gsub("\n", "")) < MOST_LINES then break end
+  end
+  return text
 end
 
 --- Several values: in one line, parted by tabs, or one below the other.

@@ -109,12 +109,14 @@ function words.of(names)
     return require("limax.repl.compare").two(robot, first, second, options)
   end
 
-  --- Evolves some generations, a line for each, and gives the run, which can be evolved on.
+  --- Evolves some generations, a line for each, and gives the run, which can be evolved on. After
+  --- Ctrl-C the run so far is `_`.
   ---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to go on with
   ---@param generations? integer 5 if absent
   ---@return limax.run
   function list.evolve(what, generations)
-    return require("limax.repl.evolve").some(what, generations)
+    return require("limax.repl.evolve").some(what, generations,
+      function(run) names():remember(run) end)
   end
 
   --- The best robot of a run's newest scored generation.
@@ -122,11 +124,13 @@ function words.of(names)
   ---@return limax.scored_robot
   function list.champion(run) return require("limax.repl.evolve").champion(run) end
 
-  --- Simulates a robot and writes six poses of its walk as an SVG file, to be opened in a browser;
-  --- prints the path.
-  ---@param robot limax.robot|limax.scored_robot
+  --- Simulates a robot and writes six poses of its walk as an SVG file; of a robot in motion the
+  --- pose that it has now. Gives the path; `open = true` shows it in the desktop's viewer, or the
+  --- one that BROWSER names.
+  ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
   ---@param file? string the first free of picture-1.svg, picture-2.svg, ... if absent
-  ---@param options? { duration?: number, scene?: table, device?: string, title?: string } s
+  ---@param options? { duration?: number, scene?: table, device?: string, title?: string,
+  --- open?: boolean } s
   ---@return string path
   function list.picture(robot, file, options)
     return require("limax.repl.picture").write(robot, file, options)

@@ -12,6 +12,7 @@ local axes = {}
 ---@field field string what `t` and an instance call it
 ---@field kind "string"|"number" of its values
 ---@field all string[]|nil what "all" stands for; a value must be one of these
+---@field least integer|nil of numbers, which are whole
 
 -- In the order in which a label names them.
 ---@type limax.test_axis[]
@@ -20,9 +21,12 @@ axes.list = {
   { option = "devices", field = "device", kind = "string", all = { "cpu", "cuda" } },
   { option = "precisions", field = "precision", kind = "string", all = defaults.precisions },
   { option = "integrators", field = "integrator", kind = "string", all = defaults.integrators },
-  { option = "threads", field = "threads", kind = "number" },
-  { option = "seeds", field = "seed", kind = "number" },
+  { option = "threads", field = "threads", kind = "number", least = 1 },
+  { option = "seeds", field = "seed", kind = "number", least = 0 },
 }
+
+-- Beyond it not every whole number is one of Lua's.
+local LARGEST = 2 ^ 53
 
 -- Integrators that a GPU has not (README, "How exact it is").
 local CPU_ALONE = { rk4 = true, xpbd = true }
@@ -49,6 +53,18 @@ local function checked(axis, value)
   if axis.all and value == "all" then return axis.all end
   local values = axes.list_of(axis.option, value, axis.kind)
   if values and #values == 0 then fail(axis.option, "one value at least", "an empty list") end
+  local seen = {}
+  for i, value_here in ipairs(values or {}) do
+    local what = ("%s[%d]"):format(axis.option, i)
+    if seen[value_here] then
+      engine.fail(("%s: %s stands there twice"):format(what, tostring(value_here)))
+    end
+    seen[value_here] = true
+    local least = axis.least
+    if least and not (value_here >= least and value_here <= LARGEST and value_here % 1 == 0) then
+      fail(what, ("a whole number from %d to 2^53"):format(least), value_here)
+    end
+  end
   for _, name in ipairs(axis.all and values or {}) do
     local known = false
     for _, each in ipairs(axis.all) do known = known or each == name end

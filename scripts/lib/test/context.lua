@@ -299,6 +299,14 @@ function methods:close()
   return wrong
 end
 
+-- `t.near(...)` in the place of `t:near(...)`.
+for name, method in pairs(methods) do
+  methods[name] = function(self, ...)
+    if getmetatable(self) ~= class then fail(("write a colon: t:%s(...)"):format(name)) end
+    return method(self, ...)
+  end
+end
+
 ---@class limax.test_setting
 ---@field name string of the test
 ---@field suite string

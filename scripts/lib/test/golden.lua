@@ -1,15 +1,18 @@
 --- golden.lua: recorded values beside the suite that compares with them,
 --- golden/SUITE_FILE/NAME.json. A golden is written only where a person asks for it, with `limax
---- test --update-golden`, and one that changes is given a reason, which it keeps. A golden is of
---- one configuration: where that is another now, its values say nothing.
+--- test --update-golden`, and every change of one is given a reason, which it keeps. A golden is
+--- of one configuration: where that is another now, its values say nothing.
 
 local host = require "limax.host"
 local compare = require "limax.test.compare"
 local engine = require "limax.engine"
+local source = require "limax.source"
 
 local golden = {}
 
 local SCHEMA = "limax.golden/2"
+-- values and tolerance alone, without class, configuration and changes; an update makes it new
+local FIRST_SCHEMA = "limax.golden/1"
 
 -- differences that an update shows, the worst first
 local SHOWN = 5
@@ -101,17 +104,27 @@ local function encoded(record)
   return table.concat(lines, "\n") .. "\n"
 end
 
+-- Is this a list of reasons, each with what changed?
+local function are_changes(list)
+  if type(list) ~= "table" then return false end
+  for _, each in ipairs(list) do
+    if type(each) ~= "table" or type(each.reason) ~= "string" then return false end
+  end
+  return true
+end
+
+-- What stands in a golden; otherwise nil and why it is none.
 local function read(path)
-  local file, message = io.open(path, "rb")
-  if not file then return nil, message end
-  local text = file:read "*a"
-  file:close()
+  local text, message = source.read(path)
+  if not text then return nil, message end
   local record
   record, message = host.json.decode(text, path)
   if not record then return nil, message end
-  if type(record) ~= "table" or record.schema ~= SCHEMA or type(record.values) ~= "table" then
-    return nil, ("%s is no golden of schema %s"):format(path, SCHEMA)
-  end
+  local fine = type(record) == "table" and type(record.values) == "table"
+    and type(record.recorded) == "table"
+    and (record.schema == FIRST_SCHEMA or record.schema == SCHEMA and are_changes(record.changes))
+  if not fine then return nil, ("%s is no golden of schema %s"):format(path, SCHEMA) end
+  if record.configuration == host.json.null then record.configuration = nil end
   return record
 end
 
@@ -162,28 +175,41 @@ local function listed(differences)
   return table.concat(lines)
 end
 
--- What has changed since `old`, and whether that needs a reason; nil where nothing has.
+-- What has changed since `old`; nil where nothing has.
 local function change_of(old, request, differences)
-  if not old then return "new", false end
+  local count = #differences == 1 and "1 value" or #differences .. " values"
+  local among = #differences > 0 and ", and " .. count or ""
+  if old.schema ~= SCHEMA then
+    return ("of schema %s, without a configuration%s"):format(old.schema, among)
+      .. listed(differences)
+  end
   if old.configuration ~= request.configuration then
-    local among = #differences > 0 and (", and %d values"):format(#differences) or ""
-    return ("another configuration%s"):format(among) .. listed(differences), true
+    return ("another configuration%s"):format(among) .. listed(differences)
   end
   if #differences > 0 then
-    return ("%d values differ, old -> new"):format(#differences) .. listed(differences), true
+    return ("%s, old -> new"):format(count) .. listed(differences)
   end
-  if old.rtol ~= request.rtol or old.atol ~= request.atol or old.why ~= request.why
-    or old.class ~= request.class then
-    return "another tolerance or another why", false
+  if old.rtol ~= request.rtol or old.atol ~= request.atol or old.class ~= request.class then
+    return ("another tolerance: %s (rtol %s, atol %s) -> %s (rtol %g, atol %g)"):format(
+      tostring(old.class), tostring(old.rtol), tostring(old.atol), request.class,
+      request.rtol, request.atol)
+  end
+  if old.why ~= request.why then
+    return ("another why: %s -> %s"):format(tostring(old.why), request.why)
   end
 end
 
-local function record(request, values, old, update)
-  local differences = old and compare.near(old.values, values, request) or {}
-  local change, needs_reason = change_of(old, request, differences)
+-- Records; `damage`: why the file that stands there is no golden.
+local function record(request, values, old, damage, update)
+  local change = "new"
+  if old then
+    change = change_of(old, request, compare.near(old.values, values, request))
+  elseif damage then
+    change = "in the place of what cannot be read: " .. damage
+  end
   if not change then return nil end
   local changes = old and old.changes or {}
-  if needs_reason then
+  if old or damage then
     local reason = update.reason
       or update.ask(("golden %s of %s: %s"):format(request.name, request.test, change))
     if not reason or not reason:find "%S" then
@@ -211,17 +237,18 @@ function golden.check(request, update)
   local path = request.path
   local values, message = plain(request.values, request.name)
   if not values then return message end
-  local there = host.file.exists(path) == "file"
+  local there = host.file.exists(path) ~= nil
   local old
-  if there then
-    old, message = read(path)
-    if not old and not update then return message end
-  end
-  if old and old.configuration == host.json.null then old.configuration = nil end
-  if update then return record(request, values, old, update) end
+  if there then old, message = read(path) end
+  if update then return record(request, values, old, there and message, update) end
   if not there then
     return ("there is no golden %s; look at the values, then record them with "
       .. "limax test FILE --update-golden"):format(path)
+  end
+  if not old then return message end
+  if old.schema ~= SCHEMA then
+    return ("%s is of schema %s, which has no configuration to hold against; limax test FILE "
+      .. "--update-golden makes it one of %s"):format(path, old.schema, SCHEMA)
   end
   if old.configuration ~= request.configuration then
     return ("golden %s is of another configuration (%s, now %s): scene, materials, bodies or "
@@ -234,7 +261,8 @@ function golden.check(request, update)
     local text = "golden %s: %s (%d of its values are out of tolerance; rtol %g, atol %g: %s; "
       .. "recorded by %s on %s)"
     return text:format(request.name, compare.text(compare.worst(differences)), #differences,
-      request.rtol, request.atol, request.why, old.recorded.compiler, old.recorded.device)
+      request.rtol, request.atol, request.why, tostring(old.recorded.compiler),
+      tostring(old.recorded.device))
   end
   return nil
 end

@@ -3,6 +3,7 @@
 
 local failure = require "limax.failure"
 local host = require "limax.host"
+local valid_text = require "limax.test.valid_text"
 
 local junit = {}
 
@@ -11,17 +12,9 @@ methods.__index = methods
 
 local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
 
--- XML 1.0 has no place for other control characters, nor for bytes that are no UTF-8: both become
--- a question mark.
+-- XML 1.0 has no place for other control characters: they become question marks.
 local function escaped(text)
-  text = text:gsub("[%z\1-\8\11\12\14-\31\127-\255]+", function(bytes)
-    local ascii = bytes:find "[%z\1-\31\127]"
-    -- a run of well-formed sequences stays
-    local rest = bytes:gsub("[\194-\223][\128-\191]", "")
-      :gsub("[\224-\239][\128-\191][\128-\191]", "")
-      :gsub("[\240-\244][\128-\191][\128-\191][\128-\191]", "")
-    return (ascii or rest ~= "") and "?" or bytes
-  end)
+  text = valid_text(text):gsub("[%z\1-\8\11\12\14-\31\127]+", "?")
   return (text:gsub('[&<>"]', ENTITIES))
 end
 

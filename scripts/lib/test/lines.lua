@@ -1,14 +1,23 @@
 --- lines.lua: the results as lines of JSON, one for each file, test begun, test ended and the end:
---- for programs, and for the process that runs several others (parallel.lua).
+--- for programs, and for the process that runs others (processes.lua).
 
 local host = require "limax.host"
+local valid_text = require "limax.test.valid_text"
 
 local lines = {}
 
 local methods = {}
 methods.__index = methods
 
-function methods:line(fields) self.write(host.json.encode(fields) .. "\n") end
+-- A message may hold any bytes.
+local function valid(value)
+  if type(value) == "string" then return valid_text(value) end
+  if type(value) ~= "table" then return value end
+  for key, entry in pairs(value) do value[key] = valid(entry) end
+  return value
+end
+
+function methods:line(fields) self.write(host.json.encode(valid(fields)) .. "\n") end
 
 function methods:begin(total) self:line { event = "begin", total = total } end
 
@@ -19,7 +28,7 @@ end
 -- What runs now, for whoever watches: a test that never returns cannot say so itself.
 function methods:start(instance)
   self:line { event = "start", suite = instance.suite, test = instance.label,
-    limit = instance.case.limit }
+    limit = instance.limit }
 end
 
 function methods:result(instance, result)

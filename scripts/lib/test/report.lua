@@ -35,6 +35,8 @@ function again:add(file, instance)
     self.seen[file.path] = true
     table.insert(self.files, shell.path(file.path))
   end
+  -- the end of a process has no name to be chosen by: its whole file runs again
+  if instance and instance.is_process then self.whole = true end
   if instance then table.insert(self.only, "--only " .. shell.quoted(runner.title(instance))) end
 end
 
@@ -43,7 +45,7 @@ end
 function again:line()
   if not self.files[1] then return nil end
   local words = { shell.program(), "test", table.concat(self.files, " ") }
-  if self.only[1] then words[4] = table.concat(self.only, " ") end
+  if self.only[1] and not self.whole then words[4] = table.concat(self.only, " ") end
   return table.concat(words, " ")
 end
 

@@ -18,6 +18,7 @@ local runner = {}
 ---@field fixtures table<string, limax.test_fixture> of its suite
 ---@field case limax.case
 ---@field label string the test's name, with what it names of its matrix
+---@field limit number|nil s of wall time
 ---@field values table<string, any> device, precision, integrator, threads, seed
 
 ---@class limax.suite_file
@@ -45,15 +46,42 @@ local function instances_of(suite, case)
   return list
 end
 
--- A message and the lines of its trace, without those of the binding.
+-- Files that only lead from the command line to a test and from its checks back.
+local LEADING = { "/bindings/", "/scripts/lib/test/", "/scripts/lib/test.lua:",
+  "/scripts/commands/test.lua:" }
+
+local function leads(line)
+  for _, place in ipairs(LEADING) do
+    if line:find(host.home .. place, 1, true) then return true end
+  end
+  return false
+end
+
+-- A message and the lines of its trace, without those of the binding and of `limax test`.
 local function own_lines(trace)
   local lines = {}
   for line in tostring(trace):gmatch "[^\n]+" do
-    local binding = #lines > 0 and line:find(host.home .. "/bindings/", 1, true)
-    if not binding then lines[#lines + 1] = line end
+    if #lines == 0 or not leads(line) then lines[#lines + 1] = line end
   end
   return table.concat(lines, "\n")
 end
+
+-- Calls a suite's text: one that ended the process would end with a status of its own choice
+-- whatever its tests say.
+local function without_exit(call, ...)
+  local exit = os.exit
+  rawset(os, "exit", function() error("a suite may not end its process: os.exit", 2) end)
+  local function finish(...)
+    rawset(os, "exit", exit)
+    return ...
+  end
+  return finish(host.protect(call, ...))
+end
+
+--- "SUITE: TEST", which --only and --filter choose by.
+---@param instance limax.test_instance
+---@return string
+function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
 --- Reads one file. What it requires from its own folder is forgotten afterwards, so that each file
 --- begins afresh.
@@ -64,7 +92,7 @@ function runner.load(path)
   for name in pairs(package.loaded) do loaded[name] = true end
   local message
   local suites = test.collect(function()
-    local fine, value, trace = host.protect(script.run, path)
+    local fine, value, trace = without_exit(script.run, path)
     if fine then return end
     if value == host.interrupt then error(value, 0) end
     message = failure.status(value) and value or own_lines(trace)
@@ -73,10 +101,15 @@ function runner.load(path)
   for name in pairs(package.loaded) do
     if not loaded[name] and name:sub(1, 5) ~= "limax" then package.loaded[name] = nil end
   end
-  local file = { path = path, instances = {}, failure = message }
+  local file, titles = { path = path, instances = {}, failure = message }, {}
   for _, suite in ipairs(message and {} or suites) do
     for _, case in ipairs(suite.cases) do
       for _, instance in ipairs(instances_of(suite, case)) do
+        local title = runner.title(instance)
+        if titles[title] then
+          file.failure = ("%s: there are two tests %q"):format(path, title)
+        end
+        titles[title] = true
         file.instances[#file.instances + 1] = instance
       end
     end
@@ -111,14 +144,10 @@ end
 ---@field only string[] "SUITE: TEST" in full; where there is one, nothing else runs
 ---@field filter string|nil part of "SUITE: TEST", as it stands or as a Lua pattern
 ---@field tags string[] at least one of these; "-slow": not this one
+---@field limit number|nil s of tests that name none
 
 -- Tests with this tag take minutes: they run only where it or their name is asked for.
 local LONG = "full"
-
---- "SUITE: TEST", which --only and --filter choose by.
----@param instance limax.test_instance
----@return string
-function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
 --- Whether an instance is among the chosen.
 ---@param instance limax.test_instance
@@ -199,10 +228,11 @@ function runner.run(file, instance, state)
     fixtures = instance.fixtures, state = state, witness = seen,
   }
   if not result then
-    local limit = instance.case.limit
+    -- while goldens are recorded a person is asked, who may take long
+    local limit = not state.update and instance.limit or nil
     engine.limit_time(limit)
     seen:begin()
-    local fine, value, trace = host.protect(instance.case.run, t)
+    local fine, value, trace = without_exit(instance.case.run, t)
     seen:finish()
     engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt
@@ -251,11 +281,16 @@ function runner.plan(files, choice, seed)
   local plan = { files = {}, total = 0 }
   for _, file in ipairs(seed and shuffled(files, seed, "files") or files) do
     local instances = {}
-    for _, instance in ipairs(file.instances) do
-      if runner.chosen(instance, choice) then table.insert(instances, instance) end
+    -- drawn before they are chosen: those that are left run in the same order
+    for _, instance in ipairs(seed and shuffled(file.instances, seed, file.path)
+      or file.instances) do
+      if runner.chosen(instance, choice) then
+        instance.limit = instance.case.limit or choice.limit
+        table.insert(instances, instance)
+      end
     end
+    if file.failure then instances = {} end
     if file.failure or #instances > 0 then
-      if seed then instances = shuffled(instances, seed, file.path) end
       table.insert(plan.files, { file = file, instances = instances })
       plan.total = plan.total + #instances + (file.failure and 1 or 0)
     end

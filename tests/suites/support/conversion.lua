@@ -3,7 +3,7 @@
 
 local host = require "limax.host"
 local limax = require "limax"
-local process = require "limax.test.process"
+local process = require "support.process"
 
 local conversion = {}
 
@@ -33,7 +33,7 @@ end
 ---@param ... string
 ---@return { status: integer, stdout: string, stderr: string }
 function conversion.convert(t, folder, ...)
-  local done = process.limax({ "convert", ... }, { folder = folder })
+  local done = process.ends(folder, { "convert", ... })
   t:ok(done.status == 0, table.concat({ ... }, " ") .. ": " .. done.stderr)
   return done
 end
@@ -44,7 +44,7 @@ end
 ---@param words string[]
 ---@param ... string
 function conversion.refused(t, folder, words, ...)
-  local done = process.limax({ "convert", unpack(words) }, { folder = folder })
+  local done = process.ends(folder, { "convert", unpack(words) })
   t:ok(done.status == 2, ("status %d: %s"):format(done.status, done.stderr))
   for _, text in ipairs { ... } do t:ok(done.stderr:find(text, 1, true), done.stderr) end
   t:ok(select(2, done.stderr:gsub("\n", "")) == 1, done.stderr)

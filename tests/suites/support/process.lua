@@ -1,6 +1,7 @@
---- process.lua: runs the limax executable for a test, to its end or until a signal, within a limit.
+--- process.lua: runs the limax executable for a test, to its end or until a signal.
 
 local host = require "limax.host"
+local shell_process = require "limax.test.process"
 
 local process = {}
 
@@ -10,9 +11,7 @@ local LIMIT = 30
 local START = 10
 
 --- A word as the shell reads it back unchanged.
----@param word string
----@return string
-function process.quote(word) return "'" .. word:gsub("'", "'\\''") .. "'" end
+process.quote = shell_process.quoted
 
 ---@param path string
 ---@return string text empty where there is no file
@@ -97,6 +96,41 @@ end
 function process.run(folder, arguments, environment)
   local status, output = process.start(folder, arguments, environment):finish()
   return status, output
+end
+
+---@class limax.test_process.options
+---@field signal? string "INT", "KILL", ...: sent to it `after` seconds
+---@field after? number s
+---@field what? string what a failure calls it
+---@field before? string shell text in front of the command: "ulimit -f 8;", "LC_ALL=de_DE.UTF-8"
+
+--- Runs `limax` to its end, whatever that is; its two streams apart, without the limit above.
+---@param folder string where it runs
+---@param arguments string[]
+---@param options limax.test_process.options|nil
+---@return { status: integer|nil, stdout: string, stderr: string }
+function process.ends(folder, arguments, options)
+  local given = { folder = folder }
+  for name, value in pairs(options or {}) do given[name] = value end
+  return shell_process.limax(arguments, given)
+end
+
+--- The same for one that must end well: fails the test with all that it said where it does not.
+---@param t limax.test_context
+---@param folder string
+---@param arguments string[]
+---@param options limax.test_process.options|nil
+---@return { status: integer, stdout: string, stderr: string }
+function process.completes(t, folder, arguments, options)
+  local done = process.ends(folder, arguments, options)
+  if done.status ~= 0 then
+    local here = debug.getinfo(2, "Sl")
+    local what = options and options.what
+      or ("line %d of %s"):format(here.currentline, here.short_src:match "[^/]*$")
+    t:ok(false, ("%s: limax %s: status %s\n%s%s"):format(what, table.concat(arguments, " "),
+      tostring(done.status), done.stdout, done.stderr))
+  end
+  return done
 end
 
 --- Runs a Lua text as a script of `limax`.
