@@ -14,7 +14,7 @@ local dot = polygon.dot
 local RINGS, SECTORS = 10, 20
 local COARSE_RINGS, COARSE_SECTORS = 6, 12
 -- Patches of terrain along the longer side of a slab, at most; each is as long as it is wide.
-local PATCHES = 20
+local PATCHES = 14
 
 local UP = { 0, 0, 1 }
 
@@ -93,6 +93,16 @@ local function spaces_of(slab)
       offset = -slab.low[axis] }
   end
   return spaces
+end
+
+-- The middle of a slab, and a length that no two points of it are farther apart than, m.
+local function middle_of(slab)
+  local center, reach = {}, 0
+  for c = 1, 3 do
+    center[c] = (slab.low[c] + slab.high[c]) / 2
+    reach = reach + (slab.high[c] - slab.low[c])
+  end
+  return center, reach
 end
 
 local function reversed(space)
@@ -218,6 +228,37 @@ local function add_terrain(patches, self, slab, context)
   return step
 end
 
+-- Where a body may be: above the ground and in front of the planes.
+local function open_of(self)
+  local open = {}
+  for k, plane in ipairs(self.planes) do open[k] = reversed(plane) end
+  if self.ground then open[#open + 1] = reversed(self.ground) end
+  return open
+end
+
+--- The planes of a world as far as they are in a slab, above the ground and in front of each other.
+---@param self limax.picture.stage
+---@param slab limax.picture.slab
+---@return limax.picture.polygon[]
+function stage.sheets(self, slab)
+  local within, open, sheets = spaces_of(slab), open_of(self), {}
+  local center, reach = middle_of(slab)
+  for k, plane in ipairs(self.planes) do
+    local spaces = joined({ plane }, within)
+    for other, space in ipairs(open) do
+      if other ~= k then spaces[#spaces + 1] = space end
+    end
+    local sheet = polygon.side(spaces, 1, center, reach)
+    if sheet then
+      local floor = world.is_floor(plane.normal, UP)
+      sheet.look = look_of(plane, floor and world.soil or world.hex, world.ink)
+      sheet.look.ruled = floor
+      sheets[#sheets + 1] = sheet
+    end
+  end
+  return sheets
+end
+
 ---@class limax.picture.pieces
 ---@field sides limax.picture.polygon[]
 ---@field balls table[] see order.lua
@@ -233,31 +274,13 @@ end
 ---@param block_hex string
 ---@return limax.picture.pieces
 function stage.pieces(self, slab, sight, block, block_hex)
-  local center, reach = {}, 0
-  for c = 1, 3 do
-    center[c] = (slab.low[c] + slab.high[c]) / 2
-    reach = reach + (slab.high[c] - slab.low[c])
-  end
+  local center, reach = middle_of(slab)
   local context = { sight = sight, center = center, reach = reach }
-  local within = spaces_of(slab)
+  local within, open = spaces_of(slab), open_of(self)
   local pieces = { sides = {}, balls = {}, patches = {}, before = {} }
   if self.terrain then pieces.thickness = add_terrain(pieces.patches, self, slab, context) end
-  -- nothing is drawn below the ground, and nothing inside of what a plane makes solid
-  local open = {}
-  if self.ground then open[1] = reversed(self.ground) end
-  for _, plane in ipairs(self.planes) do open[#open + 1] = reversed(plane) end
-  for k, plane in ipairs(self.planes) do
-    local spaces = joined({ plane }, within)
-    for other, space in ipairs(open) do
-      if other ~= k + (self.ground and 1 or 0) then spaces[#spaces + 1] = space end
-    end
-    local sheet = polygon.side(spaces, 1, center, reach)
-    if sheet then
-      local floor = world.is_floor(plane.normal, UP)
-      sheet.look = look_of(plane, floor and world.soil or world.hex, world.ink)
-      sheet.look.ruled = floor
-      table.insert(dot(plane.normal, sight) < 0 and pieces.sides or pieces.before, sheet)
-    end
+  for _, sheet in ipairs(stage.sheets(self, slab)) do
+    table.insert(dot(sheet.look.plane.normal, sight) < 0 and pieces.sides or pieces.before, sheet)
   end
   for _, box in ipairs(self.boxes) do
     add_solid(pieces.sides, joined(box, within, open), context, world.hex, world.ink)
@@ -304,14 +327,9 @@ end
 ---@return number[][][] each a list of points, `open` where it is a line
 function stage.profile(self, slab)
   local list, away = {}, (slab.low[2] + slab.high[2]) / 2
-  local within = spaces_of(slab)
+  local within, center, reach = spaces_of(slab), middle_of(slab)
   for _, box in ipairs(self.boxes) do
-    local center, reach, points = {}, 0, {}
-    for c = 1, 3 do
-      center[c] = (slab.low[c] + slab.high[c]) / 2
-      reach = reach + slab.high[c] - slab.low[c]
-    end
-    local spaces = joined(box, within)
+    local spaces, points = joined(box, within), {}
     for k = 1, #spaces do
       local side = polygon.side(spaces, k, center, reach)
       for _, p in ipairs(side and side.points or {}) do points[#points + 1] = p end
