@@ -189,7 +189,7 @@ local function draw_solids(canvas, film, pose, slab, place, frame)
     local points = {}
     for k, p in ipairs(piece.points) do points[k] = place(p) end
     canvas:face(points, piece.look.fill, piece.edges, piece.look.ink, thin, opacity)
-    if piece.look.ruled then draw_rules(canvas, piece, place) end
+    if piece.look.ruled and not opacity then draw_rules(canvas, piece, place) end
   end
   local sorted = order.new(pieces, sight)
   for _, face in ipairs(skin.visible(film.faces, pose.points, film.colors, sight)) do
@@ -217,7 +217,7 @@ function scene.draw(canvas, film, frame, pose, k)
   for c, middle in ipairs { pose.middle[1], pose.middle[2], pose.base } do
     slab.low[c], slab.high[c] = frame.slab.low[c] + middle, frame.slab.high[c] + middle
   end
-  canvas:clip(left, top, left + frame.panel, top + frame.height)
+  canvas:clip(left, top, left + frame.panel, bottom)
   if film.stage.ground then
     draw_ground(canvas, film, slab, place)
     if view.shadow then
@@ -241,7 +241,9 @@ function scene.left(frame, k) return frame.left + (k - 1) * (frame.panel + frame
 ---@param pose limax.motion.pose
 ---@param k integer
 function scene.caption(canvas, frame, pose, k)
-  canvas:text(scene.left(frame, k) + frame.panel / 2, frame.top + frame.height - 0.6 * frame.text,
+  local start = scene.left(frame, k)
+  canvas:clip(start, frame.top, start + frame.panel, frame.top + frame.height)
+  canvas:text(start + frame.panel / 2, frame.top + frame.height - 0.6 * frame.text,
     ("%.2f s"):format(pose.time), frame.text, ink.text, "middle")
 end
 

@@ -13,6 +13,7 @@ local world = {}
 ---@field spheres { center: number[], radius: number }[]
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
 ---@field fluid boolean is there drag?
+---@field anchored boolean is a part of the body held?
 
 --- What fixed things are drawn with, and the word for them in a legend. Cool, unlike bodies.
 world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
@@ -52,7 +53,7 @@ function world.of(scene)
     boxes = copies(scene.boxes, { "from", "to" }),
     spheres = copies(scene.spheres, { "center", "radius" }),
     terrain = scene.terrain and copies({ scene.terrain }, { "spacing", "origin", "heights" })[1],
-    fluid = scene.drag ~= nil }
+    fluid = scene.drag ~= nil, anchored = scene.anchors ~= nil }
 end
 
 --- Is there more than flat ground?
@@ -101,7 +102,8 @@ function world.words(given)
   end
   for _, text in ipairs { given.terrain and "terrain" or false,
     counted(#given.planes, "plane") or false, counted(#given.boxes, "box", "boxes") or false,
-    counted(#given.spheres, "sphere") or false, given.fluid and "a fluid" or false } do
+    counted(#given.spheres, "sphere") or false, given.fluid and "a fluid" or false,
+    given.anchored and "anchors" or false } do
     if text then parts[#parts + 1] = text end
   end
   return table.concat(parts, ", ")

@@ -22,8 +22,8 @@ local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 ---@field low number[] m, the part of the world that is shown
 ---@field high number[]
 ---@field ground number|nil m
----@field sheets { points: number[][], floor: boolean, lines: number[][]|nil }[]|nil planes; lines by
---- pairs of points
+---@field sheets { points: number[][], floor: boolean, lines: number[][]|nil }[]|nil planes; lines
+--- by pairs of points
 ---@field boxes { from: number[], to: number[] }[]|nil
 ---@field spheres { center: number[], radius: number }[]|nil
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
