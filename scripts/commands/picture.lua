@@ -93,7 +93,10 @@ local function strip(arguments, film, ending)
   local wide = frame.panel * count
   local canvas = ending == "svg" and vectors.new(wide, frame.height, ground, arguments[1])
     or pixels.new(wide, frame.height, ground)
-  for k, pose in ipairs(film.poses) do scene.draw(canvas, film, frame, pose, k) end
+  for k, pose in ipairs(film.poses) do
+    scene.draw(canvas, film, frame, pose, k)
+    scene.caption(canvas, frame, pose, k)
+  end
   scene.scale_bar(canvas, frame)
   local drawn = canvas:finish()
   if ending == "png" then
@@ -113,6 +116,7 @@ local function frames(arguments, film, take)
     host.raise_if_interrupted()
     local canvas = pixels.new(frame.panel, frame.height, ground)
     scene.draw(canvas, film, frame, pose, 1)
+    scene.caption(canvas, frame, pose, 1)
     scene.scale_bar(canvas, frame)
     take(canvas:finish(), k, frame)
   end

@@ -34,7 +34,26 @@ function block_picture.corners(sample, size)
   return corners
 end
 
---- Its sides, for skin.visible(), where its corners follow `before` other points.
+--- A block as the half-spaces that it is what they have in common of.
+---@param corners number[][] eight, as corners() gives them, m
+---@return limax.picture.space[]
+function block_picture.spaces(corners)
+  local spaces = {}
+  for axis = 1, 3 do
+    local from, to, length = corners[1], corners[1 + 2 ^ (axis - 1)], 0
+    local normal, low, high = {}, 0, 0
+    for c = 1, 3 do length = length + (to[c] - from[c]) ^ 2 end
+    for c = 1, 3 do
+      normal[c] = (to[c] - from[c]) / math.sqrt(length)
+      low, high = low + normal[c] * from[c], high + normal[c] * to[c]
+    end
+    spaces[2 * axis - 1] = { normal = normal, offset = high }
+    spaces[2 * axis] = { normal = { -normal[1], -normal[2], -normal[3] }, offset = -low }
+  end
+  return spaces
+end
+
+--- Its sides, as faces of a skin whose corners follow `before` other points.
 ---@param before integer
 ---@return { corners: integer[], letter: string }[]
 function block_picture.faces(before)

@@ -6,18 +6,25 @@ local block_picture = require "limax.block_picture"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local motion = require "limax.motion"
+local scene = require "limax.picture.scene"
 local skin = require "limax.skin"
+local stage = require "limax.picture.stage"
 local svg = require "limax.svg"
+local vectors = require "limax.picture.vectors"
+local view = require "limax.picture.view"
+local world = require "limax.picture.world"
 
 local film_strip = {}
 
 local POSES = 6
+-- capitals of a panel's text above a body, for the scale bar
+local HEAD = 3
 
 -- The page, px: 11 px are 8.25 pt.
 local page = { width = 1000, margin = 24, text = 11, gap = 8, head = 50, strip = 190, below = 40,
   track = 176, ruler = 22, foot = 44 }
-local ink = { text = "#2b2b2b", faint = "#8a8a8a", ground = "#efece6", line = "#6b655b",
-  trail = "#c0392b", frame = "#fbfaf8", ghost = "#7d8b99" }
+local ink = { text = "#2b2b2b", faint = "#767676", line = "#6b655b", trail = "#c0392b",
+  frame = "#fbfaf8", ghost = "#7d8b99" }
 
 -- Six moments from t = 0 to the end, s.
 local function evenly(duration)
@@ -28,97 +35,28 @@ end
 
 -- ---- drawing ------------------------------------------------------------------------------------
 
--- What all panels share: the scale (px/m), and how far the body reaches from its middle (m).
-local function frame_of(poses, ground)
-  local reach, low, high, near, far = 0, math.huge, -math.huge, 0, 0
-  for _, pose in ipairs(poses) do
-    local base = ground and 0 or pose.middle[3]
-    for _, p in ipairs(pose.points) do
-      local away = p[2] - pose.middle[2]
-      local up = p[3] + skin.recede_y * away - base
-      reach = math.max(reach, math.abs(p[1] - pose.middle[1] + skin.recede_x * away))
-      low, high = math.min(low, up), math.max(high, up)
-      near, far = math.min(near, away), math.max(far, away)
-    end
+-- What all panels share; as wide as the page, or as high as a strip may be.
+local function frame_of(film)
+  local frame = scene.frame(film, view.of.side, page.width - 2 * page.margin, POSES,
+    { gap = page.gap, foot = 0, head = HEAD })
+  local rest = HEAD * frame.text
+  if frame.height > page.strip then
+    scene.rescale(frame, frame.scale * (page.strip - rest) / (frame.height - rest), frame.text)
   end
-  if ground then low = math.min(low, ground + skin.recede_y * near) end
-  local wide, tall = 1.15 * 2 * reach, 1.08 * (high - low)
-  local panel = (page.width - 2 * page.margin - (POSES - 1) * page.gap) / POSES
-  local scale = math.min(panel / wide, (page.strip - 12) / tall)
-  return { scale = scale, panel = panel, strip = math.ceil(tall * scale + 12), low = low,
-    near = near, far = far }
+  frame.left, frame.top = page.margin, page.head
+  return frame
 end
 
--- A panel's own coordinates: the pose's middle stands in the panel's middle, its feet at the
--- bottom.
-local function panel_of(k, pose, film, frame)
-  local left = page.margin + (k - 1) * (frame.panel + page.gap)
-  local bottom = page.head + frame.strip - 6
-  local base = film.ground and 0 or pose.middle[3]
-  local panel = { left = left, right = left + frame.panel, center = left + frame.panel / 2 }
-  function panel.point(along, away, up)
-    return { panel.center + (along - pose.middle[1] + skin.recede_x * away) * frame.scale,
-      bottom - (up - base + skin.recede_y * away - frame.low) * frame.scale }
-  end
-  function panel.project(p)
-    local point = panel.point(p[1], p[2] - pose.middle[2], p[3])
-    return point[1], point[2]
-  end
-  return panel
-end
-
--- The ground as a band, with a line across it every 0.1 m and a darker one every 0.5 m: they make
--- the way visible. The body's shadow falls straight down.
-local function draw_ground(out, panel, pose, film, frame)
-  local near, far, middle = frame.near - 0.04, frame.far + 0.06, pose.middle[1]
-  local low, high = panel.point(middle, near, film.ground), panel.point(middle, far, film.ground)
-  out:add('<rect x="%.1f" y="%.1f" width="%.1f" height="%.1f" fill="%s"/>', panel.left, high[2],
-    frame.panel, low[2] - high[2], ink.ground)
-  local half = frame.panel / frame.scale / 2 + skin.recede_x * math.max(far, -near)
-  for k = math.ceil((middle - half) * 10), math.floor((middle + half) * 10) do
-    local strong = k % 5 == 0
-    out:line(panel.point(k / 10, near, film.ground), panel.point(k / 10, far, film.ground),
-      strong and "#b9b2a4" or "#dcd7cc", strong and 1 or 0.7)
-  end
-  out:line({ panel.left, low[2] }, { panel.right, low[2] }, ink.line, 1.2)
-  local function drop_shadow(points)
-    local shadow = {}
-    for k, p in ipairs(points) do
-      shadow[k] = panel.point(p[1], p[2] - pose.middle[2], film.ground)
-    end
-    out:polygon(skin.outline(shadow), 'fill="#000000" fill-opacity="0.13"')
-  end
-  if #pose.block > 0 then drop_shadow(pose.block) end
-  drop_shadow(pose.points)
-end
-
-local function draw_panel(out, k, pose, film, frame)
-  local panel = panel_of(k, pose, film, frame)
-  local box = ('x="%.1f" y="%d" width="%.1f" height="%d"')
-    :format(panel.left, page.head, frame.panel, frame.strip)
-  out:add('<clipPath id="panel%d"><rect %s/></clipPath>', k, box)
-  out:add('<g clip-path="url(#panel%d)"><rect %s fill="%s"/>', k, box, ink.frame)
-  if film.ground then draw_ground(out, panel, pose, film, frame) end
-  out:add '<g stroke="#ffffff" stroke-opacity="0.55" stroke-width="0.6" stroke-linejoin="round">'
-  local points, faces = motion.skin(film, pose)
-  for _, face in ipairs(skin.visible(faces, points, film.colors, panel.project)) do
-    out:polygon(face.points, ('fill="%s"'):format(face.fill))
-  end
-  out:add "</g>"
-  -- the path so far, as it lies in the plane through the body's middle
-  local trail, last = {}, film.path[pose.sample]
-  for s = 1, pose.sample do
-    local p = film.path[s]
-    trail[s] = panel.point(pose.middle[1] + p[1] - last[1], 0, p[3])
-  end
-  out:path(trail, "#ffffff", 2.6, 0.7)
-  out:path(trail, ink.trail, 1.3)
-  out:dot(trail[#trail], 3, ink.trail)
-  out:add "</g>"
-  local below = page.head + frame.strip
-  out:text(panel.center, below + 15, ("%.2f s"):format(pose.time),
+local function draw_panel(out, canvas, k, pose, film, frame)
+  local left = scene.left(frame, k)
+  out:add('<rect x="%.1f" y="%d" width="%.1f" height="%d" fill="%s"/>', left, page.head,
+    frame.panel, frame.height, ink.frame)
+  scene.draw(canvas, film, frame, pose, k)
+  canvas:close()
+  local below, center = page.head + frame.height, left + frame.panel / 2
+  out:text(center, below + 15, ("%.2f s"):format(pose.time),
     'text-anchor="middle" font-weight="bold"')
-  out:text(panel.center, below + 29, ("%+.2f m"):format(pose.middle[1] - film.start),
+  out:text(center, below + 29, ("%+.2f m"):format(pose.middle[1] - film.start),
     ('text-anchor="middle" fill="%s"'):format(ink.faint))
 end
 
@@ -131,13 +69,12 @@ local function draw_scale_bar(out, x, y, scale, room)
   out:text(stop + 7, y + 4, ("%g m"):format(length))
 end
 
--- The ground line of the whole way, in metres from the start, a number about every 90 px.
+-- Numbers along the way, in metres from the start, about every 90 px: along the ground, or below.
 local function draw_ruler(out, film, way, place)
   local step = motion.round_length(90 / way.scale)
-  out:line(place(way.left, film.ground), place(way.right, film.ground), ink.line, 1.2)
   local first, last = (way.left - film.start) / step, (way.right - film.start) / step
   for k = math.ceil(first), math.floor(last) do
-    local at = place(film.start + k * step, film.ground)
+    local at = place(film.start + k * step, way.low)
     out:line(at, { at[1], at[2] + 4 }, ink.line, 1)
     -- + 0: no "-0 m"
     out:text(at[1], at[2] + 16, ("%g m"):format(k * step + 0),
@@ -145,14 +82,12 @@ local function draw_ruler(out, film, way, place)
   end
 end
 
--- What the track shows, in metres, and its scale (px/m): as wide as the page, but no larger than
--- `most`, so that a short way is a short figure in the middle.
-local function way_of(film, most)
-  local left, right, low, high = math.huge, -math.huge, film.ground or math.huge, -math.huge
+-- The least and most that points reach along, away and up.
+local function span_of(film)
+  local low, high = { math.huge, math.huge, math.huge }, { -math.huge, -math.huge, -math.huge }
   local function reach(points)
     for _, p in ipairs(points) do
-      left, right = math.min(left, p[1]), math.max(right, p[1])
-      low, high = math.min(low, p[3]), math.max(high, p[3])
+      for c = 1, 3 do low[c], high[c] = math.min(low[c], p[c]), math.max(high[c], p[c]) end
     end
   end
   for _, pose in ipairs(film.poses) do
@@ -160,12 +95,45 @@ local function way_of(film, most)
     reach(pose.block)
   end
   reach(film.path)
-  local margin = 0.04 * (right - left)
-  left, right = left - margin, right + margin
+  return low, high
+end
+
+-- What the track shows, in metres, and its scale (px/m): as wide as the page, but no larger than
+-- `most`, so that a short way is a short figure in the middle.
+local function way_of(film, most)
+  local low, high = span_of(film)
+  local margin = (world.has_obstacles(film.world) and 0.1 or 0.04) * (high[1] - low[1])
+  local left, right = low[1] - margin, high[1] + margin
+  local middle = (low[2] + high[2]) / 2
+  for _, along in ipairs { left, right } do
+    local height = stage.ground_height(film.stage, along, middle)
+    if height then low[3], high[3] = math.min(low[3], height), math.max(high[3], height) end
+  end
   local room = page.width - 2 * page.margin
-  local scale = math.min(room / (right - left), page.track / (high - low), most)
-  return { left = left, right = right, low = low, scale = scale,
-    height = math.ceil((high - low) * scale) + page.ruler }
+  local scale = math.min(room / (right - left), page.track / (high[3] - low[3]), most)
+  return { left = left, right = right, low = low[3], high = high[3], near = low[2], far = high[2],
+    scale = scale, height = math.ceil((high[3] - low[3]) * scale) + page.ruler }
+end
+
+-- The world that the way leads through, seen from beside.
+local function draw_profile(out, film, way, place)
+  local slab = { low = { way.left, way.near, way.low }, high = { way.right, way.far, way.high } }
+  local canvas = vectors.over(out, "track")
+  if world.has_obstacles(film.world) then
+    local from, to = place(way.left, way.high), place(way.right, way.low)
+    canvas:clip(from[1], from[2] - 1, to[1], to[2] + 1)
+  end
+  for _, piece in ipairs(stage.profile(film.stage, slab)) do
+    local points = {}
+    for k, p in ipairs(piece) do points[k] = place(p[1], p[3]) end
+    if piece.open then
+      canvas:path(points, ink.line, 1.2)
+    else
+      out:polygon(skin.outline(points), ('fill="%s" stroke="%s" stroke-width="0.8"'):format(
+        world.hex, world.ink))
+    end
+  end
+  canvas:close()
 end
 
 -- The whole way, true to scale: outlines of the six poses, and the path through them.
@@ -175,7 +143,8 @@ local function draw_track(out, film, way, top)
     return { page.width / 2 + (along - middle) * way.scale,
       top + way.height - page.ruler - (up - way.low) * way.scale }
   end
-  if film.ground then
+  draw_profile(out, film, way, place)
+  if film.stage.ground then
     draw_ruler(out, film, way, place)
   else
     draw_scale_bar(out, page.margin + 8, top + 14, way.scale, 110)
@@ -198,23 +167,22 @@ end
 
 local function draw_legend(out, film, y)
   local x = page.margin
+  local function entry(hex, name)
+    out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10, hex)
+    out:text(x + 17, y, name)
+    -- a letter is about 6.4 px wide
+    x = x + 17 + 6.4 * #name + 18
+  end
   for _, material in ipairs(film.materials) do
-    if film.used[material.letter] then
-      out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10,
-        film.colors[material.letter].hex)
-      out:text(x + 17, y, material.name)
-      -- a letter is about 6.4 px wide
-      x = x + 17 + 6.4 * #material.name + 18
-    end
+    if film.used[material.letter] then entry(film.colors[material.letter].hex, material.name) end
   end
-  if #film.poses[1].block > 0 then
-    out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10,
-      block_picture.hex)
-    out:text(x + 17, y, block_picture.letter)
-    x = x + 17 + 6.4 * #block_picture.letter + 18
-  end
+  if #film.poses[1].block > 0 then entry(block_picture.hex, block_picture.letter) end
+  if world.has_solids(film.world) then entry(world.hex, world.word) end
   out:line({ x, y - 4 }, { x + 20, y - 4 }, ink.trail, 1.6)
   out:text(x + 26, y, "centre of mass")
+  local words = world.words(film.world)
+  if film.note then words = words == "" and film.note or words .. "; " .. film.note end
+  out:text(page.width - page.margin, y, words, ('text-anchor="end" fill="%s"'):format(ink.faint))
 end
 
 -- ---- the figure ---------------------------------------------------------------------------------
@@ -225,8 +193,8 @@ end
 ---@return string
 function film_strip.svg(robot, options)
   local film = motion.of(robot, evenly(robot:duration()))
-  local frame = frame_of(film.poses, film.ground)
-  local track = page.head + frame.strip + page.below
+  local frame = frame_of(film)
+  local track = page.head + frame.height + page.below
   local way = way_of(film, 2 * frame.scale)
   local foot = track + way.height
   local title = options and options.title or "robot"
@@ -236,7 +204,8 @@ function film_strip.svg(robot, options)
   local said = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(robot:distance(),
     robot:duration(), speed, speed / robot:length())
   out:text(page.width - page.margin, 30, said, 'text-anchor="end" font-size="12"')
-  for k, pose in ipairs(film.poses) do draw_panel(out, k, pose, film, frame) end
+  local canvas = vectors.over(out, "panel")
+  for k, pose in ipairs(film.poses) do draw_panel(out, canvas, k, pose, film, frame) end
   draw_scale_bar(out, page.margin + 8, page.head + 14, frame.scale, frame.panel / 3)
   draw_track(out, film, way, track)
   draw_legend(out, film, foot + 22)

@@ -1,25 +1,32 @@
 --- motion.lua: what pictures need of a robot's motion: poses at given times, the path, the skin.
---- World points are turned to { along the way, away from the eye, up }, m.
+--- World points are turned to { along the way, away from the eye, up }, m; up is against gravity,
+--- so that a slope is seen as one.
 
 local block_picture = require "limax.block_picture"
 local defaults = require "limax.defaults"
 local palette = require "limax.palette"
 local skin = require "limax.skin"
+local stage = require "limax.picture.stage"
+local world = require "limax.picture.world"
 
 local motion = {}
 
--- Direction of the way: of the whole displacement, or x where there is hardly any.
-local function heading_of(robot)
-  local moved = robot:displacement()
-  local length = math.sqrt(moved[1] ^ 2 + moved[2] ^ 2)
-  if length < 0.05 * robot:length() then return { 1, 0 } end
-  return { moved[1] / length, moved[2] / length }
-end
-
--- A point of the world along the way, away from the eye, and up.
-local function turned(point, heading)
-  return { point[1] * heading[1] + point[2] * heading[2],
-    point[2] * heading[1] - point[1] * heading[2], point[3] }
+-- Directions of along, away and up in the world. Along is level, in the direction of the whole
+-- displacement, or x where there is hardly any.
+local function axes_of(robot, up)
+  local function level(v)
+    local rise = v[1] * up[1] + v[2] * up[2] + v[3] * up[3]
+    return { v[1] - rise * up[1], v[2] - rise * up[2], v[3] - rise * up[3] }
+  end
+  local along = level(robot:displacement())
+  local length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
+  if length < 0.05 * robot:length() then
+    along = level { 1, 0, 0 }
+    length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
+  end
+  for k = 1, 3 do along[k] = along[k] / length end
+  return { along, { up[2] * along[3] - up[3] * along[2], up[3] * along[1] - up[1] * along[3],
+    up[1] * along[2] - up[2] * along[1] }, up }
 end
 
 local function mean_of(points)
@@ -30,43 +37,64 @@ local function mean_of(points)
   return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
 end
 
--- The corners of the scene's block at a moment, along, away, up; none where no block was recorded.
-local function block_at(robot, time, heading)
+-- The way of the scene's block; nil where there is no block or it was not recorded.
+local function block_trace(robot)
   local block = robot.context.scene.block
-  if not block or (robot.context.options.record.block or 0) == 0 then return {} end
-  local path = robot:trace "block"
+  if not block or (robot.context.options.record.block or 0) == 0 then return nil end
+  return robot:trace "block", block.size
+end
+
+-- The corners of the scene's block at a moment, along, away, up; none where none was recorded.
+local function block_at(robot, time, turn)
+  local path, size = block_trace(robot)
+  if not path then return {} end
   local sample = math.min(path:size(), math.floor(time * path.rate + 0.5) + 1)
-  local corners = block_picture.corners(path[sample]:table(), block.size)
-  for k, corner in ipairs(corners) do corners[k] = turned(corner, heading) end
+  local corners = block_picture.corners(path[sample]:table(), size)
+  for k, corner in ipairs(corners) do corners[k] = turn(corner) end
   return corners
 end
 
 -- The moments nearest to these times: all masses, their middle, and the block's corners.
-local function poses_of(robot, trace, heading, times)
+local function poses_of(robot, trace, turn, times)
   local poses, samples = {}, trace:size()
   for k, wanted in ipairs(times) do
     local sample = math.min(samples, math.max(0, math.floor(wanted * trace.rate + 0.5)) + 1)
     local points = {}
-    for m, point in ipairs(trace[sample]:table()) do points[m] = turned(point, heading) end
+    for m, point in ipairs(trace[sample]:table()) do points[m] = turn(point) end
     local time = (sample - 1) / trace.rate
     poses[k] = { sample = sample, time = time, points = points, middle = mean_of(points),
-      block = block_at(robot, time, heading) }
+      block = block_at(robot, time, turn) }
   end
   return poses
 end
 
 -- The middle of all masses at each sample: along, away, up. (Equal masses make it the centre of
 -- mass; a trace of it is used where there is one.)
-local function path_of(robot, trace, heading)
+local function path_of(robot, trace, turn)
   local path = {}
   local recorded = robot.context.options.record.center_of_mass or 0
   if recorded == trace.rate then
     local centers = robot:trace "center_of_mass"
-    for s = 1, centers:size() do path[s] = turned(centers[s], heading) end
+    for s = 1, centers:size() do path[s] = turn(centers[s]) end
     return path
   end
-  for s = 1, trace:size() do path[s] = turned(mean_of(trace[s]:table()), heading) end
+  for s = 1, trace:size() do path[s] = turn(mean_of(trace[s]:table())) end
   return path
+end
+
+-- s before and after a moment over which the eye's height is the mean of the body's, where there is
+-- no ground to keep to: half a period of the default muscles.
+local CALM = 0.25
+
+-- The height that a pose is seen from: of the ground below its middle, else about that of the body.
+local function base_of(film, pose, rate)
+  local ground = stage.ground_height(film.stage, pose.middle[1], pose.middle[2])
+  if ground then return ground end
+  local around, sum, count = math.floor(CALM * rate + 0.5), 0, 0
+  for s = math.max(1, pose.sample - around), math.min(#film.path, pose.sample + around) do
+    sum, count = sum + film.path[s][3], count + 1
+  end
+  return sum / count
 end
 
 ---@class limax.motion.pose
@@ -74,6 +102,7 @@ end
 ---@field time number s
 ---@field points number[][] of the masses: along, away, up, m
 ---@field middle number[] their mean
+---@field base number m, the height that counts as 0 in a panel
 ---@field block number[][] the block's corners, if any
 
 ---@class limax.motion.film
@@ -83,7 +112,9 @@ end
 ---@field colors table<string, limax.color> by letter
 ---@field materials table[]
 ---@field used table<string, boolean> letters of the body
----@field ground number|nil m
+---@field world limax.world
+---@field stage limax.picture.stage the same, turned
+---@field note string|nil what is not drawn, and why
 ---@field start number m along the way
 
 --- Everything that pictures draw of a robot whose "position" was recorded.
@@ -92,37 +123,21 @@ end
 ---@return limax.motion.film
 function motion.of(robot, times)
   local trace, context = robot:trace "position", robot.context
-  local heading = heading_of(robot)
+  local around = world.of(context.scene)
+  local set = stage.new(around, axes_of(robot, around.up))
   local sites, mass_at = context.simulation:sites(context.index):table(), {}
   for m, site in ipairs(sites) do mass_at[site] = m end
   local materials, used = context.materials:table().materials, {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  local ground = context.scene.ground
-  local film = { poses = poses_of(robot, trace, heading, times), materials = materials,
-    path = path_of(robot, trace, heading), colors = palette.of(materials), used = used,
-    faces = skin.faces(robot.body.voxel, mass_at), ground = ground and ground.height }
-  film.colors[block_picture.letter] = { hex = block_picture.hex }
+  local film = { poses = poses_of(robot, trace, set.turn, times), materials = materials,
+    path = path_of(robot, trace, set.turn), colors = palette.of(materials), used = used,
+    faces = skin.faces(robot.body.voxel, mass_at), world = around, stage = set }
+  for _, pose in ipairs(film.poses) do pose.base = base_of(film, pose, trace.rate) end
+  if context.scene.block and not block_trace(robot) then
+    film.note = "the block is not drawn: its way was not recorded"
+  end
   film.start = film.poses[1].middle[1]
   return film
-end
-
--- The items of two lists in one.
-local function joined(...)
-  local all = {}
-  for _, list in ipairs { ... } do
-    for _, item in ipairs(list) do all[#all + 1] = item end
-  end
-  return all
-end
-
---- All points and faces of a pose, the block's included.
----@param film limax.motion.film
----@param pose limax.motion.pose
----@return number[][] points
----@return table[] faces
-function motion.skin(film, pose)
-  if #pose.block == 0 then return pose.points, film.faces end
-  return joined(pose.points, pose.block), joined(film.faces, block_picture.faces(#pose.points))
 end
 
 --- A round length (1, 2 or 5 times a power of ten) of at most `most` metres.

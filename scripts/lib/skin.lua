@@ -9,8 +9,9 @@ local skin = {}
 --- How far a metre away from the eye moves a point to the right and up.
 skin.recede_x, skin.recede_y = 0.36, 0.22
 
--- Direction of sight: points on such a line fall on each other.
-local oblique = { -skin.recede_x, 1, -skin.recede_y }
+--- The lines between the faces of a body.
+skin.ink = "#ffffff"
+
 -- Towards the light, of length 1: from the left, from above, from the eye's side.
 local light = { -0.40, -0.45, 0.80 }
 
@@ -56,17 +57,22 @@ function skin.faces(voxel, mass_at)
   return faces
 end
 
---- The faces that look at the eye, the farthest first.
+--- How bright a face with this normal is: a factor on its colour.
+---@param normal number[] of length 1
+---@return number
+function skin.brightness(normal)
+  return 0.80 + 0.28 * (normal[1] * light[1] + normal[2] * light[2] + normal[3] * light[3])
+end
+
+--- The faces that look at the eye.
 ---@param faces { corners: integer[], letter: string }[]
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
----@param project fun(point: number[]): number, number
----@param along? number[] the direction of sight, of the oblique projection if left out
----@return { points: number[][], fill: string }[]
-function skin.visible(faces, positions, colors, project, along)
-  local sight = along or oblique
+---@param sight number[] away from the eye
+---@return limax.picture.polygon[]
+function skin.visible(faces, positions, colors, sight)
   local list = {}
-  for order, face in ipairs(faces) do
+  for _, face in ipairs(faces) do
     local p = {}
     for k = 1, 4 do p[k] = positions[face.corners[k]] end
     -- normal of a quad that need not be flat: the cross product of its diagonals
@@ -78,21 +84,11 @@ function skin.visible(faces, positions, colors, project, along)
     end
     local length = math.sqrt(n[1] ^ 2 + n[2] ^ 2 + n[3] ^ 2)
     if length > 0 and n[1] * sight[1] + n[2] * sight[2] + n[3] * sight[3] < 0 then
-      local depth, points = 0, {}
-      for k = 1, 4 do
-        depth = depth + p[k][1] * sight[1] + p[k][2] * sight[2] + p[k][3] * sight[3]
-        points[k] = { project(p[k]) }
-      end
-      local bright = (n[1] * light[1] + n[2] * light[2] + n[3] * light[3]) / length
-      local shade = 0.80 + 0.28 * bright
-      list[#list + 1] = { points = points, depth = depth, order = order,
-        fill = palette.shade(colors[face.letter].hex, shade) }
+      for k = 1, 3 do n[k] = n[k] / length end
+      list[#list + 1] = { points = p, edges = { true, true, true, true }, look = {
+        fill = palette.shade(colors[face.letter].hex, skin.brightness(n)), ink = skin.ink } }
     end
   end
-  table.sort(list, function(one, other)
-    if one.depth ~= other.depth then return one.depth > other.depth end
-    return one.order < other.order
-  end)
   return list
 end
 

@@ -120,12 +120,36 @@ class Browser:
 SET = "(() => { const input = document.getElementById('%s'); input.%s = %s; input.dispatchEvent(new Event('%s')); })()"
 
 
+# What the first view's scene holds: a name, and the box around it in the scene's own coordinates, m.
+WORLD = """(() => {
+  const list = [];
+  limax.views[0].world.traverse((thing) => {
+    if (!thing.isMesh || thing.name === "robot") return;
+    thing.geometry.computeBoundingBox();
+    const box = thing.geometry.boundingBox.clone().translate(thing.position);
+    list.push({ name: thing.name, low: box.min.toArray(), high: box.max.toArray() });
+  });
+  return list;
+})()"""
+
+# Centre of the block, which has the last six faces of the robot's mesh, and the up of the world as it is shown.
+BLOCK = """(() => {
+  const shape = limax.views[0].shape.slice(-72);
+  return [0, 1, 2].map((c) => shape.filter((_, k) => k % 3 === c).reduce((a, b) => a + b) / 24);
+})()"""
+UP = "new THREE.Vector3(0, 0, 1).applyQuaternion(limax.views[0].tilt.quaternion).toArray()"
+
+
 def robots(browser, folder, seen):
-    browser.wait("document.querySelector('.robots').dataset.ready === 'yes'")
+    browser.wait("document.querySelector('.robots').dataset.ready")
+    if browser.run("document.querySelector('.robots').dataset.ready") != "yes":
+        raise RuntimeError(browser.run("document.querySelector('.robots').textContent"))
     browser.run("document.getElementById('robots').scrollIntoView()")
     still = browser.pixels()
     seen["views"] = len(still)
+    seen["world"] = browser.run(WORLD)
     browser.shot(folder + "/robots.png")
+    seen["up"], seen["block"] = browser.run(UP), [browser.run(BLOCK)]
     seen["still"] = browser.pixels() == still
     # play and pause by keyboard
     browser.run("document.getElementById('play').focus()")
@@ -139,6 +163,7 @@ def robots(browser, folder, seen):
     seen["scrubbed_back"] = browser.pixels() == still
     browser.run(SET % ("time", "value", "1e9", "input"))
     end = browser.pixels()
+    seen["block"].append(browser.run(BLOCK))
     seen["scrubbed_to_end"] = [a != b for a, b in zip(still, end)]
     seen["clock"] = browser.run("document.getElementById('clock').textContent")
     for mode in ("strain", "phase"):

@@ -38,8 +38,12 @@ local function seen_of(t, program, change)
   local base = t:folder()
   limax.start(evolution.small { lattice = { 3, 3, 3 }, generations = 3, population = 8,
     supervisor = "random", simulation = { duration = 1.5, settle = 0.1, accuracy = "preview" },
-    scene = limax.scenes.land { boxes = { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
+    scene = limax.scenes.slope { angle = math.rad(5),
+      boxes = { { from = { 1, -1, 0 }, to = { 1.5, 1, 0.2 } },
+        { from = { 90, 90, 0 }, to = { 91, 91, 1 } } },
       spheres = { center = { -0.5, 0, 0 }, radius = 0.1 },
+      planes = { normal = { 0, 2, 0 }, offset = -1 },
+      block = { position = { 0.35, 0, 0 }, size = { 0.1, 0.2, 0.3 }, velocity = { 1, 0, 0 } },
       terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
     record = { center_of_mass = 50 } }, { out = base .. "/r", say = evolution.silent }):finish()
   if change then change(base .. "/r") end
@@ -83,6 +87,19 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
   end
   for _, name in ipairs { "paused", "scrubbed_back", "turned_by_key" } do t:ok(seen[name], name) end
   t:equal(seen.clock, "1.50 s")
+  local found = {}
+  for _, thing in ipairs(seen.world) do found[thing.name] = thing end
+  t:equal(#seen.world, 5, "the box that is far away is left out")
+  t:near({ found.box.low, found.box.high }, { { 1, -1, 0 }, { 1.5, 1, 0.2 } }, { atol = 1e-6 })
+  t:near({ found.sphere.low, found.sphere.high }, { { -0.6, -0.1, -0.1 }, { -0.4, 0.1, 0.1 } },
+    { atol = 1e-3 })
+  t:near({ found.plane.low[2], found.plane.high[2], found.plane.low[3] }, { -1, -1, 0 },
+    { atol = 1e-4 })
+  t:near(found.ground.high[3], 0, { atol = 0.01 })
+  t:near(found.terrain.low[3], -0.5, { atol = 0.01 })
+  -- the scene's z leans as far as its gravity does
+  t:near(math.deg(math.acos(seen.up[3])), 5, { atol = 1e-3 })
+  t:ok(seen.block[2][1] > seen.block[1][1] + 0.05, "the block goes where it went")
   for _, name in ipairs { "robots", "strain", "phase", "top", "dark", "narrow" } do
     t:ok(#source.read(("%s/%s.png"):format(shots, name)) > 2000, name)
   end

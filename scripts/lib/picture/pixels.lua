@@ -109,6 +109,31 @@ function Canvas:line(from, to, color, width, opacity)
     { to[1] - x, to[2] - y }, { from[1] - x, from[2] - y } }, color, opacity)
 end
 
+--- A line through points.
+---@param points number[][]
+---@param color string
+---@param width number
+function Canvas:path(points, color, width)
+  for k = 2, #points do self:line(points[k - 1], points[k], color, width) end
+end
+
+-- of the lines between faces
+local EDGE = 0.5
+
+--- A filled polygon with lines along some of its edges.
+---@param points number[][]
+---@param fill string "#rrggbb"
+---@param edges boolean[] has the k-th edge a line?
+---@param color string of the lines
+---@param width number
+---@param opacity? number of the filling, 1
+function Canvas:face(points, fill, edges, color, width, opacity)
+  self:polygon(points, fill, opacity)
+  for k, edge in ipairs(edges) do
+    if edge then self:line(points[k], points[k % #points + 1], color, width, EDGE) end
+  end
+end
+
 -- Corners of a disc: rounder than a pixel shows.
 local ROUND = 16
 

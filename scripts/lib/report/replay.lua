@@ -6,6 +6,8 @@ local block_picture = require "limax.block_picture"
 local host = require "limax.host"
 local palette = require "limax.palette"
 local skin = require "limax.skin"
+local surroundings = require "limax.report.surroundings"
+local world = require "limax.picture.world"
 
 local replay = {}
 
@@ -26,15 +28,13 @@ local MOST_STEPS = 65000
 ---@field step number m
 ---@field low number[] m, what a value of 0 means along x, y, z
 ---@field edge number m
----@field ground number|nil m
----@field boxes { from: number[], to: number[] }[]|nil m, of the scene, as the next two
----@field spheres { center: number[], radius: number }[]|nil
----@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
+---@field world limax.report.surroundings
 ---@field corners integer[] masses from 0, four for each face
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
 ---@field colors string[] "#rrggbb"
 ---@field phases number[] of each face, rad; -1 where it is no muscle
+---@field note string|nil what is not shown, and why
 ---@field data string base64 of zlib of low bytes and then high bytes of the differences, [sample]
 --- [mass][3], modulo 2^16; the first sample's are from 0
 
@@ -58,6 +58,18 @@ local function samples_of(trace, masses, stride)
     list[#list + 1] = values
   end
   return list
+end
+
+-- Least and most of all samples, along x, y, z.
+local function ends_of(samples)
+  local low, high = { math.huge, math.huge, math.huge }, { -math.huge, -math.huge, -math.huge }
+  for _, values in ipairs(samples) do
+    for c, value in ipairs(values) do
+      local axis = (c - 1) % 3 + 1
+      low[axis], high[axis] = math.min(low[axis], value), math.max(high[axis], value)
+    end
+  end
+  return low, high
 end
 
 -- Differences between samples, packed.
@@ -107,10 +119,7 @@ function replay.of(walked, description, name, about)
   local list = context.materials:table().materials
   local of_letter, colors = {}, palette.of(list)
   local result = { name = name, about = about, edge = description.edge, corners = {},
-    materials = {}, phases = {}, names = {}, colors = {},
-    ground = context.scene.ground and context.scene.ground.height or nil,
-    boxes = context.scene.boxes, spheres = context.scene.spheres,
-    terrain = context.scene.terrain }
+    materials = {}, phases = {}, names = {}, colors = {} }
   for k, material in ipairs(list) do
     of_letter[material.letter] = k
     result.names[k], result.colors[k] = material.name, colors[material.letter].hex
@@ -133,21 +142,15 @@ function replay.of(walked, description, name, about)
   -- the last sample is one that is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
+  result.world = surroundings.of(world.of(context.scene), ends_of(samples))
   local block = context.scene.block
   if block and (context.options.record.block or 0) == trace.rate then
     add_block(result, samples, walked:trace "block", stride, block.size, own)
+  elseif block then
+    result.note = "the block is not shown: its way was not recorded"
   end
-  local low, extent = { math.huge, math.huge, math.huge }, 0
-  for _, values in ipairs(samples) do
-    for c, value in ipairs(values) do
-      low[(c - 1) % 3 + 1] = math.min(low[(c - 1) % 3 + 1], value)
-    end
-  end
-  for _, values in ipairs(samples) do
-    for c, value in ipairs(values) do
-      extent = math.max(extent, value - low[(c - 1) % 3 + 1])
-    end
-  end
+  local low, high = ends_of(samples)
+  local extent = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])
   result.low, result.step = low, math.max(STEP, extent / MOST_STEPS)
   result.rate, result.samples = trace.rate / stride, #samples
   result.body, result.masses = own, #samples[1] / 3

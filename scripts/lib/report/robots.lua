@@ -10,6 +10,7 @@ local motion = require "limax.motion"
 local robot = require "limax.robot"
 local runs = require "limax.report.runs"
 local source = require "limax.source"
+local world = require "limax.picture.world"
 
 local robots = {}
 
@@ -113,7 +114,10 @@ local function viewer(shown)
     local walked = each.walked
     local about = ("%.3f m in %.4g s, %.3f m/s"):format(walked:distance(), walked:duration(),
       walked:speed())
+    local words = world.words(world.of(walked.context.scene))
+    if words ~= "" then about = about .. "; " .. words end
     local data = replay.of(walked, each.description, each.name, about)
+    if data.note then about = about .. "; " .. data.note end
     parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
       .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom."></canvas><p class="note">%s'
       .. '</p><script type="application/json">%s</script></div>\n'):format(html.escaped(each.name),

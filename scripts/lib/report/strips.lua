@@ -33,7 +33,7 @@ function strips.svg(shown, millimetres, title)
   local films, frames, scale, height = {}, {}, math.huge, 0
   for k, each in ipairs(shown) do
     films[k] = motion.of(each.walked, evenly(each.walked:duration(), count))
-    frames[k] = scene.frame(films[k], view.of.side, width, count)
+    frames[k] = scene.frame(films[k], view.of.side, width, count, { head = 0 })
     scale = math.min(scale, frames[k].scale)
   end
   -- the smallest scale of all: sizes may be compared
@@ -47,7 +47,10 @@ function strips.svg(shown, millimetres, title)
     canvas:clip(0, 0, width, height)
     canvas:text(CAPITAL, frames[k].top - 4, ("%s: %.2f m in %.4g s"):format(each.name,
       each.walked:distance(), each.walked:duration()), CAPITAL, "#2b2b2b")
-    for p, pose in ipairs(films[k].poses) do scene.draw(canvas, films[k], frames[k], pose, p) end
+    for p, pose in ipairs(films[k].poses) do
+      scene.draw(canvas, films[k], frames[k], pose, p)
+      scene.caption(canvas, frames[k], pose, p)
+    end
   end
   canvas:clip(0, 0, width, height)
   scene.scale_bar(canvas, frames[1], { width - frames[1].panel, HEAD / 2 })

@@ -65,76 +65,119 @@
 
   // ---- one view ----
 
-  // Fixed boxes, spheres and heights of the scene.
-  function obstacles(replay) {
-    const shapes = [];
-    for (const box of replay.boxes || []) {
-      const size = [0, 1, 2].map((c) => box.to[c] - box.from[c]);
-      const shape = new THREE.BoxGeometry(...size);
-      shape.translate(...[0, 1, 2].map((c) => (box.to[c] + box.from[c]) / 2));
-      shapes.push(shape);
+  // darker than the ground, since it is lit
+  const SOIL = 0xd2cdc2;
+  const EDGE = 0x727a83;
+  const FURROW = 0xc9c2b4;
+
+  // Lines between pairs of points, in pieces of at most half a metre, so that none reaches behind the eye.
+  function shortLines(points, color) {
+    const short = [];
+    for (let k = 0; k < points.length; k += 6) {
+      const from = new THREE.Vector3(...points.slice(k, k + 3));
+      const to = new THREE.Vector3(...points.slice(k + 3, k + 6));
+      const count = Math.max(1, Math.ceil(from.distanceTo(to) / 0.5));
+      for (let part = 0; part < count; ++part) {
+        for (const share of [part / count, (part + 1) / count]) short.push(...from.clone().lerp(to, share).toArray());
+      }
     }
-    for (const sphere of replay.spheres || []) {
-      const shape = new THREE.SphereGeometry(sphere.radius, 32, 20);
-      shape.translate(...sphere.center);
-      shapes.push(shape);
-    }
-    if (replay.terrain) {
-      const { spacing, origin, heights } = replay.terrain;
-      const wide = heights[0].length;
-      const points = [];
-      const triangles = [];
-      heights.forEach((row, x) => row.forEach((height, y) => {
-        points.push(origin[0] + x * spacing, origin[1] + y * spacing, origin[2] + height);
-        const at = x * wide + y;
-        if (x > 0 && y > 0) triangles.push(at - wide - 1, at - 1, at, at - wide - 1, at, at - wide);
-      }));
-      const shape = new THREE.BufferGeometry();
-      shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
-      shape.setIndex(triangles);
-      shape.computeVertexNormals();
-      shapes.push(shape);
-    }
-    return shapes;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(short), 3));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
   }
 
-  // The ground around a path: a plane, a line every 0.1 m and a darker one every 0.5 m. Lines are short, so that
-  // none reaches behind the eye.
-  function groundBelow(path, height) {
-    const beyond = 1.5;
-    const low = [Infinity, Infinity];
-    const high = [-Infinity, -Infinity];
-    path.forEach((value, k) => {
-      const c = k % 3;
-      if (c === 2) return;
-      low[c] = Math.min(low[c], Math.floor((value - beyond) * 2) / 2);
-      high[c] = Math.max(high[c], Math.ceil((value + beyond) * 2) / 2);
-    });
+  // A mesh in one colour with lines on it; what is `clear` can be seen through.
+  function solid(name, shape, color, lines, clear) {
+    const mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide, polygonOffset: true,
+      polygonOffsetFactor: 1, polygonOffsetUnits: 1, transparent: clear, opacity: clear ? 0.2 : 1, depthWrite: !clear }));
+    mesh.add(lines);
+    mesh.name = name;
+    return mesh;
+  }
+
+  const edgesOf = (shape) => shortLines(Array.from(new THREE.EdgesGeometry(shape, 10).attributes.position.array), EDGE);
+
+  function triangles(points, corners) {
+    const shape = new THREE.BufferGeometry();
+    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
+    shape.setIndex(corners);
+    shape.computeVertexNormals();
+    return shape;
+  }
+
+  // What stands in the world.
+  function obstacles(world) {
+    const list = [];
+    const color = new THREE.Color(world.hex);
+    for (const box of world.boxes || []) {
+      const shape = new THREE.BoxGeometry(...[0, 1, 2].map((c) => box.to[c] - box.from[c]));
+      shape.translate(...[0, 1, 2].map((c) => (box.to[c] + box.from[c]) / 2));
+      list.push(solid("box", shape, color, edgesOf(shape)));
+    }
+    for (const sphere of world.spheres || []) {
+      const shape = new THREE.SphereGeometry(sphere.radius, 32, 20);
+      shape.translate(...sphere.center);
+      list.push(solid("sphere", shape, color, new THREE.Group()));
+    }
+    for (const sheet of world.sheets || []) {
+      const corners = [];
+      for (let k = 2; k < sheet.points.length; ++k) corners.push(0, k - 1, k);
+      const shape = triangles(sheet.points.flat(), corners);
+      const lines = edgesOf(shape);
+      lines.add(shortLines((sheet.lines || []).flat(), FURROW));
+      list.push(solid("plane", shape, sheet.floor ? SOIL : color, lines, !sheet.floor));
+    }
+    if (world.terrain) {
+      const { spacing, origin, heights } = world.terrain;
+      const wide = heights[0].length;
+      const points = [];
+      const corners = [];
+      const lines = [];
+      const place = (x, y) => [origin[0] + x * spacing, origin[1] + y * spacing, origin[2] + heights[x][y]];
+      heights.forEach((row, x) => row.forEach((height, y) => {
+        points.push(...place(x, y));
+        const at = x * wide + y;
+        if (x > 0 && y > 0) corners.push(at - wide - 1, at - 1, at, at - wide - 1, at, at - wide);
+        if (x > 0) lines.push(...place(x - 1, y), ...place(x, y));
+        if (y > 0) lines.push(...place(x, y - 1), ...place(x, y));
+      }));
+      list.push(solid("terrain", triangles(points, corners), SOIL, shortLines(lines, FURROW)));
+    }
+    return list;
+  }
+
+  // The ground: a plane, a line every 0.1 m and a darker one every 0.5 m.
+  function groundOf({ ground: height, low, high }) {
     const lines = [[], []];
     for (const [along, across] of [[0, 1], [1, 0]]) {
       const count = Math.min(Math.round((high[across] - low[across]) * 10), 400);
       for (let k = 0; k <= count; ++k) {
-        for (let from = low[along]; from < high[along]; from += 0.5) {
-          for (const at of [from, from + 0.5]) {
-            const point = [0, 0, height - 0.002];
-            point[along] = at;
-            point[across] = low[across] + k / 10;
-            lines[k % 5 === 0 ? 1 : 0].push(...point);
-          }
+        for (const at of [low[along], high[along]]) {
+          const point = [0, 0, height - 0.002];
+          point[along] = at;
+          point[across] = low[across] + k / 10;
+          lines[k % 5 === 0 ? 1 : 0].push(...point);
         }
       }
     }
-    const group = new THREE.Group();
     const plane = new THREE.Mesh(new THREE.PlaneGeometry(high[0] - low[0], high[1] - low[1]),
       new THREE.MeshBasicMaterial({ color: 0xefece6, side: THREE.DoubleSide }));
     plane.position.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, height - 0.006);
-    group.add(plane);
-    for (const [points, color] of [[lines[0], 0xdcd7cc], [lines[1], 0xb0a897]]) {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
-      group.add(new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color })));
-    }
-    return group;
+    plane.name = "ground";
+    return [plane, shortLines(lines[0], 0xdcd7cc), shortLines(lines[1], 0xb0a897)];
+  }
+
+  // How far the eye rises with the body, sample by sample: not at all where there is ground to keep to, else as the
+  // body does on average over half a second.
+  function risesOf(replay, path) {
+    const around = Math.round(replay.rate / 4);
+    return Array.from({ length: replay.samples }, (_, s) => {
+      if (replay.world.ground !== undefined) return 0;
+      let sum = 0;
+      let count = 0;
+      for (let k = Math.max(0, s - around); k <= Math.min(replay.samples - 1, s + around); ++k, ++count) sum += path[k * 3 + 2];
+      return sum / count - path[2];
+    });
   }
 
   function build(view) {
@@ -168,6 +211,7 @@
       }
     }
     view.path = path;
+    view.rise = risesOf(replay, path);
     const trail = new THREE.BufferGeometry();
     trail.setAttribute("position", new THREE.BufferAttribute(path, 3));
     // over the body, as in a film strip
@@ -177,18 +221,20 @@
 
     view.scene = new THREE.Scene();
     view.world = new THREE.Group();
+    view.mesh.name = "robot";
     view.world.add(view.mesh, view.outline, view.trail);
     view.world.position.set(-path[0], -path[1], 0);
-    view.scene.add(view.world, new THREE.AmbientLight(0xffffff, 0.62));
+    // up is against gravity, so that a slope is seen as one
+    view.tilt = new THREE.Group();
+    view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
+    view.tilt.add(view.world);
+    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.62));
     const sun = new THREE.DirectionalLight(0xffffff, 0.55);
     sun.position.set(-2, -3, 5);
     view.scene.add(sun);
-    view.ground = replay.ground === undefined ? new THREE.Group() : groundBelow(path, replay.ground);
-    for (const shape of obstacles(replay)) {
-      view.ground.add(new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color: 0xc9c2b2, side: THREE.DoubleSide,
-        polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 })));
-      view.ground.add(new THREE.LineSegments(new THREE.EdgesGeometry(shape, 10), new THREE.LineBasicMaterial({ color: 0x8f8877 })));
-    }
+    view.ground = new THREE.Group();
+    if (replay.world.ground !== undefined) view.ground.add(...groundOf(replay.world));
+    view.ground.add(...obstacles(replay.world));
     view.world.add(view.ground);
 
     // as far away as the body is large
@@ -200,7 +246,7 @@
     view.renderer = new THREE.WebGLRenderer({ canvas: view.canvas, antialias: true, preserveDrawingBuffer: true });
     view.controls = new THREE.OrbitControls(view.camera, view.canvas);
     view.controls.enableKeys = false;
-    view.controls.target.set(0, 0, path[2]);
+    view.controls.target.copy(new THREE.Vector3(0, 0, path[2]).applyQuaternion(view.tilt.quaternion));
     view.controls.update();
     view.controls.addEventListener("change", () => { view.dirty = true; });
     view.canvas.addEventListener("keydown", (event) => turn(view, event));
@@ -243,7 +289,7 @@
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
     // the world moves below the eye, which stays: the same moment is the same picture, whatever came between
-    if (byId("follow").checked) view.world.position.set(-view.path[first * 3], -view.path[first * 3 + 1], 0);
+    if (byId("follow").checked) view.world.position.set(-view.path[first * 3], -view.path[first * 3 + 1], -view.rise[first]);
     if (view.mode === "strain") paint(view, "strain");
     view.dirty = true;
   }
@@ -296,7 +342,11 @@
     let text = KEYS[mode];
     if (mode === "material") {
       const names = new Set();
-      for (const view of views) view.replay.materials.forEach((k) => names.add(view.replay.names[k] + " " + view.replay.colors[k]));
+      for (const view of views) {
+        const world = view.replay.world;
+        view.replay.materials.forEach((k) => names.add(view.replay.names[k] + " " + view.replay.colors[k]));
+        if (world.boxes || world.spheres || (world.sheets || []).some((sheet) => !sheet.floor)) names.add("obstacle " + world.hex);
+      }
       text = "";
       byId("key").textContent = "";
       for (const entry of names) {
@@ -322,6 +372,7 @@
       }
     } catch (problem) {
       panel.textContent = "The robots cannot be shown in 3D here (" + problem.message + "); the film strips below can.";
+      panel.dataset.ready = "no";
       return;
     }
     byId("time").max = state.most;
@@ -342,6 +393,8 @@
     for (const view of views) paint(view, "material");
     tellColours("material");
     panel.dataset.ready = "yes";
+    // for a browser's console
+    window.limax = { views };
     requestAnimationFrame(tick);
   }
 

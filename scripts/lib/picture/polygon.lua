@@ -1,0 +1,126 @@
+--- polygon.lua: flat, convex pieces of what a picture shows, and how planes cut them. A plane is a
+--- normal and an offset: n.p = offset; what lies at n.p > offset is in front of it. Metres, along,
+--- away, up.
+
+local polygon = {}
+
+-- m: points that a computation puts into a plane are this near to it
+local ROUNDING = 1e-9
+
+---@class limax.picture.polygon
+---@field points number[][]
+---@field edges boolean[] is the k-th edge, from point k to the next, one of the thing itself?
+---@field look table how it is drawn; see scene.lua
+
+local function dot(a, b) return a[1] * b[1] + a[2] * b[2] + a[3] * b[3] end
+polygon.dot = dot
+
+local function scaled(a, factor) return { a[1] * factor, a[2] * factor, a[3] * factor } end
+
+local function cross(a, b)
+  return { a[2] * b[3] - a[3] * b[2], a[3] * b[1] - a[1] * b[3], a[1] * b[2] - a[2] * b[1] }
+end
+
+local function unit(a) return scaled(a, 1 / math.sqrt(dot(a, a))) end
+polygon.unit, polygon.cross = unit, cross
+
+--- The parts of a polygon in front of a plane and behind it. What leaves the plane by less than
+--- `slack` is not cut; what lies within it on both sides counts as in front.
+---@param given limax.picture.polygon
+---@param normal number[]
+---@param offset number
+---@param slack? number m, 0 if left out
+---@return limax.picture.polygon|nil front
+---@return limax.picture.polygon|nil behind
+function polygon.split(given, normal, offset, slack)
+  slack = slack or 0
+  local points, sides, low, high = given.points, {}, math.huge, -math.huge
+  for k, p in ipairs(points) do
+    local side = dot(normal, p) - offset
+    sides[k], low, high = side, math.min(low, side), math.max(high, side)
+  end
+  if low >= -slack then return given, nil end
+  if high <= slack then return nil, given end
+  local front = { points = {}, edges = {}, look = given.look }
+  local behind = { points = {}, edges = {}, look = given.look }
+  local function add(part, point, edge)
+    part.points[#part.points + 1], part.edges[#part.edges + 1] = point, edge
+  end
+  for k, p in ipairs(points) do
+    local next_k = k % #points + 1
+    local from, to, edge = sides[k], sides[next_k], given.edges[k]
+    add(from >= 0 and front or behind, p, edge)
+    if (from >= 0) ~= (to >= 0) then
+      local q, share, cut = points[next_k], from / (from - to), {}
+      for c = 1, 3 do cut[c] = p[c] + (q[c] - p[c]) * share end
+      -- along the cut there is no edge, beyond it the old one goes on
+      add(from >= 0 and front or behind, cut, false)
+      add(from >= 0 and behind or front, cut, edge)
+    end
+  end
+  return front, behind
+end
+
+--- The part of a polygon within half-spaces, behind all their planes; nil where nothing is left.
+---@param given limax.picture.polygon
+---@param spaces { normal: number[], offset: number }[]
+---@param but? integer one of them that does not count
+---@return limax.picture.polygon|nil
+function polygon.within(given, spaces, but)
+  for k, space in ipairs(spaces) do
+    -- what lies in the plane itself stays
+    if k ~= but and given then
+      given = polygon.split(given, scaled(space.normal, -1), -space.offset, ROUNDING)
+    end
+  end
+  return given
+end
+
+-- A square in a plane around the point of it that is nearest to `center`.
+local function square(normal, offset, center, half)
+  local foot, beyond = {}, dot(normal, center) - offset
+  for c = 1, 3 do foot[c] = center[c] - beyond * normal[c] end
+  -- the axis that the normal is farthest from
+  local least = 1
+  for c = 2, 3 do
+    if math.abs(normal[c]) < math.abs(normal[least]) then least = c end
+  end
+  local axis = { 0, 0, 0 }
+  axis[least] = 1
+  local one = unit(cross(normal, axis))
+  local other, points = cross(normal, one), {}
+  for k, sign in ipairs { { -1, -1 }, { 1, -1 }, { 1, 1 }, { -1, 1 } } do
+    points[k] = {}
+    for c = 1, 3 do points[k][c] = foot[c] + half * (sign[1] * one[c] + sign[2] * other[c]) end
+  end
+  return { points = points, edges = { true, true, true, true } }
+end
+
+--- Where a plane cuts a polygon: two points, or nothing.
+---@param given limax.picture.polygon
+---@param normal number[]
+---@param offset number
+---@return number[]|nil from
+---@return number[]|nil to
+function polygon.crossing(given, normal, offset)
+  local front, behind = polygon.split(given, normal, offset)
+  if not front or not behind then return nil end
+  local found = {}
+  for k, p in ipairs(front.points) do
+    -- the edge along the cut is the one between two points of the plane
+    if math.abs(dot(normal, p) - offset) < ROUNDING then found[#found + 1] = front.points[k] end
+  end
+  return found[1], found[2]
+end
+
+--- The k-th side of what half-spaces have in common: their normals, of length 1, point out of it.
+---@param spaces { normal: number[], offset: number }[]
+---@param k integer
+---@param center number[] a point near it, m
+---@param half number m: no point of the side is farther than this from `center`
+---@return limax.picture.polygon|nil
+function polygon.side(spaces, k, center, half)
+  return polygon.within(square(spaces[k].normal, spaces[k].offset, center, half), spaces, k)
+end
+
+return polygon
