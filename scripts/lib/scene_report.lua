@@ -86,8 +86,8 @@ end
 --- experiment.
 ---@param file string
 ---@param device limax.device what would step it
----@return table facts `effects`, a list of { name, fields, cost }; `springs`; `noise`, what the same
----scene differed by when it was measured again; `step`, s; `runs`
+---@return table facts `effects`, a list of { name, fields, cost }; `springs`; `step`, s; `noise`,
+---the share by which the same scene differed when it was measured again; `runs`
 function scene_report.gather(file, device)
   local found = script.run(file)
   if not experiment.is(found) then
