@@ -3,6 +3,7 @@
 
 local block_picture = require "limax.block_picture"
 local defaults = require "limax.defaults"
+local obstacle_picture = require "limax.obstacle_picture"
 local palette = require "limax.palette"
 local skin = require "limax.skin"
 
@@ -28,6 +29,15 @@ local function mean_of(points)
     for k = 1, 3 do sum[k] = sum[k] + point[k] end
   end
   return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
+end
+
+-- The items of two lists in one.
+local function joined(...)
+  local all = {}
+  for _, list in ipairs { ... } do
+    for _, item in ipairs(list) do all[#all + 1] = item end
+  end
+  return all
 end
 
 -- The corners of the scene's block at a moment, along, away, up; none where no block was recorded.
@@ -69,12 +79,43 @@ local function path_of(robot, trace, heading)
   return path
 end
 
+-- Room of the world that is shown around a body, beyond what it reaches in any pose, m.
+local ROOM = 0.1
+
+-- Puts the obstacles around each pose into it: as far as the body reaches from its middle in any
+-- pose, and a little beyond.
+local function add_obstacles(poses, scene, heading)
+  local reach, low, high = 0, math.huge, -math.huge
+  for _, pose in ipairs(poses) do
+    for _, point in ipairs(joined(pose.points, pose.block)) do
+      for axis = 1, 2 do reach = math.max(reach, math.abs(point[axis] - pose.middle[axis])) end
+      low, high = math.min(low, point[3]), math.max(high, point[3])
+    end
+  end
+  for _, pose in ipairs(poses) do
+    -- turned back: where the middle is in the world
+    local x, y = unpack(turned(pose.middle, { heading[1], -heading[2] }))
+    local region = { low = { x - reach - ROOM, y - reach - ROOM, low - ROOM },
+      high = { x + reach + ROOM, y + reach + ROOM, high + ROOM } }
+    pose.obstacles, pose.obstacle_faces = {}, {}
+    for i, quad in ipairs(obstacle_picture.quads(scene, region)) do
+      local corners = {}
+      for k, point in ipairs(quad) do
+        pose.obstacles[4 * (i - 1) + k], corners[k] = turned(point, heading), 4 * (i - 1) + k
+      end
+      pose.obstacle_faces[i] = corners
+    end
+  end
+end
+
 ---@class limax.motion.pose
 ---@field sample integer
 ---@field time number s
 ---@field points number[][] of the masses: along, away, up, m
 ---@field middle number[] their mean
 ---@field block number[][] the block's corners, if any
+---@field obstacles number[][] corners of the obstacles' squares, if any
+---@field obstacle_faces integer[][] four of these each
 
 ---@class limax.motion.film
 ---@field poses limax.motion.pose[]
@@ -102,27 +143,27 @@ function motion.of(robot, times)
     path = path_of(robot, trace, heading), colors = palette.of(materials), used = used,
     faces = skin.faces(robot.body.voxel, mass_at), ground = ground and ground.height }
   film.colors[block_picture.letter] = { hex = block_picture.hex }
+  film.colors[obstacle_picture.letter] = { hex = obstacle_picture.hex }
+  add_obstacles(film.poses, context.scene, heading)
   film.start = film.poses[1].middle[1]
   return film
 end
 
--- The items of two lists in one.
-local function joined(...)
-  local all = {}
-  for _, list in ipairs { ... } do
-    for _, item in ipairs(list) do all[#all + 1] = item end
-  end
-  return all
-end
-
---- All points and faces of a pose, the block's included.
+--- All points and faces of a pose, the block's and the obstacles' included.
 ---@param film limax.motion.film
 ---@param pose limax.motion.pose
 ---@return number[][] points
 ---@return table[] faces
 function motion.skin(film, pose)
-  if #pose.block == 0 then return pose.points, film.faces end
-  return joined(pose.points, pose.block), joined(film.faces, block_picture.faces(#pose.points))
+  if #pose.block + #pose.obstacles == 0 then return pose.points, film.faces end
+  local before, faces = #pose.points + #pose.block, {}
+  for i, face in ipairs(pose.obstacle_faces) do
+    local corners = {}
+    for k, corner in ipairs(face) do corners[k] = before + corner end
+    faces[i] = { corners = corners, letter = obstacle_picture.letter }
+  end
+  return joined(pose.points, pose.block, pose.obstacles),
+    joined(film.faces, #pose.block > 0 and block_picture.faces(#pose.points) or {}, faces)
 end
 
 --- A round length (1, 2 or 5 times a power of ten) of at most `most` metres.

@@ -2,8 +2,10 @@
 --- what is refused.
 
 local evolution = require "support.evolution"
+local film_strip = require "limax.film_strip"
 local host = require "limax.host"
 local limax = require "limax"
+local obstacles = require "limax.obstacle_picture"
 local pixels = require "limax.picture.pixels"
 local process = require "limax.test.process"
 local source = require "limax.source"
@@ -60,6 +62,74 @@ suite:test("points along the sight fall on each other", function(t)
     local right, up = each.project { 1, 0, 0 }
     t:near(math.sqrt(right ^ 2 + up ^ 2), each.short, { rtol = 1e-12 })
   end
+end)
+
+-- Area of squares, m^2, and the volume that they enclose, by the divergence theorem.
+local function measure(quads)
+  local area, volume = 0, 0
+  for _, q in ipairs(quads) do
+    local a, b, n = {}, {}, {}
+    for k = 1, 3 do a[k], b[k] = q[3][k] - q[1][k], q[4][k] - q[2][k] end
+    for k = 1, 3 do
+      local i, j = k % 3 + 1, (k + 1) % 3 + 1
+      n[k] = (a[i] * b[j] - a[j] * b[i]) / 2
+      for c = 1, 4 do volume = volume + n[k] * q[c][k] / 12 end
+    end
+    area = area + math.sqrt(n[1] ^ 2 + n[2] ^ 2 + n[3] ^ 2)
+  end
+  return area, volume
+end
+
+suite:test("obstacles are squares that face outward and lie where the scene has them", function(t)
+  local region = { low = { -1, -1, -0.5 }, high = { 1, 1, 1 } }
+  local function quads(scene) return obstacles.quads(scene, region) end
+  local low = { from = { 0, 0, 0 }, to = { 0.25, 0.5, 0.1 } }
+  local area, volume = measure(quads { boxes = { low } })
+  t:near({ area, volume }, { 2 * (0.125 + 0.025 + 0.05), 0.0125 }, { rtol = 1e-9 })
+  -- of two boxes that touch, what lies between them is left out; beyond the region nothing is drawn
+  area, volume = measure(quads { boxes = { low,
+    { from = { 0.25, 0, 0 }, to = { 0.5, 0.5, 0.23 } },
+    { from = { 3, 3, 3 }, to = { 4, 4, 4 } } } })
+  t:near(volume, 0.0125 + 0.25 * 0.5 * 0.23, { rtol = 1e-9 })
+  t:near(area, 2 * 0.25 + 2 * 0.25 * 0.33 + 2 * 0.5 * 0.23, { rtol = 1e-9 })
+  -- 24 by 12 squares of a ball
+  area, volume = measure(quads { spheres = { { center = { 0.1, 0, 0.4 }, radius = 0.3 } } })
+  t:near({ area, volume }, { 4 * math.pi * 0.09, 4 / 3 * math.pi * 0.027 }, { rtol = 0.03 })
+  for _, quad in ipairs(quads { planes = { { normal = { 0, 3, 4 }, offset = 0.2 } } }) do
+    for _, p in ipairs(quad) do t:near(0.6 * p[2] + 0.8 * p[3], 0.2, { atol = 1e-12 }) end
+    t:ok(select(2, measure { quad }) > 0, "a plane faces along its normal")
+  end
+  local terrain = quads { terrain = { spacing = 1, origin = { 0, 0, 0.1 },
+    heights = { { 0, 0 }, { 0.4, 0.4 } } } }
+  area = 0
+  for _, quad in ipairs(terrain) do
+    for _, p in ipairs(quad) do
+      t:near(p[3], 0.1 + 0.4 * math.min(math.max(p[1], 0), 1), { atol = 1e-12 })
+    end
+    area = area + measure { quad }
+  end
+  t:near(area, 2 + 2 * math.sqrt(1.16), { rtol = 1e-9 })
+end)
+
+suite:test("obstacles stand in stills and in strips", { limit = 20 }, function(t)
+  local base = t:folder()
+  local robot = limax.robot { voxels = "eb\nbb" }
+  local function drawn(scene, name)
+    robot:simulate { scene = scene, duration = 0.1, settle = 0, accuracy = "preview" }
+      :save(base .. "/robot.json")
+    picture(t, base, { "robot.json", "--out", name .. ".svg", "--times", "0" })
+    local strip = film_strip.svg(limax.robot(base .. "/robot.json"):simulate {
+      record = { position = 20, center_of_mass = 20 } })
+    return select(2, source.read(("%s/%s.svg"):format(base, name)):gsub("<polygon", "")),
+      select(2, strip:gsub("<polygon", ""))
+  end
+  local still, strip = drawn(limax.scenes.land(), "without")
+  local still_with, strip_with = drawn(limax.scenes.land {
+    boxes = { from = { 0.25, 0, 0 }, to = { 0.35, 0.2, 0.1 } } }, "with")
+  -- of the box 2 squares on top, 2 to the right and one in front; six poses in a strip, whose way
+  -- may be another
+  t:equal(still_with - still, 5)
+  t:ok(strip_with - strip >= 6 * 5, strip_with - strip)
 end)
 
 suite:test("stills and strips have the size, the times and the dots that were asked for",
