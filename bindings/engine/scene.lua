@@ -76,6 +76,11 @@ local function set_heights(handle, effect, what, field, value)
     width = #value[1]
   end
   local heights, copy = ffi.new("double[?]", math.max(1, rows * width)), {}
+  for key in pairs(value) do
+    if type(key) ~= "number" or key ~= math.floor(key) or key < 1 or key > rows then
+      fault.raise(("%s is a list of rows; '%s' is no place in it"):format(what, tostring(key)))
+    end
+  end
   for x = 1, rows do
     copy[x] = arguments.list(("%s[%d]"):format(what, x), value[x], width)
     for y = 1, width do heights[(x - 1) * width + y - 1] = copy[x][y] end
@@ -166,6 +171,10 @@ local function scene(given)
     local value = given[effect.name]
     if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then
       arguments.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
+    end
+    if effect.instances == 1 and type(value) == "table" and value[1] ~= nil then
+      fault.raise(("scene: %s: a scene has it once; expected a table of its fields, got a list")
+        :format(effect.name))
     end
     if effect.name == ALWAYS and value == false then
       fault.raise(("scene: %s act in every scene and cannot be left out"):format(ALWAYS))

@@ -16,19 +16,31 @@ local scripted_effect = {}
 ---@return boolean
 function scripted_effect.is(given) return type(given) == "table" and given.force ~= nil end
 
--- Where in the user's file a line of a law's text stands, as " (FILE:LINE)"; "" where the file does
--- not hold the text as it is.
-local function place_of(text, line)
-  local _, _, path = fault.place()
+-- The line of a file on which a text begins; nil where the file does not hold it as it is, or holds
+-- it twice: then nobody knows which.
+local function line_in(path, text)
   local file = io.open(path, "rb")
-  if not file then return "" end
-  local content = file:read "*a"
-  file:close()
+  local content = file and file:read "*a"
+  if file then file:close() end
+  if not content then return nil end
+  -- as Lua reads a text over several lines
+  content = content:gsub("\r\n", "\n")
   local start = content:find(text, 1, true)
-  -- the same text twice: nobody knows which
-  if not start or content:find(text, start + 1, true) then return "" end
-  local _, before = content:sub(1, start - 1):gsub("\n", "")
-  return (" (%s:%d)"):format(path:match "[^/]*$", before + line)
+  if not start or content:find(text, start + 1, true) then return nil end
+  return 1 + select(2, content:sub(1, start - 1):gsub("\n", ""))
+end
+
+-- Where in the user's file a line of a law's text stands, as " (FILE:LINE)"; "" where it is not
+-- found. `return limax.experiment { ... }` leaves no trace of its file on the stack: then it is the
+-- script that was started.
+local function place_of(text, line)
+  local started = rawget(_G, "arg")
+  local _, _, path = fault.place()
+  for _, candidate in ipairs { path, type(started) == "table" and started[0] or nil } do
+    local first = line_in(candidate, text)
+    if first then return (" (%s:%d)"):format(candidate:match "[^/]*$", first + line - 1) end
+  end
+  return ""
 end
 
 local function bound_of(what, given)

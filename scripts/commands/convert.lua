@@ -5,6 +5,7 @@ local defaults = require "limax.defaults"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local input = require "limax.convert.input"
+local losses = require "limax.convert.losses"
 local metrics = require "limax.convert.metrics"
 local motion = require "limax.motion"
 local obj = require "limax.convert.obj"
@@ -94,29 +95,31 @@ end
 
 function WRITERS.stl(job)
   local robot = job.robot()
-  job.notes[#job.notes + 1] = "materials and weights: STL is a surface alone; .obj and .3mf keep"
-    .. " materials"
+  losses.note(job.notes, robot, "materials and weights: STL is a surface alone; .obj and .3mf keep"
+    .. " materials")
   return { { job.to, stl.encode(mesh_of(robot, job.arguments)) } }
 end
 
 function WRITERS.obj(job)
   local robot = job.robot()
-  local library = job.to:gsub("%.[^.]*$", "") .. ".mtl"
+  -- programs take a name in an .obj to end at a blank
+  local library = source.name_of(job.to):gsub("%.[^.]*$", ""):gsub("[%s%c]", "_") .. ".mtl"
   local text, shades = obj.encode(mesh_of(robot, job.arguments), robot.materials:table().materials,
-    source.name_of(library))
-  job.notes[#job.notes + 1] = "weights"
-  return { { job.to, text }, { library, shades } }
+    library)
+  losses.note(job.notes, robot, "weights", losses.materials "name and colour")
+  return { { job.to, text }, { job.to:sub(1, -#source.name_of(job.to) - 1) .. library, shades } }
 end
 
 WRITERS["3mf"] = function(job)
   local robot = job.robot()
-  job.notes[#job.notes + 1] = "weights"
+  losses.note(job.notes, robot, "weights", losses.materials "name and colour")
   return { { job.to, threemf.encode(mesh_of(robot, job.arguments),
     robot.materials:table().materials) } }
 end
 
 function WRITERS.vtu(job)
   local robot = job.robot()
+  losses.note(job.notes, robot, losses.materials "their number")
   return { { job.to, vtk.at_rest(robot:table(), edge_of(robot)) } }
 end
 
@@ -130,20 +133,43 @@ function WRITERS.pvd(job)
     failure.raise(2, "--record: a .pvd needs position=HZ")
   end
   local walked = traces.simulate(job.from, robot, rates, job.arguments.device)
+  losses.note(job.notes, robot, losses.materials "their number")
   return vtk.series(walked, edge_of(robot), job.to)
 end
 
 function WRITERS.npz(job)
-  local rates = traces.rates(job.arguments.record)
-  return { { job.to, traces.encode(traces.simulate(job.from, job.robot(), rates,
-    job.arguments.device)) } }
+  local rates, robot = traces.rates(job.arguments.record), job.robot()
+  local walked = traces.simulate(job.from, robot, rates, job.arguments.device)
+  losses.note(job.notes, robot, losses.materials "their number")
+  return { { job.to, traces.encode(walked) } }
 end
 
 function WRITERS.csv(job) return { { job.to, metrics.csv(run_of(job)) } } end
 
-function WRITERS.tensorboard(job) return tensorboard.files(run_of(job), job.to) end
+function WRITERS.tensorboard(job)
+  return tensorboard.files(run_of(job), job.to, job.notes)
+end
 
 -- ---- the command --------------------------------------------------------------------------------
+
+-- Refuses options that would say nothing here.
+local function check_options(job)
+  local given, ending = job.arguments, robots.ending_of(job.to)
+  local printed = ending == "stl" or ending == "obj" or ending == "3mf"
+  local moves = ending == "pvd" or ending == "npz"
+  local of_champion = robots.is_run(job.from) and ending ~= "csv" and ending ~= "tensorboard"
+  for _, each in ipairs {
+    { "edge", given.edge, printed, "a .stl, .obj or .3mf" },
+    { "record", given.record[1], moves, "a .pvd or .npz" },
+    { "base", given.base, robots.ending_of(job.from) == "vxd", "a robot from a .vxd" },
+    { "repetition", given.repetition, of_champion, "the champion of a run" },
+    { "generation", given.generation, of_champion, "the champion of a run" },
+  } do
+    if each[2] and not each[3] then
+      failure.raise(2, ("--%s is for %s"):format(each[1], each[4]))
+    end
+  end
+end
 
 local function writer_of(path)
   local ending = robots.ending_of(path)
@@ -178,6 +204,7 @@ function command.run(arguments)
   local writer, notes = writer_of(to), {}
   local job = { from = from, to = to, arguments = arguments, notes = notes }
   function job.robot() return robots.read(from, arguments, notes) end
+  check_options(job)
   write(writer(job), arguments.force)
   for _, note in ipairs(notes) do io.stderr:write("! not carried: ", note, "\n") end
   return 0

@@ -2,9 +2,13 @@
 --- promising ones are scored again at `publish`, and only those scores choose elites and parents.
 --- Shows an own loop over `population:breed` with `limax.rescore`, and measures what looking twice
 --- saves: the same evolution with every robot at `publish`, from the same genomes, and both final
---- bests scored again at `reference`. Two seeds of 12 generations of 24 robots; about a minute on
---- two cores. Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION
---- [SECONDS]]]
+--- bests scored again at `reference`.
+---
+--- Two seeds of 12 generations of 24 robots take one to two minutes on two cores of an AMD EPYC.
+--- There it simulated 50 and 49 robots at `publish` in place of 211, which saved 74 % and 52 % of
+--- the time of simulating, and both final bests walked farther than those of `publish` alone (3.4 m
+--- and 2.8 m against 1.1 m and 1.7 m). That is what two seeds can say: as much as chance.
+--- Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION [SECONDS]]]
 
 local limax = require "limax"
 

@@ -6,9 +6,8 @@
 --- The score is the horizontal way in the second half of four seconds, twice: by then the start is
 --- over, and half of the run is four whole strokes. 30 generations of 20 robots took 18 s on one
 --- core of an AMD EPYC, in which the best went from 0.02 m to 0.39 m, with seeds 2 and 3 to 0.21 m
---- and 0.30 m. The first champion swims on at that pace, 0.1 m/s, for twice as long. Drag runs on
---- the CPU alone.
---- Run it with: limax run scripts/experiments/swim.lua --device cpu
+--- and 0.30 m. The first champion swims on at that pace, 0.1 m/s, for twice as long.
+--- Run it with: limax run scripts/experiments/swim.lua
 --- A river instead of still water: --set scene.drag.current=[0.2,0,0]
 
 local limax = require "limax"

@@ -19,7 +19,9 @@ end
 ---@param rows table[] values by column name
 ---@return string
 function csv.encode(columns, rows)
-  local lines = { table.concat(columns, ",") }
+  local names = {}
+  for i, column in ipairs(columns) do names[i] = cell(column) end
+  local lines = { table.concat(names, ",") }
   for _, row in ipairs(rows) do
     local cells = {}
     for i, column in ipairs(columns) do cells[i] = cell(row[column]) end

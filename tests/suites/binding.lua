@@ -63,6 +63,24 @@ misuse:test("of scenes, options and materials too", function(t)
   there("friction' needs one of ground", function() engine.scene { friction = true } end)
   there("springs act in every scene", function() engine.scene { springs = false } end)
   there("stiffness", function() engine.scene { ground = { stiffness = -1 } } end)
+  there("ground: a scene has it once; expected a table of its fields, got a list",
+    function() engine.scene { ground = { {}, {} } } end)
+  local function terrain(pattern, heights)
+    there(pattern, function() engine.scene { terrain = { heights = heights } } end)
+  end
+  terrain("terrain.heights is a table of 1 x 3; it must be 2 x 2 to 512 x 512", { { 0, 0, 0 } })
+  terrain("heights[2]: expected a list of 2 numbers, got 1", { { 0, 0 }, { 0 } })
+  terrain("heights[2][1]: expected a finite number, got nan", { { 0, 0 }, { 0 / 0, 0 } })
+  terrain("heights[2][1] is 1e+300; it must be -1000 to 1000 m", { { 0, 0 }, { 1e300, 0 } })
+  terrain("heights: expected a list of rows, each a list of numbers, got 1", { 1, 2 })
+  terrain("heights is a list of rows; 'z' is no place in it", { { 0, 0 }, { 0, 0 }, z = 1 })
+  there("scene.self_collision.reach is 0.05; it must be 0.1 to 1.5",
+    function() engine.scene { self_collision = { reach = 0.05 } } end)
+  there("scene.spheres[2].radius is -1; it must be 0.001 to 100 m",
+    function() engine.scene { spheres = { {}, { radius = -1 } } } end)
+  local many = {}
+  for i = 1, 17 do many[i] = { offset = -i } end
+  there("at most 16 of them are possible", function() engine.scene { planes = many } end)
   there("expected a scene, got a table", function() engine.simulation(p, MATERIALS, {}, {}) end)
   there('unknown field "integrater"; did you mean "integrator"?',
     function() engine.simulation(p, MATERIALS, scene, { integrater = "leapfrog" }) end)

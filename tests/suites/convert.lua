@@ -330,6 +330,19 @@ suite:test("a bad .vxa is refused with file, field and what is legal", function(
   bad("</VXC>", "", "not XML")
   bad("1120", "0000", "the body is empty")
   bad('%?>', '?>\n<!DOCTYPE VXA [<!ENTITY a "b">]>', "declares a document type, which is refused")
+  -- nine muscles, each with its opposite
+  local palette, digits = {}, {}
+  for k = 1, 9 do
+    palette[k] = ("<Material><Name>m</Name><Mechanical><Elastic_Mod>%de6</Elastic_Mod>"):format(k)
+      .. "<Density>1e6</Density><CTE>0.01</CTE></Mechanical></Material>"
+    digits[k] = ("%d%d"):format(k, k)
+  end
+  bad("<Palette>.*</PhaseOffset>", ("<Palette>%s</Palette><Structure><X_Voxels>2</X_Voxels>"
+    .. "<Y_Voxels>9</Y_Voxels><Z_Voxels>1</Z_Voxels><Data><Layer>%s</Layer></Data><PhaseOffset>"
+    .. "<Layer>%s</Layer></PhaseOffset>"):format(table.concat(palette), table.concat(digits),
+    ("0.2, 0.7,"):rep(9)), "Structure.PhaseOffset: with the opposites of muscles",
+    "there are 18 materials, 9 without; limax holds up to 15")
+  bad("<uStatic>1", "<uStatic>-1", "it must be 0 to 1000", "uStatic of VXC.Palette.Material 1")
   write(folder .. "/bad.vxd", "<VXD/>")
   refused(t, folder, { "bad.vxd", "out.json" }, "name its .vxa with --base FILE")
 end)

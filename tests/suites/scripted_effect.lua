@@ -179,6 +179,38 @@ suite:test("an error names the place in the user's file", function(t)
   end)
 end)
 
+suite:test("an error's line is that of what is wrong, not of what follows it", function(t)
+  for _, case in ipairs {
+    { "f = vec(1, 2)\n\n;", 1, "vec takes 3" }, { "f = x\nf += x;", 1, "';'" },
+    { "\nf.x = sin(x)\n;", 2, "sin takes numbers" }, { "bogus\n= 3;", 1, "unknown name" },
+    { "real a = x\n;f = x;", 1, "'a' is a number" }, { "f = 1 + x\n;", 1, "cannot be added" },
+    { "f = x *\nv\n;", 2, "dot and cross" }, { "f = x\n.w;", 2, "x, y and z" },
+    { "f = x;\nf = -\n\nq;", 4, "unknown name 'q'" } } do
+    local _, message = pcall(engine.scene, { own = { force = case[1] } })
+    t:ok(tostring(message):find((", line %d: "):format(case[2]), 1, true), tostring(message))
+    t:ok(tostring(message):find(case[3], 1, true), tostring(message))
+  end
+end)
+
+suite:test("an experiment's error names the place in its file, which may come from Windows",
+  function(t)
+    local text = [==[
+local limax = require "limax"
+return limax.experiment { fitness = "walk", scene = { own = { force = [[
+  vec towards = centre - x;
+  f = strength * toward;
+]], centre = { 0, 0, 1 }, strength = 1 } } }
+]==]
+    for _, ending in ipairs { "\n", "\r\n" } do
+      local folder = t:folder()
+      t:ok(host.file.write_atomic(folder .. "/mine.lua", (text:gsub("\n", ending))))
+      for _, words in ipairs { { "run", "mine.lua" }, { "doctor", "--scene", "mine.lua" } } do
+        local done = process.limax(words, { folder = folder })
+        t:ok(done.status == 2 and done.stderr:find("(mine.lua:4)", 1, true), done.stderr)
+      end
+    end
+  end)
+
 suite:test("parameters and names are checked", function(t)
   local function refused(pattern, scene)
     t:raises(pattern, function() engine.scene(scene) end)

@@ -1,18 +1,17 @@
 // compile.cpp: reads the text of a scripted effect, by recursive descent, into a program. Nothing
 // of the text reaches a compiler, a shell or a file.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
 #include "base/error.h"
 #include "physics/scripted/program.h"
+#include "physics/scripted/tokens.h"
 
 namespace limax::scripted {
 
 namespace {
 
-constexpr std::size_t longest_text = 16384;  // bytes
 // Operands are 16 bits wide, and more than this is no longer a law that a person wrote.
 constexpr int most_registers = 2000;
 constexpr int deepest = 100;  // nested brackets and signs, for the reader's own stack
@@ -22,16 +21,6 @@ struct value {
     bool vector = false;
     int16_t x = 0, y = 0, z = 0;
 };
-
-struct token {
-    enum { end, number, word, sign } kind = end;
-    std::string text;
-    double number_value = 0;
-    int line = 1;
-};
-
-bool starts_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 struct function {
     const char* name;
@@ -47,33 +36,13 @@ constexpr function functions[] = {
 };
 constexpr const char* words_of_vectors[] = {"vec", "dot", "cross", "length"};
 
-class reader {
+class reader : private token_reader {
 public:
     reader(const std::string& place, const std::string& text,
            const std::vector<parameter>& parameters);
     program read();
 
 private:
-    [[noreturn]] void refuse(const std::string& problem) const {
-        fail(LIMAX_INVALID_ARGUMENT,
-             format("%s, line %d: %s", place_.c_str(), now_.line, problem.c_str()));
-    }
-    // What stands at this place, for messages.
-    std::string here() const {
-        return now_.kind == token::end ? "the end of the text" : "'" + now_.text + "'";
-    }
-
-    void advance();
-    bool at(const char* sign) const { return now_.kind == token::sign && now_.text == sign; }
-    bool take(const char* sign) {
-        if (!at(sign)) return false;
-        advance();
-        return true;
-    }
-    void need(const char* sign) {
-        if (!take(sign)) refuse(format("expected '%s', got %s", sign, here().c_str()));
-    }
-
     int16_t constant(double number);
     int16_t emit(operation what, int16_t a, int16_t b = 0, int16_t c = 0);
     value number(operation what, value a, value b = {}, value c = {}) {
@@ -86,11 +55,11 @@ private:
         return {true, emit(what, a.x, b.x), emit(what, a.y, b.y), emit(what, a.z, b.z)};
     }
     value need_number(value v, const std::string& of) {
-        if (v.vector) refuse(of + " takes numbers, not vectors");
+        if (v.vector) refuse_read(of + " takes numbers, not vectors");
         return v;
     }
     value need_vector(value v, const std::string& of) {
-        if (!v.vector) refuse(of + " takes vectors, not numbers");
+        if (!v.vector) refuse_read(of + " takes vectors, not numbers");
         return v;
     }
 
@@ -108,11 +77,6 @@ private:
     value call(const std::string& name);
     value dot(value a, value b);
 
-    const std::string& place_;
-    const std::string& text_;
-    std::size_t next_ = 0;
-    int line_ = 1;
-    token now_;
     int depth_ = 0;
     program program_;
     // numbered as constant() says
@@ -125,24 +89,21 @@ private:
 // While reading, constants are numbered below 0 and results from `inputs` on.
 int16_t reader::constant(double number) {
     if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
-        refuse(format("this law takes more than %d numbers and operations", most_registers));
+        refuse_read(format("this law takes more than %d numbers and operations", most_registers));
     program_.constants.push_back(number);
     return int16_t(-int(program_.constants.size()));
 }
 
 int16_t reader::emit(operation what, int16_t a, int16_t b, int16_t c) {
     if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
-        refuse(format("this law takes more than %d numbers and operations", most_registers));
+        refuse_read(format("this law takes more than %d numbers and operations", most_registers));
     steps_.push_back({what, a, b, c});
     return int16_t(inputs + int(steps_.size()) - 1);
 }
 
 reader::reader(const std::string& place, const std::string& text,
                const std::vector<parameter>& parameters)
-    : place_(place), text_(text) {
-    if (text.size() > longest_text)
-        fail(LIMAX_INVALID_ARGUMENT, format("%s is %zu bytes long; at most %zu are possible",
-                                            place.c_str(), text.size(), longest_text));
+    : token_reader(place, text) {
     const auto input_at = [](int first, bool vector) {
         return vector ? value{true, int16_t(first), int16_t(first + 1), int16_t(first + 2)}
                       : value{false, int16_t(first), 0, 0};
@@ -188,53 +149,6 @@ reader::reader(const std::string& place, const std::string& text,
     advance();
 }
 
-void reader::advance() {
-    // blanks and comments
-    for (;; ++next_) {
-        if (next_ < text_.size() && text_[next_] == '/' && next_ + 1 < text_.size() &&
-            text_[next_ + 1] == '/')
-            while (next_ < text_.size() && text_[next_] != '\n') ++next_;
-        if (next_ >= text_.size()) break;
-        if (text_[next_] == '\n')
-            ++line_;
-        else if (text_[next_] != ' ' && text_[next_] != '\t' && text_[next_] != '\r')
-            break;
-    }
-    now_ = {};
-    now_.line = line_;
-    if (next_ >= text_.size()) return;
-    const char first = text_[next_];
-    std::size_t last = next_;
-    if (starts_word(first)) {
-        while (last < text_.size() && (starts_word(text_[last]) || is_digit(text_[last]))) ++last;
-        now_.kind = token::word;
-    } else if (is_digit(first) ||
-               (first == '.' && next_ + 1 < text_.size() && is_digit(text_[next_ + 1]))) {
-        const char* begin = text_.data() + next_;
-        const auto [stop, problem] =
-            std::from_chars(begin, text_.data() + text_.size(), now_.number_value);
-        last = std::size_t(stop - text_.data());
-        now_.kind = token::number;
-        if (problem != std::errc() || (last < text_.size() && starts_word(text_[last])))
-            refuse(format("a number that cannot be read, at '%.12s'", begin));
-    } else {
-        static const char* const signs[] = {"<=", ">=", "==", "!=", "&&", "||", "+=", "+",
-                                            "-",  "*",  "/",  "(",  ")",  ",",  ";",  ".",
-                                            "=",  "<",  ">",  "!",  "?",  ":"};
-        for (const char* sign : signs)
-            if (last == next_ &&
-                text_.compare(next_, std::char_traits<char>::length(sign), sign) == 0)
-                last = next_ + std::char_traits<char>::length(sign);
-        if (last == next_)
-            refuse(first > ' ' && first < 127
-                       ? format("'%c' is no sign of this language", first)
-                       : format("byte %d is no sign of this language", int(uint8_t(first))));
-        now_.kind = token::sign;
-    }
-    now_.text = text_.substr(next_, last - next_);
-    next_ = last;
-}
-
 program reader::read() {
     bool sets_force = false;
     while (now_.kind != token::end) {
@@ -272,9 +186,10 @@ void reader::statement() {
             refuse(format("the name '%s' is taken", name.c_str()));
         advance();
     } else if (!names_.count(name)) {
-        refuse(format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
+        refuse_read(
+            format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
     } else if (fixed_.count(name)) {
-        refuse(format("'%s' is given and cannot be changed", name.c_str()));
+        refuse_read(format("'%s' is given and cannot be changed", name.c_str()));
     }
     value& target = names_[name];
     int16_t* component = nullptr;
@@ -288,7 +203,7 @@ void reader::statement() {
     }
     const bool adds = !makes && at("+=");
     if (!adds && !at("="))
-        refuse(format("expected '=' after '%s', got %s", name.c_str(), here().c_str()));
+        refuse_read(format("expected '=' after '%s', got %s", name.c_str(), here().c_str()));
     // a name is not yet known within the statement that makes it
     value before = target;
     if (makes) names_.erase(name);
@@ -296,8 +211,9 @@ void reader::statement() {
     value result = expression();
     const bool wants_vector = makes ? as_vector : before.vector && !component;
     if (result.vector != wants_vector)
-        refuse(format("'%s' is a %s; this is a %s", name.c_str(),
-                      wants_vector ? "vector" : "number", result.vector ? "vector" : "number"));
+        refuse_read(format("'%s' is a %s; this is a %s", name.c_str(),
+                           wants_vector ? "vector" : "number",
+                           result.vector ? "vector" : "number"));
     if (component) {
         *component = adds ? emit(operation::add, *component, result.x) : result.x;
     } else {
@@ -317,7 +233,8 @@ value reader::choice() {
         const value yes = choice();
         need(":");
         const value no = choice();
-        if (yes.vector != no.vector) refuse("both sides of ':' must be numbers, or both vectors");
+        if (yes.vector != no.vector)
+            refuse_read("both sides of ':' must be numbers, or both vectors");
         chosen = number(operation::choose, condition, yes, no);
         if (yes.vector)
             chosen = {true, chosen.x, emit(operation::choose, condition.x, yes.y, no.y),
@@ -365,7 +282,7 @@ value reader::sum() {
         advance();
         const value right = product();
         if (left.vector != right.vector)
-            refuse("a number and a vector cannot be added or subtracted");
+            refuse_read("a number and a vector cannot be added or subtracted");
         left = left.vector ? each(what, left, right) : number(what, left, right);
     }
     return left;
@@ -377,9 +294,9 @@ value reader::product() {
         const bool divides = at("/");
         advance();
         const value right = signed_value();
-        if (divides && right.vector) refuse("nothing can be divided by a vector");
+        if (divides && right.vector) refuse_read("nothing can be divided by a vector");
         if (left.vector && right.vector)
-            refuse("two vectors cannot be multiplied by *; there are dot and cross");
+            refuse_read("two vectors cannot be multiplied by *; there are dot and cross");
         const operation what = divides ? operation::divide : operation::multiply;
         left = left.vector || right.vector ? each(what, left, right) : number(what, left, right);
     }
@@ -406,7 +323,7 @@ value reader::signed_value() {
 
 value reader::component_of(value v) {
     if (!take(".")) return v;
-    if (!v.vector) refuse("a number has no components");
+    if (!v.vector) refuse_read("a number has no components");
     const std::string name = now_.text;
     if (name != "x" && name != "y" && name != "z")
         refuse(format("a vector has x, y and z, not %s", here().c_str()));
@@ -454,8 +371,8 @@ value reader::call(const std::string& name) {
     need(")");
     const auto takes = [&](std::size_t count) {
         if (given.size() != count)
-            refuse(format("%s takes %zu %s, not %zu", name.c_str(), count,
-                          count == 1 ? "value" : "values", given.size()));
+            refuse_read(format("%s takes %zu %s, not %zu", name.c_str(), count,
+                               count == 1 ? "value" : "values", given.size()));
     };
     for (const function& known : functions) {
         if (name != known.name) continue;
@@ -490,22 +407,6 @@ value reader::dot(value a, value b) {
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters) {
     return reader(place, text, parameters).read();
-}
-
-std::string kernel_text(const std::vector<const program*>& laws, int& registers) {
-    std::string text;
-    registers = 0;
-    for (const program* law : laws) {
-        registers = std::max(registers, law->registers());
-        int next = inputs;
-        for (const double constant : law->constants)
-            text += format("LIMAX_CONSTANT(%d,%a)", next++, constant);
-        for (const instruction& step : law->instructions)
-            text += format("LIMAX_OPERATION(%d,%d,%d,%d,%d)", next++, int(step.what), step.a,
-                           step.b, step.c);
-        text += format("LIMAX_FORCE(%d,%d,%d)", law->force[0], law->force[1], law->force[2]);
-    }
-    return text;
 }
 
 }  // namespace limax::scripted

@@ -13,8 +13,9 @@ local KINDS = { ["|b1"] = "uint8_t", ["|u1"] = "uint8_t", ["|i1"] = "int8_t", ["
   ["<i2"] = "int16_t", ["<u4"] = "uint32_t", ["<i4"] = "int32_t", ["<u8"] = "uint64_t",
   ["<i8"] = "int64_t", ["<f4"] = "float", ["<f8"] = "double" }
 
---- Most numbers of an array that is read.
+--- Most numbers of an array that is read, and its most axes.
 arrays.MOST = 1e7
+arrays.MOST_AXES = 32 -- NumPy's own limit
 
 ---@class limax.convert.array
 ---@field shape integer[]
@@ -44,6 +45,24 @@ function arrays.of_list(kind, shape, list)
   return arrays.encode(kind, shape, bytes.pack(KINDS[kind], list))
 end
 
+-- The lengths of the axes and how many numbers that makes, from the header's "3, 4".
+local function shape_of(text)
+  local shape, count = {}, 1
+  for word in text:gmatch "[^,%s]+" do
+    local length = word:match "^%d+$" and tonumber(word)
+    if not length or length > arrays.MOST or #shape == arrays.MOST_AXES then
+      return nil, ("has the shape (%s); legal are up to %d whole numbers from 0 to %d"):format(
+        text:sub(1, 40), arrays.MOST_AXES, arrays.MOST)
+    end
+    shape[#shape + 1] = length
+    count = count * length
+  end
+  if count > arrays.MOST then
+    return nil, ("has %g numbers; at most %d are read"):format(count, arrays.MOST)
+  end
+  return shape, count
+end
+
 --- Reads a .npy file of numbers; `nil, message` for anything else. Objects (pickles) are refused.
 ---@param text string
 ---@return limax.convert.array|nil
@@ -57,10 +76,15 @@ function arrays.decode(text)
   local width = major == 1 and 2 or 4
   local length = bytes.unpack(width == 2 and "uint16_t" or "uint32_t", text:sub(9, 8 + width))[1]
   local header = text:sub(9 + width, 8 + width + length)
+  if #header < length then
+    return nil, ("is cut short: its header has %d bytes of %d"):format(#header, length)
+  end
+  if header:find "'descr':%s*%[" then return nil, "is an array of records; legal are numbers" end
   local kind = header:match "'descr':%s*'([^']*)'"
-  local order, shape_text = header:match "'fortran_order':%s*(%a+)", header:match "%(([%d,%s]*)%)"
+  local order = header:match "'fortran_order':%s*(%a+)"
+  local shape_text = header:match "'shape':%s*%(([^()]*)%)"
   if not kind or not shape_text or not order then
-    return nil, "is an array of objects or records; legal are numbers"
+    return nil, "has a header without descr, fortran_order or shape"
   end
   local ctype = KINDS[kind] or KINDS[kind:gsub("^=", "<")]
   if not ctype then
@@ -68,14 +92,8 @@ function arrays.decode(text)
       .. " little-endian"):format(kind:sub(1, 20))
   end
   if order ~= "False" then return nil, "is in Fortran's order; legal is C's" end
-  local shape, count = {}, 1
-  for word in shape_text:gmatch "%d+" do
-    shape[#shape + 1] = tonumber(word)
-    count = count * shape[#shape]
-  end
-  if count > arrays.MOST then
-    return nil, ("has %g numbers; at most %d are read"):format(count, arrays.MOST)
-  end
+  local shape, count = shape_of(shape_text)
+  if not shape then return nil, count end
   local data = bytes.unpack(ctype, text:sub(9 + width + length))
   if #data ~= count then
     return nil, ("holds %d numbers, its header says %d"):format(#data, count)
@@ -102,6 +120,7 @@ function arrays.unpack(text)
   local by_name = {}
   for _, entry in ipairs(entries) do
     local name = entry[1]:match "^(.*)%.npy$"
+    if name and by_name[name] then return nil, ("has two arrays %q"):format(name:sub(1, 40)) end
     if name then by_name[name] = entry[2] end
   end
   return by_name

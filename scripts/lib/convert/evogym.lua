@@ -50,6 +50,7 @@ local function rows_of(path, name, array)
   if #array.shape ~= 2 then
     input.refuse(path, "%s has %d dimensions; legal is 2, rows and columns", name, #array.shape)
   end
+  input.check_lattice(path, { array.shape[2], 1, array.shape[1] })
   local rows, at = {}, 0
   for y = 1, array.shape[1] do
     rows[y] = {}
@@ -161,6 +162,7 @@ function evogym.of_world(path, world, notes)
     -- cells are counted along rows, the lowest first
     local x, y = index % width + 1, math.floor(index / width) + 1
     rows[y] = rows[y] or {}
+    if rows[y][x] then input.refuse(path, "%s: cell %d is there twice", field, index) end
     rows[y][x] = whole(path, ("objects.%s.types[%d]"):format(name, i), object.types[i], 0,
       MOST_KIND)
     left, right = math.min(left, x), math.max(right, x)

@@ -18,15 +18,29 @@ local function flatten(value, name, row)
   end
 end
 
--- The lines of one file of a run folder, decoded.
+-- Where repetitions and generations begin, and most of either.
+local LEAST, MOST = { repetition = 1, generation = 0 }, 1e6
+
+-- The lines of one file of a run folder, decoded; each is of a repetition and a generation.
 local function lines_of(path)
   local list, number = {}, 0
   for line in input.read(path):gmatch "[^\n]+" do
     number = number + 1
-    local value, message = host.json.decode(line, ("%s: line %d"):format(path, number))
-    if type(value) ~= "table" then input.refuse(path, "%s", message or "expected objects") end
+    local where = ("line %d"):format(number)
+    local value, message = host.json.decode(line, where)
+    if type(value) ~= "table" then
+      input.refuse(path, "%s", message or where .. ": expected an object")
+    end
+    for _, field in ipairs { "repetition", "generation" } do
+      local given, least = value[field], LEAST[field]
+      if type(given) ~= "number" or given ~= math.floor(given) or given < least or given > MOST then
+        input.refuse(path, "%s: %s: expected a whole number from %d to %d", where, field, least,
+          MOST)
+      end
+    end
     list[number] = value
   end
+  if number == 0 then input.refuse(path, "holds no generation yet") end
   return list
 end
 
@@ -36,11 +50,7 @@ end
 ---@return string[] names repetition and generation, then the rest in order of the alphabet
 function metrics.read(folder)
   local rows, seen = {}, {}
-  local path = folder .. "/metrics.jsonl"
-  for i, line in ipairs(lines_of(path)) do
-    if type(line.repetition) ~= "number" or type(line.generation) ~= "number" then
-      input.refuse(path, "line %d has no repetition or no generation", i)
-    end
+  for i, line in ipairs(lines_of(folder .. "/metrics.jsonl")) do
     line.schema = nil
     rows[i] = {}
     flatten(line, "", rows[i])

@@ -2,6 +2,7 @@
 --- program, or a run folder, which stands for its champion.
 
 local body = require "limax.body"
+local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local evogym = require "limax.convert.evogym"
 local failure = require "limax.failure"
@@ -10,9 +11,12 @@ local input = require "limax.convert.input"
 local robot = require "limax.robot"
 local robot_file = require "limax.robot_file"
 local run_folder = require "limax.run_folder"
+local schema = require "limax.schema"
 local voxcad_read = require "limax.convert.voxcad_read"
 
 local robots = {}
+
+local check_duration = schema.number(defaults.fields.simulation.duration)
 
 local function ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end
 robots.ending_of = ending_of
@@ -83,6 +87,12 @@ function robots.read(path, options, notes)
   local size, wrong = body.measure_layers(description.voxels,
     input.about(path, engine.materials, description.materials))
   if not size then input.refuse(path, "%s", wrong) end
+  if description.scene then input.about(path, engine.scene, description.scene) end
+  local duration = (description.simulation or {}).duration
+  if duration ~= nil then
+    duration, wrong = check_duration(duration, "robot.simulation.duration")
+    if not duration then input.refuse(path, "%s", wrong) end
+  end
   return input.about(path, robot.of, description)
 end
 

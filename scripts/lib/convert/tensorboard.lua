@@ -3,6 +3,7 @@
 --- a Summary of named scalars). Steps are generations.
 
 local bytes = require "limax.convert.bytes"
+local choice = require "limax.choice"
 local metrics = require "limax.convert.metrics"
 
 local tensorboard = {}
@@ -81,10 +82,11 @@ end
 --- The event files of a run.
 ---@param folder string of the run
 ---@param to string folder of the event files
+---@param notes string[] receives what they cannot carry
 ---@return { [1]: string, [2]: string }[] path and bytes of each file
-function tensorboard.files(folder, to)
+function tensorboard.files(folder, to, notes)
   local rows, names = metrics.read(folder)
-  local times, parts, repetitions = metrics.times(folder), {}, {}
+  local times, parts, repetitions, texts = metrics.times(folder), {}, {}, {}
   for _, row in ipairs(rows) do
     local repetition = row.repetition
     local time = (times[repetition] or {})[row.generation] or 0
@@ -97,11 +99,15 @@ function tensorboard.files(folder, to)
       local value = row[names[k]]
       if type(value) == "number" then
         values[#values + 1] = summary((names[k]:gsub("%.", "/"):gsub("[^%w_/%-]", "_")), value)
+      elseif value ~= nil then
+        texts[names[k]] = true
       end
     end
     table.insert(parts[repetition], event(time, field(2, VARINT, varint(row.generation))
       .. field(5, LENGTH, table.concat(values))))
   end
+  notes[#notes + 1] = "digits beyond those of 32 bits: a scalar is a float"
+  for _, name in ipairs(choice.sorted_keys(texts)) do notes[#notes + 1] = name .. ": no number" end
   local files = {}
   for i, repetition in ipairs(repetitions) do
     files[i] = { ("%s/r%02d/events.out.tfevents.0000000000.limax"):format(to, repetition),

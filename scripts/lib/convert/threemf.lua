@@ -3,7 +3,7 @@
 
 local host = require "limax.host"
 local palette = require "limax.palette"
-local voxcad_write = require "limax.convert.voxcad_write"
+local xml = require "limax.convert.xml"
 
 local threemf = {}
 
@@ -33,7 +33,7 @@ local function model(mesh, materials)
     if material.kind ~= "empty" then
       index[material.letter], count = count, count + 1
       lines[#lines + 1] = ('<base name="%s" displaycolor="%sFF"/>')
-        :format(voxcad_write.escaped(material.name), colors[material.letter].hex:upper())
+        :format(xml.escaped(material.name), colors[material.letter].hex:upper())
     end
   end
   lines[#lines + 1] = "</basematerials>"

@@ -19,6 +19,9 @@ voxcad.DEGREES = 1
 --- Most materials: a voxel is one digit, and 0 is empty.
 voxcad.MOST_MATERIALS = 9
 
+--- Most materials of a robot of limax, beside the empty one (LIMAX_MAX_MATERIALS in limax.h).
+voxcad.MOST_OF_LIMAX = 15
+
 --- Weights that limax writes beside VoxCad's own PhaseOffset, each in an element of its own.
 voxcad.WEIGHTS = { { "stiffness", "StiffnessWeight" }, { "amplitude", "AmplitudeWeight" } }
 

@@ -1,18 +1,24 @@
 --- voxcad_read.lua: a robot from .vxa or .vxd of VoxCad and voxcraft-sim, as the table of a robot
 --- file. SI units; voxcad.lua says how its materials become limax's.
 
+local defaults = require "limax.defaults"
 local document = require "limax.convert.voxcad_document"
 local engine = require "limax.engine"
+local failure = require "limax.failure"
 local input = require "limax.convert.input"
 local robot_file = require "limax.robot_file"
+local schema = require "limax.schema"
 local settings = require "limax.settings"
 local voxcad = require "limax.convert.voxcad"
+local voxcad_losses = require "limax.convert.voxcad_losses"
 local voxcad_palette = require "limax.convert.voxcad_palette"
 
 local at, child, text_of = document.at, document.child, document.text_of
 local number_at = document.number_at
 
 local voxcad_read = {}
+
+local check_duration = schema.number(defaults.fields.simulation.duration)
 
 -- ---- voxels -------------------------------------------------------------------------------------
 
@@ -104,7 +110,15 @@ local function phases_of(offsets, data, list, letters, names)
   return phases, used
 end
 
-local function scene_of(file, root, swings, first, notes)
+-- Where the numbers of a scene come from, for messages.
+local SOURCES = {
+  ["gravity.acceleration"] = ": Environment.Gravity.GravAcc",
+  ["friction.static"] = ": uStatic of VXC.Palette.Material 1",
+  ["friction.kinetic"] = ": uDynamic of VXC.Palette.Material 1",
+  ["actuation.frequency"] = ": 1 / Environment.Thermal.TempPeriod",
+}
+
+local function scene_of(file, root, swings, first)
   local environment = child(root, "Environment") or { name = "Environment" }
   local function number(path, default) return number_at(file, environment, path, default) end
   local scene = { damping = true }
@@ -122,13 +136,10 @@ local function scene_of(file, root, swings, first, notes)
     end
     scene.actuation = { frequency = voxcad.rounded(1 / period), ramp = 0 }
   end
-  if number("Gravity.FloorSlope", 0) ~= 0 then
-    notes[#notes + 1] = "Environment.Gravity.FloorSlope"
-  end
-  if number("Fixed_Regions.NumFixed", 0) ~= 0 or number("Forced_Regions.NumForced", 0) ~= 0 then
-    notes[#notes + 1] = "Environment: fixed and forced regions"
-  end
-  return input.about(file, function() return engine.scene(scene):table() end)
+  local fine, made = failure.attempt(engine.scene, scene)
+  if fine then return made:table() end
+  local message = failure.bare(made)
+  input.refuse(file, "%s%s", message, SOURCES[message:match "^scene%.([%w_.]+)"] or "")
 end
 
 -- Degrees by which the temperature swings, and whether it does.
@@ -143,32 +154,6 @@ local function swing_of(file, root)
   -- VoxCad's older files state the highest temperature
   local base = number_at(file, thermal, "TempBase", 25)
   return number_at(file, thermal, "TempAmp", base) - base, swings
-end
-
-local KNOWN = { X_Voxels = true, Y_Voxels = true, Z_Voxels = true, Data = true, PhaseOffset = true,
-  StiffnessWeight = true, AmplitudeWeight = true }
-
-local function note_losses(file, root, structure, list, notes)
-  for _, element in ipairs(structure) do
-    if not KNOWN[element.name] then
-      notes[#notes + 1] = "Structure." .. element.name:gsub("%c", ""):sub(1, 40)
-    end
-  end
-  local differ, poisson, phase
-  for _, element in ipairs(at(root, "VXC.Palette")) do
-    local ratio = at(element, "Mechanical.Poissons_Ratio")
-    phase = phase or number_at(file, element, "Mechanical.MaterialTempPhase", 0) ~= 0
-    poisson = poisson or ratio and tonumber(ratio.text) ~= voxcad.POISSON
-  end
-  for _, material in ipairs(list) do
-    differ = differ or material.static ~= list[1].static or material.kinetic ~= list[1].kinetic
-  end
-  if differ then notes[#notes + 1] = "uStatic and uDynamic of all materials but the first" end
-  if phase then notes[#notes + 1] = "MaterialTempPhase" end
-  if poisson then
-    notes[#notes + 1] = ("Poissons_Ratio: a lattice of springs has %g"):format(voxcad.POISSON)
-  end
-  notes[#notes + 1] = "Simulator: all but a StopConditionFormula t - seconds"
 end
 
 -- Weights [z][y][x] from [z][i].
@@ -212,10 +197,16 @@ function voxcad_read.read(path, options, notes)
   local list, letters, names = voxcad_palette.read(path, root, edge, swing,
     swings)
   local data = data_of(path, structure, lattice, #list)
-  note_losses(path, root, structure, list, notes)
+  voxcad_losses.note(path, root, list, notes)
   local offsets = numbers_of(path, structure, "PhaseOffset", lattice)
-  local scene = scene_of(path, root, swings, list[1], notes)
+  local scene = scene_of(path, root, swings, list[1])
+  local before = #list
   local phases, used = phases_of(offsets, data, list, letters, names)
+  if #list > voxcad.MOST_OF_LIMAX then
+    input.refuse(path, "Structure.PhaseOffset: with the opposites of muscles whose phase is beyond"
+      .. " half a period there are %d materials, %d without; limax holds up to %d", #list, before,
+      voxcad.MOST_OF_LIMAX)
+  end
 
   local weights = { stiffness = 1, amplitude = 1 }
   for _, each in ipairs(voxcad.WEIGHTS) do
@@ -244,7 +235,10 @@ function voxcad_read.read(path, options, notes)
   local simulation = { edge = edge }
   local formula = at(root, "Simulator.StopCondition.StopConditionFormula.mtSUB")
   if formula and text_of(formula, "mtVAR") == "t" then
-    simulation.duration = number_at(path, formula, "mtCONST")
+    local wrong
+    simulation.duration, wrong = check_duration(number_at(path, formula, "mtCONST"),
+      "Simulator.StopCondition.StopConditionFormula")
+    if wrong then input.refuse(path, "%s", wrong) end
   end
   return { schema = robot_file.schema, lattice = lattice, edge = edge, voxels = voxels,
     weights = weights, materials = voxcad_palette.table(list), scene = scene,

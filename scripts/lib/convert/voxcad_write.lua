@@ -6,19 +6,12 @@ local choice = require "limax.choice"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local input = require "limax.convert.input"
+local losses = require "limax.convert.losses"
 local palette = require "limax.palette"
 local voxcad = require "limax.convert.voxcad"
+local xml = require "limax.convert.xml"
 
 local voxcad_write = {}
-
-local ESCAPES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
-
---- A text as XML has it, without what XML cannot hold.
----@param text string
----@return string
-function voxcad_write.escaped(text)
-  return (text:gsub("[%c]", " "):gsub('[&<>"]', ESCAPES))
-end
 
 -- As few digits as give the same number back.
 local function number(value)
@@ -53,6 +46,10 @@ local function environment(scene, notes)
   if scene.ground and scene.ground.height ~= 0 then
     notes[#notes + 1] = "scene.ground.height: VoxCad's floor is at z = 0"
   end
+  if scene.friction and not scene.ground then
+    notes[#notes + 1] = "scene.friction: VoxCad's is that of its floor"
+  end
+  if not scene.damping then notes[#notes + 1] = "scene: that nothing damps; limax reads damping" end
   if scene.ground then notes[#notes + 1] = "scene.ground: stiffness and damping_ratio" end
   for _, name in ipairs(choice.sorted_keys(scene)) do
     if not CARRIED[name] then notes[#notes + 1] = "scene." .. name end
@@ -78,11 +75,11 @@ local function material_element(material, id, edge, color, friction)
     display[k] = { name, voxcad.rounded(tonumber(color.hex:sub(2 * k, 2 * k + 1), 16) / 255) }
   end
   display[4] = { "Alpha", 1 }
-  local own = { { "Letter", voxcad_write.escaped(material.letter) }, { "Kind", material.kind },
+  local own = { { "Letter", xml.escaped(material.letter) }, { "Kind", material.kind },
     { "DampingRatio", material.damping_ratio }, { "StiffnessFloor", material.stiffness_floor } }
   if material.kind ~= "passive" then own[#own + 1] = { "Phase", material.phase } end
   return element(("Material ID=\"%d\""):format(id),
-    fields { { "Name", voxcad_write.escaped(material.name) } },
+    fields { { "Name", xml.escaped(material.name) } },
     element("Display", fields(display)),
     element("Mechanical", fields {
       { "MatModel", 0 },
@@ -188,9 +185,8 @@ function voxcad_write.vxa(robot, path, notes)
   if description.simulation then
     notes[#notes + 1] = "simulation: all but its duration (settling, integrator, time step)"
   end
-  if description.score or description.outcome then
-    notes[#notes + 1] = "fitness, score, outcome and ancestry"
-  end
+  notes[#notes + 1] = "materials: the table's name, and where its numbers come from"
+  notes[#notes + 1] = losses.fields(robot, { scene = true, simulation = true })
   return '<?xml version="1.0" encoding="UTF-8"?>\n' .. element('VXA Version="1.1"',
     element("Simulator", stop:format(number(duration))),
     world,
@@ -210,6 +206,7 @@ function voxcad_write.vxd(robot, path, notes)
   note_weights(description.weights, notes)
   notes[#notes + 1] = "materials and scene: voxcraft-sim reads them from the base.vxa beside it,"
     .. " which a .vxa of this robot can be"
+  notes[#notes + 1] = losses.fields(robot, { scene = true })
   return element("VXD", structure(description, list,
     ' replace="VXA.VXC.Structure" Compression="ASCII_READABLE"')) .. "\n"
 end

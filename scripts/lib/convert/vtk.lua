@@ -4,6 +4,8 @@
 
 local body = require "limax.body"
 local robot_file = require "limax.robot_file"
+local source = require "limax.source"
+local xml = require "limax.convert.xml"
 
 local vtk = {}
 
@@ -147,7 +149,7 @@ function vtk.series(walked, edge, path)
     local name = ("%s_%04d.vtu"):format(stem, sample - 1)
     files[sample] = { name, vtk.grid(cells, sites, position, edge) }
     entries[sample] = ('<DataSet timestep="%.9g" part="0" file="%s"/>'):format(
-      (sample - 1) / trace.rate, name:match "[^/]*$")
+      (sample - 1) / trace.rate, xml.escaped(source.name_of(name)))
   end
   -- last: a series that is there is whole
   files[#files + 1] = { path, table.concat({ '<?xml version="1.0"?>',

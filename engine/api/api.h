@@ -1,0 +1,70 @@
+// api.h: what the bodies of limax.h share: the handles, and the guard at which exceptions end as a
+// status and a text.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <new>
+
+#include "backend/backend.h"
+#include "base/error.h"
+#include "body/material.h"
+#include "genome/population.h"
+#include "limax.h"
+
+// Handles share what they point to with their children, so that any order of freeing is safe.
+struct limax_device {
+    std::shared_ptr<limax::device> it;
+};
+struct limax_materials {
+    limax::material_table it;
+};
+struct limax_encoding {
+    std::shared_ptr<const limax::encoding> it;
+};
+struct limax_population {
+    limax::population it;
+};
+struct limax_scene {
+    limax::scene it;
+};
+struct limax_simulation {
+    std::shared_ptr<limax::device> device;
+    std::unique_ptr<limax::simulation> it;
+    int32_t count;
+    limax_simulation_options options;
+};
+
+namespace limax::api {
+
+// Keeps the text of a failure for limax_error_text of this thread; returns its status.
+limax_status remember(limax_status status, const char* text) noexcept;
+
+// Runs one body of limax.h: what it throws becomes its status and this thread's text.
+template <class Body>
+limax_status guard(const Body& body) noexcept {
+    try {
+        body();
+        return LIMAX_OK;
+    } catch (const limax::error& failure) {
+        return remember(failure.status(), failure.what());
+    } catch (const std::bad_alloc&) {
+        return remember(LIMAX_OUT_OF_MEMORY, "out of memory");
+    } catch (const std::exception& failure) {
+        return remember(LIMAX_INTERNAL, failure.what());
+    } catch (...) {
+        return remember(LIMAX_INTERNAL, "an exception of unknown type");
+    }
+}
+
+inline void require(const void* pointer, const char* name) {
+    if (!pointer) fail(LIMAX_INVALID_ARGUMENT, format("%s is null", name));
+}
+
+// Whether the population's genomes and bodies are where the device keeps its own.
+inline bool lives_on(const limax::population& population, const limax::device& device) {
+    return population.home() && device.houses(*population.home());
+}
+
+}  // namespace limax::api

@@ -1,0 +1,205 @@
+// bodies.cpp: materials, genomes and populations of limax.h: from a genome to a body, and breeding.
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "api/api.h"
+
+namespace {
+
+using limax::api::guard;
+using limax::api::lives_on;
+using limax::api::require;
+
+// Moves a population to where the device keeps its own: for the CPU, back to the host.
+void settle(const limax::population& population, limax::device& device) {
+    if (!population.code() || lives_on(population, device)) return;
+    population.move_to(device.reside(population.code(), population.count()));
+}
+
+// A pointer for whoever has no status to look at: null, and a text, where it cannot be had.
+template <class Get>
+auto pointer_or_null(const Get& get) noexcept {
+    decltype(get()) pointer = nullptr;
+    guard([&] { pointer = get(); });
+    return pointer;
+}
+
+}  // namespace
+
+extern "C" {
+
+// ---- materials ----
+
+limax_status limax_materials_load(const char* path, limax_materials** out) {
+    return guard([&] {
+        require(path, "path");
+        *out = new limax_materials{limax::material_table::load(path)};
+    });
+}
+limax_status limax_materials_parse(const char* text, uint64_t length, const char* origin,
+                                   limax_materials** out) {
+    return guard([&] {
+        require(text, "text");
+        *out = new limax_materials{
+            limax::material_table::parse(std::string(text, length), origin ? origin : "materials")};
+    });
+}
+limax_status limax_materials_copy(const limax_materials* materials, limax_materials** out) {
+    return guard([&] {
+        require(materials, "materials");
+        *out = new limax_materials{materials->it};
+    });
+}
+void limax_materials_free(limax_materials* materials) { delete materials; }
+int32_t limax_materials_count(const limax_materials* materials) {
+    return materials ? materials->it.count() : 0;
+}
+const char* limax_materials_name(const limax_materials* materials) {
+    return materials ? materials->it.name().c_str() : "";
+}
+limax_status limax_materials_get(const limax_materials* materials, int32_t index,
+                                 limax_material* out) {
+    return guard([&] {
+        require(materials, "materials");
+        *out = materials->it.at(index);
+    });
+}
+limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
+                                 double value) {
+    return guard([&] {
+        require(materials, "materials");
+        require(field, "field");
+        materials->it.set(index, field, value);
+    });
+}
+limax_status limax_materials_field(const limax_materials* materials, const char* field,
+                                   const char** unit, double* minimum, double* maximum,
+                                   const char** source) {
+    return guard([&] {
+        require(materials, "materials");
+        require(field, "field");
+        const limax::material_field& found = materials->it.field(field);
+        *unit = found.unit.c_str();
+        *minimum = found.minimum;
+        *maximum = found.maximum;
+        *source = found.source.c_str();
+    });
+}
+
+// ---- genome ----
+
+limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out) {
+    return guard([&] {
+        require(options, "options");
+        *out = new limax_encoding{std::make_shared<const limax::encoding>(*options)};
+    });
+}
+void limax_encoding_free(limax_encoding* encoding) { delete encoding; }
+int32_t limax_encoding_genes(const limax_encoding* encoding) {
+    return encoding ? encoding->it->genes() : 0;
+}
+const double* limax_encoding_matrix(const limax_encoding* encoding) {
+    return encoding ? encoding->it->matrix() : nullptr;
+}
+const float* limax_encoding_features(const limax_encoding* encoding) {
+    return encoding ? encoding->it->features() : nullptr;
+}
+
+// ---- population ----
+
+limax_status limax_population_create(const int32_t lattice[3], int32_t count,
+                                     const limax_encoding* encoding, limax_population** out) {
+    return guard([&] {
+        require(lattice, "lattice");
+        *out = new limax_population{
+            limax::population(lattice, count, encoding ? encoding->it : nullptr)};
+    });
+}
+void limax_population_free(limax_population* population) { delete population; }
+int32_t limax_population_count(const limax_population* population) {
+    return population ? population->it.count() : 0;
+}
+float* limax_population_genomes(limax_population* population) {
+    return population ? pointer_or_null([&] { return population->it.genomes(); }) : nullptr;
+}
+uint8_t* limax_population_voxels(limax_population* population) {
+    return population ? pointer_or_null([&] { return population->it.voxels(); }) : nullptr;
+}
+float* limax_population_weights(limax_population* population) {
+    return population ? pointer_or_null([&] { return population->it.weights(); }) : nullptr;
+}
+const limax_body* limax_population_bodies(const limax_population* population) {
+    return population ? population->it.bodies() : nullptr;
+}
+limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
+                                           int32_t count, float* out) {
+    return guard([&] {
+        require(population, "population");
+        require(out, "out");
+        population->it.read_genomes(first, count, out);
+    });
+}
+limax_status limax_population_text(const limax_population* population, int32_t robot,
+                                   const char* letters, char* out) {
+    return guard([&] {
+        require(population, "population");
+        require(letters, "letters");
+        require(out, "out");
+        population->it.write_text(robot, letters, out);
+    });
+}
+limax_status limax_population_initialize(limax_population* population, int32_t first,
+                                         int32_t count) {
+    return guard([&] {
+        require(population, "population");
+        const limax::parallel_for alone = [](int n, const std::function<void(int)>& work) {
+            for (int i = 0; i < n; ++i) work(i);
+        };
+        population->it.initialize(first, count, alone);
+    });
+}
+limax_status limax_population_express(limax_population* population,
+                                      const limax_materials* materials, int32_t require_muscle,
+                                      limax_device* device, int32_t first, int32_t count) {
+    return guard([&] {
+        require(population, "population");
+        require(materials, "materials");
+        require(device, "device");
+        settle(population->it, *device->it);
+        population->it.express(materials->it, require_muscle != 0, device->it->express(),
+                               device->it->each(), first, count);
+    });
+}
+limax_status limax_population_check(limax_population* population, const limax_materials* materials,
+                                    int32_t require_muscle, int32_t first, int32_t count) {
+    return guard([&] {
+        require(population, "population");
+        require(materials, "materials");
+        population->it.check(materials->it, require_muscle != 0, first, count);
+    });
+}
+limax_status limax_population_breed(limax_population* children, const limax_population* parents,
+                                    const int32_t* pairs, const limax_breeding* breeding,
+                                    limax_device* device, int32_t first, int32_t count) {
+    return guard([&] {
+        require(children, "children");
+        require(parents, "parents");
+        require(pairs, "pairs");
+        require(breeding, "breeding");
+        require(device, "device");
+        settle(children->it, *device->it);
+        settle(parents->it, *device->it);
+        children->it.breed(parents->it, pairs, *breeding, device->it->each(), first, count);
+    });
+}
+limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
+                                        int32_t count, limax_diversity* out) {
+    return guard([&] {
+        require(population, "population");
+        require(robots, "robots");
+        *out = population->it.diversity(robots, count);
+    });
+}
+
+}  // extern "C"

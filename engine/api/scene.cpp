@@ -1,0 +1,106 @@
+// scene.cpp: effects and scenes of limax.h.
+#include <algorithm>
+#include <vector>
+
+#include "api/api.h"
+
+namespace {
+
+using limax::fail;
+using limax::format;
+using limax::api::guard;
+using limax::api::require;
+
+// An index into the list of effects, range checked.
+const limax::effect_entry& entry_at(int32_t effect) {
+    const auto& entries = limax::effect_entries();
+    if (effect < 0 || effect >= static_cast<int32_t>(entries.size()))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("effect %d does not exist; there are %zu", effect + 1, entries.size()));
+    return entries[effect];
+}
+
+}  // namespace
+
+extern "C" {
+
+// ---- scene ----
+
+int32_t limax_effect_count(void) { return static_cast<int32_t>(limax::effect_entries().size()); }
+limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
+    return guard([&] {
+        const limax::effect_entry& entry = entry_at(effect);
+        *out = {entry.name, entry.summary, entry.needs.c_str(), entry.field_count,
+                entry.most_instances};
+    });
+}
+limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out) {
+    return guard([&] {
+        const limax::effect_entry& entry = entry_at(effect);
+        if (field < 0 || field >= entry.field_count)
+            fail(LIMAX_INVALID_ARGUMENT, format("effect '%s' has %d fields, not %d", entry.name,
+                                                entry.field_count, field + 1));
+        const limax::effects::field& found = entry.fields[field];
+        *out = {found.name, found.unit,    found.note,    found.components,
+                0,          found.minimum, found.maximum, {}};
+        std::copy(found.value, found.value + 3, out->value);
+    });
+}
+limax_status limax_scene_create(limax_scene** out) {
+    return guard([&] { *out = new limax_scene; });
+}
+void limax_scene_free(limax_scene* scene) { delete scene; }
+limax_status limax_scene_add(limax_scene* scene, const char* effect) {
+    return guard([&] {
+        require(scene, "scene");
+        require(effect, "effect");
+        scene->it.add(effect);
+    });
+}
+limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
+                             const double* values, int32_t count) {
+    return guard([&] {
+        require(scene, "scene");
+        require(effect, "effect");
+        require(field, "field");
+        require(values, "values");
+        scene->it.set(effect, field, values, count);
+    });
+}
+limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
+                                     const double* heights, int32_t nx, int32_t ny) {
+    return guard([&] {
+        require(scene, "scene");
+        require(effect, "effect");
+        require(field, "field");
+        require(heights, "heights");
+        scene->it.set_heights(effect, field, heights, nx, ny);
+    });
+}
+limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
+                                    const limax_script_parameter* parameters, int32_t count,
+                                    const double* bound) {
+    return guard([&] {
+        require(scene, "scene");
+        require(name, "name");
+        require(text, "text");
+        if (count < 0)
+            fail(LIMAX_INVALID_ARGUMENT, format("count is %d; it must be 0 or more", count));
+        if (count > 0) require(parameters, "parameters");
+        std::vector<limax::scripted::parameter> given;
+        for (int32_t i = 0; i < count; ++i) {
+            require(parameters[i].name, "a parameter's name");
+            given.push_back({parameters[i].name, parameters[i].components, {}});
+            std::copy(parameters[i].value, parameters[i].value + 3, given.back().value);
+        }
+        scene->it.add_script(name, text, given, bound);
+    });
+}
+limax_status limax_scene_check(const limax_scene* scene) {
+    return guard([&] {
+        require(scene, "scene");
+        scene->it.check();
+    });
+}
+
+}  // extern "C"

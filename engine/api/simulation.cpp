@@ -1,0 +1,252 @@
+// simulation.cpp: simulations of limax.h, and what is checked before one begins.
+#include <algorithm>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "api/api.h"
+#include "base/memory.h"
+#include "physics/time_step.h"
+#if defined(LIMAX_WITH_CUDA)
+#include "backend/cuda/reconstruction.h"
+#endif
+
+namespace {
+
+using limax::fail;
+using limax::format;
+using limax::api::guard;
+using limax::api::lives_on;
+using limax::api::require;
+
+int32_t require_robot(const limax_simulation* simulation, int32_t robot) {
+    require(simulation, "simulation");
+    if (robot < 0 || robot >= simulation->count)
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("robot %d does not exist; there are %d", robot + 1, simulation->count));
+    return robot;
+}
+
+// Whether bodies that a device made can go to a simulation unseen: all are described, and their
+// materials are of the table.
+bool known_to_fit(const limax::population& population, const limax::material_table& materials) {
+    for (int32_t i = 0; i < population.count(); ++i) {
+        const limax_body& body = population.bodies()[i];
+        if (body.status == LIMAX_BODY_UNKNOWN) return false;
+        for (int32_t m = materials.count(); m < LIMAX_MAX_MATERIALS; ++m)
+            if (body.counts[m] > 0) return false;
+    }
+    return true;
+}
+
+// Refuses bodies on the host that are not what their last check said.
+void check_bodies(const limax::simulation_setup& setup, const limax::material_table& materials) {
+    const int64_t voxels = setup.grid.voxels();
+    for (int32_t i = 0; i < setup.count; ++i) {
+        if (!setup.mask[i]) continue;
+        const limax_body& body = setup.bodies[i];
+        if (body.status == LIMAX_BODY_UNKNOWN)
+            fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no known body: it must be expressed "
+                                                "or checked before it is simulated",
+                                                i + 1));
+        if (body.status == LIMAX_BODY_VALID &&
+            limax::body_hash(setup.grid, setup.voxels.data() + i * voxels) != body.hash)
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("robot %d was written to after its check: check it again", i + 1));
+        const float* weights = setup.weights.data() + 3 * i * voxels;
+        for (int64_t w = 0; w < 3 * voxels; ++w)
+            if (!(weights[w] >= 0 && weights[w] <= 1))
+                fail(
+                    LIMAX_INVALID_ARGUMENT,
+                    format("robot %d has a weight of %.9g; weights are 0 to 1", i + 1, weights[w]));
+    }
+    for (const uint8_t voxel : setup.voxels)
+        if (voxel >= materials.count())
+            fail(LIMAX_INVALID_ARGUMENT,
+                 format("a body uses material index %d; the table '%s' has 0 to %d", voxel,
+                        materials.name().c_str(), materials.count() - 1));
+}
+
+limax::simulation_setup make_setup(const limax::population& population,
+                                   const limax::material_table& materials,
+                                   const limax::scene& scene,
+                                   const limax_simulation_options& options, const uint8_t* mask,
+                                   const limax::device& device) {
+    limax::check_options(options, scene);
+    limax::simulation_setup setup;
+    setup.options = options;
+    setup.scene = scene;
+    for (int32_t i = 0; i < materials.count(); ++i) setup.materials.push_back(materials.at(i));
+    setup.grid = population.grid();
+    setup.count = population.count();
+    setup.bodies.assign(population.bodies(), population.bodies() + setup.count);
+    for (int32_t i = 0; i < setup.count; ++i) setup.mask.push_back(mask ? mask[i] != 0 : 1);
+    if (lives_on(population, device) && known_to_fit(population, materials))
+        setup.resident = population.bodies_at_home();
+    if (!setup.resident) {
+        const int64_t voxels = setup.grid.voxels() * setup.count;
+        setup.voxels = limax::array<uint8_t>(voxels);
+        setup.weights = limax::array<float>(3 * voxels);
+        std::copy_n(population.voxels(), voxels, setup.voxels.begin());
+        std::copy_n(population.weights(), 3 * voxels, setup.weights.begin());
+        check_bodies(setup, materials);
+    }
+    // a fixed step is refused here rather than by the first robot that is prepared, and so are
+    // traces that would not fit; the number of samples does not depend on the step
+    const limax::schedule plan = limax::make_schedule(options, scene, 1.0);
+    double traces = 0;
+    for (int32_t i = 0; i < setup.count; ++i)
+        for (int32_t kind = 0; setup.mask[i] && kind < LIMAX_TRACE_KINDS; ++kind)
+            traces += double(plan.samples[kind]) *
+                      double(limax::trace_width(kind, setup.bodies[i].masses)) * sizeof(double);
+    limax::require_memory("record: the traces of this population", traces);
+    return setup;
+}
+
+}  // namespace
+
+extern "C" {
+
+// ---- simulation ----
+
+void limax_simulation_defaults(limax_simulation_options* out) {
+    *out = {};
+    out->integrator = LIMAX_LEAPFROG;
+    out->precision = LIMAX_COMPENSATED;
+    out->sharing = LIMAX_SHARING_MEAN;
+    out->duration = 5.0;
+    out->bound_fraction = 0.9;
+    out->edge = 0.1;
+    out->max_speed = 1000.0;
+    out->max_stretch = 10.0;
+}
+limax_status limax_simulation_create(const limax_population* population,
+                                     const limax_materials* materials, const limax_scene* scene,
+                                     const limax_simulation_options* options, const uint8_t* mask,
+                                     limax_device* device, limax_simulation** out) {
+    return guard([&] {
+        require(population, "population");
+        require(materials, "materials");
+        require(scene, "scene");
+        require(options, "options");
+        require(device, "device");
+        auto setup =
+            make_setup(population->it, materials->it, scene->it, *options, mask, *device->it);
+        *out = new limax_simulation{device->it, device->it->simulate(std::move(setup)),
+                                    population->it.count(), *options};
+    });
+}
+void limax_simulation_free(limax_simulation* simulation) { delete simulation; }
+limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
+                                      limax_progress* out) {
+    return guard([&] {
+        require(simulation, "simulation");
+        limax::require_range("seconds", seconds, 0, 1e6, "s");
+        limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
+        *out = simulation->it->advance(seconds, steps);
+    });
+}
+limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
+                                       double seconds, limax_progress* out) {
+    return guard([&] {
+        require(simulations, "simulations");
+        limax::require_range("seconds", seconds, 0, 1e6, "s");
+        for (int32_t i = 0; i < count; ++i) require(simulations[i], "a simulation");
+        // what was sent to a GPU is collected even if another simulation fails
+        std::exception_ptr failure;
+        int32_t sent = 0;
+        const auto attempt = [&](const auto& work) {
+            try {
+                work();
+            } catch (...) {
+                if (!failure) failure = std::current_exception();
+            }
+        };
+        for (; sent < count && !failure; ++sent)
+            attempt([&] { simulations[sent]->it->enqueue(seconds / count); });
+        for (int32_t i = 0; i < sent; ++i) attempt([&] { out[i] = simulations[i]->it->collect(); });
+        if (failure) std::rethrow_exception(failure);
+    });
+}
+const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation) {
+    return simulation ? simulation->it->outcomes() : nullptr;
+}
+limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
+                                    const double** data, int64_t* samples, int64_t* width) {
+    return guard([&] {
+        require_robot(simulation, robot);
+        if (kind < 0 || kind >= LIMAX_TRACE_KINDS || simulation->options.record[kind] == 0)
+            fail(LIMAX_INVALID_ARGUMENT, format("trace kind %d is not recorded", kind));
+        simulation->it->trace(robot, kind, data, samples, width);
+    });
+}
+limax_status limax_simulation_describe(limax_simulation* simulation, const char** out) {
+    return guard([&] {
+        require(simulation, "simulation");
+        *out = simulation->it->describe();
+    });
+}
+limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
+                                    const int32_t** sites) {
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        *sites = simulation->it->sites(index);
+    });
+}
+limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
+                                    const double* positions, const double* velocities) {
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        simulation->it->place(index, positions, velocities);
+    });
+}
+limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
+                                    double* positions, double* velocities) {
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        simulation->it->state(index, positions, velocities);
+    });
+}
+
+limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot,
+                                    double* out) {
+    return guard([&] {
+        const int32_t index = require_robot(simulation, robot);
+        require(out, "out");
+        simulation->it->block(index, out);
+    });
+}
+
+// ---- comparison ----
+
+limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,
+                                      const limax_materials* materials, const limax_scene* scene,
+                                      const limax_simulation_options* options, int64_t steps,
+                                      double* seconds, double* center) {
+    return guard([&] {
+        require(device, "device");
+        require(population, "population");
+        require(materials, "materials");
+        require(scene, "scene");
+        require(options, "options");
+        require(seconds, "seconds");
+        require(center, "center");
+        limax::require_range("steps", double(steps), 1, 1e9, "");
+        const std::string kind = nlohmann::json::parse(device->it->describe()).at("kind");
+        if (kind != "cuda")
+            fail(LIMAX_NO_DEVICE, format("the reconstruction of the paper's scheme runs on a GPU "
+                                         "alone; this device is '%s'",
+                                         kind.c_str()));
+#if defined(LIMAX_WITH_CUDA)
+        const auto setup =
+            make_setup(population->it, materials->it, scene->it, *options, nullptr, *device->it);
+        const limax::cuda::reconstructed_run run =
+            limax::cuda::run_reconstruction(setup, device->it->each(), steps);
+        *seconds = run.seconds;
+        std::copy(run.center.begin(), run.center.end(), center);
+#endif
+    });
+}
+
+}  // extern "C"
