@@ -12,10 +12,10 @@ namespace limax::test {
 // By their names below engine/, sorted.
 inline std::vector<std::string> law_headers() {
     std::vector<std::string> names = {
-        "base/portable.h",   "base/math.h",         "base/random.h",        "body/lattice.h",
-        "body/body_laws.h",  "body/spring_laws.h",  "genome/network.h",     "genome/breeding.h",
-        "physics/bound.h",   "physics/held.h",      "physics/integrator.h", "physics/origin.h",
-        "physics/summary.h", "physics/rigid_body.h"};
+        "base/portable.h",   "base/math.h",          "base/random.h",        "body/lattice.h",
+        "body/body_laws.h",  "body/spring_laws.h",   "genome/network.h",     "genome/breeding.h",
+        "physics/bound.h",   "physics/held.h",       "physics/integrator.h", "physics/origin.h",
+        "physics/summary.h", "physics/rigid_body.h", "physics/solid.h"};
     for (const auto& entry : std::filesystem::directory_iterator(
              std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
         names.push_back("physics/effects/" + entry.path().filename().string());
@@ -83,12 +83,39 @@ __device__ R every_effect(const whole_scene& scene, R x) {
                     kick<false>(velocity.y, force.y, x, x, lost);
     sum += drift<true>(x, after, x, lost) + drift<false>(x, after, x, lost);
     const vector<double> turning{double(x), double(x), double(x)};
-    const auto solid = block::make<double>(scene.values(index_of<block>), origin);
-    const auto inertia = inertia_of_box(solid.half, solid.mass);
+    const auto box = block::make<double>(scene.values(index_of<block>), origin);
+    const auto inertia = inertia_of_box(box.half, box.mass);
     const quaternion points = turned_freely({1, 0, 0, 0}, inertia, turning, 1e-4);
     sum += R(angular_velocity(rotation_of(points), inertia, cross(turning, turning)).x) +
-           R(block::parts(solid, block::solid(solid, turning).depth, 1.0, 1.0)) +
-           R(block::most_touching(solid, 0.1));
+           R(block::parts(box, block::solid(box, turning).depth, 1.0, 1.0)) +
+           R(block::most_touching(box, 0.1));
+    solid::state load_state = solid::placed(box, inertia, scene.values(index_of<block>), origin);
+    solid::follow(load_state, origin);
+    const solid::moment moment = solid::moment_of(load_state, inertia);
+    solid::touch touch{};
+    vector<R> push{};
+    solid::load load{};
+    if (solid::meet_mass<R>(box, load_state, moment, 1, velocity, velocity, 1.0, touch, push))
+        solid::meet_back(load, push, touch.arm);
+    solid::meet_contacts(
+        box, load_state, moment, load,
+        [&](const auto& visit) {
+            visit(ground{}, ground::make<double>(scene.values(index_of<ground>), origin));
+        },
+        [&](const solid::touch& corner) { touch = corner; });
+    solid::kick(load_state, load, box.mass, 1e-4);
+    solid::motion rubbed{};
+    solid::rub(
+        friction::make<double>(scene.values(index_of<friction>), origin), box, load_state, moment,
+        1e-4, rubbed, [&](const auto& visit) { visit(touch); },
+        [&](const solid::touch&) { return turning; }, [&](const solid::touch&) { return turning; },
+        [&](const solid::touch&) { return 1.0; },
+        [&](const solid::touch&, const vector<double>& impulse) {
+            return solid::give_mass(velocity.x, velocity.y, velocity.z, impulse, 1.0, 1.0);
+        });
+    solid::drift(load_state, inertia, 1e-4, true, 0.5);
+    sum += R(solid::velocity(load_state, true).x + rubbed.spin.x +
+             solid::broken(load_state, box, inertia, 1.0).speed);
     sum += lead(x, after, x, lost) + R(coarse_speed(double(x), 1e-4) + origin_shift(double(x)));
     return sum + predict(velocity.z, after, x) + lost + inverse_length(x);
 }

@@ -178,15 +178,14 @@ void robot_run<S, F, compensated>::check_limits() {
         mass_passes_.limit(masses_, S(setup_.options.max_speed),
                            S(coarse_speed(setup_.options.edge, plan_.time_step)));
     if (breaks.coarse) outcome_.coarse = 1;
-    const limax_divergence of_block =
-        block_ ? block_->broken(setup_.options.max_speed) : LIMAX_NOT_DIVERGED;
+    const solid::breaks of_block =
+        block_ ? block_->broken(setup_.options.max_speed) : solid::breaks{false, false};
+    const bool nonfinite = breaks.nonfinite || of_block.nonfinite;
+    const bool speed = breaks.speed || of_block.speed;
     const int32_t stretched = spring_passes_.limit(springs_, F(setup_.options.max_stretch));
-    if (!breaks.nonfinite && !breaks.speed && !stretched && !of_block) return;
+    if (!nonfinite && !speed && !stretched) return;
     outcome_.status = LIMAX_ROBOT_DIVERGED;
-    outcome_.reason = breaks.nonfinite ? LIMAX_NONFINITE
-                      : breaks.speed   ? LIMAX_SPEED
-                      : stretched      ? LIMAX_STRETCH
-                                       : of_block;
+    outcome_.reason = nonfinite ? LIMAX_NONFINITE : speed ? LIMAX_SPEED : LIMAX_STRETCH;
 }
 
 // Moves the robot's own origin after it: a function of this robot alone.

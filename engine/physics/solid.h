@@ -1,0 +1,311 @@
+// solid.h: laws of the rigid block of one robot: what it and the body's masses do to each other,
+// what fixed contacts do to its corners, and its part of a step of leapfrog and symplectic Euler.
+// In double for every precision. Laws; includes laws alone. SI units; places from the robot's own
+// origin.
+//
+// What a mass gets from the block, rounded as the mass holds it, the block gets with the other
+// sign, at the mass's place, so that momentum and angular momentum lose nothing but the roundings
+// of the sums. Corners come in the order of their bits (x lowest), contacts in the order of
+// effects::all, masses in that of their sites.
+#pragma once
+
+#include "physics/effects/all.h"
+#include "physics/rigid_body.h"
+
+namespace limax::solid {
+
+using vector = effects::vector<double>;
+using block_params = effects::block::params<double>;
+using friction_params = effects::friction::params<double>;
+
+struct motion {
+    vector velocity, spin;  // m/s; angular momentum in the world, kg m^2/s
+};
+
+// The block between two steps.
+struct state {
+    vector place;            // of its centre, m
+    quaternion points;       // from its own frame to the world
+    motion now, next, read;  // before and after the kick, and as forces read it
+};
+
+// What follows from a state at t_n.
+struct moment {
+    rotation frame;
+    rotation turns;  // angular momentum to angular velocity
+    vector turning;  // as forces read it, rad/s
+};
+
+// What acts on the block at t_n.
+struct load {
+    vector force, torque;  // N, N m
+};
+
+// Something that touches the block.
+struct touch {
+    int32_t site;        // of a mass; -1 of a fixed contact
+    vector arm, normal;  // from the block's centre, m; the way that the push acts
+    double push;         // N
+    double stored;       // J
+    double beyond;       // the part of the push that it does not come from, N
+    vector rubbed;       // friction's impulse so far on what touches, N s
+    double limit;        // the most that it may be, N s
+};
+
+LIMAX_LAW vector minus(const vector& a, const vector& b) { return plus(a, -1.0, b); }
+LIMAX_LAW double length(const vector& v) { return square_root(inner(v, v)); }
+LIMAX_LAW vector ahead(const vector& before, const vector& after, double share) {
+    return plus(after, share, minus(after, before));
+}
+LIMAX_LAW vector middle(const vector& before, const vector& after, bool between) {
+    return between ? plus(before, 0.5, minus(after, before)) : before;
+}
+
+// Where the effect's values put the block; `start` is the body's lowest corner.
+LIMAX_LAW state placed(const block_params& law, const vector& inertia, const double* values,
+                       const double start[3]) {
+    using effects::block;
+    const double* corner = values + block::at_position;
+    const double *v = values + block::at_velocity, *w = values + block::at_spin;
+    const motion first{{v[0], v[1], v[2]}, {inertia.x * w[0], inertia.y * w[1], inertia.z * w[2]}};
+    return {{start[0] + (corner[0] + law.half.x), start[1] + (corner[1] + law.half.y),
+             start[2] + (corner[2] + law.half.z)},
+            {1, 0, 0, 0},
+            first,
+            first,
+            first};
+}
+
+// The robot's own origin has moved by `shift`.
+LIMAX_LAW void follow(state& block, const double shift[3]) {
+    block.place = {block.place.x - shift[0], block.place.y - shift[1], block.place.z - shift[2]};
+}
+
+LIMAX_LAW moment moment_of(const state& block, const vector& inertia) {
+    const rotation frame = rotation_of(block.points);
+    const rotation turns = inverse_inertia(frame, inertia);
+    return {frame, turns, to_world(turns, block.read.spin)};
+}
+
+// ---- forces at t_n ----
+
+// Of a place of the block, as forces read it, m/s.
+LIMAX_LAW vector read_velocity_at(const state& block, const moment& at, const vector& arm) {
+    return plus(cross(at.turning, arm), 1.0, block.read.velocity);
+}
+
+// Adds `sign` times a force at a place to those on the block.
+LIMAX_LAW void add_force(load& on, const vector& force, const vector& arm, double sign) {
+    on.force = plus(on.force, sign, force);
+    on.torque = plus(on.torque, sign, cross(arm, force));
+}
+
+// Whether a mass touches the block, and then how, and the numbers that the mass adds to its force,
+// N. S is the real of masses.
+template <class S>
+LIMAX_LAW bool meet_mass(const block_params& law, const state& block, const moment& at,
+                         int32_t site, const effects::vector<S>& position,
+                         const effects::vector<S>& velocity, double mass, touch& found,
+                         effects::vector<S>& force) {
+    const vector arm{double(position.x) - block.place.x, double(position.y) - block.place.y,
+                     double(position.z) - block.place.z};
+    if (!(inner(arm, arm) < inner(law.half, law.half))) return false;
+    const auto point = effects::block::solid(law, to_solid(at.frame, arm));
+    if (!(point.depth > 0)) return false;
+    const vector normal = to_world(at.frame, point.normal);
+    const vector there = read_velocity_at(block, at, arm);
+    const double rate =
+        inner(normal, vector{velocity.x - there.x, velocity.y - there.y, velocity.z - there.z});
+    const double push = effects::block::parts(law, point.depth, rate, mass);
+    force = {S(push * normal.x), S(push * normal.y), S(push * normal.z)};
+    const double spring = law.stiffness * point.depth;
+    found = {site, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0};
+    return true;
+}
+// What the block gets of it.
+template <class S>
+LIMAX_LAW void meet_back(load& on, const effects::vector<S>& force, const vector& arm) {
+    add_force(on, {double(force.x), double(force.y), double(force.z)}, arm, -1.0);
+}
+
+// The corners below the surfaces of fixed contacts: adds their pushes, and calls keep(touch) for
+// each. each_contact(visit) calls visit(effect, params) for each instance of the scene's contacts.
+template <class EachContact, class Keep>
+LIMAX_LAW void meet_contacts(const block_params& law, const state& block, const moment& at,
+                             load& on, const EachContact& each_contact, const Keep& keep) {
+    const double share = effects::block::corner_share * law.mass;
+    for (int corner = 0; corner < 8; ++corner) {
+        const vector arm = to_world(
+            at.frame, {corner & 1 ? law.half.x : -law.half.x, corner & 2 ? law.half.y : -law.half.y,
+                       corner & 4 ? law.half.z : -law.half.z});
+        const effects::node_state<double> node{
+            plus(block.place, 1.0, arm), read_velocity_at(block, at, arm), share, 1.0 / share};
+        each_contact([&]<class E>(E, const auto& params) {
+            const auto point = E::surface(params, node.position);
+            if (!(point.depth > 0)) return;
+            vector normal{0, 0, 0};
+            effects::add_push(point.normal, 1.0, normal);
+            const double push = effects::push_at(params, point, node);
+            add_force(on, {push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
+            const double spring = params.stiffness * point.depth;
+            keep(touch{
+                -1, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0});
+        });
+    }
+}
+
+// ---- after the kick ----
+
+// The velocities after the forces have acted for h, before any friction.
+LIMAX_LAW void kick(state& block, const load& on, double mass, double h) {
+    block.next.velocity = plus(block.now.velocity, h / mass, on.force);
+    block.next.spin = plus(block.now.spin, h, on.torque);
+}
+
+// Of a place of the block, m/s.
+LIMAX_LAW vector velocity_at(const moment& at, const motion& of, const vector& arm) {
+    return plus(cross(to_world(at.turns, of.spin), arm), 1.0, of.velocity);
+}
+
+// Friction has settled where no impulse changes by more than this share of its push over the kick:
+// what is left lets a block creep by that share of g times the step, in m/s. A block on four
+// corners takes fewer sweeps than the most.
+inline constexpr double settled = 1e-3;
+inline constexpr int most_sweeps = 32;
+// What touches rests if it slips by no more than this share of what its push over the kick could
+// stop, and at_rest of friction.h besides, which is for roundings. Sweeps leave each contact about
+// `settled` of that, and each of the others a part of theirs: ten times are above what a dozen
+// leave. They are also far below mu_k times it, so that whatever slips so slowly is stopped within
+// the step by kinetic friction as well: the share decides nothing but whether it is held after.
+inline constexpr double rest_share = 10 * settled;
+
+// 1/kg of the block and what touches it together, along a slip of 1 m/s.
+LIMAX_LAW double mobility_along(const block_params& law, const moment& moment, const touch& at,
+                                const vector& way, double inverse_mass) {
+    const vector lever = cross(at.arm, way);
+    return inverse_mass + 1.0 / law.mass + inner(lever, to_world(moment.turns, lever));
+}
+LIMAX_LAW vector slip_of(const touch& at, const vector& relative) {
+    return plus(relative, -inner(at.normal, relative), at.normal);
+}
+
+// The most that friction may do to what touches over h, N s, from how that moved relative to the
+// block before this step's forces: static friction holds what rested, kinetic friction alone
+// stops what slips, as in friction.h. What breaks away does so against static friction for a step,
+// since only sweeps can tell whether contacts hold together what one of them does not.
+LIMAX_LAW double friction_limit(const friction_params& friction, const block_params& law,
+                                const moment& moment, const touch& at, const vector& before,
+                                double inverse_mass, double h) {
+    const double available = at.push * h, kinetic = friction.kinetic_coefficient * available;
+    const vector slip = slip_of(at, before);
+    const double speed = length(slip), floor = effects::friction::at_rest;
+    if (speed > floor) {
+        const vector way{slip.x / speed, slip.y / speed, slip.z / speed};
+        const double stops = available * mobility_along(law, moment, at, way, inverse_mass);
+        if (speed > larger(rest_share * stops, floor)) return kinetic;
+    }
+    return larger(friction.static_coefficient * available, kinetic);
+}
+
+// What to add to the friction's impulse on what touches the block and moves at `relative` to it, N
+// s: Coulomb's law for the impulse of the whole step.
+LIMAX_LAW vector friction_impulse(const block_params& law, const moment& moment, touch& at,
+                                  const vector& relative, double inverse_mass) {
+    const vector slip = slip_of(at, relative);
+    const double squared = inner(slip, slip);
+    if (!(squared > 0) || !(at.push > 0)) return {0, 0, 0};
+    const double inverse = inverse_length(squared);
+    const vector way{slip.x * inverse, slip.y * inverse, slip.z * inverse};
+    const double mobility = mobility_along(law, moment, at, way, inverse_mass);
+    const vector stops = plus(at.rubbed, -1.0 / mobility, slip);
+    const double size = length(stops);
+    const vector before = at.rubbed;
+    at.rubbed = size <= at.limit ? stops : plus({0, 0, 0}, at.limit / size, stops);
+    return minus(at.rubbed, before);
+}
+
+// Friction of all that touches, after a kick of h; `rubbed`, which it adds to, is what it does to
+// the block, N s and N m s. Each impulse depends on all others, so they are gone through again
+// until none changes. each(visit) calls visit(touch) for each in order, and keeps what is changed;
+// of what touches, before(touch) is how it moved before this step's forces and after(touch) how it
+// moves now, m/s, inverse_mass(touch) 1/kg, 0 of what is held, and give(touch, impulse) gives it an
+// impulse and returns what it took of it, N s.
+template <class Each, class Before, class After, class InverseMass, class Give>
+LIMAX_LAW void rub(const friction_params& friction, const block_params& law, state& block,
+                   const moment& moment, double h, motion& rubbed, const Each& each,
+                   const Before& before, const After& after, const InverseMass& inverse_mass,
+                   const Give& give) {
+    each([&](auto& at) {
+        const vector there = velocity_at(moment, block.now, at.arm);
+        at.limit = friction_limit(friction, law, moment, at, minus(before(at), there),
+                                  inverse_mass(at), h);
+    });
+    bool changes = true;
+    for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
+        changes = false;
+        each([&](auto& at) {
+            const double share = inverse_mass(at);
+            const vector impulse = friction_impulse(
+                law, moment, at, minus(after(at), velocity_at(moment, block.next, at.arm)), share);
+            const vector given = share > 0 ? give(at, impulse) : impulse;
+            const vector turn = cross(at.arm, given);
+            block.next.velocity = plus(block.next.velocity, -1.0 / law.mass, given);
+            block.next.spin = plus(block.next.spin, -1.0, turn);
+            rubbed = {plus(rubbed.velocity, -1.0, given), plus(rubbed.spin, -1.0, turn)};
+            changes |= length(given) > settled * at.push * h;
+        });
+    }
+}
+
+// Gives a mass an impulse, N s, in its own precision, and returns what it took of it.
+template <class S>
+LIMAX_LAW vector give_mass(S& x, S& y, S& z, const vector& impulse, double mass,
+                           double inverse_mass) {
+    const auto change = [&](S& velocity, double by) {
+        const S before = velocity;
+        velocity = S(double(before) + by);
+        return mass * (double(velocity) - double(before));
+    };
+    return {change(x, impulse.x * inverse_mass), change(y, impulse.y * inverse_mass),
+            change(z, impulse.z * inverse_mass)};
+}
+
+// Moves the block for dt. `share` as in predict(); forces read u itself where not `predicted`.
+LIMAX_LAW void drift(state& block, const vector& inertia, double dt, bool predicted, double share) {
+    block.place = plus(block.place, dt, block.next.velocity);
+    block.points = turned_freely(block.points, inertia, block.next.spin, dt);
+    block.read = block.next;
+    if (predicted)
+        block.read = {ahead(block.now.velocity, block.next.velocity, share),
+                      ahead(block.now.spin, block.next.spin, share)};
+    block.now = block.next;
+}
+
+// ---- what is told of it ----
+
+// Of its centre, m/s, and angular velocity, rad/s. `between`: half way between the velocities
+// before and after the kick, as leapfrog has them.
+LIMAX_LAW vector velocity(const state& block, bool between) {
+    return middle(block.now.velocity, block.next.velocity, between);
+}
+LIMAX_LAW vector turning(const state& block, const vector& inertia, bool between) {
+    return angular_velocity(rotation_of(block.points), inertia,
+                            middle(block.now.spin, block.next.spin, between));
+}
+
+// Whether its place or its speed, of its centre or a corner, is not finite; whether the speed is
+// above `most`, m/s.
+struct breaks {
+    bool nonfinite, speed;
+};
+LIMAX_LAW breaks broken(const state& block, const block_params& law, const vector& inertia,
+                        double most) {
+    const double infinite = bits_as<double>(uint64_t(0x7ff) << 52);
+    const double speed =
+        length(block.now.velocity) + length(turning(block, inertia, false)) * length(law.half);
+    const double reach =
+        absolute(block.place.x) + absolute(block.place.y) + absolute(block.place.z);
+    return {!(reach < infinite) || !(speed < infinite), !(speed <= most)};
+}
+
+}  // namespace limax::solid
