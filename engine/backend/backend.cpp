@@ -142,12 +142,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
              "integrator: xpbd has no place for a rigid solid; the scene has block; use leapfrog");
 }
 
-void check_beyond_cpu(const limax_simulation_options& options, const scene& scene) {
-    effects::for_each([&]<class E>(E) {
-        if (scene.has(effects::index_of<E>) && (effects::cpu_bits & effects::bit<E>))
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("scene.%s: it runs on the cpu alone; use device 'cpu'", E::name));
-    });
+void check_beyond_cpu(const limax_simulation_options& options) {
     if (options.integrator == LIMAX_RK4 || options.integrator == LIMAX_XPBD)
         fail(LIMAX_INVALID_ARGUMENT,
              format("integrator: %s runs on the cpu alone; use device 'cpu' or the integrator "

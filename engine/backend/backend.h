@@ -48,7 +48,7 @@ struct simulation_setup {
 // Refuses options outside their ranges, naming the field, and what the scene does not allow.
 void check_options(const limax_simulation_options& options, const scene& scene);
 // Refuses what the CPU alone does, for every other device.
-void check_beyond_cpu(const limax_simulation_options& options, const scene& scene);
+void check_beyond_cpu(const limax_simulation_options& options);
 
 // What becomes known of robot `index` before it is prepared: skipped, invalid or running.
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);

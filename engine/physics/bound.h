@@ -168,4 +168,33 @@ LIMAX_LAW double stable_step_of_mass(const Scene& scene, scheme method, const la
     return smaller(least, stable_step(method, sum.stiffness / mass, sum.damping / mass));
 }
 
+// The longest stable step of a scene's rigid block, s: effects/block.h has the shares. Contacts of
+// two that move count twice; no more masses touch than the body has. `heaviest` is its heaviest
+// mass, kg, `edge` that of its voxels, m.
+template <class Scene>
+LIMAX_LAW double stable_step_of_block(const Scene& scene, scheme method, double edge,
+                                      int32_t masses, double heaviest) {
+    using namespace effects;
+    const double origin[3] = {0, 0, 0};
+    const block::params<double> p = block::make<double>(scene.values(index_of<block>, 0), origin);
+    const double touching = smaller(double(masses), block::most_touching(p, edge));
+    const stiffness_damping of_mass = block::bound(p, heaviest);
+    stiffness_damping sum{block::most_of_place * touching * of_mass.stiffness,
+                          block::most_of_place * touching * of_mass.damping};
+    for_each([&]<class E>(E) {
+        if constexpr (is_contact<E>) {
+            const bool flat = same_type<E, ground> || same_type<E, planes>;
+            const double share = flat ? block::most_of_corners : 8 * block::most_of_place;
+            for (int i = 0; i < scene.instances(index_of<E>); ++i) {
+                const stiffness_damping one =
+                    contact_bound(E::template make<double>(scene.values(index_of<E>, i), origin),
+                                  block::corner_share * p.mass);
+                sum.stiffness += share * one.stiffness;
+                sum.damping += share * one.damping;
+            }
+        }
+    });
+    return stable_step(method, sum.stiffness / p.mass, sum.damping / p.mass);
+}
+
 }  // namespace limax

@@ -36,6 +36,13 @@ struct moment {
     vector turning;  // as forces read it, rad/s
 };
 
+// The same as a mass sees it.
+struct view {
+    vector place, velocity;  // of the centre, m, and as forces read it, m/s
+    rotation frame;
+    vector turning;  // rad/s
+};
+
 // What acts on the block at t_n.
 struct load {
     vector force, torque;  // N, N m
@@ -86,12 +93,15 @@ LIMAX_LAW moment moment_of(const state& block, const vector& inertia) {
     const rotation turns = inverse_inertia(frame, inertia);
     return {frame, turns, to_world(turns, block.read.spin)};
 }
+LIMAX_LAW view view_of(const state& block, const moment& at) {
+    return {block.place, block.read.velocity, at.frame, at.turning};
+}
 
 // ---- forces at t_n ----
 
 // Of a place of the block, as forces read it, m/s.
-LIMAX_LAW vector read_velocity_at(const state& block, const moment& at, const vector& arm) {
-    return plus(cross(at.turning, arm), 1.0, block.read.velocity);
+LIMAX_LAW vector read_velocity_at(const view& block, const vector& arm) {
+    return plus(cross(block.turning, arm), 1.0, block.velocity);
 }
 
 // Adds `sign` times a force at a place to those on the block.
@@ -100,46 +110,49 @@ LIMAX_LAW void add_force(load& on, const vector& force, const vector& arm, doubl
     on.torque = plus(on.torque, sign, cross(arm, force));
 }
 
-// Whether a mass touches the block, and then how, and the numbers that the mass adds to its force,
-// N. S is the real of masses.
+// Whether a mass touches the block, and then how. S is the real of masses.
 template <class S>
-LIMAX_LAW bool meet_mass(const block_params& law, const state& block, const moment& at,
-                         int32_t site, const effects::vector<S>& position,
-                         const effects::vector<S>& velocity, double mass, touch& found,
-                         effects::vector<S>& force) {
+LIMAX_LAW bool meet_mass(const block_params& law, const view& block, int32_t site,
+                         const effects::vector<S>& position, const effects::vector<S>& velocity,
+                         double mass, touch& found) {
     const vector arm{double(position.x) - block.place.x, double(position.y) - block.place.y,
                      double(position.z) - block.place.z};
     if (!(inner(arm, arm) < inner(law.half, law.half))) return false;
-    const auto point = effects::block::solid(law, to_solid(at.frame, arm));
+    const auto point = effects::block::solid(law, to_solid(block.frame, arm));
     if (!(point.depth > 0)) return false;
-    const vector normal = to_world(at.frame, point.normal);
-    const vector there = read_velocity_at(block, at, arm);
+    const vector normal = to_world(block.frame, point.normal);
+    const vector there = read_velocity_at(block, arm);
     const double rate =
         inner(normal, vector{velocity.x - there.x, velocity.y - there.y, velocity.z - there.z});
     const double push = effects::block::parts(law, point.depth, rate, mass);
-    force = {S(push * normal.x), S(push * normal.y), S(push * normal.z)};
     const double spring = law.stiffness * point.depth;
     found = {site, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0};
     return true;
 }
+// The numbers that a mass which touches adds to its force, N.
+template <class S>
+LIMAX_LAW effects::vector<S> push_on_mass(const touch& at) {
+    return {S(at.push * at.normal.x), S(at.push * at.normal.y), S(at.push * at.normal.z)};
+}
 // What the block gets of it.
 template <class S>
-LIMAX_LAW void meet_back(load& on, const effects::vector<S>& force, const vector& arm) {
-    add_force(on, {double(force.x), double(force.y), double(force.z)}, arm, -1.0);
+LIMAX_LAW void meet_back(load& on, const touch& at) {
+    const effects::vector<S> force = push_on_mass<S>(at);
+    add_force(on, {double(force.x), double(force.y), double(force.z)}, at.arm, -1.0);
 }
 
 // The corners below the surfaces of fixed contacts: adds their pushes, and calls keep(touch) for
 // each. each_contact(visit) calls visit(effect, params) for each instance of the scene's contacts.
 template <class EachContact, class Keep>
-LIMAX_LAW void meet_contacts(const block_params& law, const state& block, const moment& at,
-                             load& on, const EachContact& each_contact, const Keep& keep) {
+LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& on,
+                             const EachContact& each_contact, const Keep& keep) {
     const double share = effects::block::corner_share * law.mass;
     for (int corner = 0; corner < 8; ++corner) {
-        const vector arm = to_world(
-            at.frame, {corner & 1 ? law.half.x : -law.half.x, corner & 2 ? law.half.y : -law.half.y,
-                       corner & 4 ? law.half.z : -law.half.z});
-        const effects::node_state<double> node{
-            plus(block.place, 1.0, arm), read_velocity_at(block, at, arm), share, 1.0 / share};
+        const vector arm = to_world(block.frame, {corner & 1 ? law.half.x : -law.half.x,
+                                                  corner & 2 ? law.half.y : -law.half.y,
+                                                  corner & 4 ? law.half.z : -law.half.z});
+        const effects::node_state<double> node{plus(block.place, 1.0, arm),
+                                               read_velocity_at(block, arm), share, 1.0 / share};
         each_contact([&]<class E>(E, const auto& params) {
             const auto point = E::surface(params, node.position);
             if (!(point.depth > 0)) return;
@@ -291,6 +304,28 @@ LIMAX_LAW vector velocity(const state& block, bool between) {
 LIMAX_LAW vector turning(const state& block, const vector& inertia, bool between) {
     return angular_velocity(rotation_of(block.points), inertia,
                             middle(block.now.spin, block.next.spin, between));
+}
+
+// Its centre (m, in the world; `origin` is the robot's own), the quaternion w, x, y, z, velocity
+// and angular velocity: 13 numbers.
+LIMAX_LAW void write_state(const state& block, const vector& inertia, const double origin[3],
+                           bool between, double* out) {
+    const vector v = velocity(block, between), w = turning(block, inertia, between);
+    const quaternion& q = block.points;
+    const double values[13] = {origin[0] + block.place.x,
+                               origin[1] + block.place.y,
+                               origin[2] + block.place.z,
+                               q.w,
+                               q.x,
+                               q.y,
+                               q.z,
+                               v.x,
+                               v.y,
+                               v.z,
+                               w.x,
+                               w.y,
+                               w.z};
+    for (int i = 0; i < 13; ++i) out[i] = values[i];
 }
 
 // Whether its place or its speed, of its centre or a corner, is not finite; whether the speed is

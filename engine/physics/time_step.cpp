@@ -22,34 +22,6 @@ constexpr double most_steps = 9e18;
 // A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
 constexpr double whole_within = 1e-9, rounding = 1e-12;
 
-// The bound of a scene's rigid block: effects/block.h has the shares. Contacts of two that move
-// count twice; no more masses touch than the body has.
-double stable_step_of_block(const spring_body& body, const scene& scene,
-                            limax_integrator integrator) {
-    using namespace effects;
-    const double world[3] = {0, 0, 0};
-    const auto p = block::make<double>(scene.values(index_of<block>), world);
-    const double masses = std::min(double(body.masses), block::most_touching(p, body.rest[0]));
-    const double heaviest = *std::max_element(body.mass.begin(), body.mass.end());
-    const stiffness_damping of_mass = block::bound(p, heaviest);
-    stiffness_damping sum{block::most_of_place * masses * of_mass.stiffness,
-                          block::most_of_place * masses * of_mass.damping};
-    for_each([&]<class E>(E) {
-        if constexpr (is_contact<E>)
-            for (int i = 0; i < scene.instances(index_of<E>); ++i) {
-                const stiffness_damping one = contact_bound(
-                    make_params<E, double>(scene.values(index_of<E>, i), world, scene.heights()),
-                    block::corner_share * p.mass);
-                const double share = same_type<E, ground> || same_type<E, planes>
-                                         ? block::most_of_corners
-                                         : 8 * block::most_of_place;
-                sum.stiffness += share * one.stiffness;
-                sum.damping += share * one.damping;
-            }
-    });
-    return stable_step(scheme(integrator), sum.stiffness / p.mass, sum.damping / p.mass);
-}
-
 // The square of the speed with which what starts at a place with a velocity first meets the ground,
 // a plane or terrain, (m/s)^2.
 double squared_arrival_speed(const effects::vector<double>& start, const double velocity[3],
@@ -97,7 +69,9 @@ double time_step_bound(const spring_body& body, const scene& scene, limax_integr
                                                     site, body.mass[site]));
     }
     if (scene.has(effects::index_of<effects::block>))
-        least = std::min(least, stable_step_of_block(body, scene, integrator));
+        least = std::min(
+            least, stable_step_of_block(scene, scheme(integrator), body.rest[0], body.masses,
+                                        *std::max_element(body.mass.begin(), body.mass.end())));
     return least;
 }
 

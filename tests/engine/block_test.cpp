@@ -447,9 +447,6 @@ TEST_CASE("what a block cannot do is refused by name") {
                        [&] { check_options(world.setup.options, world.setup.scene); });
         CHECK(text.find("the scene has block") != std::string::npos);
     }
-    text = failure(LIMAX_INVALID_ARGUMENT,
-                   [&] { check_beyond_cpu(world.setup.options, world.setup.scene); });
-    CHECK(text.find("scene.block: it runs on the cpu alone") != std::string::npos);
 
     stage plain({1, 1, 1});
     plain.setup.options.record[LIMAX_TRACE_BLOCK] = 20;

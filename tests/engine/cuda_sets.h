@@ -22,9 +22,9 @@ inline int shared_memory_of(int capability) {
 }
 
 // All that a kernel may have, and of them those that act along springs and on single masses.
-inline constexpr unsigned every_effect = ((1u << effects::all::count) - 1) & ~effects::cpu_bits;
+inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
 inline constexpr unsigned every_local_effect =
-    every_effect & ~(effects::face_bits | effects::meeting_bits);
+    every_effect & ~(effects::face_bits | effects::meeting_bits | effects::solid_bits);
 // Those of a robot that walks on flat ground: kernels for them are built with limax.
 inline constexpr unsigned walking_effects =
     effects::bit<effects::springs> | effects::bit<effects::damping> |

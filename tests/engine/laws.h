@@ -93,12 +93,12 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     solid::follow(load_state, origin);
     const solid::moment moment = solid::moment_of(load_state, inertia);
     solid::touch touch{};
-    vector<R> push{};
     solid::load load{};
-    if (solid::meet_mass<R>(box, load_state, moment, 1, velocity, velocity, 1.0, touch, push))
-        solid::meet_back(load, push, touch.arm);
+    const solid::view view = solid::view_of(load_state, moment);
+    if (solid::meet_mass<R>(box, view, 1, velocity, velocity, 1.0, touch))
+        solid::meet_back<R>(load, touch);
     solid::meet_contacts(
-        box, load_state, moment, load,
+        box, view, load,
         [&](const auto& visit) {
             visit(ground{}, ground::make<double>(scene.values(index_of<ground>), origin));
         },

@@ -148,23 +148,23 @@ TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name"
                          "integrator: rk4 integrates smooth scenes alone; the scene has ground "
                          "and friction; use leapfrog",
                          error);
-    CHECK_THROWS_WITH_AS(check_beyond_cpu(options, scene),
+    CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
                          "integrator: rk4 runs on the cpu alone; use device 'cpu' or the "
                          "integrator leapfrog",
                          error);
     options.integrator = LIMAX_XPBD;
     CHECK_NOTHROW(check_options(options, scene));
-    CHECK_THROWS_WITH_AS(check_beyond_cpu(options, scene),
+    CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
                          "integrator: xpbd runs on the cpu alone; use device 'cpu' or the "
                          "integrator leapfrog",
                          error);
     options.integrator = LIMAX_LEAPFROG;
     CHECK_NOTHROW(check_options(options, scene));
-    CHECK_NOTHROW(check_beyond_cpu(options, scene));
+    CHECK_NOTHROW(check_beyond_cpu(options));
     // and so it is with the ledger
     options.record[LIMAX_TRACE_LEDGER] = 20;
     CHECK_NOTHROW(check_options(options, scene));
-    CHECK_THROWS_WITH_AS(check_beyond_cpu(options, scene),
+    CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
                          "record.ledger: the ledger of energy is kept on the cpu alone; use "
                          "device 'cpu'",
                          error);

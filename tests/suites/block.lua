@@ -9,18 +9,18 @@ local suite = require("limax.test").suite "block"
 local VOXELS = "bbb\nbbb\n\nbbb\nbbb" -- 3 x 2 x 2 voxels of bone
 
 -- A body thrown at a block on the ground.
-local function thrown(record, block, options)
+local function thrown(record, block, options, device)
   block = block or {}
   block.position, block.size = block.position or { 0.32, -0.05, 0 }, { 0.3, 0.3, 0.2 }
   local settings = { record = record, velocity = { 3, 0, 0 }, duration = 1, settle = 0,
-    device = "cpu", scene = { gravity = true, ground = true, friction = true, damping = true,
-      block = block } }
+    device = device or "cpu",
+    scene = { gravity = true, ground = true, friction = true, damping = true, block = block } }
   for name, value in pairs(options or {}) do settings[name] = value end
   return limax.robot { voxels = VOXELS }:simulate(settings)
 end
 
-suite:test("a body that runs into a block pushes it along", function(t)
-  local robot = thrown { block = 50 }
+suite:test("a body that runs into a block pushes it along", { devices = "all" }, function(t)
+  local robot = thrown({ block = 50 }, nil, nil, t.device)
   t:equal(robot.status, "done")
   local block, path = robot:block(), robot:trace "block"
   t:ok(block.displacement[1] > 0.05, "it should be pushed along x")
@@ -52,11 +52,11 @@ suite:test("a heavier block goes less far, and less far with more friction", fun
   t:ok(way(1, 0.9) < light, "friction should hold it")
 end)
 
-suite:test("a robot file with a block replays to the same bits", function(t)
-  local robot = thrown { block = 50 }
+suite:test("a robot file with a block replays to the same bits", { devices = "all" }, function(t)
+  local robot = thrown({ block = 50 }, nil, nil, t.device)
   local path = t:folder() .. "/pusher.json"
   robot:save(path)
-  local again = limax.robot(path):simulate { device = "cpu" }
+  local again = limax.robot(path):simulate { device = t.device }
   t:same_bits(again:block(), robot:block())
   t:same_bits(again:trace("block"):table(), robot:trace("block"):table())
 end)
@@ -70,14 +70,14 @@ suite:test("a film strip draws the block", function(t)
   t:ok(with:find("NaN", 1, true) == nil and with:find("nan", 1, true) == nil)
 end)
 
-suite:test("the state of a block can be read while it moves", function(t)
+suite:test("the state of a block can be read while it moves", { devices = "all" }, function(t)
   local materials = engine.materials "paper"
   local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }
   population:set_body(1, { 4 })
   population:check(materials, { require_muscle = false })
   local simulation = engine.simulation(population, materials, engine.scene { block = {
     velocity = { 1, 2, 3 }, spin = { 0, 0, 4 }, position = { 5, 0, 0 }, size = { 1, 1, 1 } } },
-    { time_step = 1e-3 }, engine.device "cpu")
+    { time_step = 1e-3 }, t.device)
   t:equal(simulation:block(1).position, { 5.5, 0.5, 0.5 })
   t:equal(simulation:block(1).orientation, { 1, 0, 0, 0 })
   simulation:advance(1, 100)
@@ -97,11 +97,5 @@ suite:test("what a block cannot do is said", function(t)
   t:raises("scene.block.mass", function() thrown(nil, { mass = 0 }) end)
   t:raises("the scene has block", function()
     thrown(nil, nil, { integrator = "rk4", scene = { block = true } })
-  end)
-end)
-
-suite:test("no GPU has a block", { devices = { "cuda" } }, function(t)
-  t:raises("scene.block: it runs on the cpu alone", function()
-    thrown(nil, nil, { device = t.device })
   end)
 end)

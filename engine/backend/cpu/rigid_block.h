@@ -58,26 +58,26 @@ public:
     // block.
     void evaluate(const mass_arrays<S>& seen) {
         moment_ = solid::moment_of(block_, inertia_);
+        const solid::view view = solid::view_of(block_, moment_);
         load_ = {{law_.mass * gravity_.x, law_.mass * gravity_.y, law_.mass * gravity_.z},
                  {0, 0, 0}};
         masses_.clear();
         for (int32_t i = 0; i < body_.masses; ++i) {
             const int32_t site = body_.sites[i];
             solid::touch found;
-            effects::vector<S> force;
-            if (!solid::meet_mass<S>(law_, block_, moment_, site, at(seen.position, site),
-                                     at(seen.predicted, site), double(body_.mass[site]), found,
-                                     force))
+            if (!solid::meet_mass<S>(law_, view, site, at(seen.position, site),
+                                     at(seen.predicted, site), double(body_.mass[site]), found))
                 continue;
+            const effects::vector<S> force = solid::push_on_mass<S>(found);
             seen.force[0][site] += force.x;
             seen.force[1][site] += force.y;
             seen.force[2][site] += force.z;
-            solid::meet_back(load_, force, found.arm);
+            solid::meet_back<S>(load_, found);
             masses_.push_back(found);
         }
         corners_.clear();
         solid::meet_contacts(
-            law_, block_, moment_, load_,
+            law_, view, load_,
             [&](const auto& meet) {
                 for (const fixed_contact& contact : contacts_) visit(contact, meet);
             },
@@ -169,7 +169,10 @@ public:
         return solid::broken(block_, law_, inertia_, max_speed);
     }
 
-    const vector& place() const { return block_.place; }  // of its centre
+    // [LIMAX_BLOCK_STATE]; `origin` is the robot's own.
+    void write(const double origin[3], bool between, double* out) const {
+        solid::write_state(block_, inertia_, origin, between, out);
+    }
     const quaternion& points() const { return block_.points; }
     vector velocity(bool between) const { return solid::velocity(block_, between); }
     vector turning(bool between) const { return solid::turning(block_, inertia_, between); }

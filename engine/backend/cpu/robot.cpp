@@ -427,23 +427,7 @@ void robot_run<S, F, compensated>::state(scratch& memory, double* positions, dou
 template <class S, class F, bool compensated>
 bool robot_run<S, F, compensated>::block(double* out) const {
     if (!block_) return false;
-    const effects::vector<double>&at = block_->place(), v = block_->velocity(between()),
-          w = block_->turning(between());
-    const quaternion& q = block_->points();
-    const double values[LIMAX_BLOCK_STATE] = {origin_[0] + at.x,
-                                              origin_[1] + at.y,
-                                              origin_[2] + at.z,
-                                              q.w,
-                                              q.x,
-                                              q.y,
-                                              q.z,
-                                              v.x,
-                                              v.y,
-                                              v.z,
-                                              w.x,
-                                              w.y,
-                                              w.z};
-    std::copy_n(values, LIMAX_BLOCK_STATE, out);
+    block_->write(origin_, between(), out);
     return true;
 }
 

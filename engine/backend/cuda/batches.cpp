@@ -41,6 +41,7 @@ public:
     void state(int32_t robot, double* positions, double* velocities) override {
         wake_for(robot).state(robot, positions, velocities);
     }
+    void block(int32_t robot, double* out) override { wake_for(robot).block(robot, out); }
     std::string describe() override { return wake_for(batches_.front().robots.front()).describe(); }
 
 private:

@@ -40,7 +40,7 @@ public:
     const parallel_for& each() const override { return host_->each(); }
     express_pass express() const override { return host_->express(); }
     std::unique_ptr<simulation> simulate(simulation_setup setup) override {
-        check_beyond_cpu(setup.options, setup.scene);
+        check_beyond_cpu(setup.options);
         return make_simulation(std::move(setup), team_);
     }
     std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& code,

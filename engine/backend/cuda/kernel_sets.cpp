@@ -198,7 +198,7 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         memory.exchange = 2 * seen * sites;
         memory.sums = 2 * grid_sums;
         memory.arrived = 1;
-        if (has_faces) memory.after = 6 * sites;
+        if (has_faces || has_solid) memory.after = 6 * sites;
     }
     if (has_faces) memory.faces = 3 * sites;
     if (meets) {
@@ -206,6 +206,17 @@ scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
         memory.partners = (1 + most_partners) * sites;
         memory.listed_at = 3 * sites;
         memory.moved = 1;
+    }
+    if (has_solid) {
+        int contacts = 0;
+        effects::for_each([&]<class E>(E) {
+            if (effects::is_contact<E>) contacts += setup_->scene.instances(effects::index_of<E>);
+        });
+        memory.solids = 1;
+        memory.solid_marks = std::size_t(marks_of(int64_t(sites)));
+        memory.solid_touches = 2 * sites;
+        memory.solid_corners = std::size_t(corners_of_solid(contacts));
+        if (!on_grid_) memory.solid_after = 3 * sites;
     }
     return memory;
 }
@@ -226,6 +237,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     out.actuated = mask & effects::bit<effects::actuation>;
     out.has_faces = mask & effects::face_bits;
     out.meets = mask & effects::meeting_bits;
+    out.has_solid = mask & effects::solid_bits;
     out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
     out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
     out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,

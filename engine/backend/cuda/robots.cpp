@@ -49,12 +49,13 @@ public:
     void collect() override;
     bool finished() const override { return prepared_ && running_.empty(); }
     int64_t samples(int32_t robot, int32_t kind) const override {
-        return prepared_ ? records_[local_[robot]].taken[kind] : 0;
+        return prepared_ ? taken(std::size_t(local_[robot]), kind) : 0;
     }
     const double* trace(int32_t robot, int32_t kind) override;
     const int32_t* sites(int32_t robot) override;
     void place(int32_t robot, const double* positions, const double* velocities) override;
     void state(int32_t robot, double* positions, double* velocities) override;
+    void block(int32_t robot, double* out) override;
     std::string describe() override;
 
 private:
@@ -73,6 +74,32 @@ private:
     void collect_slice();
     void step_robots(const step_launch<R>& launch);
     int64_t most_steps_left() const;
+    // Kinds of traces are those of limax_trace_kind: the block's stands in its own record, and no
+    // GPU has the ledger's.
+    bool takes(int32_t kind) const {
+        return kind < sample_kinds || (kind == LIMAX_TRACE_BLOCK && scene_.has_solid);
+    }
+    int64_t taken(std::size_t local, int32_t kind) const {
+        if (!takes(kind)) return 0;
+        return kind == LIMAX_TRACE_BLOCK ? solid_records_[local].taken
+                                         : records_[local].taken[kind];
+    }
+    int64_t& offset(std::size_t local, int32_t kind) {
+        return kind == LIMAX_TRACE_BLOCK ? solid_records_[local].offset
+                                         : records_[local].offset[kind];
+    }
+    template <class Visit>
+    void each_kind(const Visit& visit) const {
+        for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+            if (takes(kind)) visit(kind);
+    }
+    void put_block(std::size_t local, const schedule& plan);
+    // Whether a robot's velocities at t_n are half way between those before and after the kick: at
+    // n = 0, and at every step of symplectic Euler, u is the velocity at t_n.
+    bool between(const robot_record& record) const {
+        return setup_.options.integrator == LIMAX_LEAPFROG && record.step > 0 && record.begun;
+    }
+    void tell_block(std::size_t local, limax_outcome& outcome) const;
     R* column_of(std::vector<R>& state, int column) { return state.data() + column * sites_; }
 
     const simulation_setup& setup_;
@@ -104,13 +131,19 @@ private:
     device_memory<float> listed_at_;
     device_memory<unsigned long long> moved_;
     device_memory<float> heights_;  // of the terrain
-    device_memory<double> device_samples_[sample_kinds];
+    device_memory<solid_record> solids_;
+    device_memory<uint32_t> solid_marks_;
+    device_memory<solid_touch<R>> solid_touches_;
+    device_memory<solid::touch> solid_corners_;
+    device_memory<R> solid_after_;
+    device_memory<double> device_samples_[LIMAX_TRACE_KINDS];
     pinned<robot_record> records_;
+    pinned<solid_record> solid_records_;            // empty in a scene without a block
     std::vector<int32_t> running_;                  // places in robots_
     std::vector<std::vector<int32_t>> mass_sites_;  // [robot][mass], empty until it is asked for
     std::vector<schedule> plans_;                   // [robot]
-    array<double> samples_[sample_kinds];           // what device_samples_ held last
-    bool fetched_[sample_kinds] = {};
+    array<double> samples_[LIMAX_TRACE_KINDS];      // what device_samples_ held last
+    bool fetched_[LIMAX_TRACE_KINDS] = {};
     int64_t slice_ = 0;            // steps that were sent to the GPU and not collected
     double seconds_per_step_ = 0;  // of all running robots
 };
@@ -130,6 +163,7 @@ void robots_on_gpu<R>::wake() {
         }
         lay_out_samples();
         device_records_.upload(records_.data(), count, stream_);
+        if (scene_.has_solid) solids_.upload(solid_records_.data(), count, stream_);
         stream_.synchronize("preparing robots");
     } catch (...) {
         release();
@@ -142,7 +176,7 @@ void robots_on_gpu<R>::wake() {
 template <class R>
 void robots_on_gpu<R>::sleep() {
     if (!awake_) return;
-    for (int kind = 0; kind < sample_kinds; ++kind) fetch_samples(kind);
+    each_kind([&](int32_t kind) { fetch_samples(kind); });
     saved_state_.resize(state_.size());
     state_.download(saved_state_.data(), saved_state_.size(), stream_);
     stream_.synchronize("making room for other robots");
@@ -170,6 +204,11 @@ void robots_on_gpu<R>::release() {
     partners_ = {};
     listed_at_ = {};
     moved_ = {};
+    solids_ = {};
+    solid_marks_ = {};
+    solid_touches_ = {};
+    solid_corners_ = {};
+    solid_after_ = {};
     heights_ = {};
     for (device_memory<double>& samples : device_samples_) samples = {};
 }
@@ -203,6 +242,13 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     moved_ =
         device_memory<unsigned long long>(gpu_, count * memory.moved, "the meetings" + of_robots);
     moved_.clear(stream_);
+    const std::string of_blocks = format("the blocks of %zu robots", count);
+    solids_ = device_memory<solid_record>(gpu_, count * memory.solids, of_blocks);
+    solid_marks_ = device_memory<uint32_t>(gpu_, count * memory.solid_marks, of_blocks);
+    solid_marks_.clear(stream_);
+    solid_touches_ = device_memory<solid_touch<R>>(gpu_, count * memory.solid_touches, of_blocks);
+    solid_corners_ = device_memory<solid::touch>(gpu_, count * memory.solid_corners, of_blocks);
+    solid_after_ = device_memory<R>(gpu_, count * memory.solid_after, of_blocks);
     if (scene_.on_grid()) {
         const std::size_t real = scene_.double_springs() ? sizeof(double) : sizeof(float);
         exchange_ =
@@ -262,6 +308,9 @@ template <class R>
 void robots_on_gpu<R>::plan_robots(const pinned<prepared_robot>& made) {
     const std::size_t count = robots_.size();
     records_ = pinned<robot_record>(gpu_, count, format("the records of %zu robots", count));
+    if (scene_.has_solid)
+        solid_records_ =
+            pinned<solid_record>(gpu_, count, format("the blocks of %zu robots", count));
     mass_sites_.resize(count);
     plans_.resize(count);
     for (std::size_t i = 0; i < count; ++i) plan_robot(i, made[i]);
@@ -301,6 +350,7 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     }
     for (int axis = 0; axis < 3; ++axis)
         record.origin[axis] = whole_origin_steps(options.position[axis]);
+    if (scene_.has_solid) put_block(local, plan);
 
     outcome.status = LIMAX_ROBOT_RUNNING;
     outcome.steps = plan.steps;
@@ -309,6 +359,22 @@ void robots_on_gpu<R>::plan_robot(std::size_t local, const prepared_robot& prepa
     outcome.masses = prepared.masses;
     outcome.springs = setup_.bodies[std::size_t(robot)].springs;
     outcome.mass = prepared.total_mass;
+}
+
+// Puts a robot's block where it starts.
+template <class R>
+void robots_on_gpu<R>::put_block(std::size_t local, const schedule& plan) {
+    const limax_simulation_options& options = setup_.options;
+    const double* values = setup_.scene.values(effects::index_of<effects::block>);
+    double start[3];
+    for (int axis = 0; axis < 3; ++axis)
+        start[axis] = options.position[axis] - records_[local].origin[axis];
+    const auto law = effects::block::make<double>(values, start);
+    solid_record& solid = solid_records_[local];
+    solid = {};
+    solid.block = solid::placed(law, inertia_of_box(law.half, law.mass), values, start);
+    for (double(&center)[3] : solid.center) std::fill_n(center, 3, std::nan(""));
+    solid.every = plan.every[LIMAX_TRACE_BLOCK];
 }
 
 // Sites of a robot's masses, [mass].
@@ -326,17 +392,17 @@ const std::vector<int32_t>& robots_on_gpu<R>::sites_of(std::size_t local) {
 
 template <class R>
 void robots_on_gpu<R>::lay_out_samples() {
-    for (int kind = 0; kind < sample_kinds; ++kind) {
+    each_kind([&](int32_t kind) {
         int64_t size = 0;
         for (std::size_t i = 0; i < robots_.size(); ++i) {
-            records_[i].offset[kind] = size;
+            offset(i, kind) = size;
             size += plans_[i].samples[kind] * trace_width(kind, records_[i].masses);
         }
-        if (size == 0) continue;
+        if (size == 0) return;
         device_samples_[kind] = device_memory<double>(
             gpu_, size, format("record: the traces of %zu robots", robots_.size()));
         if (prepared_) device_samples_[kind].upload(samples_[kind].data(), size, stream_);
-    }
+    });
 }
 
 template <class R>
@@ -431,6 +497,9 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.state = state_.data();
     launch.faces = faces_.data();
     launch.meetings = {surface_.data(), partners_.data(), listed_at_.data(), moved_.data()};
+    launch.solids = {solids_.data(),        solid_marks_.data(),
+                     solid_touches_.data(), solid_corners_.data(),
+                     solid_after_.data(),   device_samples_[LIMAX_TRACE_BLOCK].data()};
     launch.most = most;
     measure_launch<R> measure = scene_.template measure_arguments<R>();
     measure.records = launch.records;
@@ -458,6 +527,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     }
     end_.record(stream_);
     device_records_.download(records_.data(), records_.size(), stream_);
+    if (scene_.has_solid) solids_.download(solid_records_.data(), solid_records_.size(), stream_);
 }
 
 template <class R>
@@ -481,10 +551,27 @@ void robots_on_gpu<R>::take_records() {
         std::copy_n(record.center[0], 3, outcome.center_start);
         std::copy_n(record.center[1], 3, outcome.center_middle);
         std::copy_n(record.center[2], 3, outcome.center_end);
+        if (scene_.has_solid) tell_block(std::size_t(i), outcome);
         if (record.status != robot_running) ended.push_back(i);
     }
     if (!ended.empty()) end_robots(ended);
     std::erase_if(running_, [&](int32_t i) { return records_[i].status != robot_running; });
+}
+
+// What is known of a robot's block so far; of its end once the robot is done.
+template <class R>
+void robots_on_gpu<R>::tell_block(std::size_t local, limax_outcome& outcome) const {
+    const solid_record& solid = solid_records_[local];
+    const robot_record& record = records_[local];
+    std::copy_n(solid.center[0], 3, outcome.block_start);
+    std::copy_n(solid.center[1], 3, outcome.block_middle);
+    std::copy_n(solid.center[2], 3, outcome.block_end);
+    if (record.status != robot_done) return;
+    const solid::vector v = solid::velocity(solid.block, between(record));
+    outcome.block_velocity[0] = v.x;
+    outcome.block_velocity[1] = v.y;
+    outcome.block_velocity[2] = v.z;
+    outcome.block_upright = rotation_of(solid.block.points).z.z;
 }
 
 template <class R>
@@ -525,9 +612,9 @@ void robots_on_gpu<R>::fetch_samples(int32_t kind) {
 
 template <class R>
 const double* robots_on_gpu<R>::trace(int32_t robot, int32_t kind) {
-    if (!prepared_) return nullptr;
+    if (!prepared_ || !takes(kind)) return nullptr;
     fetch_samples(kind);
-    return samples_[kind].data() + records_[local_[robot]].offset[kind];
+    return samples_[kind].data() + offset(std::size_t(local_[robot]), kind);
 }
 
 template <class R>
@@ -550,10 +637,17 @@ void robots_on_gpu<R>::place(int32_t robot, const double* positions, const doubl
             fail(LIMAX_INVALID_ARGUMENT,
                  format("mass %zu is to be placed at, or with, a value that is not finite",
                         i / 3 + 1));
+    double shift[3] = {0, 0, 0};
     for (int axis = 0; positions && axis < 3; ++axis) {
         double sum = 0;
         for (std::size_t i = 0; i < masses; ++i) sum += positions[3 * i + axis];
-        record.origin[axis] = whole_origin_steps(sum / double(masses));
+        const double origin = whole_origin_steps(sum / double(masses));
+        shift[axis] = origin - record.origin[axis];
+        record.origin[axis] = origin;
+    }
+    if (scene_.has_solid) {
+        solid::follow(solid_records_[local].block, shift);
+        solids_.upload(&solid_records_[local], 1, stream_, local);
     }
     std::vector<R> state(scene_.state_columns * sites_);
     state_.download(state.data(), state.size(), stream_, local * state.size());
@@ -583,9 +677,7 @@ void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocitie
     std::vector<R> state(scene_.state_columns * sites_);
     state_.download(state.data(), state.size(), stream_, local * state.size());
     stream_.synchronize("fetching a robot's state");
-    // at n = 0, and at every step of symplectic Euler, u is the velocity at t_n
-    const bool between =
-        setup_.options.integrator == LIMAX_LEAPFROG && record.step > 0 && record.begun;
+    const bool halved = between(record);
     const std::vector<int32_t>& at = sites_of(local);
     for (std::size_t i = 0; i < at.size(); ++i)
         for (int axis = 0; axis < 3; ++axis) {
@@ -595,8 +687,20 @@ void robots_on_gpu<R>::state(int32_t robot, double* positions, double* velocitie
             if (!velocities) continue;
             const R before = column_of(state, column_velocity + axis)[at[i]];
             const R after = column_of(state, column_next_velocity + axis)[at[i]];
-            velocities[3 * i + axis] = double(between ? R(0.5) * (before + after) : before);
+            velocities[3 * i + axis] = double(halved ? R(0.5) * (before + after) : before);
         }
+}
+
+template <class R>
+void robots_on_gpu<R>::block(int32_t robot, double* out) {
+    wake();
+    const std::size_t local = std::size_t(local_[robot]);
+    const robot_record& record = records_[local];
+    const solid::state& block = solid_records_[local].block;
+    const auto law = effects::block::make<double>(
+        setup_.scene.values(effects::index_of<effects::block>), record.origin);
+    const bool halved = between(record);
+    solid::write_state(block, inertia_of_box(law.half, law.mass), record.origin, halved, out);
 }
 
 template <class R>

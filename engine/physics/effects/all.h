@@ -72,8 +72,7 @@ LIMAX_LAW constexpr unsigned bits_with(list<E...>, unsigned hooks) {
 inline constexpr unsigned contact_bits = bits_with(all{}, hook_contact);
 inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
 inline constexpr unsigned meeting_bits = bits_with(all{}, hook_meet);
-// Effects that only the CPU has.
-inline constexpr unsigned cpu_bits = bits_with(all{}, hook_solid);
+inline constexpr unsigned solid_bits = bits_with(all{}, hook_solid);
 
 // How often a scene may have an effect: as it says itself, or once.
 template <class E>

@@ -24,7 +24,7 @@
 //            energy, J; params have a `reach` in edges, beyond which neither is asked for
 //   solid    surface_point solid(params, place): how deep in a rigid solid a place in its own frame
 //            lies and the normal there, and R parts(params, depth, rate, mass): the push that parts
-//            a mass from it, N. backend/cpu/rigid_block.h moves it. On the CPU alone
+//            a mass from it, N. physics/solid.h moves it
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step

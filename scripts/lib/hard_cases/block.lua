@@ -1,12 +1,12 @@
---- block.lua: hard cases of the rigid block: what falls on a body, loads it or is hit by it. On the
---- CPU alone. SI units.
+--- block.lua: hard cases of the rigid block: what falls on a body, loads it or is hit by it. Those
+--- that read the ledger of energy are the CPU's. SI units.
 
 local block_picture = require "limax.block_picture"
 
 local cases = {}
 
 local function case(fields)
-  fields.needs, fields.cpu = { "block" }, true
+  fields.needs = { "block" }
   fields.except = { xpbd = "it has no place for a rigid solid" }
   cases[#cases + 1] = fields
 end
@@ -29,7 +29,7 @@ end
 
 local SIZE = { 0.3, 0.3, 0.3 } -- m
 
-case { name = "a block dropped on a body from 1 m", brief = true, run = function(c)
+case { name = "a block dropped on a body from 1 m", brief = true, cpu = true, run = function(c)
   local run = c:run { lattice = { 4, 4, 2 }, duration = 6, energy = false,
     scene = { gravity = true, ground = true, friction = true, damping = true,
       block = { size = SIZE, position = { 0.05, 0.05, 1.2 } } },
@@ -63,7 +63,7 @@ case { row = 32, name = "a block of 100 kg on a soft body", brief = true, run = 
   c:at_least("uprightness of the block", run:outcome().block_upright, 1 - 1e-6)
 end }
 
-case { name = "a body that hits a block at 20 m/s", run = function(c)
+case { name = "a body that hits a block at 20 m/s", cpu = true, run = function(c)
   local block_mass, speed = 5, 20
   local run = c:run { lattice = { 3, 3, 3 }, duration = 0.5, energy = false,
     velocity = { speed, 0, 0 }, may_diverge = { "stretch" },

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "backend/cuda/kernels/meetings.h"
+#include "backend/cuda/kernels/solid.h"
 #include "backend/cuda/kernels/tile_faces.h"
 #include "backend/cuda/kernels/tiles.h"
 
@@ -32,7 +33,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     mass_real* const state = launch.state + robot * (state_columns * sites);
     spring_real* const exchange = arguments.exchange + robot * (2 * exchanged * sites);
     unsigned* const arrived = arguments.arrived + robot;
-    // velocities after the kick, then impulses on corners of faces
+    // velocities after the kick; where laws act on faces then impulses on their corners
     mass_real* const after = arguments.after + robot * (6 * sites);
 
     copy_record(shared.record, launch.records[robot], thread, threads);
@@ -80,6 +81,13 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         if (keeps_prediction) store_next_velocity(m.predicted, state + site, sites);
         exchange_corner(grid, column_of(which), site, corner_of(m));
     };
+
+    const auto own_solid = [&] { return solid_of(launch, robot, sites, after); };
+    const bool leads = block == 0 && thread == 0;
+    if constexpr (has_solid)
+        if (leads)
+            begin_solid(own_solid(), launch, record.begun, record.time_step,
+                        record.step == 0 ? 1.0 : 0.5);
 
     // ---- A slice ends between kick and drift, where both velocities are at hand. ----
     const bool begun = record.begun;
@@ -129,6 +137,12 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                                                    launch, length_class(d));
                 }
             });
+            if constexpr (has_solid)
+                if (leads && limited) {
+                    const int broken = broken_by_solid(own_solid(), launch);
+                    part[sum_nonfinite] += broken & limit_nonfinite ? 1 : 0;
+                    part[sum_speed] += broken & limit_speed ? 1 : 0;
+                }
             for (int i = 0; i < grid_sums; ++i) {
                 const int64_t sum = sum_over_warp(part[i]);
                 if (thread % 32 == 0) shared.part[i][thread / 32] = sum;
@@ -182,12 +196,19 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 if (thread == 0)
                     note_contact(launch, record, shared.sum_of[sum_touching], block == 0);
             }
+            if constexpr (has_solid)
+                if (leads)
+                    note_solid(own_solid().record, record, step, shared.shift,
+                               step % check_interval == 0 && shared.moved, launch.solids.samples);
             __syncthreads();
             if (thread == 0) record.step = step;
             last = step == shared.stop;
             half_kick = leapfrog && step == 0;
             since_event = 0;
             until_event = int(next_event(record, step, shared.stop) - step);
+            if constexpr (has_solid)
+                until_event = int(
+                    next_solid_sample(own_solid().record, record, step, step + until_event) - step);
             // the next event's sums are 0 before any block adds to them
             meet(arrived, blocks);
         }
@@ -198,6 +219,19 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             double(record.step + since_event - record.settle_steps) * record.time_step};
         const mass_real h = half_kick ? mass_real(0.5) * dt : dt;
         bool moved = false;
+        // the solid's push on a mass
+        const auto pushes_of_solid = [&] {
+            if constexpr (!has_solid) {
+                return [](int, const mass_state&) { return effects::vector<mass_real>{}; };
+            } else {
+                const robot_solid solid = own_solid();
+                return [&launch, solid, seen = fetched(solid.record.seen)](int site,
+                                                                           const mass_state& m) {
+                    bool touched;
+                    return push_of_solid(solid, launch, seen, site, m, touched);
+                };
+            }
+        };
         // friction, and on to the next step
         const auto end_step = [&](mass_state& m, int site, mass_real next_velocity[3]) {
             slow_mass(m, params, h, next_velocity);
@@ -210,6 +244,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 if constexpr (meets) moved |= meeting.moved(site, corner_of(m));
             }
         };
+        const auto push_on = pushes_of_solid();
         each_tile([&](int tile) {
             const spring_real* const seen = column_of(side);
             tile_forces(grid, launch, columns, seen, tile, shared);
@@ -226,8 +261,9 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                     met = force_of_meetings(meeting, launch, site, [&](int other) {
                         return exchanged_corner(grid, seen, other);
                     });
-                kick_mass(m, force_on(index, shared), met, params, now, h, next_velocity);
-                if constexpr (has_faces) {
+                kick_mass(m, force_on(index, shared), met, push_on(site, m), params, now, h,
+                          next_velocity);
+                if constexpr (has_faces || has_solid) {
                     for (int axis = 0; axis < 3; ++axis) {
                         after[axis * sites + site] = next_velocity[axis];
                         if constexpr (compensated)
@@ -250,14 +286,26 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 },
                 [&](int axis) { each_mass([&](int site, int) { faces.take(axis, site); }); },
                 [&] { meet(arrived, blocks); });
+        }
+        if constexpr (has_solid) {
+            meet(arrived, blocks);
+            if (block == 0 && thread < lanes)
+                step_solid(own_solid(), launch, record.origin, double(h), !last, record.time_step,
+                           half_kick ? 1.0 : 0.5);
+            meet(arrived, blocks);
+        }
+        if constexpr (has_faces || has_solid)
             each_mass([&](int site, int) {
                 mass_state m;
                 recall(m, site, exchanged_corner(grid, column_of(side), site));
-                mass_real next_velocity[3] = {after[site], after[sites + site],
-                                              after[2 * sites + site]};
+                // of what touches the solid one block wrote all
+                const auto velocity = [&](int axis) {
+                    const mass_real* const at = after + axis * sites + site;
+                    return has_solid ? __ldcg(at) : *at;
+                };
+                mass_real next_velocity[3] = {velocity(0), velocity(1), velocity(2)};
                 end_step(m, site, next_velocity);
             });
-        }
         if (last) {
             if (thread == 0) {
                 record.begun = 1;

@@ -168,6 +168,22 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::prepare_threads)
         if (held) mass[site] = -mass[site];
     });
     __syncthreads();
+    if constexpr (has_solid) {
+        __shared__ unsigned heaviest;  // kg, as bits: of numbers above 0 their order
+        if (threadIdx.x == 0) heaviest = 0;
+        __syncthreads();
+        each_site([&](int64_t site, int, int, int) {
+            atomicMax(&heaviest, bits_as<unsigned>(absolute(mass[site])));
+        });
+        __syncthreads();
+        if (threadIdx.x == 0)
+            least_step = bits_as<unsigned long long>(
+                smaller(bits_as<double>(least_step),
+                        stable_step_of_block(bounded_scene{launch.scene, launch.effects},
+                                             leapfrog ? scheme::leapfrog : scheme::symplectic_euler,
+                                             launch.edge, prepared.masses,
+                                             double(bits_as<float>(heaviest)))));
+    }
     if (threadIdx.x != 0) return;
     prepared.time_step_bound = bits_as<double>(least_step);
     launch.prepared[robot] = prepared;

@@ -5,6 +5,7 @@
 #include "body/spring_laws.h"
 #include "physics/effects/all.h"
 #include "physics/origin.h"
+#include "physics/solid.h"
 #include "physics/summary.h"
 
 namespace limax::cuda {
@@ -151,6 +152,42 @@ struct meeting_lists {
 // Partners of a mass that have room in a list. One that has more looks through the whole surface.
 inline constexpr int most_partners = 24;
 
+// The rigid block of one robot: put in its place by the host, moved by the step kernel. Names say
+// "solid" where "block" would be one of threads.
+struct solid_record {
+    solid::state block;
+    solid::moment moment;  // at the step under way
+    solid::view seen;      // the same as masses see it
+    double center[3][3];   // as in robot_record, of the block
+    int64_t every;         // steps between samples of its trace; 0 where nothing is recorded
+    int64_t offset;        // of its first sample, in doubles
+    int64_t taken;         // samples so far
+};
+// A mass that touches it.
+template <class R>
+struct solid_touch : solid::touch {
+    double mass, inverse_mass;  // kg, 1/kg
+    effects::vector<R> before;  // velocity before the kick and after it, m/s
+    effects::vector<R> after;
+};
+// Corners of the block at fixed contacts: all eight at each instance.
+LIMAX_LAW constexpr int corners_of_solid(int contacts) { return 8 * contacts; }
+
+// Of all robots; null in a scene without a block.
+template <class R>
+struct solid_columns {
+    solid_record* records;    // [robot]
+    uint32_t* marked;         // a bit for each mass that touches, [robot][marks_of(sites)]
+    solid_touch<R>* touches;  // of masses that touch, [robot][2][site]: by their site; listed
+    solid::touch* corners;    // [robot][corners_of_solid(contacts)]
+    R* after;                 // velocities after the kick, [robot][3][site]; on the grid path
+                              // those of grid_launch serve
+    double* samples;          // [sample][solid_width]
+};
+LIMAX_LAW constexpr int marks_of(int64_t sites) { return int((sites + 31) / 32); }
+// Values of a sample of the block's trace: its centre and its quaternion.
+inline constexpr int solid_width = 7;
+
 // What a launch of the step kernel works on, R being the real of its masses. Columns of robots lie
 // `sites` elements apart.
 template <class R>
@@ -173,6 +210,7 @@ struct step_launch {
     double max_stretch;  // times L0
     scene_values scene;
     mass_params<R> params;
+    solid_columns<R> solids;
 };
 
 // What a launch of the grid kernel works on besides: several blocks share a robot.

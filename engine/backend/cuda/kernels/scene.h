@@ -46,6 +46,7 @@ inline constexpr bool holding = (LIMAX_EFFECTS & holding_bits) != 0;
 inline constexpr bool touchable = (LIMAX_EFFECTS & effects::contact_bits) != 0;
 inline constexpr bool has_faces = (LIMAX_EFFECTS & effects::face_bits) != 0;
 inline constexpr bool meets = (LIMAX_EFFECTS & effects::meeting_bits) != 0;
+inline constexpr bool has_solid = (LIMAX_EFFECTS & effects::solid_bits) != 0;
 // Other masses need a mass's velocity only where a law on more than one mass reads it.
 inline constexpr bool shares_velocity = damped || has_faces || meets;
 // The shared position is the mass's own, not a rounded copy.
@@ -187,10 +188,10 @@ LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
 }
 
 // The velocity after all forces and the impulses on single masses at t_n over h, without friction.
-// `met` is the force of masses that are no neighbours.
+// `met` is the force of masses that are no neighbours, `pushed` that of a solid.
 LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vector<mass_real>& met,
-                         const scene_params& params, const scripted_moment& now, mass_real h,
-                         mass_real next_velocity[3]) {
+                         const effects::vector<mass_real>& pushed, const scene_params& params,
+                         const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
     using namespace effects;
     const node_state<mass_real> node = node_of(m);
     vector<mass_real> total{mass_real(springs.x), mass_real(springs.y), mass_real(springs.z)};
@@ -200,6 +201,7 @@ LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vec
     });
     add_scripted_forces(node, now, total);
     if constexpr (meets) total = {total.x + met.x, total.y + met.y, total.z + met.z};
+    if constexpr (has_solid) total = {total.x + pushed.x, total.y + pushed.y, total.z + pushed.z};
     const mass_real all[3] = {total.x, total.y, total.z};
     for (int axis = 0; axis < 3; ++axis)
         next_velocity[axis] = kick<compensated>(m.velocity[axis], all[axis], m.inverse_mass, h,
@@ -240,11 +242,11 @@ LIMAX_LAW void slow_mass(const mass_state& m, const scene_params& params, mass_r
     next_velocity[2] = after.z;
 }
 
-// The velocity after everything that acts over h where nothing acts on faces.
+// The velocity after everything that acts over h where neither a law on faces nor a solid does.
 LIMAX_LAW void begin_mass(mass_state& m, const force& springs,
                           const effects::vector<mass_real>& met, const scene_params& params,
                           const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
-    kick_mass(m, springs, met, params, now, h, next_velocity);
+    kick_mass(m, springs, met, {}, params, now, h, next_velocity);
     slow_mass(m, params, h, next_velocity);
 }
 

@@ -15,6 +15,7 @@
 
 #include "backend/cuda/kernels/slab_faces.h"
 #include "backend/cuda/kernels/slabs.h"
+#include "backend/cuda/kernels/solid.h"
 
 extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
     limax_advance(const __grid_constant__ limax::cuda::launch_arguments launch) {
@@ -123,6 +124,16 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
         });
     };
 
+    const auto own_solid = [&] {
+        return solid_of(launch, robot_of(launch), sites,
+                        launch.solids.after + robot_of(launch) * 3 * sites);
+    };
+    const bool leads = rank == 0 && thread == 0;
+    if constexpr (has_solid)
+        if (leads)
+            begin_solid(own_solid(), launch, record.begun, record.time_step,
+                        record.step == 0 ? 1.0 : 0.5);
+
     // every block has laid out its memory before another writes there
     meet_cluster();
     // A slice ends between kick and drift, where both velocities are at hand.
@@ -162,6 +173,8 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                             launch, set, [&](int c) { return shared.at.load(rim_corner(at, c)); });
                     });
                 if (too_long) broken |= limit_stretch;
+                if constexpr (has_solid)
+                    if (leads) broken |= broken_by_solid(own_solid(), launch);
                 if (any_of_robot(shared, limits_broken, broken)) {
                     const bool diverged =
                         any_of_robot(shared, divergence_found, broken & limits_of_divergence);
@@ -220,12 +233,19 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                         note_contact(launch, record, shared.sum_of[sum_touching], rank == 0);
                 }
             }
+            if constexpr (has_solid)
+                if (leads)
+                    note_solid(own_solid().record, record, step, shared.shift,
+                               step % check_interval == 0 && shared.moved, launch.solids.samples);
             __syncthreads();
             if (thread == 0) record.step = step;
             last = step == shared.stop;
             half_kick = leapfrog && step == 0;
             since_event = 0;
             until_event = int(next_event(record, step, shared.stop) - step);
+            if constexpr (has_solid)
+                until_event = int(
+                    next_solid_sample(own_solid().record, record, step, step + until_event) - step);
             meet_cluster();
         }
 
@@ -277,7 +297,42 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                              .moved(site_at(mass_place[k]), corner_of(mass[k]));
             }
         };
-        if constexpr (!has_faces) {
+        unsigned touching = 0;  // the solid: a bit for each of this thread's masses
+        // the solid's push on mass k, of this thread
+        const auto pushes_of_solid = [&] {
+            if constexpr (!has_solid) {
+                return [](int) { return effects::vector<mass_real>{}; };
+            } else {
+                const robot_solid solid = own_solid();
+                return [&, solid, seen = fetched(solid.record.seen)](int k) {
+                    bool touched;
+                    const auto push = push_of_solid(solid, launch, seen, site_at(mass_place[k]),
+                                                    mass[k], touched);
+                    touching |= unsigned(touched) << k;
+                    return push;
+                };
+            }
+        };
+        // The solid's own step, and what its friction does to the masses.
+        const auto meet_solid = [&] {
+            const robot_solid solid = own_solid();
+            const auto each_touching = [&](const auto& visit) {
+                each_mass([&](int k) {
+                    if (touching >> k & 1u)
+                        for (int axis = 0; axis < 3; ++axis)
+                            visit(solid.after[axis * sites + site_at(mass_place[k])],
+                                  next_velocity[k][axis]);
+                });
+            };
+            each_touching([](mass_real& there, mass_real& own) { there = own; });
+            meet_cluster();
+            if (rank == 0 && thread < lanes)
+                step_solid(solid, launch, record.origin, double(h), !last, record.time_step,
+                           half_kick ? 1.0 : 0.5);
+            meet_cluster();
+            each_touching([](const mass_real& there, mass_real& own) { own = __ldcg(&there); });
+        };
+        if constexpr (!has_faces && !has_solid) {
             each_mass([&](int k) {
                 recall(mass[k], mass_place[k], shared);
                 begin_mass(mass[k], force_on(mass_place[k], shared), met[k], params, now, h,
@@ -285,28 +340,32 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
                 end_step(k);
             });
         } else {
-            const float* const lightest = launch.faces + robot_of(launch) * 3 * sites;
+            const auto pushed = pushes_of_solid();
             each_mass([&](int k) {
                 recall(mass[k], mass_place[k], shared);
-                kick_mass(mass[k], force_on(mass_place[k], shared), met[k], params, now, h,
-                          next_velocity[k]);
+                kick_mass(mass[k], force_on(mass_place[k], shared), met[k], pushed(k), params, now,
+                          h, next_velocity[k]);
                 shared.own.store(mass_place[k], mass[k]);
-                show_velocity(next_velocity[k], mass_place[k], shared);
+                if constexpr (has_faces) show_velocity(next_velocity[k], mass_place[k], shared);
             });
-            push_faces(
-                [&](auto effect, int axis) {
-                    each_mass([&](int k) {
-                        push_face(effect, params, lightest, axis, mass_place[k], h, shared);
-                    });
-                },
-                [&](int axis) {
-                    each_mass([&](int k) {
-                        take_from_faces(axis, mass_place[k], mass[k].inverse_mass, next_velocity[k],
-                                        shared);
-                        show_velocity(next_velocity[k], mass_place[k], shared);
-                    });
-                },
-                [] { meet_cluster(); });
+            if constexpr (has_faces) {
+                const float* const lightest = launch.faces + robot_of(launch) * 3 * sites;
+                push_faces(
+                    [&](auto effect, int axis) {
+                        each_mass([&](int k) {
+                            push_face(effect, params, lightest, axis, mass_place[k], h, shared);
+                        });
+                    },
+                    [&](int axis) {
+                        each_mass([&](int k) {
+                            take_from_faces(axis, mass_place[k], mass[k].inverse_mass,
+                                            next_velocity[k], shared);
+                            show_velocity(next_velocity[k], mass_place[k], shared);
+                        });
+                    },
+                    [] { meet_cluster(); });
+            }
+            if constexpr (has_solid) meet_solid();
             each_mass([&](int k) {
                 recall(mass[k], mass_place[k], shared);
                 slow_mass(mass[k], params, h, next_velocity[k]);

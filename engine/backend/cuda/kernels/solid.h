@@ -1,0 +1,274 @@
+// solid.h: the rigid block of a robot's scene. Each mass looks for itself whether it touches the
+// block and leaves how; one warp of the robot lists what touches in the order of the sites, and its
+// first thread adds up what acts on the block, lets friction settle and moves it: the laws, their
+// order and so the bits are the CPU's. All of it lies in global memory, so that every path does the
+// same. Compiled for one scene (scene.h). SI units.
+#pragma once
+
+#include "backend/cuda/kernels/run.h"
+
+namespace limax::cuda {
+
+inline constexpr int lanes = 32;
+
+// What other blocks of the robot may have written, from the memory that all share.
+template <class T>
+__device__ inline T fetched(const T& from) {
+    static_assert(sizeof(T) % sizeof(double) == 0);
+    constexpr int words = int(sizeof(T) / sizeof(double));
+    T to;
+#pragma unroll
+    for (int i = 0; i < words; ++i)
+        reinterpret_cast<double*>(&to)[i] = __ldcg(reinterpret_cast<const double*>(&from) + i);
+    return to;
+}
+
+// What never changes of the scene's block.
+struct solid_laws {
+    solid::block_params block;
+    solid::vector inertia;  // kg m^2
+
+    LIMAX_LAW explicit solid_laws(const scene_values& scene)
+        : block(effects::block::make<double>(scene.of(effects::index_of<effects::block>), nullptr)),
+          inertia(inertia_of_box(block.half, block.mass)) {}
+};
+
+// Calls visit(effect, params) for each instance of the scene's fixed contacts.
+template <class Visit>
+LIMAX_LAW void each_fixed_contact(const scene_values& scene, const double* origin,
+                                  const Visit& visit) {
+    effects::for_each([&]<class E>(E) {
+        if constexpr (effects::is_contact<E> && instances < E >> 0) {
+#pragma unroll 1
+            for (int i = 0; i < instances<E>; ++i)
+                visit(E{}, effects::make_params<E, double>(scene.of(effects::index_of<E>, i),
+                                                           origin, scene.heights));
+        }
+    });
+}
+
+// ---- the part of one thread ----
+
+// A step of the block: forces at t_n, the kick of h, friction. `touching` are the masses that
+// touch, in the order of their sites, whose velocities change; `corners` has room for all.
+LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const double* origin,
+                          solid_touch<mass_real>* touching, int count, solid::touch* corners,
+                          double h) {
+    using namespace effects;
+    const solid_laws laws(scene);
+    solid::state block = record.block;
+    const solid::moment moment = record.moment;
+    solid::load load{{0, 0, 0}, {0, 0, 0}};
+    if constexpr (has<gravity>) {
+        const double* g = scene.of(index_of<gravity>);
+        const double mass = laws.block.mass;
+        load.force = {mass * g[0], mass * g[1], mass * g[2]};
+    }
+    for (int i = 0; i < count; ++i) solid::meet_back<mass_real>(load, touching[i]);
+    int standing = 0;
+    solid::meet_contacts(
+        laws.block, record.seen, load,
+        [&](const auto& visit) { each_fixed_contact(scene, origin, visit); },
+        [&](const solid::touch& found) { corners[standing++] = found; });
+    solid::kick(block, load, laws.block.mass, h);
+    if constexpr (has<friction>) {
+        const auto law = friction::make<double>(scene.of(index_of<friction>), origin);
+        solid::motion rubbed{};  // of the books, which the CPU keeps
+        const auto wide = [](const vector<mass_real>& v) { return solid::vector{v.x, v.y, v.z}; };
+        solid::rub(
+            law, laws.block, block, moment, h, rubbed,
+            [&](const auto& visit) {
+#pragma unroll 1
+                for (int i = 0; i < count; ++i) visit(touching[i]);
+            },
+            [&](const solid_touch<mass_real>& at) { return wide(at.before); },
+            [&](const solid_touch<mass_real>& at) { return wide(at.after); },
+            [](const solid_touch<mass_real>& at) { return at.inverse_mass; },
+            [](solid_touch<mass_real>& at, const solid::vector& impulse) {
+                return solid::give_mass(at.after.x, at.after.y, at.after.z, impulse, at.mass,
+                                        at.inverse_mass);
+            });
+        const auto still = [](const solid::touch&) { return solid::vector{0, 0, 0}; };
+        solid::rub(
+            law, laws.block, block, moment, h, rubbed,
+            [&](const auto& visit) {
+#pragma unroll 1
+                for (int i = 0; i < standing; ++i) visit(corners[i]);
+            },
+            still, still, [](const solid::touch&) { return 0.0; },
+            [](const solid::touch&, const solid::vector& impulse) { return impulse; });
+    }
+    record.block = block;
+}
+
+// On to t_n + dt. `share` as in predict().
+LIMAX_LAW void move_solid(solid_record& record, const solid_laws& laws, double dt, double share) {
+    solid::drift(record.block, laws.inertia, dt, leapfrog, share);
+}
+// What the next forces, and what masses see, follow from.
+LIMAX_LAW void show_solid(solid_record& record, const solid_laws& laws) {
+    record.moment = solid::moment_of(record.block, laws.inertia);
+    record.seen = solid::view_of(record.block, record.moment);
+}
+
+// At a step of the robot, whose own origin moved by `shift` and lies at `origin`: marks and the
+// sample that is due.
+__device__ inline void note_solid(solid_record& record, const robot_record& robot, int64_t step,
+                                  const double shift[3], bool moved, double* samples) {
+    if (moved) {
+        solid::follow(record.block, shift);
+        record.seen.place = record.block.place;
+    }
+    const solid::vector& at = record.block.place;
+    const double place[3] = {robot.origin[0] + at.x, robot.origin[1] + at.y,
+                             robot.origin[2] + at.z};
+    for (int axis = 0; axis < 3; ++axis) {
+        if (step == robot.settle_steps) record.center[0][axis] = place[axis];
+        if (step == middle_step(robot)) record.center[1][axis] = place[axis];
+        if (step == robot.steps) record.center[2][axis] = place[axis];
+    }
+    const int64_t since = step - robot.settle_steps;
+    if (record.every == 0 || since < 0 || since % record.every != 0) return;
+    double* const sample = samples + record.offset + solid_width * (since / record.every);
+    const quaternion& q = record.block.points;
+    const double values[solid_width] = {place[0], place[1], place[2], q.w, q.x, q.y, q.z};
+    for (int i = 0; i < solid_width; ++i) sample[i] = values[i];
+    record.taken = since / record.every + 1;
+}
+// The next step after `step` at which a sample is due, `most` at the latest.
+LIMAX_LAW int64_t next_solid_sample(const solid_record& record, const robot_record& robot,
+                                    int64_t step, int64_t most) {
+    if (record.every == 0) return most;
+    const int64_t since = step - robot.settle_steps;
+    const int64_t next = since < 0 ? 0 : (since / record.every + 1) * record.every;
+    return smaller(robot.settle_steps + next, most);
+}
+
+// ---- where it lies ----
+
+// One robot's, whose masses lie at `sites` sites. `after` are all masses' velocities after the
+// kick, [3][site].
+struct robot_solid {
+    solid_record& record;
+    uint32_t* marked;
+    solid_touch<mass_real>*touches, *listed;
+    solid::touch* corners;
+    mass_real* after;
+    int sites;
+};
+__device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t robot, int sites,
+                                       mass_real* after) {
+    constexpr int contacts = [] {
+        int count = 0;
+        effects::for_each([&]<class E>(E) {
+            if (effects::is_contact<E>) count += instances<E>;
+        });
+        return count;
+    }();
+    const solid_columns<mass_real>& columns = launch.solids;
+    return {columns.records[robot],
+            columns.marked + robot * marks_of(sites),
+            columns.touches + robot * 2 * sites,
+            columns.touches + (robot * 2 + 1) * sites,
+            columns.corners + robot * corners_of_solid(contacts),
+            after,
+            sites};
+}
+
+// ---- the parts of all threads ----
+
+// The push of the solid on the mass at a site; whether it touches is left in `touched`.
+__device__ inline effects::vector<mass_real> push_of_solid(const robot_solid& solid,
+                                                           const launch_arguments& launch,
+                                                           const solid::view& seen, int site,
+                                                           const mass_state& m, bool& touched) {
+    using effects::vector;
+    touched = false;
+    if (!(m.mass > mass_real(0))) return {};
+    const auto law =
+        effects::block::make<double>(launch.scene.of(effects::index_of<effects::block>), nullptr);
+    solid_touch<mass_real> found;
+    touched = solid::meet_mass<mass_real>(
+        law, seen, site, {m.position[0], m.position[1], m.position[2]},
+        {m.predicted[0], m.predicted[1], m.predicted[2]}, double(m.mass), found);
+    if (!touched) return {};
+    found.mass = double(m.mass);
+    found.inverse_mass = double(m.inverse_mass);
+    found.before = {m.velocity[0], m.velocity[1], m.velocity[2]};
+    solid.touches[site] = found;
+    atomicOr(solid.marked + site / lanes, 1u << site % lanes);
+    return solid::push_on_mass<mass_real>(found);
+}
+
+// Lists what touches in the order of the sites, and takes the marks away. By the first warp of one
+// block, once all marks are made; returns how many there are.
+__device__ inline int list_touching(const robot_solid& solid) {
+    const int lane = threadIdx.x % lanes, words = marks_of(solid.sites);
+    int listed = 0;
+    for (int first = 0; first < words; first += lanes) {
+        const int word = first + lane;
+        const unsigned marks = word < words ? __ldcg(solid.marked + word) : 0u;
+        if (marks != 0) solid.marked[word] = 0;
+        const int own = __popc(marks);
+        int before = own;
+        for (int distance = 1; distance < lanes; distance *= 2) {
+            const int other = __shfl_up_sync(0xffffffffu, before, distance);
+            if (lane >= distance) before += other;
+        }
+        const int all = __shfl_sync(0xffffffffu, before, lanes - 1);
+        int place = listed + before - own;
+        for (unsigned left = marks; left != 0; left &= left - 1) {
+            const int site = word * lanes + __ffs(int(left)) - 1;
+            solid_touch<mass_real> found = fetched(solid.touches[site]);
+            found.after = {__ldcg(solid.after + site), __ldcg(solid.after + solid.sites + site),
+                           __ldcg(solid.after + 2 * solid.sites + site)};
+            solid.listed[place++] = found;
+        }
+        listed += all;
+    }
+    __syncwarp();
+    return listed;
+}
+
+// The step of the solid after a kick of h, and, unless the launch ends here, on for dt. By the
+// first warp of one block, between two barriers of all threads of the robot: before the first all
+// masses that touch are marked and their velocities after the kick left, after the second these
+// are what friction made of them. `origin` is the robot's own.
+__device__ inline void step_solid(const robot_solid& solid, const launch_arguments& launch,
+                                  const double* origin, double h, bool moves, double dt,
+                                  double share) {
+    const int lane = threadIdx.x % lanes, count = list_touching(solid);
+    if (lane == 0) {
+        push_solid(solid.record, launch.scene, origin, solid.listed, count, solid.corners, h);
+        if (moves) {
+            const solid_laws laws(launch.scene);
+            move_solid(solid.record, laws, dt, share);
+            show_solid(solid.record, laws);
+        }
+    }
+    __syncwarp();
+    for (int i = lane; i < count; i += lanes) {
+        const solid_touch<mass_real>& at = solid.listed[i];
+        solid.after[at.site] = at.after.x;
+        solid.after[solid.sites + at.site] = at.after.y;
+        solid.after[2 * solid.sites + at.site] = at.after.z;
+    }
+}
+
+// Where a launch begins; `begun` between kick and drift.
+__device__ inline void begin_solid(const robot_solid& solid, const launch_arguments& launch,
+                                   bool begun, double dt, double share) {
+    const solid_laws laws(launch.scene);
+    if (begun) move_solid(solid.record, laws, dt, share);
+    show_solid(solid.record, laws);
+}
+
+// The limits that it breaks.
+__device__ inline int broken_by_solid(const robot_solid& solid, const launch_arguments& launch) {
+    const solid_laws laws(launch.scene);
+    const solid::breaks found =
+        solid::broken(solid.record.block, laws.block, laws.inertia, launch.max_speed);
+    return (found.nonfinite ? limit_nonfinite : 0) | (found.speed ? limit_speed : 0);
+}
+
+}  // namespace limax::cuda
