@@ -13,9 +13,12 @@ namespace {
 
 // Deepest nesting: VoxCad's files have ten levels.
 constexpr int deepest = 64;
-// Most elements: VoxCad's files have some hundred and a few for each layer. A table in Lua takes
-// fifty times the bytes of an empty element.
+// Most elements, and most attributes of all of them: VoxCad's files have some hundred and a few for
+// each layer. A table in Lua takes fifty times the bytes of an empty element.
 constexpr int most_elements = 100000;
+// Most signs that begin a tag, a comment or a CDATA section, and most that stand in an attribute: a
+// document with more is refused before a tree of it is made. Texts may hold some, too.
+constexpr int most_signs = 4 * most_elements;
 
 // Line of an offset in bytes.
 std::size_t line_of(const char* text, std::size_t length, std::ptrdiff_t offset) {
@@ -23,8 +26,14 @@ std::size_t line_of(const char* text, std::size_t length, std::ptrdiff_t offset)
     return 1 + static_cast<std::size_t>(std::count(text, text + std::min(length, end), '\n'));
 }
 
+// Whether so many of these signs would be more than a legal document has.
+bool swarms(const char* text, std::size_t length) {
+    return std::count(text, text + length, '<') > most_signs ||
+           std::count(text, text + length, '=') > most_signs;
+}
+
 // Pushes { name, text, attributes, children... }; false where elements nest too deep or `left`, how
-// many more there may be, is used up; then nothing is pushed.
+// many more elements and attributes there may be, is used up; then nothing is pushed.
 bool push_element(lua_State* L, const pugi::xml_node& element, int level, int& left) {
     if (level > deepest || --left < 0) return false;
     luaL_checkstack(L, 4, "XML");
@@ -33,6 +42,10 @@ bool push_element(lua_State* L, const pugi::xml_node& element, int level, int& l
     lua_setfield(L, -2, "name");
     lua_newtable(L);
     for (const pugi::xml_attribute& attribute : element.attributes()) {
+        if (--left < 0) {
+            lua_pop(L, 2);
+            return false;
+        }
         lua_pushstring(L, attribute.value());
         lua_setfield(L, -2, attribute.name());
     }
@@ -60,6 +73,12 @@ int xml(lua_State* L) {
     std::size_t length = 0;
     const char* const text = luaL_checklstring(L, 1, &length);
     const std::string origin = luaL_optstring(L, 2, "XML");
+    const auto refuse_size = [&] {
+        return push_failure(L, origin + ": more than " + std::to_string(most_elements) +
+                                   " elements and attributes, or nested deeper than " +
+                                   std::to_string(deepest));
+    };
+    if (swarms(text, length)) return refuse_size();
     pugi::xml_document document;
     const pugi::xml_parse_result result = document.load_buffer(
         text, length, pugi::parse_default | pugi::parse_doctype, pugi::encoding_utf8);
@@ -72,9 +91,7 @@ int xml(lua_State* L) {
         if (child.type() == pugi::node_doctype)
             return push_failure(L, origin + ": declares a document type, which is refused");
     int left = most_elements;
-    if (!push_element(L, document.document_element(), 1, left))
-        return push_failure(L, origin + ": more than " + std::to_string(most_elements) +
-                                   " elements, or nested deeper than " + std::to_string(deepest));
+    if (!push_element(L, document.document_element(), 1, left)) return refuse_size();
     return 1;
 }
 

@@ -98,7 +98,8 @@ return {
       text = "throughput, effects: time of one repeat of one measurement" },
     { name = "full",
       text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
-        .. " long cases, and every combination of all; accuracy:"
+        .. " long cases, and every combination of all; effects: on a CPU with valgrind, the"
+        .. " instructions of a step, in minutes; accuracy:"
         .. " more steps and robots, whole evolutions, long runs: hours" },
     { name = "filter", argument = "TEXT", text = "stability: only cases whose name contains this" },
     { name = "fraction", argument = "F", kind = "number", minimum = 0.01, maximum = 0.99,

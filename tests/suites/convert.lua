@@ -360,6 +360,13 @@ suite:test("a hostile .vxa ends soon and small", { limit = 20 }, function(t)
   refused(t, folder, { "deep.vxa", "out.json" }, "nested deeper than 64")
   write(folder .. "/many.vxa", "<VXA>" .. ("<a/>"):rep(2000000) .. "</VXA>")
   refused(t, folder, { "many.vxa", "out.json" }, "more than 100000 elements")
+  -- looked at before a tree of them is made
+  write(folder .. "/more.vxa", "<VXA>" .. ("<a/>"):rep(20000000) .. "</VXA>")
+  refused(t, folder, { "more.vxa", "out.json" }, "more than 100000 elements")
+  local attributes = {}
+  for k = 1, 100001 do attributes[k] = ("a%d=''"):format(k) end
+  write(folder .. "/wide.vxa", "<VXA " .. table.concat(attributes, " ") .. "/>")
+  refused(t, folder, { "wide.vxa", "out.json" }, "more than 100000 elements and attributes")
   write(folder .. "/zero.vxa", "<VXA>\0</VXA>")
   refused(t, folder, { "zero.vxa", "out.json" }, "not XML")
   -- read by its size alone

@@ -369,6 +369,8 @@ suite:test("bad worlds of EvoGym are refused with the field", function(t)
   bad(world:format("2", object("", "")), "objects.r has no voxels")
   bad(world:format("2", '{"a": 1, "b": 2}'), "objects has 2 entries")
   bad(world:format("2", "{}"), "objects has 0 entries")
+  bad("[" .. ("[],"):rep(9000000) .. "1]",
+    "has 9000001 lists and objects; at most 8000000 are read")
 end)
 
 return suite

@@ -4,6 +4,7 @@
 local conversion = require "support.conversion"
 local host = require "limax.host"
 local limax = require "limax"
+local process = require "limax.test.process"
 local reader = require "support.reader"
 local source = require "limax.source"
 
@@ -186,5 +187,44 @@ assert row == {"repetition": "1", "generation": "0", "a, b": "c", "best": "1"}, 
   t:equal(notes_of(t, folder, "run", "b.tensorboard"),
     { "digits beyond those of 32 bits: a scalar is a float", "a, b: no number" })
 end)
+
+suite:test("the page's commands run, and its table is what is read and written", { limit = 30 },
+  function(t)
+    local page, folder = assert(source.read(host.home .. "/scripts/CONVERT.md")), t:folder()
+    write(folder .. "/walk.lua", [[
+return require("limax").experiment { lattice = { 2, 2, 2 }, population = 4, generations = 2,
+  repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
+  fitness = "walk" }
+]])
+    local done = process.limax({ "run", "-q", "walk.lua", "--out", "runs/walk-1" },
+      { folder = folder })
+    t:ok(done.status == 0, done.stderr)
+    local count = 0
+    convert(t, folder, "runs/walk-1", "walker.vxa")
+    for line in page:match("```text\n(.-)```"):gmatch "[^\n]+" do
+      local words = {}
+      for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do words[#words + 1] = word end
+      t:equal({ words[1], words[2] }, { "limax", "convert" })
+      convert(t, folder, unpack(words, 3))
+      count = count + 1
+    end
+    t:ok(count >= 5, count)
+    local rows = 0
+    for row in page:gmatch "\n| `(%.[^\n]+)" do
+      rows = rows + 1
+      local endings, reads, writes = row:match "^(.-) | ?(%l*) | ?(%l*) |"
+      t:ok(reads == "yes" or writes == "yes", row)
+      for ending in ("`" .. endings):gmatch "`(%.[%w]+)`" do
+        local out = process.limax({ "convert", "gone.json", "out" .. ending }, { folder = folder })
+        -- the source is looked at after the ending
+        t:equal(out.stderr:find("names no format", 1, true) == nil,
+          writes == "yes" or page:find(("| `%s` | | yes |"):format(ending), 1, true) ~= nil)
+        local from = process.limax({ "convert", "gone" .. ending, "out.json" }, { folder = folder })
+        t:equal(from.stderr:find("is no robot's", 1, true) == nil,
+          reads == "yes" or ending == ".npz")
+      end
+    end
+    t:equal(rows, 12)
+  end)
 
 return suite

@@ -2,54 +2,17 @@
 --- other process disturbs.
 
 local suite = require("limax.test").suite "effects cost"
-local host = require "limax.host"
-
--- Runs one full 5x5x5 body for so many steps in a scene.
-local PROGRAM = [[
-local engine = require "limax.engine"
-local steps, names = tonumber(arg[1]), arg[2] or ""
-local scene = {}
-for name in names:gmatch "[^,]+" do scene[name] = true end
-local materials = engine.materials "paper"
-local bodies = engine.population { lattice = { 5, 5, 5 }, count = 1 }
-local voxels = {}
-for i = 1, 125 do voxels[i] = 1 + i % 4 end
-bodies:set_body(1, voxels)
-bodies:check(materials)
-local simulation = engine.simulation(bodies, materials, engine.scene(scene),
-  { duration = 100, time_step = 1e-4, settle = 0 }, engine.device("cpu", { threads = 1 }))
-simulation:advance(1, steps)
-]]
-
-local function instructions(program, steps, effects)
-  local command = ("valgrind --tool=callgrind --callgrind-out-file=/dev/null "
-    .. '"%s" "%s" %d "%s" 2>&1'):format(host.executable, program, steps, effects)
-  local pipe = assert(io.popen(command))
-  local output = pipe:read "*a"
-  pipe:close()
-  local count = output:match "Collected : (%d+)"
-  return tonumber(count) or error("callgrind counted nothing:\n" .. output)
-end
-
--- Instructions of one step: start-up drops out of the difference of two runs. It varies by some
--- 1e5 from run to run (addresses decide the order of hash tables), so the runs differ by many
--- steps.
-local function per_step(program, effects)
-  return (instructions(program, 4160, effects) - instructions(program, 320, effects)) / 3840
-end
+local instructions = require "limax.bench.instructions"
 
 suite:test("an effect costs its own instructions and nothing where it is absent",
   { limit = 300, tags = { "cost" } }, function(t)
-    if os.execute "command -v valgrind >/dev/null 2>&1" ~= 0 then
-      t:skip "valgrind is not installed"
-    end
-    local program = t:folder() .. "/steps.lua"
-    t:ok(host.file.write_atomic(program, PROGRAM))
-
+    if not instructions.available() then t:skip "valgrind is not installed" end
     local cost = {}
     for _, effects in ipairs { "", "gravity", "ground", "damping", "actuation", "gravity,ground",
       "ground,friction", "gravity,ground,friction,damping,actuation" } do
-      cost[effects] = per_step(program, effects)
+      local scene = {}
+      for name in effects:gmatch "[^,]+" do scene[name] = true end
+      cost[effects] = instructions.per_step(scene)
     end
     local springs, all = cost[""], cost["gravity,ground,friction,damping,actuation"]
     local own = {

@@ -205,7 +205,7 @@ return limax.experiment { fitness = "walk", scene = { own = { force = [[
       local folder = t:folder()
       t:ok(host.file.write_atomic(folder .. "/mine.lua", (text:gsub("\n", ending))))
       for _, words in ipairs { { "run", "mine.lua" }, { "doctor", "--scene", "mine.lua" } } do
-        local done = process.limax(words, { folder = folder })
+        local done = process.ends(folder, words)
         t:ok(done.status == 2 and done.stderr:find("(mine.lua:4)", 1, true), done.stderr)
       end
     end

@@ -5,6 +5,7 @@
 local cases = require "limax.bench.cases"
 local engine = require "limax.engine"
 local host = require "limax.host"
+local instructions = require "limax.bench.instructions"
 local timing = require "limax.bench.timing"
 
 local effects = {}
@@ -12,6 +13,7 @@ local effects = {}
 local ROUNDS = 10
 -- on a GPU: what fills a large one
 local ROBOTS = { cpu = 1, cuda = 4224 }
+-- `instructions` are a kernel's, or a step's on a CPU where they are counted
 local KERNEL = { "path", "origin", "registers", "spilled", "instructions" }
 local COLUMNS = { "device", "effects", "robots", "seconds_per_step", "relative_to_all",
   "relative_to_springs", "passes", unpack(KERNEL) }
@@ -82,6 +84,19 @@ local function check(case, name)
   end
 end
 
+-- Counts the instructions of a step in every scene.
+local function count(rows, list, say)
+  if not instructions.available() then
+    say "instructions are not counted: there is no valgrind"
+    return
+  end
+  say "counting instructions takes minutes; they are those of the passes for x86-64-v3"
+  for i, scene in ipairs(list) do
+    host.raise_if_interrupted()
+    rows[i].instructions = math.floor(instructions.per_step(scene.scene) + 0.5)
+  end
+end
+
 --- Measures every scene, in turn.
 ---@param how limax.bench_how
 ---@return limax.bench_result
@@ -106,21 +121,28 @@ function effects.run(how)
     rows[i] = { device = on, effects = scene.name, robots = robots }
     for _, name in ipairs { "passes", unpack(KERNEL) } do rows[i][name] = case.facts[name] end
   end
-  local rates = timing.best_rates(list, ROUNDS)
+  -- one thread: time of the processor, in which a busy machine's other work does not count
+  local on_cpu = device.kind == "cpu"
+  local rates = timing.best_rates(list, ROUNDS, on_cpu and os.clock or nil)
   for i, case in ipairs(list) do
     rows[i].seconds_per_step = case.springs * robots / rates[i]
     case.free()
   end
 
+  if on_cpu and how.full then count(rows, scenes(device.kind), how.say) end
+
   how.say ""
   how.say(("%-32s %10s %7s %11s%s"):format("effects", "us/step", "of all", "of springs",
-    device.kind == "cuda" and "   registers  spilled  instructions  kernel" or ""))
+    on_cpu and (rows[1].instructions and "   instructions/step  of springs" or "")
+      or "   registers  spilled  instructions  kernel"))
   local springs, all = rows[1].seconds_per_step, rows[#rows].seconds_per_step
   for _, row in ipairs(rows) do
     row.relative_to_all = row.seconds_per_step / all
     row.relative_to_springs = row.seconds_per_step / springs
     local kernel = row.registers and ("  %10d %8d %13d  %s"):format(row.registers, row.spilled,
-      row.instructions, row.origin) or ""
+      row.instructions, row.origin)
+      or row.instructions and ("  %18d %11.2f"):format(row.instructions,
+        row.instructions / rows[1].instructions) or ""
     how.say(("%-32s %10.4g %7.2f %11.2f%s"):format(row.effects, 1e6 * row.seconds_per_step,
       row.relative_to_all, row.relative_to_springs, kernel))
   end

@@ -12,6 +12,10 @@ input.LARGEST = 128 * 2 ^ 20
 --- Most voxels of a lattice that is read: a hundred along each axis.
 input.MOST_VOXELS = 1e6
 
+--- Most lists and objects of a JSON file that is read: of a tower one voxel wide each of three
+--- weights has two for every voxel, its layer and the line in it, and the letters have one.
+input.MOST_LISTS = 8 * input.MOST_VOXELS
+
 --- Ends the command: what is wrong in a file. What the file says is shown without control
 --- characters, which a terminal would obey.
 ---@param path string

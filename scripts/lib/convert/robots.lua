@@ -22,7 +22,12 @@ local function ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() en
 robots.ending_of = ending_of
 
 local function of_json(path, _, notes)
-  local decoded, message = host.json.decode(input.read(path), path)
+  local text = input.read(path)
+  local lists = select(2, text:gsub("[%[{]", "%0"))
+  if lists > input.MOST_LISTS then
+    input.refuse(path, "has %d lists and objects; at most %d are read", lists, input.MOST_LISTS)
+  end
+  local decoded, message = host.json.decode(text, path)
   if decoded == nil then failure.raise(2, message) end
   if evogym.is_world(decoded) then return evogym.of_world(path, decoded, notes) end
   local description, wrong = robot_file.check(decoded)
