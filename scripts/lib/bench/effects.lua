@@ -49,18 +49,13 @@ local function text_of(names, scene)
   return table.concat(list, ", ")
 end
 
--- Effects that a GPU does not know.
-local CPU_ALONE = { block = true }
-
--- Scenes of a kind of device by what they are called: springs alone first, all last.
-local function scenes(kind)
+-- Scenes by what they are called: springs alone first, all last.
+local function scenes()
   local infos, names = {}, {}
   for _, info in ipairs(engine.effects()) do
     infos[info.name] = info
     -- every scene has springs
-    if info.name ~= "springs" and not (kind == "cuda" and CPU_ALONE[info.name]) then
-      names[#names + 1] = info.name
-    end
+    if info.name ~= "springs" then names[#names + 1] = info.name end
   end
   local all = with_needs(infos, names)
   local list = { { name = "none but springs", scene = {} } }
@@ -111,7 +106,7 @@ function effects.run(how)
     robots, robots == 1 and "" or "s", cases.TIME_STEP))
 
   local rows, list = {}, {}
-  for i, scene in ipairs(scenes(device.kind)) do
+  for i, scene in ipairs(scenes()) do
     local case = cases.endless(materials, { lattice = { 5, 5, 5 }, count = robots,
       scene = scene.scene, integrator = "leapfrog", precision = "compensated", device = device,
       seconds = how.seconds / 5 })
@@ -129,7 +124,7 @@ function effects.run(how)
     case.free()
   end
 
-  if on_cpu and how.full then count(rows, scenes(device.kind), how.say) end
+  if on_cpu and how.full then count(rows, scenes(), how.say) end
 
   how.say ""
   how.say(("%-32s %10s %7s %11s%s"):format("effects", "us/step", "of all", "of springs",
