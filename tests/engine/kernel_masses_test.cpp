@@ -1,8 +1,9 @@
-// kernel_masses_test.cpp: what a kernel does to a mass at a step is what the passes of the CPU do,
-// bit for bit, with every effect at once. The kernels' text is compiled here for the host, so that
-// no GPU is needed. SI units.
+// kernel_masses_test.cpp: what a kernel does to a mass, and to the block, at a step is what the CPU
+// does, bit for bit, with every effect at once. The kernels' text is compiled here for the host, so
+// that no GPU is needed. SI units.
 #include <doctest/doctest.h>
 
+#include "backend/cpu/rigid_block.h"
 #include "stage.h"
 
 // two planes, a sphere, two boxes; double; leapfrog
@@ -32,7 +33,7 @@ LIMAX_OPERATION(14,9,3,0,0)LIMAX_OPERATION(15,0,14,0,0)LIMAX_OPERATION(16,8,15,0
 LIMAX_OPERATION(17,18,11,13,16)LIMAX_FORCE(8,8,17)
 // clang-format on
 #define LIMAX_SCRIPTED_REGISTERS 37
-#include "backend/cuda/kernels/scene.h"
+#include "backend/cuda/kernels/solid_step.h"
 
 // the text that a macro stands for, where no macro of it is one
 #define LIMAX_AS_TEXT(...) #__VA_ARGS__
@@ -66,6 +67,27 @@ scene every_scene() {
     return made.setup.scene;
 }
 
+// The same as a kernel is given it.
+cuda::scene_values values_of(const scene& scene) {
+    cuda::scene_values values{};
+    values.heights = scene.heights();
+    effects::for_each([&]<class E>(E) {
+        constexpr int index = effects::index_of<E>;
+        values.count[index] = scene.instances(index);
+        for (int i = 0; i < scene.instances(index); ++i)
+            std::copy_n(scene.values(index, i), effects::components<E>, values.of(index, i));
+    });
+    return values;
+}
+
+// Numbers from -1 to 1, the same for the same seed.
+struct numbers {
+    uint32_t state = 3;
+    double operator()() {
+        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
+    }
+};
+
 }  // namespace
 
 TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
@@ -75,10 +97,7 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
     constexpr int count = 64;
 
     // states of a mass in use, but for the last, at places relative to the origin
-    uint32_t state = 3;
-    const auto draw = [&] {
-        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
-    };
+    numbers draw;
     std::vector<double> columns[3][5];  // of each axis: x, u, the next u, p, force
     for (int axis = 0; axis < 3; ++axis)
         for (std::vector<double>& column : columns[axis])
@@ -99,14 +118,10 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
     masses.inverse_mass = inverse_mass.data();
 
     // the kernel's way, from the same numbers
-    cuda::scene_values values{};
+    const cuda::scene_values values = values_of(scene);
     cuda::mass_params<double> single{};
-    values.heights = scene.heights();
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
-        values.count[index] = scene.instances(index);
-        for (int i = 0; i < scene.instances(index); ++i)
-            std::copy_n(scene.values(index, i), effects::components<E>, values.of(index, i));
         if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
             single.of<E>() = E::template make<double>(values.of(index), world);
     });
@@ -177,4 +192,97 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
             CAPTURE(i);
             CHECK(bits_as<uint64_t>(columns[axis][2][i]) == bits_as<uint64_t>(expected[i][axis]));
         }
+}
+
+TEST_CASE("a kernel moves the block as the CPU moves it") {
+    scene scene = every_scene();
+    // into the contacts, and turning
+    const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3};
+    scene.set("block", "position", place, 3);
+    scene.set("block", "spin", spin, 3);
+    const spring_body body = stage(lattice{2, 2, 2}).body();
+    const double origin[3] = {2, -4, 6}, still[3] = {0, 0, 0}, h = 1e-3;
+    const double start[3] = {-origin[0], -origin[1], -origin[2]};
+    const auto count = std::size_t(body.count);
+    std::vector<double> columns[3][5];  // of each axis: x, u, the next u, p, force
+    cpu::mass_arrays<double> masses{};
+    masses.count = body.count;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (std::vector<double>& column : columns[axis]) column.resize(count);
+        masses.position[axis] = columns[axis][0].data();
+        masses.velocity[axis] = columns[axis][1].data();
+        masses.next_velocity[axis] = columns[axis][2].data();
+        masses.predicted[axis] = columns[axis][3].data();
+        masses.force[axis] = columns[axis][4].data();
+    }
+    std::vector<double> inverse_mass(count);
+    for (std::size_t site = 0; site < count; ++site) inverse_mass[site] = 1.0 / body.mass[site];
+    masses.inverse_mass = inverse_mass.data();
+
+    cpu::rigid_block<double> expected(scene, body, start);
+    expected.follow(origin, still);
+    const cuda::scene_values values = values_of(scene);
+    const cuda::solid_laws laws(values);
+    cuda::solid_record record{};
+    record.block = solid::placed(laws.block, laws.inertia,
+                                 values.of(effects::index_of<effects::block>), start);
+    int contacts = 0;
+    for (std::size_t i = 0; i < effect_entries().size(); ++i)
+        if (effects::contact_bits >> i & 1u) contacts += scene.instances(int(i));
+    std::vector<solid::touch> corners(std::size_t(cuda::corners_of_solid(contacts)));
+
+    numbers draw;
+    std::size_t met = 0;
+    for (int step = 0; step < 30; ++step) {
+        CAPTURE(step);
+        for (int axis = 0; axis < 3; ++axis)
+            for (std::size_t site = 0; site < count; ++site) {
+                columns[axis][0][site] = start[axis] + 0.4 * draw();
+                for (const int column : {1, 2, 3}) columns[axis][column][site] = draw();
+                columns[axis][4][site] = 0;
+            }
+        cuda::show_solid(record, laws);
+        std::vector<cuda::solid_touch<double>> touching;
+        std::vector<effects::vector<double>> pushes(count);
+        const auto in = [&](int column, std::size_t site) {
+            return effects::vector<double>{columns[0][column][site], columns[1][column][site],
+                                           columns[2][column][site]};
+        };
+        for (const int32_t site : body.sites) {
+            cuda::solid_touch<double> found;
+            if (!solid::meet_mass<double>(laws.block, record.seen, site, in(0, site), in(3, site),
+                                          body.mass[site], found))
+                continue;
+            found.mass = body.mass[site];
+            found.inverse_mass = inverse_mass[site];
+            found.before = in(1, site);
+            found.after = in(2, site);
+            pushes[site] = solid::push_on_mass<double>(found);
+            touching.push_back(found);
+        }
+        met += touching.size();
+        cuda::push_solid(record, values, origin, touching.data(), int(touching.size()),
+                         corners.data(), h);
+
+        expected.evaluate(masses);
+        expected.kick(h);
+        expected.rub_masses(masses, h);
+        expected.rub_contacts(h);
+        const auto same = [&](const effects::vector<double>& a, const effects::vector<double>& b) {
+            CHECK(bits_as<uint64_t>(a.x) == bits_as<uint64_t>(b.x));
+            CHECK(bits_as<uint64_t>(a.y) == bits_as<uint64_t>(b.y));
+            CHECK(bits_as<uint64_t>(a.z) == bits_as<uint64_t>(b.z));
+        };
+        for (const int32_t site : body.sites) same(pushes[site], in(4, site));
+        for (const auto& touch : touching) same(touch.after, in(2, touch.site));
+        cuda::move_solid(record, laws, h, 0.5);
+        expected.drift(h, true, 0.5);
+        double of_kernel[13], of_cpu[13];
+        solid::write_state(record.block, laws.inertia, origin, false, of_kernel);
+        expected.write(origin, false, of_cpu);
+        for (int i = 0; i < 13; ++i)
+            CHECK(bits_as<uint64_t>(of_kernel[i]) == bits_as<uint64_t>(of_cpu[i]));
+    }
+    CHECK(met > 30);
+    CHECK(corners.front().push > 0);
 }
