@@ -333,21 +333,8 @@ suite:test("every command line runs", { limit = 60 }, function(t)
   t:ok(count > 0)
 end)
 
-suite:test("the pages on language models: their blocks run", { limit = 60 }, function(t)
-  -- a parser, in the place where parsers run
-  local parser = blocks("prompts/README.md", "lua")
-  t:equal(#parser, 1)
-  local function parsed(text)
-    local fine, value, message = host.sandbox { name = "=block", text = text, limits = "[]",
-      source = table.concat(parser[1].lines, "\n") }
-    return { fine, value, message }
-  end
-  local said = parsed "rate: 0.25"
-  t:equal({ said[1], said[2].mutation_rate }, { true, 0.25 })
-  said = parsed "no number"
-  t:ok(said[1] and said[3] == "expected rate: NUMBER", tostring(said[3]))
-
-  -- a client by hand, with an endpoint that answers and without one
+suite:test("the client by hand of lib/llm/README.md runs", { limit = 60 }, function(t)
+  -- with an endpoint that answers; without one: llm_endpoint.lua
   local page = "scripts/lib/llm/README.md"
   local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
   t:equal(#client, 1)
@@ -355,8 +342,6 @@ suite:test("the pages on language models: their blocks run", { limit = 60 }, fun
   local done = completes(t, folder, { "block.lua" }, { what = client[1].place,
     before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
   t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
-  done = completes(t, folder, { "block.lua" }, { before = "unset LIMAX_LLM_URL;" })
-  t:ok(done.stdout:find("no endpoint of a language model is configured", 1, true), done.stdout)
 end)
 
 suite:test("the lines of CONVERT.md run", { limit = 60 }, function(t)
