@@ -15,8 +15,10 @@ local source = require "limax.source"
 
 local suite = require("limax.test").suite "documentation"
 
-local PAGE, READMES = "scripts/RUN_FOLDER.md",
-  { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local PAGE = "scripts/RUN_FOLDER.md"
+-- pages with Lua, and with command lines
+local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
 
@@ -282,7 +284,7 @@ local function small(words, name)
   return words
 end
 
-for _, page in ipairs(READMES) do
+for _, page in ipairs(WITH_LUA) do
   suite:test("every Lua block runs: " .. page, { limit = 60 }, function(t)
     local folder, list = t:folder(), blocks(page, "lua")
     t:ok(#list > 0)
