@@ -4,6 +4,7 @@
 local choice = require "limax.choice"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"
+local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
 local ledger = require "limax.ledger"
@@ -14,8 +15,10 @@ local source = require "limax.source"
 
 local suite = require("limax.test").suite "documentation"
 
-local PAGE, READMES = "scripts/RUN_FOLDER.md",
-  { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local PAGE = "scripts/RUN_FOLDER.md"
+-- pages with Lua, and with command lines
+local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
 local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
 
@@ -281,7 +284,7 @@ local function small(words, name)
   return words
 end
 
-for _, page in ipairs(READMES) do
+for _, page in ipairs(WITH_LUA) do
   suite:test("every Lua block runs: " .. page, { limit = 60 }, function(t)
     local folder, list = t:folder(), blocks(page, "lua")
     t:ok(#list > 0)
@@ -332,8 +335,41 @@ suite:test("every command line runs", { limit = 60 }, function(t)
   t:ok(count > 0)
 end)
 
-suite:test("every file that a README names is there", function(t)
-  for _, page in ipairs(READMES) do
+suite:test("the client by hand of lib/llm/README.md runs", { limit = 60 }, function(t)
+  -- with an endpoint that answers; without one: llm_endpoint.lua
+  local page = "scripts/lib/llm/README.md"
+  local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
+  t:equal(#client, 1)
+  write(folder .. "/block.lua", table.concat(client[1].lines, "\n") .. "\n")
+  local done = completes(t, folder, { "block.lua" }, { what = client[1].place,
+    before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
+  t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
+end)
+
+suite:test("the lines of CONVERT.md run", { limit = 60 }, function(t)
+  local folder, count = t:folder(), 0
+  write(folder .. "/walk.lua", [[
+return require("limax").experiment { name = "walk", fitness = "walk", lattice = { 3, 3, 3 },
+  population = 6, generations = 2, repetitions = 1, simulation = { duration = 0.4, settle = 0.1 } }
+]])
+  completes(t, folder, { "run", "walk.lua", "-q", "--out", "runs/walk-1" })
+  completes(t, folder, { "convert", "runs/walk-1", "walker.vxa" })
+  for _, block in ipairs(blocks("scripts/CONVERT.md", "text")) do
+    for _, line in ipairs(block.lines) do
+      local words = {}
+      for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do words[#words + 1] = word end
+      t:equal(table.remove(words, 1), "limax")
+      completes(t, folder, words, { what = block.place })
+      count = count + 1
+    end
+  end
+  t:ok(count >= 5)
+end)
+
+suite:test("every file that a page names is there", function(t)
+  for _, page in ipairs { "engine/README.md", "engine/PERFORMANCE.md", "prompts/README.md",
+    "scripts/lib/llm/README.md", "scripts/ACCURACY.md", "scripts/CONVERT.md",
+    "scripts/RUN_FOLDER.md", "scripts/SUPERVISION.md", unpack(READMES) } do
     local base = host.home .. "/" .. (page:match "^(.*/)[^/]*$" or "")
     local text = text_of(page)
     local function check(path)

@@ -61,6 +61,15 @@ suite:test("a history that cannot be written is said once", function(t)
   t:equal(done.steps[3].lines, { "> 2", "2", ">" })
 end)
 
+suite:test("a history that cannot be read is said, and the prompt comes", function(t)
+  local folder = t:folder()
+  host.file.mkdir(folder .. "/state/limax/history")
+  local done = typed.run(t, { prompt, line "1", leave }, { folder = folder })
+  local said = table.concat(done.steps[1].lines, "\n")
+  t:ok(said:match "\nlimax: the history is not kept: ", said)
+  t:equal(done.steps[2].lines, { "> 1", "1", ">" })
+end)
+
 suite:test("without libedit lines are plain, and the prompt says so", function(t)
   if host.line_editor then t:skip "built with libedit" end
   local done = typed.run(t, { prompt, line "1 + 1", leave })

@@ -213,6 +213,7 @@ printing:test("refuses what it cannot understand", function(t)
   refused("--one-process and --jobs exclude each other", "--one-process", "-j", "2")
   refused("--reason goes with --update-golden", "--reason=why")
   refused("--junit: there is no folder /nowhere", "--junit=/nowhere/results.xml")
+  refused("--junit: cannot ", "--junit=" .. t:folder(), trial(t, ""))
   refused("leave out --jobs", "--update-golden", "--jobs=2")
   -- an installed limax has no suites of its own
   local home = t:folder()

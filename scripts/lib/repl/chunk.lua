@@ -77,28 +77,34 @@ end
 ---@return string|nil message
 ---@return boolean|nil incomplete
 function chunk.compile(text, environment, name, first)
-  local above = ("\n"):rep((first or 1) - 1)
-  local function compiled(code) return loadstring(above .. code, name) end
   -- the `=` of other prompts of Lua
   text = text:gsub("^%s*=%f[^=]", "")
+  -- lines above it: after thousands they cost more than the text, so that they stand above the form
+  -- that was chosen alone
+  local function numbered(code) return loadstring(("\n"):rep((first or 1) - 1) .. code, name) end
   local expression, muted = unmuted(text)
   local timed = with_time(expression)
-  local call = compiled("return " .. timed)
-  local names = {}
-  if call then
+  local names, form = {}, "return " .. timed
+  if loadstring(form, name) then
     -- a call after `return` is a tail call, whose errors would lose their line
     -- (the line break: for a text that ends in a comment)
-    call = compiled("(...)(" .. timed .. ")") or compiled("(...)(" .. timed .. "\n)") or call
+    for _, call in ipairs { "(...)(" .. timed .. ")", "(...)(" .. timed .. "\n)" } do
+      if loadstring(call, name) then
+        form = call
+        break
+      end
+    end
   else
-    local _, as_expression = compiled("return " .. text)
-    local statement, as_statement
-    statement, names = tokens.keep_locals(with_time(text))
-    call, as_statement = compiled(statement)
-    if not call then
-      return nil, as_statement, is_incomplete(as_expression or "", text)
+    local _, as_expression = loadstring("return " .. text, name)
+    form, names = tokens.keep_locals(with_time(text))
+    local whole, as_statement = loadstring(form, name)
+    if not whole then
+      local incomplete = is_incomplete(as_expression or "", text)
         or is_incomplete(as_statement, text)
+      return nil, select(2, numbered(form)), incomplete
     end
   end
+  local call = numbered(form)
   -- compiled traces check no hook: at the prompt Ctrl-C must always come through
   jit.off(call, true)
   return { call = setfenv(call, environment), muted = muted, names = names }

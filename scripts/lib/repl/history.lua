@@ -3,6 +3,7 @@
 --- breaks are written \n and backslashes \\.
 
 local host = require "limax.host"
+local source = require "limax.source"
 
 local history = {}
 
@@ -55,10 +56,13 @@ end
 ---@return string[]
 function History:entries()
   local entries = {}
-  local file = self.path and io.open(self.path, "rb")
-  if not file then return entries end
-  for line in file:lines() do entries[#entries + 1] = decode(line) end
-  file:close()
+  if not self.path or not host.file.exists(self.path) then return entries end
+  local text, message = source.read(self.path)
+  if not text then
+    self:give_up(message)
+    return entries
+  end
+  for line in text:gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
   if #entries > MOST + MOST / 10 then self:shorten(entries) end
   return entries
 end

@@ -28,7 +28,7 @@ axes.list = {
 -- Beyond it not every whole number is one of Lua's.
 local LARGEST = 2 ^ 53
 
--- Integrators that a GPU has not (README, "How exact it is").
+-- Integrators that a GPU has not (scripts/EXTENDING.md, "How exact it is").
 local CPU_ALONE = { rk4 = true, xpbd = true }
 
 local function fail(what, expected, value)

@@ -1,5 +1,5 @@
 --- junit.lua: the results as JUnit's XML, which continuous integration reads. The file is written
---- once, at the end; times in seconds.
+--- at the end, and until then holds none; times in seconds.
 
 local failure = require "limax.failure"
 local host = require "limax.host"
@@ -10,6 +10,8 @@ local junit = {}
 local methods = {}
 methods.__index = methods
 
+local HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="limax test">\n'
+local FOOT = "</testsuites>\n"
 local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
 
 -- XML 1.0 has no place for other control characters: they become question marks.
@@ -58,27 +60,34 @@ function methods:result(instance, result)
     result.seconds, inner(result)))
 end
 
+function methods:write(text, status)
+  local fine, message = host.file.write_atomic(self.path, text)
+  if not fine then failure.raise(status, "--junit: " .. message) end
+end
+
 function methods:finish()
-  local lines = { '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="limax test">\n' }
+  local lines = { HEAD }
   for _, file in ipairs(self.files) do
     lines[#lines + 1] = ('  <testsuite name="%s" tests="%d" failures="%d" skipped="%d" '
       .. 'time="%.3f">\n%s  </testsuite>\n'):format(escaped(file.path), #file.cases, file.failed,
       file.skipped, file.seconds, table.concat(file.cases))
   end
-  lines[#lines + 1] = "</testsuites>\n"
-  local fine, message = host.file.write_atomic(self.path, table.concat(lines))
-  if not fine then error(("--junit: %s"):format(message), 0) end
+  lines[#lines + 1] = FOOT
+  self:write(table.concat(lines), 1)
 end
 
 --- A reporter that leaves its file at `path`.
 ---@param path string
 function junit.reporter(path)
   local folder = path:match "^(.*)/" or "."
-  -- said before the tests run, and not after
   if host.file.exists(folder == "" and "/" or folder) ~= "folder" then
     failure.raise(2, ("--junit: there is no folder %s"):format(folder))
   end
-  return setmetatable({ path = path, files = {} }, methods)
+  local self = setmetatable({ path = path, files = {} }, methods)
+  -- what cannot be written is said before the tests run, and results of an earlier run do not pass
+  -- for those of one that is cut short
+  self:write(HEAD .. FOOT, 2)
+  return self
 end
 
 return junit

@@ -129,7 +129,9 @@ function runner.files(paths)
   for _, path in ipairs(paths) do
     if host.file.exists(path) == "folder" then
       local folder, before = path:gsub("/+$", ""), #files
-      for _, name in ipairs(host.file.list(path) or {}) do
+      local names, message = host.file.list(path)
+      if not names then failure.raise(2, message) end
+      for _, name in ipairs(names) do
         if name:match "%.lua$" then files[#files + 1] = folder .. "/" .. name end
       end
       if #files == before then failure.raise(2, ("%s holds no .lua file"):format(path)) end
