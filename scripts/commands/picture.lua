@@ -134,11 +134,14 @@ end
 local function mp4(arguments, film)
   local part = arguments.out .. ".part.mp4"
   local pipe
+  -- where nothing can be written ffmpeg would end and the pipe break
+  write(part, "")
   local width, height = frames(arguments, film, function(bytes, _, frame)
     if not pipe then
+      -- one that fails leaves nothing, and what it did not read is read by nobody
       pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
-        .. " -i - -pix_fmt yuv420p -movflags +faststart %s"):format(frame.panel, frame.height,
-        FRAMES, shell.quoted(part)), "w"))
+        .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
+        frame.panel, frame.height, FRAMES, shell.quoted(part), shell.quoted(part)), "w"))
     end
     pipe:write(bytes)
   end)
@@ -161,7 +164,9 @@ function command.run(arguments)
     failure.raise(1, "an .mp4 needs ffmpeg, which is not installed; .gif needs nothing")
   end
   local path = file_of(arguments[1])
-  local walked, message = motion.simulate(robot(path), { device = arguments.device })
+  local read, given = failure.attempt(robot, path)
+  if not read then failure.raise(1, failure.bare(given)) end
+  local walked, message = motion.simulate(given, { device = arguments.device })
   if not walked then failure.raise(1, message) end
   local duration = walked:duration()
   local times = times_of(arguments.times, duration)
