@@ -231,7 +231,7 @@ suite:test("what stands around a robot is in its picture, from every side", { li
     local wide = { from = { 0.35, -3, 0 }, to = { 3, 3, 0.08 } }
     local scenes = {
       box = limax.scenes.land { boxes = wide },
-      sphere = limax.scenes.land { spheres = { center = { 0.45, 0.1, 0 }, radius = 0.1 } },
+      sphere = limax.scenes.land { spheres = { center = { 0.42, 0.1, 0 }, radius = 0.12 } },
     }
     for what, around in pairs(scenes) do
       local film = motion.of(walked_in(around), { 0 })
