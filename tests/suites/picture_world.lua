@@ -315,6 +315,19 @@ suite:test("a slope is seen as one: up is against gravity", { limit = 20 }, func
   t:equal(world.of({ ground = { height = 0 } }).up, { 0, 0, 1 })
 end)
 
+suite:test("a simulation that goes on is drawn as it is, its block too", function(t)
+  local moving = limax.robot { voxels = VOXELS }:begin { duration = 1, settle = 0,
+    scene = limax.scenes.land { block = { position = { 0.5, 0, 0 }, velocity = { 1, 0, 0 } } } }
+  local function block_now()
+    local film = motion.now(moving.finished(), moving:positions():table(), moving.time)
+    t:ok(next((colors_of(film, "side"))))
+    return film.poses[1].block[1][1]
+  end
+  local before = block_now()
+  moving:go(0.1)
+  t:ok(block_now() > before + 0.02, "the block has moved")
+end)
+
 suite:test("the paper's materials are told apart in grey", function(t)
   local list = limax.robot { voxels = VOXELS }.materials:table().materials
   local colors, greys = palette.of(list), {}
