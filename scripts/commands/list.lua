@@ -3,6 +3,7 @@
 local failure = require "limax.failure"
 local host = require "limax.host"
 local runs = require "limax.report.runs"
+local shape = require "limax.report.shape"
 local terminal = require "limax.terminal"
 
 local command = {
@@ -32,15 +33,16 @@ end
 
 local function supervisor_name(config)
   local given = config.supervisor
-  if type(given) ~= "table" then return tostring(given) end
-  return given.name or given["function"] and ("%s:%d"):format(given["function"].file,
-    given["function"].first_line) or "-"
+  if type(given) ~= "table" then return tostring(given or "-") end
+  local from = given["function"]
+  if type(from) ~= "table" then return tostring(given.name or "-") end
+  return ("%s:%s"):format(tostring(from.file), tostring(from.first_line))
 end
 
 -- A row of the table; of a folder that cannot be read, why.
 local function row_of(path)
   local fine, folder = failure.attempt(runs.read, path)
-  if not fine then return { path, failure.bare(folder) } end
+  if not fine then return { shape.word(path), failure.bare(folder) } end
   local best, generations = nil, 0
   for _, run in ipairs(folder.runs) do
     generations = generations + #run.lines
@@ -51,8 +53,9 @@ local function row_of(path)
   end
   local config = folder.config
   local repetitions = config.run and config.run.repetition and 1 or config.repetitions
-  return { path, tostring(folder.status.state), supervisor_name(config), tostring(config.seed),
-    #folder.runs, ("%d/%d"):format(generations, config.generations * repetitions), best or "-" }
+  return { shape.word(path), folder.status.state, shape.word(supervisor_name(config)),
+    tostring(config.seed or "-"), #folder.runs, ("%d/%s"):format(generations,
+    config.generations and repetitions and config.generations * repetitions or "?"), best or "-" }
 end
 
 ---@param arguments table

@@ -42,6 +42,13 @@ local POSES = 6
 -- px if --width is left out
 local WIDTHS = { strip = 1200, still = 800, animation = 480 }
 
+-- px: a panel that is narrower shows nothing
+local NARROWEST = 20
+-- px that a picture may have: it is drawn at nine times as many, of four bytes
+local MOST_PIXELS = 2e7
+-- bytes of all frames of a GIF together, which are there at once
+local MOST_BYTES = 8e8
+
 local function usage(text, ...) failure.raise(2, text:format(...)) end
 
 -- The robot file that a word names: itself, or a run's last champion.
@@ -72,6 +79,23 @@ local function times_of(text, duration)
   return times
 end
 
+-- Refuses what would be no picture, or more than there is memory for.
+local function check_size(frame, count, frames_at_once)
+  if frame.panel < NARROWEST then
+    usage("--width: %d poses side by side get %d px each; at least %d are needed", count,
+      frame.panel, NARROWEST)
+  end
+  local size = frame.panel * count * frame.height
+  if size > MOST_PIXELS then
+    usage("--width: a picture of %d x %d px is more than %g million; take a smaller width",
+      frame.panel * count, frame.height, MOST_PIXELS / 1e6)
+  end
+  if 4 * size * (frames_at_once or 1) > MOST_BYTES then
+    usage("%d frames of %d x %d px are too many for a .gif; take a part (--times), a smaller"
+      .. " --width, or .mp4", frames_at_once, frame.panel, frame.height)
+  end
+end
+
 local function evenly(duration)
   local times = {}
   for k = 1, POSES do times[k] = (k - 1) / (POSES - 1) * duration end
@@ -90,6 +114,7 @@ local function strip(arguments, film, ending)
   local width = arguments.width or (count > 1 and WIDTHS.strip or WIDTHS.still)
   local frame = scene.frame(film, view.of[arguments.view], width, count)
   local ground = not arguments.transparent and "#ffffff" or nil
+  check_size(frame, count)
   local wide = frame.panel * count
   local canvas = ending == "svg" and vectors.new(wide, frame.height, ground, arguments[1])
     or pixels.new(wide, frame.height, ground)
@@ -107,10 +132,11 @@ local function strip(arguments, film, ending)
 end
 
 -- The frames of an animation, each given to `take`, even in both directions.
-local function frames(arguments, film, take)
+local function frames(arguments, film, at_once, take)
   local width = arguments.width or WIDTHS.animation
   local frame = scene.frame(film, view.of[arguments.view], width - width % 2, 1)
   frame.height = frame.height + frame.height % 2
+  check_size(frame, 1, at_once)
   local ground = not arguments.transparent and "#ffffff" or nil
   for k, pose in ipairs(film.poses) do
     host.raise_if_interrupted()
@@ -125,7 +151,8 @@ end
 
 local function gif(arguments, film)
   local list = {}
-  local width, height = frames(arguments, film, function(bytes, k) list[k] = bytes end)
+  local width, height = frames(arguments, film, #film.poses,
+    function(bytes, k) list[k] = bytes end)
   write(arguments.out, host.image.gif(width, height, list, 100 / FRAMES))
   return width, height
 end
@@ -134,11 +161,14 @@ end
 local function mp4(arguments, film)
   local part = arguments.out .. ".part.mp4"
   local pipe
-  local width, height = frames(arguments, film, function(bytes, _, frame)
+  -- where nothing can be written ffmpeg would end and the pipe break
+  write(part, "")
+  local width, height = frames(arguments, film, 1, function(bytes, _, frame)
     if not pipe then
+      -- one that fails leaves nothing, and what it did not read is read by nobody
       pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
-        .. " -i - -pix_fmt yuv420p -movflags +faststart %s"):format(frame.panel, frame.height,
-        FRAMES, shell.quoted(part)), "w"))
+        .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
+        frame.panel, frame.height, FRAMES, shell.quoted(part), shell.quoted(part)), "w"))
     end
     pipe:write(bytes)
   end)
@@ -157,16 +187,25 @@ function command.run(arguments)
   if not animated and ending ~= "png" and ending ~= "svg" then
     usage("--out %s: its name must end in .png, .svg, .gif or .mp4", arguments.out)
   end
+  if ending == "mp4" and arguments.transparent then
+    usage "--transparent: a video has a ground; .gif and .png can be without"
+  end
+  if arguments.dpi and ending ~= "png" then
+    usage("--dpi: only a .png notes it; --out is %s", arguments.out)
+  end
   if ending == "mp4" and os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
     failure.raise(1, "an .mp4 needs ffmpeg, which is not installed; .gif needs nothing")
   end
   local path = file_of(arguments[1])
-  local walked, message = motion.simulate(robot(path), { device = arguments.device })
+  local read, given = failure.attempt(robot, path)
+  if not read then failure.raise(1, failure.bare(given)) end
+  local walked, message = motion.simulate(given, { device = arguments.device })
   if not walked then failure.raise(1, message) end
   local duration = walked:duration()
   local times = times_of(arguments.times, duration)
   if animated then
-    local first, last = times and times[1] or 0, times and times[#times] or duration
+    local first, last = 0, duration
+    if times then first, last = math.min(unpack(times)), math.max(unpack(times)) end
     times = {}
     -- 1e-6: a last frame that rounding puts just beyond the end
     for k = 0, math.floor((last - first) * FRAMES + 1e-6) do times[k + 1] = first + k / FRAMES end

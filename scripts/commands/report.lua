@@ -37,7 +37,7 @@ function command.run(arguments)
     say = function(line) io.stderr:write(line, "\n") end }
   if arguments.figures then
     local names, pdf = figures.write(arguments.figures, folders,
-      (page.fitness_label(folders[1].config)), options)
+      (page.fitness_label(folders)), options)
     io.stdout:write(("%s: %s%s\n"):format(shell.path(arguments.figures),
       table.concat(names, ", "), pdf and "" or "; no PDF: rsvg-convert is not installed"))
     if not arguments.out then return 0 end

@@ -7,8 +7,8 @@ local curves = require "limax.report.curves"
 local host = require "limax.host"
 local page = require "limax.report.page"
 local runs = require "limax.report.runs"
+local shape = require "limax.report.shape"
 local sample = require "limax.statistics.sample"
-local source = require "limax.source"
 local terminal = require "limax.terminal"
 
 local command = {
@@ -63,9 +63,9 @@ local function state_line(folder, style)
   local config, done = folder.config, 0
   for _, run in ipairs(folder.runs) do done = done + #run.lines end
   local repetitions = config.run and config.run.repetition and 1 or config.repetitions
-  local total = config.generations * repetitions
-  local parts = { terminal.bold(tostring(config.name), style), state,
-    ("generation %d of %d"):format(done, total) }
+  local total = config.generations and repetitions and config.generations * repetitions
+  local parts = { terminal.bold(config.name or shape.word(folder.path), style), state,
+    ("generation %d of %s"):format(done, total or "?") }
   if state == "running" and each then
     parts[#parts + 1] = ("%.3g s each"):format(each)
     if since and since > math.max(LATE_SECONDS, LATE_GENERATIONS * each) then
@@ -77,9 +77,8 @@ end
 
 -- The body of the last champion of a repetition, in letters.
 local function body_text(run, style)
-  local text = source.read(runs.champion(run, run.lines[#run.lines]))
-  local description = text and host.json.decode(text)
-  if type(description) ~= "table" then return nil end
+  local description = runs.description(run, run.lines[#run.lines])
+  if not description then return nil end
   local lattice = description.lattice
   -- more letters than this are no picture any more
   if lattice[1] * lattice[2] * lattice[3] > 1000 then return nil end
@@ -99,7 +98,7 @@ function command.text_of(folder, style)
     parts[#parts + 1] = "no generation has been scored yet"
     return table.concat(parts, "\n") .. "\n"
   end
-  local label = page.fitness_label(folder.config)
+  local label = (page.fitness_label { folder })
   local leading = runs.leading(folder.runs)
   local last, failed = leading.lines[#leading.lines], 0
   for _, run in ipairs(folder.runs) do

@@ -11,16 +11,19 @@ local world = require "limax.picture.world"
 
 local motion = {}
 
--- Directions of along, away and up in the world. Along is level, in the direction of the whole
--- displacement, or x where there is hardly any.
-local function axes_of(robot, up)
+-- A way shorter than this share of a body's length has no direction.
+local LEAST_WAY = 0.05
+
+-- Directions of along, away and up in the world. Along is level, in the direction `way`; x where
+-- that has hardly any.
+local function axes_of(way, least, up)
   local function level(v)
     local rise = v[1] * up[1] + v[2] * up[2] + v[3] * up[3]
     return { v[1] - rise * up[1], v[2] - rise * up[2], v[3] - rise * up[3] }
   end
-  local along = level(robot:displacement())
+  local along = level(way)
   local length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
-  if length < 0.05 * robot:length() then
+  if length < least then
     along = level { 1, 0, 0 }
     length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
   end
@@ -117,26 +120,55 @@ end
 ---@field note string|nil what is not drawn, and why
 ---@field start number m along the way
 
+-- What a film shows whatever moves: the body's skin and colours, and the world along this way.
+local function film_of(robot, way, least)
+  local context = robot.context
+  local around = world.of(context.scene)
+  local sites, mass_at = context.simulation:sites(context.index):table(), {}
+  for m, site in ipairs(sites) do mass_at[site] = m end
+  local materials, used = context.materials:table().materials, {}
+  for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
+  return { materials = materials, colors = palette.of(materials), used = used, world = around,
+    faces = skin.faces(robot.body.voxel, mass_at),
+    stage = stage.new(around, axes_of(way, least, around.up)) }
+end
+
 --- Everything that pictures draw of a robot whose "position" was recorded.
 ---@param robot limax.scored_robot
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)
-  local trace, context = robot:trace "position", robot.context
-  local around = world.of(context.scene)
-  local set = stage.new(around, axes_of(robot, around.up))
-  local sites, mass_at = context.simulation:sites(context.index):table(), {}
-  for m, site in ipairs(sites) do mass_at[site] = m end
-  local materials, used = context.materials:table().materials, {}
-  for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  local film = { poses = poses_of(robot, trace, set.turn, times), materials = materials,
-    path = path_of(robot, trace, set.turn), colors = palette.of(materials), used = used,
-    faces = skin.faces(robot.body.voxel, mass_at), world = around, stage = set }
+  local trace = robot:trace "position"
+  local film = film_of(robot, robot:displacement(), LEAST_WAY * robot:length())
+  film.path = path_of(robot, trace, film.stage.turn)
+  film.poses = poses_of(robot, trace, film.stage.turn, times)
   for _, pose in ipairs(film.poses) do pose.base = base_of(film, pose, trace.rate) end
-  if context.scene.block and not block_trace(robot) then
+  if robot.context.scene.block and not block_trace(robot) then
     film.note = "the block is not drawn: its way was not recorded"
   end
   film.start = film.poses[1].middle[1]
+  return film
+end
+
+--- A film of one pose, seen along y: a simulation as it is now.
+---@param robot limax.scored_robot of what has been simulated so far
+---@param positions number[][] of its masses now, m
+---@param time number s
+---@return limax.motion.film
+function motion.now(robot, positions, time)
+  local film, context = film_of(robot, { 1, 0, 0 }, 0), robot.context
+  local turn, pose = film.stage.turn, { sample = 1, time = time, points = {}, block = {} }
+  for m, point in ipairs(positions) do pose.points[m] = turn(point) end
+  pose.middle = mean_of(pose.points)
+  if context.scene.block then
+    local block = context.simulation:block(context.index)
+    local p, q = block.position, block.orientation
+    local corners = block_picture.corners({ p[1], p[2], p[3], q[1], q[2], q[3], q[4] },
+      context.scene.block.size)
+    for k, corner in ipairs(corners) do pose.block[k] = turn(corner) end
+  end
+  film.poses, film.path, film.start = { pose }, { pose.middle }, pose.middle[1]
+  pose.base = base_of(film, pose, 1)
   return film
 end
 

@@ -1,6 +1,6 @@
 --- palette.lua: one colour for each material, the same in terminals and in figures. Hues can be
---- told apart without seeing red and green (after Okabe and Ito), and letters always stand beside
---- them.
+--- told apart without seeing red and green (after Okabe and Ito), the first of each kind by their
+--- greys too.
 
 local palette = {}
 
@@ -12,9 +12,9 @@ local palette = {}
 -- table.
 local of_kind = {
   empty = { { hex = "#ffffff", terminal = 240 } },
-  expanding = { { hex = "#e2672d", terminal = 208 }, { hex = "#c9408a", terminal = 205 } },
-  contracting = { { hex = "#2f7fb8", terminal = 39 }, { hex = "#6a5acd", terminal = 105 } },
-  passive = { { hex = "#8cc7a1", terminal = 114 }, { hex = "#d9d2bf", terminal = 187 },
+  expanding = { { hex = "#e8743a", terminal = 208 }, { hex = "#c9408a", terminal = 205 } },
+  contracting = { { hex = "#22669f", terminal = 39 }, { hex = "#6a5acd", terminal = 105 } },
+  passive = { { hex = "#9fd3b2", terminal = 114 }, { hex = "#e6e0d0", terminal = 187 },
     { hex = "#e8c15a", terminal = 221 }, { hex = "#a9a9b8", terminal = 146 } },
 }
 

@@ -92,7 +92,7 @@ class Browser:
             time.sleep(0.05)
 
     def key(self, name):
-        text = {"Enter": {"text": "\r", "windowsVirtualKeyCode": 13}}.get(name, {})
+        text = {"Enter": {"text": "\r", "windowsVirtualKeyCode": 13}, "Tab": {"windowsVirtualKeyCode": 9}}.get(name, {})
         self.call("Input.dispatchKeyEvent", type="keyDown", key=name, code=name, **text)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=name, code=name)
 
@@ -192,6 +192,49 @@ def charts(browser, seen):
     seen["read_out"] = browser.run("document.querySelector('figure.chart output').textContent")
 
 
+# What has the focus: its element, and whether a line around it shows that.
+FOCUS = """(() => {
+  const at = document.activeElement;
+  const style = getComputedStyle(at);
+  const box = at.getBoundingClientRect();
+  return { name: at.id || at.className || at.tagName.toLowerCase(), seen: box.width > 0 && box.right > 0,
+    outlined: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1 };
+})()"""
+
+
+def keyboard(browser, seen):
+    """Walks through the page by Tab alone; what can have the focus needs a name that is read out."""
+    # from the top: Tab goes on from what had the focus last
+    browser.run("document.body.tabIndex = -1; document.body.focus(); document.body.removeAttribute('tabindex')")
+    seen["focus"] = []
+    for _ in range(200):
+        browser.key("Tab")
+        at = browser.run(FOCUS)
+        if at["name"] == "body":
+            break  # once around
+        seen["focus"].append(at)
+    unnamed = []
+    for node in browser.call("Accessibility.getFullAXTree")["nodes"]:
+        focusable = any(each["name"] == "focusable" and each["value"].get("value") for each in node.get("properties", []))
+        if focusable and not node.get("name", {}).get("value") and node["role"]["value"] != "RootWebArea":
+            unnamed.append(node["role"]["value"])
+    seen["unnamed"] = unnamed
+
+
+def without_scripts(browser, page, folder, seen):
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    browser.call("Page.navigate", url="file://" + page)
+    browser.wait("document.readyState === 'complete'")
+    seen["plain"] = browser.run(
+        "({ robots: getComputedStyle(document.querySelector('.robots') || document.head).display,"
+        " curves: [...document.querySelectorAll('figure.chart polyline')].filter((line) =>"
+        " line.getBoundingClientRect().width > 0).length,"
+        " strips: [...document.querySelectorAll('.figure-row svg')].filter((strip) =>"
+        " strip.getBoundingClientRect().width > 0).length })")
+    browser.shot(folder + "/plain.png")
+    browser.call("Emulation.setScriptExecutionDisabled", value=False)
+
+
 def main(program, page, folder):
     # a browser that has just ended may still hold a file or two
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
@@ -210,11 +253,15 @@ def look(browser, page, folder):
         browser.shot(folder + "/top.png")
         browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
         browser.shot(folder + "/dark.png")
-        browser.call("Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=1, mobile=True)
-        seen["overflow"] = browser.run("document.documentElement.scrollWidth - window.innerWidth")
+        browser.call("Emulation.setDeviceMetricsOverride", width=320, height=740, deviceScaleFactor=1, mobile=True)
+        # a page that is too wide widens the window that it reports
+        seen["overflow"] = browser.run("document.documentElement.scrollWidth - 320")
         browser.shot(folder + "/narrow.png")
+        browser.call("Emulation.clearDeviceMetricsOverride")
+        keyboard(browser, seen)
         seen["images"] = browser.run("document.images.length")
         seen["alerted"] = browser.run("window.alerted === true")
+        without_scripts(browser, page, folder, seen)
         events = browser.events
         seen["requests"] = [event["params"]["request"]["url"] for event in events
                             if event.get("method") == "Network.requestWillBeSent"]

@@ -99,6 +99,8 @@ suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(
   t:equal(select(2, bytes:gsub("\33\249\4.\4%z", "")), 13)
   picture(t, base, { file, "--out", "part.gif", "--width", "120", "--times", "0.1,0.3" })
   t:equal(select(2, source.read(base .. "/part.gif"):gsub("\33\249\4.\4%z", "")), 6)
+  picture(t, base, { file, "--out", "back.gif", "--width", "120", "--times", "0.3,0.1" })
+  t:ok(source.read(base .. "/back.gif") == source.read(base .. "/part.gif"), "in any order")
   if os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
     picture(t, base, { file, "--out", "walk.mp4" }, 1)
     t:skip "there is no ffmpeg here, which writes .mp4"
@@ -114,11 +116,17 @@ suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 
   local done = picture(t, base, { "r", "--out", "r.png", "--times", "0" })
   t:ok(done.stdout:find("r01/champions/g0002.json", 1, true), done.stdout)
   t:equal((png_size(source.read(base .. "/r.png"))), 800)
-  local file = robot_file(base)
+  local file, tall = robot_file(base), base .. "/tall.json"
+  limax.robot { voxels = "e" .. ("\n\nb"):rep(5) }:simulate { scene = limax.scenes.land(),
+    duration = 0.1 }:save(tall)
   for words, text in pairs {
     [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
     [{ file, "--out", "x.png", "--view", "back" }] = "side, top, iso",
+    [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png notes it",
+    [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: a video has a ground",
+    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side get 15 px each",
+    [{ tall, "--out", "x.png", "--width", "5000", "--times", "0" }] = "is more than 20 million",
     [{ "none.json", "--out", "x.png" }] = "none.json is no robot file and no run folder",
   } do
     done = picture(t, base, words, 2)

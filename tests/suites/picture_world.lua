@@ -36,7 +36,7 @@ local function cube_faces(low, edge, sight)
   for k, face in ipairs(block_picture.faces(0)) do
     faces[k] = { corners = face.corners, letter = "e" }
   end
-  return skin.visible(faces, corners, { e = { hex = "#e2672d" } }, sight)
+  return skin.visible(faces, corners, { e = { hex = "#e8743a" } }, sight)
 end
 
 -- m^2: nearer to an edge than this is on it
@@ -231,7 +231,7 @@ suite:test("what stands around a robot is in its picture, from every side", { li
     local wide = { from = { 0.35, -3, 0 }, to = { 3, 3, 0.08 } }
     local scenes = {
       box = limax.scenes.land { boxes = wide },
-      sphere = limax.scenes.land { spheres = { center = { 0.45, 0.1, 0 }, radius = 0.1 } },
+      sphere = limax.scenes.land { spheres = { center = { 0.42, 0.1, 0 }, radius = 0.12 } },
     }
     for what, around in pairs(scenes) do
       local film = motion.of(walked_in(around), { 0 })
@@ -243,7 +243,7 @@ suite:test("what stands around a robot is in its picture, from every side", { li
     end
     local plain = motion.of(walked_in(limax.scenes.land()), { 0 })
     local count = colors_of(plain, "side")
-    t:equal(pixels_of(count, world.hex), 0)
+    t:ok(pixels_of(count, world.hex) < 20)
     -- a wall behind the body is seen, one before it is a veil through which the body is
     local function walled(side)
       local far = -math.huge
@@ -257,7 +257,8 @@ suite:test("what stands around a robot is in its picture, from every side", { li
     local wall, body = walled(-1)
     t:ok(wall > 2000 and body > 2000, ("%d of the wall, %d of the body"):format(wall, body))
     local veil, through = walled(1)
-    t:equal(veil, 0)
+    -- a mixed colour may happen to be one of the wall's
+    t:ok(veil < 20, ("%d pixels"):format(veil))
     t:ok(through < body, "the veil changes what is behind it")
   end)
 
@@ -312,6 +313,36 @@ suite:test("a slope is seen as one: up is against gravity", { limit = 20 }, func
   -- nothing to stand on, or no gravity: z stays up
   t:equal(world.of({ gravity = { acceleration = { 3, 0, -9 } } }).up, { 0, 0, 1 })
   t:equal(world.of({ ground = { height = 0 } }).up, { 0, 0, 1 })
+end)
+
+suite:test("a simulation that goes on is drawn as it is, its block too", function(t)
+  local moving = limax.robot { voxels = VOXELS }:begin { duration = 1, settle = 0,
+    scene = limax.scenes.land { block = { position = { 0.5, 0, 0 }, velocity = { 1, 0, 0 } } } }
+  local function block_now()
+    local film = motion.now(moving.finished(), moving:positions():table(), moving.time)
+    t:ok(next((colors_of(film, "side"))))
+    return film.poses[1].block[1][1]
+  end
+  local before = block_now()
+  moving:go(0.1)
+  t:ok(block_now() > before + 0.02, "the block has moved")
+end)
+
+suite:test("the paper's materials are told apart in grey", function(t)
+  local list = limax.robot { voxels = VOXELS }.materials:table().materials
+  local colors, greys = palette.of(list), {}
+  for _, material in ipairs(list) do
+    if material.kind ~= "empty" then
+      local value = tonumber(colors[material.letter].hex:sub(2), 16)
+      -- luma of ITU-R BT.601
+      greys[#greys + 1] = 0.299 * math.floor(value / 65536)
+        + 0.587 * (math.floor(value / 256) % 256) + 0.114 * (value % 256)
+    end
+  end
+  table.sort(greys)
+  for k = 2, #greys do
+    t:ok(greys[k] - greys[k - 1] > 25, ("%.0f and %.0f of 255"):format(greys[k - 1], greys[k]))
+  end
 end)
 
 suite:test("the film strip tells what is there, and that a block was not recorded", { limit = 20 },

@@ -65,7 +65,9 @@ local function all(list) return #list > 0 and not tostring(host.json.encode(list
 suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, function(t)
   local program = needs(t)
   local seen, base, shots = seen_of(t, program)
-  t:equal(seen.requests, { "file://" .. base .. "/r/report.html" })
+  -- once with scripts and once without
+  local address = "file://" .. base .. "/r/report.html"
+  t:equal(seen.requests, { address, address })
   t:equal(seen.problems, {})
   local k = 0
   for line in source.read(base .. "/r/metrics.jsonl"):gmatch "[^\n]+" do
@@ -78,6 +80,15 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
   t:equal(seen.charts[1].drawn[1], k)
   t:ok(seen.read_out:find("generation 2: best ", 1, true), seen.read_out)
   t:ok(seen.overflow <= 0, "no wider than a narrow screen")
+  t:equal(seen.unnamed, {}, "whatever takes the focus has a name")
+  t:equal(seen.focus[1].name, "skip")
+  local reached = {}
+  for _, at in ipairs(seen.focus) do
+    t:ok(at.seen and at.outlined, at.name .. " shows its focus")
+    reached[at.name] = true
+  end
+  t:ok(seen.plain.curves > 5, "curves without scripts")
+  t:equal(seen.plain.strips, 2, "film strips without scripts")
   if not robots.javascript() then t:skip "three.js was not there when limax was configured" end
   t:equal(seen.views, 2)
   t:ok(seen.still, "the same picture twice, while nothing moves")
@@ -87,6 +98,11 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
   end
   for _, name in ipairs { "paused", "scrubbed_back", "turned_by_key" } do t:ok(seen[name], name) end
   t:equal(seen.clock, "1.50 s")
+  for _, name in ipairs { "play", "time", "speed", "colours", "ground", "trail", "follow",
+    "canvas" } do
+    t:ok(reached[name], name .. " is reached by keyboard")
+  end
+  t:equal(seen.plain.robots, "none", "without scripts no empty views")
   local found = {}
   for _, thing in ipairs(seen.world) do found[thing.name] = thing end
   t:equal(#seen.world, 5, "the box that is far away is left out")
@@ -124,7 +140,7 @@ suite:test("what a run says cannot act", { limit = 120 }, function(t)
     assert(host.file.write_atomic(folder .. "/ledger.jsonl", lines))
   end)
   t:equal(seen.alerted, false)
-  t:equal({ seen.images, #seen.requests, seen.problems }, { 0, 1, {} })
+  t:equal({ seen.images, #seen.requests, seen.problems }, { 0, 2, {} })
   t:ok(seen.title:find(evil, 1, true), "shown as it is: " .. seen.title)
 end)
 

@@ -9,6 +9,10 @@ local inline = {}
 -- px; text of 12 px
 local WIDTH, HEIGHT, TEXT, RIGHT = 560, 320, 12, 120
 
+-- Rows of a table, and places at which a curve can be read: of a longer one every second, third,
+-- ... is kept, and the last. More make a page of megabytes that nobody reads.
+local MOST_ROWS = 500
+
 local function name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
 
 -- px of a line of a key
@@ -33,7 +37,8 @@ end
 --- low: number, high: number, curves: { name: string, points: number[][] }[] } where the axes lie
 --- on the page (px), the ends of x, and the curves
 ---@field columns string[]
----@field rows (string|number)[][] a row for each x of any curve
+---@field rows (string|number)[][] a row for each x of any curve, but no more than MOST_ROWS
+---@field left_out integer rows that are not there
 
 --- Draws a panel.
 ---@param given limax.chart.panel
@@ -68,14 +73,25 @@ function inline.draw(given, description)
     end
   end
   table.sort(xs)
-  local rows = {}
+  local rows, kept, every = {}, {}, math.ceil(#xs / MOST_ROWS)
   for k, x in ipairs(xs) do
-    rows[k] = by_x[x]
-    for c = 1, #columns do
-      if rows[k][c] == nil then rows[k][c] = "" end
+    if (k - 1) % every == 0 or k == #xs then
+      local row = by_x[x]
+      for c = 1, #columns do
+        if row[c] == nil then row[c] = "" end
+      end
+      rows[#rows + 1], kept[x] = row, true
     end
   end
-  return { svg = out:finish(), data = data, columns = columns, rows = rows }
+  for _, curve in ipairs(every > 1 and data.curves or {}) do
+    local points = {}
+    for _, point in ipairs(curve.points) do
+      if kept[point[1]] then points[#points + 1] = point end
+    end
+    curve.points = points
+  end
+  return { svg = out:finish(), data = data, columns = columns, rows = rows,
+    left_out = #xs - #rows }
 end
 
 return inline

@@ -11,6 +11,8 @@ local ink = { text = "#26282b", faint = "#6b7076", grid = "#e4e6e9", fine = "#f1
 
 -- px around the axes; the right margin holds the names of the curves
 local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
+-- px, about the width of a letter
+local LETTER = 6.4
 
 ---@class limax.chart.curve
 ---@field name string|nil stands at the curve's last point
@@ -96,8 +98,17 @@ local function draw_axes(out, box, x, y)
   out:line({ box.left, box.bottom }, { box.right, box.bottom }, ink.frame, 1)
   out:line({ box.left, box.top }, { box.left, box.bottom }, ink.frame, 1)
   out:text((box.left + box.right) / 2, box.bottom + 35, x.label, 'text-anchor="middle"')
-  out:text(0, 0, y.label, ('text-anchor="middle" transform="translate(%.1f %.1f) rotate(-90)"')
-    :format(box.left - box.room + 15, (box.top + box.bottom) / 2))
+  -- a label that is longer than the axis has its unit in a line of its own
+  local lines = { y.label }
+  if #y.label * LETTER > box.height + TOP then
+    lines = { y.label:match "^(.-) (%(.*%))$" }
+    lines[1] = lines[1] or y.label
+  end
+  for k, line in ipairs(lines) do
+    out:text(0, 0, line, ('text-anchor="middle" transform="translate(%.1f %.1f) rotate(-90)"')
+      :format(box.left - box.room + (#lines == 1 and 15 or -1 + 12 * k),
+      (box.top + box.bottom) / 2))
+  end
 end
 
 -- px: rings around a marker, so that several series show at one place

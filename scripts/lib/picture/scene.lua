@@ -14,8 +14,8 @@ local scene = {}
 local ink = { text = "#2b2b2b", ground = "#efece6", fine = "#dcd7cc", strong = "#b9b2a4",
   line = "#6b655b", trail = "#c0392b" }
 
--- Room around a body, of its length and width: what stands there is part of the picture.
-local ROOM, ROOM_FOR_OBSTACLES = 0.06, 0.3
+-- Room around a body, of its length and of its width: what stands there is part of the picture.
+local ROOM, ROOM_FOR_OBSTACLES = { 0.06, 0.06 }, { 0.3, 0.15 }
 -- A block counts for the size of a picture as far as this from the body, in reaches of the body.
 local MOST_BLOCK = 1
 -- capitals below the panels, with the times, and above, with the scale bar
@@ -88,7 +88,7 @@ function scene.frame(film, view, width, count, options)
   local obstacles = world.has_obstacles(film.world)
   local slab = { low = {}, high = {} }
   for c = 1, 2 do
-    local room = (obstacles and ROOM_FOR_OBSTACLES or ROOM) * (high[c] - low[c]) + 0.02
+    local room = (obstacles and ROOM_FOR_OBSTACLES or ROOM)[c] * (high[c] - low[c]) + 0.02
     slab.low[c], slab.high[c] = low[c] - room, high[c] + room
   end
   local tall = high[3] - low[3] + slab.high[1] - slab.low[1]

@@ -6,13 +6,12 @@ local engine = require "limax.engine"
 local film_strip = require "limax.film_strip"
 local host = require "limax.host"
 local kind = require "limax.repl.kind"
-local palette = require "limax.palette"
+local motion = require "limax.motion"
 local robots = require "limax.robot"
 local scene = require "limax.picture.scene"
 local schema = require "limax.schema"
 local scored_robot = require "limax.scored_robot"
 local shell = require "limax.shell"
-local skin = require "limax.skin"
 local suggest = require "limax.suggest"
 local vectors = require "limax.picture.vectors"
 local view = require "limax.picture.view"
@@ -31,27 +30,12 @@ local function free_name()
   end
 end
 
--- A robot in motion as it is now, seen along y, as a film of one pose.
-local function film_of(moving)
-  local now = moving.finished()
-  local context, mass_at = now.context, {}
-  for m, site in ipairs(context.simulation:sites(context.index):table()) do mass_at[site] = m end
-  local materials, used = context.materials:table().materials, {}
-  for letter in now.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  local ground = context.scene.ground
-  local middle = moving:center()
-  local pose = { sample = 1, time = moving.time or 0, points = moving:positions():table(),
-    middle = middle, block = {} }
-  return { poses = { pose }, path = { middle }, materials = materials, used = used,
-    colors = palette.of(materials), faces = skin.faces(now.body.voxel, mass_at),
-    ground = ground and (ground.height or 0), start = middle[1] }
-end
-
 local function draw_pose(path, moving, title)
-  local film = film_of(moving)
+  local film = motion.now(moving.finished(), moving:positions():table(), moving.time or 0)
   local frame = scene.frame(film, view.of.side, STILL, 1)
   local canvas = vectors.new(frame.panel, frame.height, "#ffffff", title or "a robot in motion")
   scene.draw(canvas, film, frame, film.poses[1], 1)
+  scene.caption(canvas, frame, film.poses[1], 1)
   scene.scale_bar(canvas, frame)
   local written, message = host.file.write_atomic(path, canvas:finish())
   if not written then engine.fail("picture: " .. message) end

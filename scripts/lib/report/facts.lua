@@ -3,13 +3,14 @@
 
 local choice = require "limax.choice"
 local curves = require "limax.report.curves"
+local defaults = require "limax.defaults"
+local failure = require "limax.failure"
 local host = require "limax.host"
 local progress = require "limax.progress"
 local robot = require "limax.robot"
 local runs = require "limax.report.runs"
 local schema = require "limax.schema"
 local scored_robot = require "limax.scored_robot"
-local source = require "limax.source"
 local tiers = require "limax.tiers"
 
 local facts = {}
@@ -17,15 +18,17 @@ local facts = {}
 -- Rows of what supervisors said: enough to follow a run, little enough to scroll.
 local MOST_SAID = 200
 
--- Distance and speed of a champion, from its file; nothing where it is missing.
+-- Distance and speed of a champion, from its file; nothing where it is missing or damaged.
 local function walk_of(run, line)
-  local text = source.read(runs.champion(run, line))
-  local description = text and host.json.decode(text)
-  local outcome = type(description) == "table" and description.outcome
+  local description = runs.description(run, line)
+  local outcome = description and description.outcome
   if not outcome or outcome.status ~= "done" then return nil, nil end
-  local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
-    body = robot.of(description).body }, { options = { edge = description.edge } })
-  return walked:distance(), walked:speed()
+  local fine, distance, speed = failure.attempt(function()
+    local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
+      body = robot.of(description).body }, { options = { edge = description.edge } })
+    return walked:distance(), walked:speed()
+  end)
+  if fine then return distance, speed end
 end
 
 local function seconds_of(run)
@@ -175,14 +178,14 @@ function facts.said(list)
         local changes = {}
         for _, entry in ipairs(line.entries) do
           if entry.outcome ~= "kept" then
-            changes[#changes + 1] = ("%s %s %s%s"):format(entry.field, entry.outcome,
+            changes[#changes + 1] = ("%s %s %s%s"):format(entry.field or "-", entry.outcome or "-",
               entry.applied ~= nil and ("%.4g"):format(entry.applied) or "",
               entry.reason and " (" .. tostring(entry.reason) .. ")" or "")
           end
         end
         if line.reason or #changes > 0 then
           rows[#rows + 1] = { line.generation, arm.name, run.repetition,
-            line.source or line.supervisor, line.reason or "", table.concat(changes, "; ") }
+            line.source or line.supervisor or "-", line.reason or "", table.concat(changes, "; ") }
         end
       end
     end
@@ -194,6 +197,7 @@ end
 
 -- What a run's simulations were, in words, and the tier that they are, if they are one.
 local function setting_of(simulation)
+  if not defaults.tiers[simulation.accuracy] or not simulation.integrator then return "-", nil end
   local tier = tiers.of(simulation)
   if tier then return ("%s: %s"):format(tier, tiers.describe(tier)), tier end
   local step = simulation.time_step
@@ -215,7 +219,7 @@ function facts.accuracy(folders)
     for _, run in ipairs(folder.runs) do
       for _, line in ipairs(run.lines) do coarse = coarse + (line.coarse or 0) end
     end
-    local sessions = folder.environment and folder.environment.sessions or {}
+    local sessions = folder.environment.sessions
     local measured = #sessions > 0 and tiers.measured_in(sessions[#sessions])
     rows[k] = { folder.path, setting, coarse,
       tier and tiers.price(measured and measured[tier]) or "no tier as a whole" }
@@ -231,10 +235,10 @@ end
 function facts.machines(folders)
   local rows = {}
   for _, folder in ipairs(folders) do
-    for _, session in ipairs(folder.environment and folder.environment.sessions or {}) do
-      local device, machine = session.device or {}, session.machine or {}
+    for _, session in ipairs(folder.environment.sessions) do
+      local device, machine = session.device, session.machine
       rows[#rows + 1] = { folder.path, session.started or "", session.version or "",
-        device.gpus and device.gpus[1] and device.gpus[1].name or device.cpu or "",
+        device.gpus and device.gpus[1].name or device.cpu or "",
         device.kind or "", machine.compiler or "", machine.system or "" }
     end
   end

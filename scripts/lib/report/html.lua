@@ -83,7 +83,8 @@ function html.figure(drawn, caption)
     html.escaped(caption), ', arrow keys read its numbers">', drawn.svg, "</div>",
     '<output aria-live="polite"></output>', "<figcaption>", html.escaped(caption),
     '</figcaption><script type="application/json">', html.json(drawn.data), "</script>",
-    html.details("numbers", rows), "</figure>\n",
+    html.details(drawn.left_out == 0 and "numbers" or ("numbers, %d rows of %d"):format(#drawn.rows,
+      #drawn.rows + drawn.left_out), rows), "</figure>\n",
   }
 end
 

@@ -3,6 +3,7 @@
 
 local host = require "limax.host"
 local run_folder = require "limax.run_folder"
+local shape = require "limax.report.shape"
 local source = require "limax.source"
 
 local lineage = {}
@@ -23,11 +24,11 @@ local function robots_of(run)
     local path = run.path .. "/" .. run_folder.place(run.repetition, "population", line.generation,
       ".jsonl")
     for text in (source.read(path) or ""):gmatch "([^\n]*)\n" do
-      local robot = host.json.decode(text, path)
-      if type(robot) == "table" and robot.id and not by_id[robot.id] then
+      local robot = shape.robot(host.json.decode(text, path))
+      if robot and not by_id[robot.id] then
         by_id[robot.id] = { id = robot.id, generation = robot.generation,
-          fitness = robot.fitness, parents = robot.parents or {}, hash = robot.body.hash,
-          voxels = robot.body.voxels }
+          fitness = robot.fitness, parents = robot.parents, hash = robot.body.hash or "-",
+          voxels = robot.body.voxels or "-" }
       end
     end
   end
@@ -55,13 +56,14 @@ function lineage.of(run)
       end
     end
   end
-  local line, at = {}, first
+  local line, at, passed = {}, first, {}
   while at do
     table.insert(line, 1, at)
+    passed[at.id] = true
     local better
     for _, id in ipairs(at.parents) do
       local parent = by_id[id]
-      if parent and parent.fitness and parent.id ~= at.id
+      if parent and parent.fitness and not passed[id]
         and (not better or parent.fitness > better.fitness) then
         better = parent
       end

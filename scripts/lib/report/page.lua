@@ -175,11 +175,11 @@ local function not_in_paper(folders)
     if key and not shown[key] then
       shown[key] = true
       local items = {}
-      for k, text in ipairs(type(list) == "table" and list or { list }) do
+      for k, text in ipairs(list) do
         items[k] = "<li>" .. html.escaped(text) .. "</li>"
       end
-      parts[#parts + 1] = ("<p>%s:</p><ul>%s</ul>\n"):format(html.escaped(folder.config.name),
-        table.concat(items, "\n"))
+      parts[#parts + 1] = ("<p>%s:</p><ul>%s</ul>\n"):format(
+        html.escaped(folder.config.name or folder.path), table.concat(items, "\n"))
     end
   end
   if #parts == 0 then return "" end
@@ -188,9 +188,8 @@ end
 
 -- The champion's layers as letters.
 local function letters(run)
-  local text = source.read(runs.champion(run, run.lines[#run.lines]))
-  local description = text and host.json.decode(text)
-  if type(description) ~= "table" then return "" end
+  local description = runs.description(run, run.lines[#run.lines])
+  if not description then return "" end
   local lattice = description.lattice
   -- more letters than this are no picture any more
   if lattice[1] * lattice[2] * lattice[3] > 1000 then return "" end
@@ -198,7 +197,8 @@ local function letters(run)
   local materials = description.materials.materials
   local picture = body_picture.side_by_side({ { title = "champion, lowest layer first",
     layers = description.voxels, materials = materials } }, style)
-  return ("<pre>%s\n\n%s</pre>\n"):format(html.escaped(picture),
+  return ('<pre tabindex="0" role="region" aria-label="the champion in letters">%s\n\n%s</pre>\n')
+    :format(html.escaped(picture),
     html.escaped(body_picture.legend(materials, style)))
 end
 
@@ -222,13 +222,25 @@ local function state_text(folders)
   return ("%d runs: %s"):format(#folders, table.concat(texts, ", "))
 end
 
---- What the axis of a fitness is called, and the fitness in words.
----@param config table
+--- What the axis of a fitness is called, and the fitness in words; of runs with several, that they
+--- differ.
+---@param folders limax.report.folder[]
 ---@return string label
 ---@return string words
-function page.fitness_label(config)
-  local unit, words = summary.fitness_words(config.fitness)
-  return ("fitness (%s)"):format(unit or "unit of the script"), words
+function page.fitness_label(folders)
+  local units, all, seen, count = {}, {}, {}, 0
+  for _, folder in ipairs(folders) do
+    local unit, words = summary.fitness_words(folder.config.fitness)
+    unit = unit or "unit of the script"
+    if #folder.runs > 0 and not seen[unit .. words] then
+      seen[unit .. words], all[#all + 1] = true, words
+      count = count + (units[unit] and 0 or 1)
+      units[unit], units[1] = true, units[1] or unit
+    end
+  end
+  if #all == 1 then return ("fitness (%s)"):format(units[1]), all[1] end
+  return ("fitness (%s; of several kinds)"):format(count == 1 and units[1] or "each its own unit"),
+    ("of several kinds, which cannot be compared: %s"):format(table.concat(all, "; "))
 end
 
 ---@class limax.report.options
@@ -253,7 +265,7 @@ function page.text(folders, options)
       end
     end
   end
-  local label, words = page.fitness_label(all[1].config)
+  local label, words = page.fitness_label(folders)
   local leading = runs.leading(all)
   local columns, rows = facts.final(list)
   local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))

@@ -66,7 +66,9 @@ function robots.simulate(list, options)
   local shown = {}
   for _, pick in ipairs(chosen(list)) do
     local path = runs.champion(pick.run, pick.line)
-    local name = ("%s, generation %d"):format(pick.arm.name, pick.line.generation)
+    -- of several repetitions the one that came farthest
+    local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
+      and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
     local fine, walked, why, description = failure.attempt(function()
       local text, message = source.read(path)
       local given = text and host.json.decode(text, path)
@@ -136,7 +138,8 @@ function robots.section(list, options)
   if #shown == 0 then return { body = "", scripts = {} } end
   local strips = {}
   for k, each in ipairs(shown) do
-    strips[k] = ('<figure class="figure-row" tabindex="0">%s</figure>\n'):format(strip_of(each, k))
+    strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">%s</figure>'
+      .. "\n"):format(html.escaped(each.name), strip_of(each, k))
   end
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then

@@ -9,6 +9,8 @@ local failure = require "limax.failure"
 local host = require "limax.host"
 local run_folder = require "limax.run_folder"
 local run_lines = require "limax.run_lines"
+local robot_file = require "limax.robot_file"
+local shape = require "limax.report.shape"
 local source = require "limax.source"
 
 local runs = {}
@@ -30,7 +32,7 @@ local runs = {}
 ---@field path string
 ---@field config table
 ---@field status table
----@field environment table|nil
+---@field environment table
 ---@field runs limax.report.run[] those that have a generation
 
 -- The value of a JSON file; nil, message where it is not there or not whole.
@@ -41,30 +43,33 @@ local function json_of(path)
 end
 
 -- Adds the whole lines of a file to `by_repetition`. A last line without its end is being written.
-local function add_lines(path, by_repetition)
-  local text = source.read(path)
+local function add_lines(path, kind, by_repetition)
+  local text, count = source.read(path), 0
   for line in (text or ""):gmatch "([^\n]*)\n" do
+    count = count + 1
     local value, message = host.json.decode(line, path)
-    if type(value) ~= "table" or type(value.repetition) ~= "number"
-      or type(value.generation) ~= "number" then
-      failure.raise(1, message or path .. ": a line without repetition and generation")
+    local repetition, generation
+    if type(value) == "table" then repetition, generation = shape.place(value) end
+    if not repetition then
+      failure.raise(1, ("%s, line %d: %s"):format(path, count, generation or message
+        or "expected a JSON object"))
     end
-    local list = by_repetition[value.repetition] or {}
-    by_repetition[value.repetition] = list
+    local list = by_repetition[repetition] or {}
+    by_repetition[repetition] = list
     -- a line that is moved to its place stands in two files for a moment
-    if not list[value.generation + 1] then list[#list + 1] = value end
+    if not list[generation + 1] then list[#list + 1] = shape[kind](value) end
   end
 end
 
 -- Lines of one kind by repetition, those that wait for their turn included.
 local function lines_of(path, kind)
   local by_repetition = {}
-  add_lines(("%s/%s.jsonl"):format(path, kind), by_repetition)
+  add_lines(("%s/%s.jsonl"):format(path, kind), kind, by_repetition)
   for _, name in ipairs(host.file.list(path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
     if repetition then
       add_lines(("%s/%s/%s.jsonl"):format(path, run_lines.folder_of(repetition), kind),
-        by_repetition)
+        kind, by_repetition)
     end
   end
   return by_repetition
@@ -88,37 +93,57 @@ function runs.read(path)
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
       tostring(type(config) == "table" and config.schema)))
   end
+  config = shape.config(config)
   local folder = { path = path, config = config, runs = {},
-    status = json_of(path .. "/STATUS") or { state = "unknown" },
-    environment = json_of(path .. "/environment.json") }
+    status = shape.status(json_of(path .. "/STATUS")),
+    environment = shape.environment(json_of(path .. "/environment.json")) }
+  folder.status.state = folder.status.state or "unknown"
   local metrics, ledger = lines_of(path, "metrics"), lines_of(path, "ledger")
   local timing = lines_of(path, "timing")
   for _, repetition in ipairs(choice.sorted_keys(metrics)) do
     local evaluations = 0
     for _, line in ipairs(metrics[repetition]) do evaluations = evaluations + line.evaluations end
-    table.insert(folder.runs, { path = path, name = tostring(config.name), config = config,
-      seed = tostring(config.seed), repetition = repetition, status = folder.status,
-      lines = metrics[repetition], ledger = ledger[repetition] or {},
+    table.insert(folder.runs, { path = path, name = config.name or source.name_of(path),
+      config = config, seed = tostring(config.seed or "-"), repetition = repetition,
+      status = folder.status, lines = metrics[repetition], ledger = ledger[repetition] or {},
       timing = timing[repetition] or {}, evaluations = evaluations, before = 0 })
   end
   return folder
 end
 
---- The run folders that these words name; a study's folder stands for its runs.
+-- The runs of a study that have begun, and what the study says of each.
+local function add_study(list, word)
+  local path = word .. "/" .. compare_runs.STUDY
+  local study, message = json_of(path)
+  if type(study) ~= "table" or type(study.runs) ~= "table" then
+    failure.raise(2, message or path .. ": expected an object with a list of runs")
+  end
+  for k, given in ipairs(study.runs) do
+    if type(given) ~= "table" or type(given.path) ~= "string" then
+      failure.raise(2, ("%s: runs[%d]: expected an object with a path"):format(path, k))
+    end
+    if runs.is_folder(word .. "/" .. given.path) then
+      local folder = runs.read(word .. "/" .. given.path)
+      for _, run in ipairs(folder.runs) do
+        run.arm, run.before = given.arm, given.tuning_evaluations or 0
+        run.donor = given.donor
+        run.evaluations = run.evaluations + run.before
+      end
+      list[#list + 1] = folder
+    end
+  end
+end
+
+--- The run folders that these words name; a study's folder stands for its runs, those that have
+--- begun.
 ---@param words string[]
 ---@return limax.report.folder[]
 function runs.read_all(words)
   local list = {}
   for _, word in ipairs(words) do
+    word = #word > 1 and word:gsub("/+$", "") or word
     if host.file.exists(word .. "/" .. compare_runs.STUDY) == "file" then
-      for _, given in ipairs(compare_runs.expand { word }) do
-        local folder = runs.read(given.path)
-        for _, run in ipairs(folder.runs) do
-          run.arm, run.before = given.arm, given.before or 0
-          run.evaluations = run.evaluations + run.before
-        end
-        list[#list + 1] = folder
-      end
+      add_study(list, word)
     else
       list[#list + 1] = runs.read(word)
     end
@@ -175,6 +200,21 @@ end
 ---@return string
 function runs.champion(run, line)
   return run.path .. "/" .. run_folder.place(run.repetition, "champions", line.generation, ".json")
+end
+
+--- The champion of a generation as its robot file describes it; nil, message where the file is
+--- missing or damaged.
+---@param run limax.report.run
+---@param line table of metrics
+---@return limax.robot.description|nil
+---@return string|nil message
+function runs.description(run, line)
+  local path = runs.champion(run, line)
+  local value, message = json_of(path)
+  if value == nil then return nil, message end
+  value, message = robot_file.check(value)
+  if not value then return nil, ("%s: %s"):format(path, message) end
+  return value
 end
 
 return runs

@@ -1,10 +1,12 @@
 --- strips.lua: the robots of generation 0 and of the last for print: a row of poses for each, to
 --- one scale, and the paths of their middles as numbers.
 
+local block_picture = require "limax.block_picture"
 local motion = require "limax.motion"
 local scene = require "limax.picture.scene"
 local vectors = require "limax.picture.vectors"
 local view = require "limax.picture.view"
+local world = require "limax.picture.world"
 
 local strips = {}
 
@@ -13,6 +15,8 @@ local PX_PER_MM = 96 / 25.4
 local CAPITAL = 8 * 96 / 72 * 0.73
 -- px above each row, for its name
 local HEAD = 18
+-- px: a row of the key, and about the width of a letter of 8 pt
+local LINE, LETTER = 15, 6.3
 -- mm that a pose needs to be made out
 local POSE = 21
 
@@ -20,6 +24,42 @@ local function evenly(duration, count)
   local times = {}
   for k = 1, count do times[k] = (k - 1) / (count - 1) * duration end
   return times
+end
+
+-- What the colours are and what the world is, as rows that fit: { { hex, name, x }, ... }.
+local function key_of(films, width)
+  local entries, seen = {}, {}
+  local function add(hex, name)
+    if name ~= "" and not seen[name] then
+      seen[name] = true
+      entries[#entries + 1] = { hex = hex, name = name }
+    end
+  end
+  for _, film in ipairs(films) do
+    for _, material in ipairs(film.materials) do
+      if film.used[material.letter] then
+        add(film.colors[material.letter].hex, material.name)
+      end
+    end
+    if #film.poses[1].block > 0 then add(block_picture.hex, block_picture.letter) end
+    if world.has_solids(film.world) then add(world.hex, world.word) end
+  end
+  for _, film in ipairs(films) do
+    add(nil, world.words(film.world))
+    add(nil, film.note or "")
+  end
+  local rows, x = { {} }, CAPITAL
+  for _, entry in ipairs(entries) do
+    local room = 12 + #entry.name * LETTER + 10
+    if x + room > width and #rows[#rows] > 0 then
+      rows[#rows + 1] = {}
+      x = CAPITAL
+    end
+    entry.x = x
+    table.insert(rows[#rows], entry)
+    x = x + room
+  end
+  return rows
 end
 
 --- The SVG text of these robots, one below the other.
@@ -42,6 +82,9 @@ function strips.svg(shown, millimetres, title)
     frames[k].top = height + HEAD
     height = frames[k].top + frame.height
   end
+  local key = key_of(films, width)
+  local foot = height
+  height = height + #key * LINE + 6
   local canvas = vectors.new(width, height, "#ffffff", title, millimetres)
   for k, each in ipairs(shown) do
     canvas:clip(0, 0, width, height)
@@ -54,6 +97,16 @@ function strips.svg(shown, millimetres, title)
   end
   canvas:clip(0, 0, width, height)
   scene.scale_bar(canvas, frames[1], { width - frames[1].panel, HEAD / 2 })
+  for row, entries in ipairs(key) do
+    local y = foot + row * LINE
+    for _, entry in ipairs(entries) do
+      local x = entry.x
+      if entry.hex then
+        canvas:polygon({ { x, y - 8 }, { x + 8, y - 8 }, { x + 8, y }, { x, y } }, entry.hex)
+      end
+      canvas:text(x + (entry.hex and 12 or 0), y, entry.name, CAPITAL, "#2b2b2b")
+    end
+  end
   return canvas:finish()
 end
 

@@ -1,0 +1,161 @@
+--- shape.lua: what the files of a run folder have to look like. A folder may come from another
+--- version, or from anybody: a field of another kind counts as absent, so that what is there is
+--- still reported.
+
+local shape = {}
+
+-- Larger numbers are none of ours; their sums and differences stay finite.
+local MOST = 1e100
+-- Repetitions that a run may have: more are a damaged line.
+local MOST_REPETITIONS = 1e6
+
+local function number(value)
+  -- NaN is not equal to itself
+  if type(value) == "number" and value == value and math.abs(value) <= MOST then return value end
+end
+
+local function whole(value)
+  value = number(value)
+  if value and value % 1 == 0 and value >= 0 then return value end
+end
+
+local function count(value) return whole(value) or 0 end
+
+local function text(value)
+  if type(value) == "string" then return value end
+end
+
+-- A word that terminals show too: no control character may reach one.
+local function word(value)
+  if type(value) ~= "string" then return nil end
+  return (value:gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
+end
+shape.word = word
+
+local function flag(value)
+  if type(value) == "boolean" then return value end
+end
+
+local function list_of(each)
+  return function(value)
+    local list = {}
+    for _, entry in ipairs(type(value) == "table" and value or {}) do
+      list[#list + 1] = each(entry)
+    end
+    return list
+  end
+end
+
+local function map_of(each)
+  return function(value)
+    local map = {}
+    for key, entry in pairs(type(value) == "table" and value or {}) do
+      if type(key) == "string" then map[key] = each(entry) end
+    end
+    return map
+  end
+end
+
+-- A table whose named fields are as these say; the others stay as they are. One that is `optional`
+-- is absent where it is no table, else empty.
+local function record(fields, optional)
+  return function(value)
+    if type(value) ~= "table" then
+      if optional then return nil end
+      value = {}
+    end
+    for name, rule in pairs(fields) do value[name] = rule(value[name]) end
+    return value
+  end
+end
+
+local function either(...)
+  local rules = { ... }
+  return function(value)
+    for _, rule in ipairs(rules) do
+      local found = rule(value)
+      if found ~= nil then return found end
+    end
+  end
+end
+
+local function anything(value)
+  -- JSON's null
+  if type(value) ~= "userdata" then return value end
+end
+
+local diversity = record({ hamming = number, distinct = number, genotype = number }, true)
+
+local quantiles = record({ q10 = number, q25 = number, q50 = number, q75 = number, q90 = number },
+  true)
+
+--- A line of metrics.jsonl.
+shape.metrics = record { best = number, best_standard = number, mean = number, median = number,
+  worst = number, coarse = number, evaluations = count, quantiles = quantiles,
+  failed = record { invalid = count, diverged = count, fitness = count },
+  champion = record({ id = number }, true), parameters = map_of(number),
+  materials = map_of(map_of(number)), diversity = record { all = diversity, top = diversity } }
+
+--- A line of ledger.jsonl.
+shape.ledger = record { supervisor = text, source = text, reason = text,
+  entries = list_of(record({ field = text, outcome = text, applied = number, before = number,
+    proposed = either(number, text), reason = text }, true)) }
+
+--- A line of timing.jsonl.
+shape.timing = record { ended = text, seconds = map_of(number),
+  supervision = record({ asks = number, model_seconds = number, input_tokens = number,
+    output_tokens = number, cost = number, fallen_back = flag }, true) }
+
+--- `config.json`.
+shape.config = record { name = word, seed = either(word, number), generations = whole,
+  repetitions = whole, run = record({ repetition = whole }, true), simulation = map_of(anything),
+  supervisor = anything, fitness = anything,
+  not_in_paper = function(value)
+    if type(value) == "string" then return { value } end
+    if type(value) == "table" then return list_of(text)(value) end
+  end }
+
+--- `STATUS`.
+shape.status = record { state = word }
+
+-- Those with a name; absent where there is none.
+local function gpus(value)
+  local list = {}
+  for _, gpu in ipairs(type(value) == "table" and value or {}) do
+    if type(gpu) == "table" and text(gpu.name) then list[#list + 1] = gpu end
+  end
+  return #list > 0 and list or nil
+end
+
+--- `environment.json`.
+shape.environment = record { sessions = list_of(record({ started = text, version = text,
+  machine = record { compiler = text, system = text },
+  device = record { kind = text, cpu = text, gpus = gpus } }, true)) }
+
+--- A line of `population/gNNNN.jsonl`; nil where it names no robot.
+---@param value any
+---@return table|nil
+function shape.robot(value)
+  if type(value) ~= "table" or not whole(value.id) or not whole(value.generation) then
+    return nil
+  end
+  return { id = value.id, generation = value.generation, fitness = number(value.fitness),
+    parents = list_of(whole)(value.parents), body = record { hash = text, voxels = whole }(
+    value.body) }
+end
+
+--- The repetition and generation that a line is about; nil, message where it does not say.
+---@param value any
+---@return integer|nil repetition
+---@return integer|string generation
+function shape.place(value)
+  local given = type(value) == "table" and value or {}
+  local repetition, generation = whole(given.repetition), whole(given.generation)
+  if not repetition or repetition < 1 or repetition > MOST_REPETITIONS then
+    return nil, "repetition: expected a whole number from 1"
+  end
+  if not generation then return nil, "generation: expected a whole number from 0" end
+  return repetition, generation
+end
+
+return shape
