@@ -13,7 +13,8 @@ local COLUMNS = { "row", "kind", "case", "device", "integrator", "precision", "s
 local CELLS = { holds = "ok", reported = "told", fails = "FAIL", skipped = "-" }
 -- characters of a cell
 local CELL = 12
-local LEGEND = "ok: its checks hold; told: it diverges, and is reported as it should; FAIL: neither;\n"
+local LEGEND = "ok: its checks hold; told: it diverges, and is reported as it should;"
+  .. " FAIL: neither;\n"
   .. "-: not run: of long cases, and on a GPU, a few combinations unless --full; RK4 takes smooth\n"
   .. "scenes, and a case says why it does not ask XPBD"
 local SHORT = { symplectic_euler = "euler" }

@@ -163,7 +163,7 @@ case { row = 30, name = "static below kinetic is kinetic alone", run = function(
 end }
 
 for _, share in ipairs { 0.8, 1.1 } do
-  case { row = 30, name = ("the paper's 0.6 and 1.0 under a push of %g of the weight"):format(share),
+  case { row = 30, name = ("a push of %g of the weight, static 0.6, kinetic 1"):format(share),
     run = function(c)
       -- a slow push: gravity tilts, and a sheet at rest is not thrown. Between 0.6 and 1.0 plain
       -- Coulomb friction at 1.0 holds it, and beyond it slips against 1.0
