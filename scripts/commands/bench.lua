@@ -17,7 +17,8 @@ local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 -- options of one bench alone
 local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter = "stability",
   fraction = "stability",
-  out = "accuracy", section = "accuracy", tune = "accuracy", champion = "accuracy" }
+  out = "accuracy", section = "accuracy", with = "accuracy", tune = "accuracy",
+  champion = "accuracy" }
 -- of a search that names no number: about ten seconds on two cores
 local DEFAULT_CASES = 1024
 
@@ -50,6 +51,7 @@ local function run(arguments)
   local result = bench.run {
     out = arguments.out,
     sections = arguments.section,
+    with = arguments.with,
     tune = arguments.tune,
     champions = arguments.champion,
     device = device,
@@ -114,7 +116,10 @@ return {
       text = "accuracy: a folder for figures, tables and the page accuracy.html" },
     { name = "section", argument = "NAME", many = true,
       text = "accuracy: this section alone: work_precision, rounding, conservation, ranking,"
-        .. " evolutions" },
+        .. " evolutions, robustness, targets" },
+    { name = "with", argument = "FILE", many = true,
+      text = "accuracy: what another call left with --json (accuracy, blow-ups, stability), for the"
+        .. " targets" },
     { name = "tune", argument = "FILE",
       text = "accuracy: which step this experiment bears" },
     { name = "champion", argument = "FILE", many = true,

@@ -22,6 +22,8 @@ local suite = require("limax.test").suite "accuracy"
 
 local function silent() end
 
+local function write(path, text) assert(host.file.write_atomic(path, text)) end
+
 suite:test("Kendall's tau, against pairs counted one by one", function(t)
   local function tau(a, b) return ranking.kendall_tau(a, b, 4) end
   t:equal(tau({ 1, 2, 3, 4 }, { 10, 20, 30, 40 }), 1)
@@ -108,14 +110,15 @@ local SIZES = {
   conservation = { lattice = { 2, 2, 2 }, vibration = 1e4, spin = 1e4 },
   ranking = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
     set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },
-      { { "leapfrog", "compensated", 5e-3 } }) },
+      { { "leapfrog", "compensated", 5e-3 }, { "xpbd", "compensated", 1e-3 } }) },
   evolutions = { case = 1, seeds = 1, robots = 6, generations = 2, reference = 1e-4,
     set = SMALL_BODIES, settings = { "paper", "evolve" } },
+  robustness = { filter = "free fall", blow_ups = 64, seconds = 0.02, rounds = 1 },
 }
 
 local function count_of(text, pattern) return select(2, text:gsub(pattern, "")) end
 
-suite:test("every section leaves figures, tables and one page", { limit = 60 }, function(t)
+suite:test("every section leaves figures, tables and one page", { limit = 180 }, function(t)
   local folder, said = t:folder() .. "/out", {}
   local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
     out = folder, say = function(text) said[#said + 1] = text end }
@@ -138,6 +141,9 @@ suite:test("every section leaves figures, tables and one page", { limit = 60 }, 
   t:ok(thrown.elite_regret > 0 and finest.relative_to_paper > 0)
   t:equal(thrown.relative_to_paper, nil)
   t:equal(by_setting.evolve.tier, "evolve")
+  local xpbd = by_setting["XPBD, compensated, 0.001 s"]
+  t:equal({ xpbd.status, xpbd.failed }, { "done", 0 })
+  t:ok(xpbd.seconds_per_second > 0 and xpbd.tau and xpbd.distance_error > 0)
   for _, row in ipairs(rows.rounding) do
     if row.start == 1024 then t:ok(row.same_bits, row.precision .. ": the start changed bits") end
   end
@@ -149,6 +155,15 @@ suite:test("every section leaves figures, tables and one page", { limit = 60 }, 
   for _, row in ipairs(rows.evolutions) do
     t:ok(row.best_at_finest > 0 and row.seconds > 0, row.setting)
   end
+
+  for k, what in ipairs { "hard cases", "blow-ups", "absent effects", "self-collision" } do
+    t:equal(rows.robustness[k].what, what)
+  end
+  t:equal({ rows.robustness[1].count, rows.robustness[1].failed, rows.robustness[1].devices },
+    { 1, 0, "cpu" })
+  t:equal({ rows.robustness[2].count, rows.robustness[2].failed }, { 64, 0 })
+  t:ok(rows.robustness[3].value == 0 or rows.robustness[3].reason, rows.robustness[3].value)
+  t:ok(rows.robustness[4].value > 0)
 
   -- the files hold what was measured
   local document = assert(host.json.decode(source.read(folder .. "/accuracy.json")))
@@ -180,6 +195,13 @@ suite:test("every section leaves figures, tables and one page", { limit = 60 }, 
   end
 end)
 
+-- Judged rows by what they are called.
+local function judged(results)
+  local by_name = {}
+  for _, each in ipairs(targets.judge(results).rows) do by_name[each.target] = each end
+  return by_name
+end
+
 suite:test("asked against measured: met, missed and not measured", function(t)
   local function row(fields)
     fields.case, fields.population, fields.robots = "walk", "random", 48
@@ -189,19 +211,95 @@ suite:test("asked against measured: met, missed and not measured", function(t)
     row { setting = "chaos floor", elite_regret = 0.04, tau = 0.9 },
     row { setting = "evolve", tier = "evolve", elite_regret = 0.07, tau = 0.87,
       relative_to_paper = 0.2 },
+    -- what a device cannot do is no number
+    { case = "carry", population = "random", setting = "every setting", status = "refused" },
   } } }
-  local judged = {}
-  for _, each in ipairs(targets.judge(results).rows) do judged[each.target] = each end
+  local by_name = judged(results)
   -- twice the floor is 8 %; the floor less 0.02 is 0.88
-  local regret = judged["elite regret of evolve, worst population"]
-  t:equal({ regret.measured, regret.limit, regret.met }, { 0.07, 0.08, true })
-  t:equal(judged["tau of evolve, 48 random bodies, worst scene"].met, false)
-  t:equal(judged["price of evolve in the paper's"].met, false)
-  local unmeasured = judged["energy, free spin"]
+  local regret = by_name["elite regret of evolve, worst population"]
+  t:equal({ regret.measured, regret.limit, regret.met, regret.aim_met },
+    { 0.07, 0.08, true, false })
+  t:equal(regret.note, "1 of 9 scenes")
+  local tau = by_name["tau of evolve, 48 random bodies, worst scene"]
+  t:equal({ tau.met, tau.aim_limit, tau.note }, { false, 0.9, "chaos floor 0.900; 1 of 9 scenes" })
+  t:equal(by_name["price of evolve in the paper's"].met, false)
+  local unmeasured = by_name["energy, free spin of 1e6 steps"]
   t:equal({ unmeasured.measured, unmeasured.met }, {})
   t:near(sample.median { 3, 1, 2 }, 2)
   t:near(sample.median { 4, 1, 2, 3 }, 2.5)
   t:equal(sample.median {}, nil)
+end)
+
+suite:test("a number over fewer steps than asked is not judged, and others are as they are",
+  function(t)
+    local function kept(steps, drift)
+      return { conservation = { rows = { { scene = "vibration", integrator = "leapfrog",
+        precision = "compensated", steps = steps, energy_drift = drift } } } }
+    end
+    local name = "energy drift, vibrating, leapfrog compensated, 1e7 steps"
+    local short = judged(kept(1e5, 1e-9))[name]
+    t:equal({ short.measured, short.met, short.aim_met }, { 1e-9 })
+    t:ok(short.note:find("measured over 100000 steps", 1, true), short.note)
+    local missed = judged(kept(1e7, -3e-5))[name]
+    t:equal({ missed.measured, missed.met, missed.aim_met }, { 3e-5, true, false })
+    t:equal(judged(kept(1e7, 2e-4))[name].met, false)
+
+    local function robust(...) return { robustness = { rows = { ... } } } end
+    local bodies = "random bodies that diverge at auto because of the step"
+    local function search(first, count, failed)
+      return { what = "blow-ups", first = first, count = count, failed = failed }
+    end
+    t:equal(judged(robust(search(1, 64, 0)))[bodies].met, nil)
+    -- the second search looks at half of the first's again
+    local two = judged(robust(search(50001, 1e5, 0), search(1, 1e5, 0)))[bodies]
+    t:equal({ two.met, two.aim_met, two.note }, { true, false, "of 150000" })
+    t:equal(judged(robust(search(1, 1e5, 1)))[bodies].met, false)
+    t:equal(judged(robust(search(1, 1e7, 0)))[bodies].aim_met, true)
+    local hard = "hard cases that fail or differ, on every device measured"
+    local matrix = { what = "hard cases", devices = "cpu", count = 108, failed = 0 }
+    t:equal({ judged(robust(matrix))[hard].met, judged(robust(matrix))[hard].aim_met },
+      { true, true })
+    matrix.failed = 1
+    t:equal(judged(robust(matrix))[hard].met, false)
+    t:equal(judged(robust { what = "absent effects", value = 3 })[
+      "instructions a step for effects that the scene lacks"].met, false)
+  end)
+
+suite:test("every row of the numbers to reach is judged", function(t)
+  -- what is asked of limax, twelve rows, of which six hold two numbers
+  t:equal(#targets.judge({}).rows, 18)
+  for _, row in ipairs(targets.judge({}).rows) do
+    t:equal({ row.measured, row.met }, {})
+    t:ok(row.asked or row.aim, row.target)
+  end
+end)
+
+suite:test("targets count what other calls left", { limit = 60 }, function(t)
+  local folder = t:folder()
+  local function limax_in(...) return process.limax({ ... }, { folder = folder }) end
+  local done = limax_in("bench", "blow-ups", "--cases", "64", "--first", "65", "--device", "cpu",
+    "--json", "b.json")
+  t:ok(done.status == 0, done.stderr)
+  done = limax_in("bench", "stability", "--filter", "free fall", "--device", "cpu", "--json",
+    "s.json")
+  t:ok(done.status == 0, done.stderr)
+  done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
+    "b.json", "--with", "s.json", "--json", "t.json")
+  t:ok(done.status == 0, done.stderr)
+  t:ok(done.stdout:find("too short to tell +64 bodies alone"), done.stdout)
+  t:ok(done.stdout:find("too short to tell +1 cases alone"), done.stdout)
+  -- and its own rows are counted again
+  done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
+    "t.json")
+  t:ok(done.status == 0, done.stderr)
+  write(folder .. "/bad.json", "{}")
+  for _, bad in ipairs { { "bad.json", "not what limax bench" }, { "none.json", "no such file" } }
+  do
+    done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
+      bad[1])
+    t:equal(done.status, 2)
+    t:ok(done.stderr:find(bad[2], 1, true), done.stderr)
+  end
 end)
 
 suite:test("axes: decades, their labels, and places between", function(t)
@@ -225,8 +323,6 @@ return limax.experiment {
   fitness = "distance", supervisor = "fixed",
 }
 ]]
-
-local function write(path, text) assert(host.file.write_atomic(path, text)) end
 
 suite:test("the chaos floor's step is one part in 1e4 longer or shorter, on whole samples",
   function(t)

@@ -1,6 +1,7 @@
 --- accuracy.lua: what accuracy costs: the sections of `limax bench accuracy`, their sizes, and what
 --- they leave behind.
 
+local earlier = require "limax.bench.accuracy.earlier"
 local failure = require "limax.failure"
 local host = require "limax.host"
 local methods = require "limax.bench.accuracy.methods"
@@ -15,7 +16,8 @@ local tune = require "limax.bench.accuracy.tune"
 local accuracy = {}
 
 --- Sections in the order in which they run.
-accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions" }
+accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions",
+  "robustness" }
 
 -- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first above the limit of
 -- stiff bodies.
@@ -23,7 +25,7 @@ local STEPS = { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 }
 local FINER = { unpack(STEPS) }
 FINER[#FINER + 1] = 2e-6
 
-local LEAPFROG, EULER = "leapfrog", "symplectic_euler"
+local LEAPFROG, EULER, XPBD = "leapfrog", "symplectic_euler", "xpbd"
 
 -- Two minutes on two cores, most of them in the finest setting of the rankings.
 local QUICK = {
@@ -40,13 +42,18 @@ local QUICK = {
       { LEAPFROG, "compensated", 1e-4 }, { LEAPFROG, "single", 2e-4 },
       { LEAPFROG, "single", 5e-5 }, { EULER, "compensated", 1e-3 },
       { EULER, "compensated", 5e-4 }, { EULER, "compensated", 2e-4 },
-      { EULER, "compensated", 5e-5 },
+      { EULER, "compensated", 5e-5 }, { XPBD, "compensated", 1e-3 },
+      { XPBD, "compensated", 2e-4 },
     }) },
 }
 
--- Every integrator that bodies on the ground can have, every precision, five steps.
+-- Every integrator that bodies on the ground can have, every precision, five steps; XPBD, which is
+-- there for its long ones, in one precision.
 local function all_settings()
   local list = {}
+  for _, time_step in ipairs { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4 } do
+    list[#list + 1] = { XPBD, "compensated", time_step }
+  end
   for _, integrator in ipairs { LEAPFROG, EULER } do
     for _, precision in ipairs(methods.PRECISIONS) do
       for _, time_step in ipairs { 1e-3, 5e-4, 2e-4, 1e-4, 5e-5 } do
@@ -64,10 +71,15 @@ local FULL = {
     way = 100, way_steps = { 2e-4, 1e-4, 5e-5 }, way_reference = 5e-5, way_bodies = 8 },
   conservation = { lattice = { 3, 3, 3 }, vibration = 1e7, spin = 1e6 },
   ranking = { cases = 4, robots = 48, generations = 15, reference = 5e-6, seconds = 0.2,
-    set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()) },
+    set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()),
+    -- some fitnesses read what their scripts record
+    rest = { set = {}, reference = 1e-5,
+      settings = ranking.settings({ "preview", "evolve", "publish" },
+        { { XPBD, "compensated", 1e-3 } }) } },
   evolutions = { case = 1, seeds = 5, robots = 20, generations = 15, reference = 1e-5,
     set = { "simulation.duration=2", "record={}" },
     settings = { "paper", "preview", "evolve", "publish" } },
+  robustness = { blow_ups = 1e5, seconds = 0.5, rounds = 10 },
 }
 
 -- Rows of several sections as one table, for CSV: a row says which section it is of.
@@ -89,17 +101,21 @@ local function joined(results, sections)
   return columns, rows
 end
 
--- The sections to run: those asked for, in the usual order, or all that this size has.
+-- The sections to run: those asked for, in the usual order, or all that this size has. `targets`
+-- judges what other calls left and runs nothing.
 local function chosen(wanted, sizes)
   local sections, asked = {}, {}
   for _, name in ipairs(wanted or {}) do
     local known = false
-    for _, each in ipairs(accuracy.SECTIONS) do known = known or each == name end
+    local names = { unpack(accuracy.SECTIONS) }
+    names[#names + 1] = "targets"
+    for _, each in ipairs(names) do known = known or each == name end
     if not known then
-      failure.raise(2, ('--section "%s": unknown%s'):format(name,
-        suggest.ending(name, accuracy.SECTIONS)))
+      failure.raise(2, ('--section "%s": unknown%s'):format(name, suggest.ending(name, names)))
     end
-    if not sizes[name] then failure.raise(2, ("--section %s needs --full"):format(name)) end
+    if not sizes[name] and name ~= "targets" then
+      failure.raise(2, ("--section %s needs --full"):format(name))
+    end
     asked[name] = true
   end
   for _, name in ipairs(accuracy.SECTIONS) do
@@ -126,6 +142,7 @@ end
 ---@field sections string[]|nil
 ---@field out string|nil a folder for pictures, tables and the page
 ---@field sizes table|nil by section, in the place of the usual ones
+---@field with string[]|nil JSON files of other calls of limax bench, which the targets count too
 ---@field tune string|nil an experiment's file: try its steps instead
 ---@field champions string[]|nil robot files that are tried with it
 
@@ -140,6 +157,10 @@ function accuracy.run(how)
   local sizes = how.sizes or how.full and FULL or QUICK
   local style, results = terminal.style {}, {}
   local sections = chosen(how.sections, sizes)
+  local judged = how.full or how.sizes ~= nil or #(how.with or {}) > 0
+  for _, name in ipairs(how.sections or {}) do judged = judged or name == "targets" end
+  -- a file that cannot be read is said before hours are spent
+  local others = earlier.read(how.with or {})
   if how.out then pages.folder(how.out) end
   for _, name in ipairs(sections) do
     local section = require("limax.bench.accuracy." .. name)
@@ -151,8 +172,8 @@ function accuracy.run(how)
   end
   how.say ""
   tell_tiers(how, results)
-  if how.full or how.sizes then
-    results.targets = targets.judge(results)
+  if judged then
+    results.targets = targets.judge(earlier.joined(others, results))
     sections[#sections + 1] = "targets"
     how.say("\n" .. targets.text(results.targets, style))
   end

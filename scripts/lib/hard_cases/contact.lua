@@ -1,5 +1,7 @@
 --- contact.lua: hard cases with the ground: rest, overlap, bounces and impacts. SI units.
 
+local general = require "limax.hard_cases.general"
+
 local cases = {}
 
 local function case(fields) cases[#cases + 1] = fields end
@@ -92,11 +94,11 @@ for _, depth in ipairs { 0.1, 1 } do
           stored = stored + 0.5 * GROUND * math.max(0, -p[3]) ^ 2
         end
       end }
-    -- what comes out was stored in the penalty springs: the general check on the energy says so;
-    -- here that some of it did, and no more
+    -- what comes out was stored in the penalty springs
     local most = 0
     for _, row in ipairs(run:trace "energy") do most = math.max(most, row[1]) end
-    c:at_most("kinetic energy", most, 1.2 * stored)
+    c:at_most("kinetic energy", most, stored)
+    c:at_least("kinetic energy", most, 0.01 * stored)
     if run.verdict == "holds" then
       c:at_least("height", mean_height((run:state())), 0.1)
     end
@@ -104,26 +106,45 @@ for _, depth in ipairs { 0.1, 1 } do
 end
 
 case { row = 21, name = "elastic bounce", except = { xpbd = DAMPS }, run = function(c)
-  -- a stiff voxel on a soft floor without damping is a point that rebounds to where it came from;
-  -- what it keeps in its own springs goes with the stiffnesses' ratio
-  local drop = 1
-  local function height_after(fraction)
-    local run = c:run { lattice = { 1, 1, 1 }, bound_fraction = fraction,
+  -- There is no body of one mass. A stiff voxel on a soft floor without damping is a point that
+  -- rebounds to where it came from, but for what it keeps in its own springs, some 1e-6 of it. Each
+  -- of the four masses that touch carries two.
+  local drop, k, mass = 1, 1e4, 0.1
+  local w, speed = math.sqrt(k / (2 * mass)), math.sqrt(2 * STANDARD_GRAVITY * drop)
+  -- -k z = 2 m (z'' + g) from z = 0 at -speed until z = 0 again
+  local contact = 2 / w * (math.pi - math.atan(w * speed / STANDARD_GRAVITY))
+  local function bounce(fraction)
+    local run = c:prepare { lattice = { 1, 1, 1 }, bound_fraction = fraction,
       materials = { b = { stiffness = 1e6 } },
-      scene = { gravity = true, ground = { stiffness = 1e4, damping_ratio = 0 } },
-      position = { 0, 0, drop }, duration = 1, record = { center_of_mass = 1000 } }
+      scene = { gravity = true, ground = { stiffness = k, damping_ratio = 0 } },
+      position = { 0, 0, drop }, duration = 1, record = { center_of_mass = 1000, energy = 100 } }
+    local h = run:outcome().time_step
+    run:advance(math.floor(speed / STANDARD_GRAVITY / h) - 5)
+    local steps = 0
+    for _ = 1, 1.2 * contact / h + 10 do
+      run:advance(1)
+      if run:state()[1][3] < 0 then steps = steps + 1 end
+    end
+    run.simulation:run()
+    general.check(c, run)
     local top, down = 0, false
     for _, row in ipairs(run:trace "center_of_mass") do
       down = down or row[3] < 0.1
       if down then top = math.max(top, row[3] - 0.05) end
     end
-    return top
+    return top, steps * h, h
   end
-  local fine = height_after(0.09)
-  c:near("rebound", fine, drop, { rtol = 3e-4 })
-  -- at the full step too: the body's own springs, not the floor, set a step that is a thousandth of
-  -- the contact
-  c:near("rebound at auto", height_after(0.9), drop, { rtol = 1e-3 })
+  for _, fraction in ipairs { 0.9, 0.09 } do
+    local top, lasted, h = bounce(fraction)
+    -- Where in a step it touches is chance, so that the error has no sign and no clean order: at
+    -- auto it is 2e-5, at a tenth 3e-6, in plain fp32 more, a centre's rounding and a sample's
+    -- being 1 ms from the top (5e-6 m).
+    c:near(("rebound at %g of the bound"):format(fraction), top, drop,
+      { rtol = c:by_precision { double = 5e-5, fp32 = 1e-4, single = 1e-3 } })
+    -- the voxel is not quite rigid; and whole steps are counted
+    c:near(("contact at %g of the bound"):format(fraction), lasted, contact,
+      { atol = h, rtol = 2e-3 })
+  end
 end }
 
 case { row = 22, name = "damped bounce", run = function(c)
@@ -156,10 +177,17 @@ for _, size in ipairs { 1, 3 } do
       -- came (the general check). A report of a spring that is torn is an answer too.
       local run = c:run { lattice = { size, size, size }, scene = LAND, duration = 0.3,
         place = lifted(0.5, -speed), record = { energy = 1000 }, may_diverge = { "stretch" } }
-      local rows = run:trace "energy"
-      local first, most = rows[1][1], 0
-      for _, row in ipairs(rows) do most = math.max(most, row[1]) end
-      c:at_most("largest kinetic energy over that of the start", most / first, 1.01)
+      local rows, outcome = run:trace "energy", run:outcome()
+      local function whole(row) return row[1] + row[2] + row[3] end
+      local most = 0
+      for _, row in ipairs(rows) do most = math.max(most, whole(row) / whole(rows[1])) end
+      -- a step of so many edges sees the ground late: 1.06 was the most at 1.5 edges
+      local edges = outcome.time_step * speed / 0.1
+      c:at_most("largest energy over that of the start", most, 1 + 0.1 * edges)
+      -- and it is said
+      c:same_bits("coarse", outcome.coarse, edges > 0.1)
+      c:note("%.2g edges a step; the energy is %.4g of the first at most, %.2g at the end", edges,
+        most, whole(rows[#rows]) / whole(rows[1]))
     end, name = ("impact at %g m/s, %s"):format(speed,
       size == 1 and "one voxel" or "3x3x3 voxels") }
   end

@@ -89,7 +89,8 @@ for _, amplitude in ipairs { 0.25, 0.9, 0.95 } do
       local outcome = run:outcome()
       for axis = 1, 3 do
         c:near("centre of mass", outcome.center_end[axis], outcome.center_start[axis],
-          { atol = c:by_precision { double = 1e-9, fp32 = 1e-4 } })
+          -- fp32: forces of 1e3 N that cancel leave their roundings
+          { atol = c:by_precision { double = 1e-9, fp32 = 1e-5 } })
       end
       c:at_least("shortest spring", shortest(run, spec.lattice), amplitude < 0.5 and 0.2 or 1e-6)
     end }
@@ -211,22 +212,37 @@ case { name = "actuation at 0 Hz is refused, and at none is none", run = functio
 end }
 
 case { row = 39, name = "walking on and on", brief = true, run = function(c)
-  -- one gait: the mean energies and the speed of the first and the last third are alike
-  local h = 5e-4
-  local steps = c.full and 1e7 or 6e4
-  local run = c:run { lattice = { 3, 2, 2 }, duration = steps * h, settle = 2, time_step = h / 5,
-    voxels = function(x, _, z) return z == 2 and "b" or (x % 2 == 1 and "e" or "c") end,
+  -- A slab on a wave of swelling muscles, whose strides are 88 mm in the mean: the length of its
+  -- strides and its energy are at the end what they were at first.
+  local frequency, h, settle = 1, 5e-4, 3 -- Hz, s, s
+  local steps = c.full and 1e7 or 8e4
+  local run = c:run { lattice = { 5, 2, 2 }, duration = steps * h, settle = settle, time_step = h,
+    voxels = function(_, _, z) return z == 1 and "e" or "s" end,
+    weights = { phase = function(x) return (x - 1) / 4 end },
     scene = { gravity = true, ground = true, friction = true, damping = true,
-      actuation = { frequency = 2 } }, record = { energy = 10 } }
-  local rows = run:trace "energy"
-  local third = math.floor(#rows / 3)
-  local function mean_of(from, to)
-    local sum = 0
-    for i = from, to do sum = sum + (rows[i][1] + rows[i][2]) / (to - from + 1) end
+      actuation = { frequency = frequency } }, record = { energy = 20, center_of_mass = 20 } }
+  local path, energies = run:trace "center_of_mass", run:trace "energy"
+  local period = 20 / frequency -- samples
+  local strides = math.floor((#path - 1) / period)
+  local part = math.floor(strides / (c.full and 10 or 3))
+  local function stride(first, last)
+    local p, q = path[1 + (first - 1) * period], path[1 + last * period]
+    return math.sqrt((q[1] - p[1]) ^ 2 + (q[2] - p[2]) ^ 2) / (last - first + 1)
+  end
+  local function energy(first, last)
+    local sum, from, to = 0, 1 + (first - 1) * period, last * period
+    for i = from, to do sum = sum + (energies[i][1] + energies[i][2]) / (to - from + 1) end
     return sum
   end
-  c:near("energy of the last third", mean_of(#rows - third, #rows), mean_of(1, third),
-    { rtol = 0.05 })
+  -- Strides differ by a sixth of their mean from one to the next, so that a mean of 13 is known to
+  -- some per cent, and one of 500 to the 1 % that is asked. Under XPBD they differ more.
+  local allowed = c.full and 0.01 or c.integrator == "xpbd" and 0.08 or 0.03
+  local early, late = stride(2, part + 1), stride(strides - part + 1, strides)
+  c:at_least("stride", early, 0.08)
+  c:near("stride at the end", late, early, { rtol = allowed })
+  c:near("energy at the end", energy(strides - part + 1, strides), energy(2, part + 1),
+    { rtol = allowed })
+  c:note("strides of %.1f mm at first, %.1f mm at the end", 1e3 * early, 1e3 * late)
 end }
 
 return cases

@@ -77,11 +77,14 @@ function methods:raises(pattern, call)
 end
 
 --- The tolerance of this precision, from a table that has one for each, or `fp32` for the three
---- that round forces to fp32.
+--- that round forces to fp32. Plain sums round at every step: that of `single` is for 0.9 of the
+--- bound and grows as `--fraction` makes steps shorter.
 ---@param by_precision { double: number, fp32: number|nil, single: number|nil, mixed: number|nil }
 ---@return number
 function methods:by_precision(by_precision)
-  return by_precision[self.precision] or by_precision.fp32
+  local tolerance = by_precision[self.precision] or by_precision.fp32
+  if self.precision ~= "single" or not self.fraction then return tolerance end
+  return tolerance * math.max(1, 0.9 / self.fraction)
 end
 
 --- Something to print beside the verdict.

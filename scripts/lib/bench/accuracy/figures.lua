@@ -134,11 +134,11 @@ local function ranked_panels(result, value_of, look)
   local panels, groups = {}, {}
   for _, row in ipairs(result.rows) do
     local key = row.case .. row.population
-    if not groups[key] then
+    if row.status ~= "refused" and not groups[key] then
       groups[key] = { title = ("%s, %s bodies"):format(row.case, row.population) }
       groups[#groups + 1] = groups[key]
     end
-    table.insert(groups[key], row)
+    if row.status ~= "refused" then table.insert(groups[key], row) end
   end
   for k, group in ipairs(groups) do
     local panel = { title = group.title, points = {}, curves = ranked_curves(group, value_of),

@@ -17,6 +17,9 @@ methods.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog",
 --- its step is 1e-5 s.
 methods.PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
 
+--- Why a device that is none does not take what the CPU takes.
+methods.CPU_ONLY = "CPU only"
+
 --- Why the engine takes no simulation with these options in this scene; nil where it does.
 ---@param trial { population: limax.population, materials: limax.materials, scene: limax.scene }
 ---@param options table as engine.simulation takes them
@@ -31,7 +34,19 @@ function methods.refusal(trial, options, device)
     return nil
   end
   if failure.of_machine(value) then error(value, 0) end
-  return (failure.bare(value):gsub("^simulation: ", ""))
+  local said = failure.bare(value)
+  return said:match "simulation: (.*)$" or said
+end
+
+--- The same in few words: "CPU only" where the CPU takes what this device does not.
+---@param trial { population: limax.population, materials: limax.materials, scene: limax.scene }
+---@param options table
+---@param device limax.device
+---@return string|nil
+function methods.brief_refusal(trial, options, device)
+  local why = methods.refusal(trial, options, device)
+  if not why or device.kind == "cpu" then return why end
+  return methods.refusal(trial, options, engine.device "cpu") and why or methods.CPU_ONLY
 end
 
 --- Is this integrator in the build at all?

@@ -55,7 +55,7 @@ end
 
 local function cell(name, value)
   if value == nil then return "<td></td>" end
-  if name == "met" then
+  if name == "met" or name == "aim_met" then
     return value and '<td class="met">met</td>' or '<td class="missed">missed</td>'
   end
   if type(value) == "number" then

@@ -15,13 +15,18 @@ local walkers = {}
 ---@field set string[] overrides
 
 --- The shipped scenes: the quickstart at two frequencies (fast gaits hop, and hopping is chaotic),
---- jumping, and the paper's, with its static friction below the kinetic one.
+--- jumping, the paper's, with its static friction below the kinetic one, and the other tasks.
 ---@type limax.accuracy.case[]
 walkers.CASES = {
   { name = "walk, 2 Hz", script = "walk.lua", set = {} },
   { name = "walk, 5 Hz", script = "walk.lua", set = { "scene.actuation.frequency=5" } },
   { name = "jump", script = "jump.lua", set = {} },
   { name = "paper", script = "paper.lua", set = {} },
+  { name = "swim", script = "swim.lua", set = {} },
+  { name = "climb", script = "climb.lua", set = {} },
+  { name = "stairs", script = "stairs.lua", set = {} },
+  { name = "grip", script = "grip.lua", set = {} },
+  { name = "carry", script = "carry.lua", set = {} },
 }
 
 local function silent() end
