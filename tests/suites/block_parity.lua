@@ -28,7 +28,7 @@ end
 -- all else that may act besides
 local EVERYTHING = { drag = { density = 10 }, self_collision = true,
   wind = { velocity = { 1, 0, 0 }, drag = 0.01 },
-  planes = { { normal = { -1, 0, 0.3 }, offset = -2 }, { normal = { 0, 1, 0 }, offset = -0.1 } },
+  planes = { { normal = { -1, 0, 0.3 }, offset = -6 }, { normal = { 0, 1, 0 }, offset = -0.1 } },
   boxes = { from = { 0.2, -1, -1 }, to = { 0.6, 2, 0.01 } } }
 
 -- one lattice for a block of threads, a cluster, and the grid; the last is flat
