@@ -276,29 +276,28 @@ end)
 
 suite:test("targets count what other calls left", { limit = 60 }, function(t)
   local folder = t:folder()
-  local function limax_in(...) return process.limax({ ... }, { folder = folder }) end
-  local done = limax_in("bench", "blow-ups", "--cases", "64", "--first", "65", "--device", "cpu",
-    "--json", "b.json")
-  t:ok(done.status == 0, done.stderr)
-  done = limax_in("bench", "stability", "--filter", "free fall", "--device", "cpu", "--json",
-    "s.json")
-  t:ok(done.status == 0, done.stderr)
-  done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
-    "b.json", "--with", "s.json", "--json", "t.json")
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, folder, { "bench", "blow-ups", "--cases", "64", "--first", "65",
+    "--device", "cpu", "--json", "b.json" })
+  process.completes(t, folder, { "bench", "stability", "--filter", "free fall", "--device", "cpu",
+    "--json", "s.json" })
+  local judge = { "bench", "accuracy", "--section", "targets", "--device", "cpu", "--with" }
+  local function judged_with(...)
+    local words = { unpack(judge) }
+    for _, word in ipairs { ... } do words[#words + 1] = word end
+    return words
+  end
+  local done = process.completes(t, folder,
+    judged_with("b.json", "--with", "s.json", "--json", "t.json"))
   t:ok(done.stdout:find("too short to tell +64 bodies alone"), done.stdout)
   t:ok(done.stdout:find("too short to tell +1 cases alone"), done.stdout)
   -- and its own rows are counted again
-  done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
-    "t.json")
-  t:ok(done.status == 0, done.stderr)
+  process.completes(t, folder, judged_with "t.json")
   write(folder .. "/bad.json", "{}")
   for _, bad in ipairs { { "bad.json", "not what limax bench" }, { "none.json", "no such file" } }
   do
-    done = limax_in("bench", "accuracy", "--section", "targets", "--device", "cpu", "--with",
-      bad[1])
-    t:equal(done.status, 2)
-    t:ok(done.stderr:find(bad[2], 1, true), done.stderr)
+    local refused = process.ends(folder, judged_with(bad[1]))
+    t:equal(refused.status, 2)
+    t:ok(refused.stderr:find(bad[2], 1, true), refused.stderr)
   end
 end)
 

@@ -184,7 +184,12 @@ local function draw_failures(out, box, x, curves)
   end
 end
 
-local function draw_floor(out, box, y, floor)
+-- The room of a line of small text at the left edge, which no name may cross.
+local function small_text(box, y, text)
+  return { left = box.left + 6, right = box.left + 6 + 6 * #text, y = y }
+end
+
+local function draw_floor(out, box, y, floor, taken)
   local at = box.bottom - y.place(floor.y) * box.height
   out:add('<rect x="%.1f" y="%.1f" width="%.1f" height="%.1f" fill="%s" fill-opacity="0.13"/>',
     box.left, at, box.width, box.bottom - at, ink.band)
@@ -193,9 +198,10 @@ local function draw_floor(out, box, y, floor)
   local inside = box.bottom - at > 16
   out:text(box.left + 6, inside and at + 12 or at - 4, floor.text,
     ('font-size="10" fill="%s"'):format(ink.faint))
+  taken[#taken + 1] = small_text(box, inside and at + 12 or at - 4, floor.text)
 end
 
-local function draw_limits(out, box, x, y, limits)
+local function draw_limits(out, box, x, y, limits, taken)
   for _, limit in ipairs(limits) do
     local color = limit.color or ink.faint
     local from, to
@@ -203,6 +209,7 @@ local function draw_limits(out, box, x, y, limits)
       local at = box.bottom - y.place(limit.y) * box.height
       from, to = { box.left, at }, { box.right, at }
       out:text(box.left + 6, at - 4, limit.text, ('font-size="10" fill="%s"'):format(color))
+      taken[#taken + 1] = small_text(box, at - 4, limit.text)
     else
       local at = box.left + x.place(limit.x) * box.width
       from, to = { at, box.top }, { at, box.bottom }
@@ -213,8 +220,9 @@ local function draw_limits(out, box, x, y, limits)
   end
 end
 
--- Where a name may stand beside its ring: right or left of it, above or below.
-local SIDES = { { 10, -6 }, { 10, 15 }, { -10, -6 }, { -10, 15 } }
+-- Where a name may stand beside its ring: right or left of it, above or below, or a line higher.
+local SIDES = { { 10, -6 }, { 10, 15 }, { -10, -6 }, { -10, 15 }, { 10, -20 }, { -10, -20 },
+  { 10, -34 }, { -10, -34 } }
 
 -- The first side on which a name stays inside and crosses no other name.
 local function free_side(box, cx, cy, text, taken)
@@ -238,9 +246,9 @@ local function free_side(box, cx, cy, text, taken)
   return best
 end
 
--- Single settings, ringed, their names on a white halo so that curves may pass below.
-local function draw_points(out, box, x, y, points)
-  local taken = {}
+-- Single settings, ringed, their names on a white halo so that curves may pass below; names keep
+-- out of each other's way and of the room that is taken.
+local function draw_points(out, box, x, y, points, taken)
   for _, point in ipairs(points) do
     local cx = box.left + x.place(point.x) * box.width
     local cy = box.bottom - y.place(point.y) * box.height
@@ -284,8 +292,10 @@ function panel.draw(out, given, left, top, width, height)
   if given.note then out:text(left + 8, top + 33, given.note, ('fill="%s"'):format(ink.faint)) end
   draw_axes(out, box, x, y)
   for _, band in ipairs(given.bands or {}) do draw_band(out, box, x, y, band) end
-  if given.floor then draw_floor(out, box, y, given.floor) end
-  draw_limits(out, box, x, y, given.limits or {})
+  -- room of texts that the names of points must not cross
+  local taken = {}
+  if given.floor then draw_floor(out, box, y, given.floor, taken) end
+  draw_limits(out, box, x, y, given.limits or {}, taken)
   draw_failures(out, box, x, given.curves)
   local labels = {}
   for _, curve in ipairs(given.curves) do
@@ -314,7 +324,7 @@ function panel.draw(out, given, left, top, width, height)
     draw_marker(out, at, entry.marker, entry.color, 3)
     out:text(at[1] + 14, at[2] + 4, entry.text, ('fill="%s"'):format(entry.color))
   end
-  draw_points(out, box, x, y, given.points or {})
+  draw_points(out, box, x, y, given.points or {}, taken)
   return { box = box, x = x, y = y }
 end
 

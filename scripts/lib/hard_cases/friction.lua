@@ -122,6 +122,34 @@ for _, share in ipairs { 0.9, 1.1 } do
   end }
 end
 
+for _, share in ipairs { 0.9, 1.1 } do
+  case { row = 28, name = ("a push of %g static mu N on a sheet at rest"):format(share),
+    run = function(c)
+      -- Friction of 1.05 times the push brings it to rest first, so that no foot bears more than
+      -- 1.05 times its share; what is put down on kinetic friction alone would slip at once.
+      local push = 0.5 -- of the weight
+      local function sheet(fields)
+        fields.scene = { gravity = { acceleration = { push * STANDARD_GRAVITY, 0,
+          -STANDARD_GRAVITY } }, ground = true, damping = true, friction = fields.friction }
+        return c:run(with(fields))
+      end
+      local rest = sheet { duration = 3, friction = both(1.05 * push) }:state()
+      local run = sheet { duration = 1, energy = false,
+        friction = { static = push / share, kinetic = 0.1 }, place = function(positions, velocities)
+          for i, p in ipairs(rest) do positions[i], velocities[i] = p, { 0, 0, 0 } end
+        end }
+      local outcome = run:outcome()
+      local gone = outcome.center_end[1] - outcome.center_start[1]
+      if share < 1 then
+        -- XPBD's springs still settle when they are put there
+        c:at_most("motion", math.abs(gone), c.integrator == "xpbd" and 1e-6
+          or c:by_precision { double = 1e-9, fp32 = 1e-6 })
+      else
+        c:near("motion", gone, 0.5 * (push - 0.1) * STANDARD_GRAVITY, { rtol = 0.05 })
+      end
+    end }
+end
+
 case { row = 29, name = "mu = 0 and mu = 1000", run = function(c)
   local function gone(mu)
     local run = c:run(with { duration = 0.5, place = resting(1), energy = false,

@@ -41,6 +41,23 @@ local function mean(rows)
   return sum
 end
 
+-- Angular momentum about the centre of equal masses of 1 kg, and what it is a sum of: the sizes of
+-- lever and momentum, kg m^2/s.
+local function spin_of(positions, velocities)
+  local center, drift = mean(positions), mean(velocities)
+  local spin, size = { 0, 0, 0 }, 0
+  for i, p in ipairs(positions) do
+    local x, y, z = p[1] - center[1], p[2] - center[2], p[3] - center[3]
+    local u, v, w = velocities[i][1] - drift[1], velocities[i][2] - drift[2],
+      velocities[i][3] - drift[3]
+    spin[1] = spin[1] + y * w - z * v
+    spin[2] = spin[2] + z * u - x * w
+    spin[3] = spin[3] + x * v - y * u
+    size = size + math.sqrt((x * x + y * y + z * z) * (u * u + v * v + w * w))
+  end
+  return spin, size
+end
+
 --- What a run must remember of its start.
 ---@param run limax.hard_cases.run
 ---@return table
@@ -52,8 +69,9 @@ function general.start(run)
   then
     return {}
   end
-  local _, velocities = run:state(1)
-  return { velocity = mean(velocities) }
+  local positions, velocities = run:state(1)
+  local spin, size = spin_of(positions, velocities)
+  return { velocity = mean(velocities), spin = spin, size = size }
 end
 
 -- How far the whole energy may stand above an earlier value in a scene that adds none. The
@@ -132,6 +150,24 @@ local function check_center(c, run)
   end
 end
 
+-- Forces along the lines between masses turn nothing; nor does uniform gravity about the centre.
+local function check_spin(c, run)
+  if not run.start.spin or (run.spec.scene or {}).self_collision then return end
+  local positions, velocities = run:state(1)
+  local spin, size = spin_of(positions, velocities)
+  local speed = 0 -- m/s, whose rounding is in every lever
+  for _, v in ipairs(mean(velocities)) do speed = math.max(speed, math.abs(v)) end
+  -- RK4 keeps it to its order alone
+  local share = c.integrator == "rk4" and 1e-3
+    or c:by_precision { double = 1e-10, compensated = 1e-4, mixed = 1e-4, single = 1e-2 }
+  local allowed = (run.spec.center_tolerance or 1) * share
+    * math.max(size, run.start.size, run:outcome().masses * 1e-3 * math.max(1, speed))
+  for axis = 1, 3 do
+    c:near(("angular momentum about %s"):format(({ "x", "y", "z" })[axis]), spin[axis],
+      run.start.spin[axis], { atol = allowed })
+  end
+end
+
 local function contains(list, value)
   for _, each in ipairs(type(list) == "table" and list or { list }) do
     if each == value then return true end
@@ -175,7 +211,10 @@ function general.check(c, run)
       if run.simulation.record.energy and general.wants_energy(spec) then
         check_energy(run, robot)
       end
-      if robot == 1 then check_center(c, run) end
+      if robot == 1 then
+        check_center(c, run)
+        check_spin(c, run)
+      end
     end
   end
 end

@@ -1,7 +1,8 @@
 --- stage.lua: what a hard case is given: `c`, its device, precision and integrator, a way to put
 --- robots into a scene, and checks. Every run is also held to the general checks: all numbers are
---- finite, robots end as the case says, the energy of a passive scene never rises, and a centre of
---- mass that nothing outside pushes goes where Newton says. SI units.
+--- finite, robots end as the case says, the energy of a passive scene never rises, and where
+--- nothing outside pushes, the centre of mass goes where Newton says and angular momentum stays. SI
+--- units.
 
 local engine = require "limax.engine"
 local general = require "limax.hard_cases.general"

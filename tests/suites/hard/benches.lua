@@ -44,6 +44,16 @@ suite:test("stability: a table, CSV and JSON", { limit = 60 }, function(t)
   t:equal(lines, #result.rows + 1)
 end)
 
+for _, fraction in ipairs { 0.99, 0.5, 0.1 } do
+  suite:test(("every case holds at %g of the bound"):format(fraction),
+    { limit = 3600, tags = { "full" } }, function(t)
+      local said = {}
+      local result = stability.run { device = engine.device "cpu", fraction = fraction,
+        say = function(text) said[#said + 1] = text end }
+      t:ok(not result.failed, table.concat(said, "\n"))
+    end)
+end
+
 suite:test("a case that fails is a failure, with what fails, and so is a differing verdict",
   function(t)
     local said = {}
