@@ -231,9 +231,11 @@ LIMAX_LAW vector friction_impulse(const block_params& law, const moment& moment,
     const vector way{slip.x * inverse, slip.y * inverse, slip.z * inverse};
     const double mobility = mobility_along(law, moment, at, way, inverse_mass);
     const vector stops = plus(at.rubbed, -1.0 / mobility, slip);
-    const double size = length(stops);
+    const double size = inner(stops, stops);  // its square
     const vector before = at.rubbed;
-    at.rubbed = size <= at.limit ? stops : plus({0, 0, 0}, at.limit / size, stops);
+    at.rubbed = size <= at.limit * at.limit
+                    ? stops
+                    : plus({0, 0, 0}, at.limit * inverse_length(size), stops);
     return minus(at.rubbed, before);
 }
 
@@ -265,7 +267,8 @@ LIMAX_LAW void rub(const friction_params& friction, const block_params& law, sta
             block.next.velocity = plus(block.next.velocity, -1.0 / law.mass, given);
             block.next.spin = plus(block.next.spin, -1.0, turn);
             rubbed = {plus(rubbed.velocity, -1.0, given), plus(rubbed.spin, -1.0, turn)};
-            changes |= length(given) > settled * at.push * h;
+            const double least = settled * at.push * h;
+            changes |= inner(given, given) > least * least;
         });
     }
 }

@@ -207,6 +207,24 @@ TEST_CASE("scripted effects are text of the kernels that step robots, and compil
     }
 }
 
+TEST_CASE("a block changes neither the path of a lattice nor how it lies there") {
+    asking_machine machine;
+    for (const lattice& grid : {lattice{1, 1, 1}, cube, lattice{8, 8, 8}, lattice{10, 10, 10},
+                                lattice{40, 15, 1}, lattice{60, 50, 50}})
+        for (const int precision : every_precision)
+            for (const cuda::kernel_form form : every_form) {
+                const auto asked = [&](unsigned mask) {
+                    return machine.step_of(setup_of(mask, precision, LIMAX_LEAPFROG, grid), form);
+                };
+                const kernel_set without = asked(walking_effects);
+                kernel_set with = asked(walking_effects | effects::bit<effects::block>);
+                CAPTURE(with.title());
+                CHECK(with.defines.at("LIMAX_EFFECTS") != without.defines.at("LIMAX_EFFECTS"));
+                with.defines["LIMAX_EFFECTS"] = without.defines.at("LIMAX_EFFECTS");
+                CHECK(with == without);
+            }
+}
+
 TEST_CASE("the kernels of the common lattices spill little") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;

@@ -167,6 +167,7 @@ __device__ inline void step_solid(const robot_solid& solid, const launch_argumen
         solid.after[solid.sites + at.site] = at.after.y;
         solid.after[2 * solid.sites + at.site] = at.after.z;
     }
+    __syncwarp();
 }
 
 // Where a launch begins; `begun` between kick and drift.
