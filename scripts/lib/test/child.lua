@@ -141,11 +141,4 @@ function methods:signal(name)
   if pid then os.execute(("kill -%s %s 2>/dev/null"):format(name, pid)) end
 end
 
---- Sends it a signal that it ends by, and waits.
----@param name string
-function methods:finish(name)
-  self:signal(name)
-  self.pipe:close()
-end
-
 return child
