@@ -259,6 +259,27 @@ end)
   t:ok(seconds < 15, ("the processes ended after %.1f s"):format(seconds))
 end)
 
+running:test("its processes end with it, however it ends", { limit = 60 }, function(t)
+  local folder = t:folder()
+  host.file.write_atomic(folder .. "/long.lua", HEAD .. [[
+suite:test("long", function()
+  os.execute "echo $PPID >pid.part; mv pid.part pid; echo begun"
+  while true do end
+end)
+]])
+  local child = process.start(folder, { "test", "long.lua" })
+  child:wait_for "begun"
+  local pid = process.read(folder .. "/pid"):match "%d+"
+  t:equal(os.execute(("kill -0 %s 2>/dev/null"):format(pid)), 0)
+  child:signal "KILL"
+  child:finish()
+  local start = host.clock()
+  while os.execute(("kill -0 %s 2>/dev/null"):format(pid)) == 0 do
+    t:ok(host.clock() - start < 10, "the process of a test has outlived limax")
+    host.wait(0.02)
+  end
+end)
+
 running:test("lines of JSON tell everything", function(t)
   local path = trial(t, [[
 suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)

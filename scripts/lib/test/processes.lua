@@ -129,7 +129,7 @@ local function stop(running)
     if one.process then one.process:signal "INT" end
   end
   for _, one in ipairs(running) do
-    while one.process and not one.process:is_over() do
+    while one.process and host.clock() - began < 2 * PATIENCE and not one.process:is_over() do
       if host.clock() - began > PATIENCE then one.process:signal "KILL" end
       host.wait(LOOK)
     end
