@@ -203,7 +203,9 @@ local function outcome(fine, value, trace)
   if class == context.failure then
     return { status = "failed", text = value.text, where = value.where }
   end
-  return { status = "failed", text = own_lines(trace or value) }
+  local first = failure.first_trace(value)
+  return { status = "failed", text = own_lines(first and first:gsub("\n\t", "\n  ")
+    or trace or value) }
 end
 
 -- Why an instance does not run, and with which outcome.
