@@ -5,6 +5,7 @@
 
 local budget = require "limax.budget"
 local engine = require "limax.engine"
+local failure = require "limax.failure"
 local full_body = require "limax.full_body"
 local history = require "limax.history"
 local host = require "limax.host"
@@ -209,7 +210,14 @@ end
 --- Runs all generations that are left. Returns the history.
 ---@return table[]
 function Run:finish()
-  for robots in self:generations() do robots:simulate():score():breed() end
+  local fine, value, trace = failure.attempt(function()
+    for robots in self:generations() do robots:simulate():score():breed() end
+  end)
+  if not fine then
+    -- whoever hears of it finds every whole generation on disk
+    if self.folder then self.folder.writer:wait() end
+    failure.raise_again(value, trace)
+  end
   return self.history
 end
 

@@ -117,7 +117,7 @@ function main.main(argv)
     return exit_interrupted
   end
   local status = failure.status(value)
-  io.stderr:write("limax: ", status and value or trace, "\n")
+  io.stderr:write("limax: ", status and value or failure.first_trace(value) or trace, "\n")
   return status or exit_failed
 end
 

@@ -3,6 +3,7 @@
 local compare = require "limax.test.compare"
 local host = require "limax.host"
 local process = require "support.process"
+local runner = require "limax.test.runner"
 local test = require "limax.test"
 local trials = require "support.trial"
 
@@ -120,6 +121,14 @@ suite:test("last", function() end)
     contains(t, output, "\n3 passed, 4 failed, 0 skipped\n")
   end)
 
+running:test("a file that is not read to its end does not load", function(t)
+  local path = trial(t, "while true do end\n")
+  local file = runner.load(path, 0.3)
+  t:ok(file.failure:find "^it did not come back within 0.3%d* s %(at .-trial.lua:2%)$",
+    file.failure)
+  t:equal({ #file.instances, type(os.exit) }, { 0, "function" })
+end)
+
 running:test("--limit is that of tests which name none", { limit = 60 }, function(t)
   local path = trial(t, [[
 suite:test("loops", function() while true do end end)
@@ -232,20 +241,43 @@ end)
 running:test("an interrupt ends the processes too", { limit = 60 }, function(t)
   local folder = t:folder()
   host.file.write_atomic(folder .. "/quick.lua", HEAD .. 'suite:test("quick", function() end)\n')
-  for _, name in ipairs { "long1", "long2" } do
-    host.file.write_atomic(("%s/%s.lua"):format(folder, name), HEAD .. [[
+  host.file.write_atomic(folder .. "/long1.lua", HEAD .. [[
 suite:test("long", function()
   require("limax").robot { voxels = "es" }:simulate { duration = 1e5, time_step = 1e-5 }
 end)
 ]])
-  end
-  local child = process.start(folder, { "test", "quick.lua", "long1.lua", "long2.lua", "-j", "2" })
-  child:wait_for "trial: quick"
+  -- one that does not hear the interrupt: the C library ignores it while a command runs
+  host.file.write_atomic(folder .. "/long2.lua", HEAD
+    .. 'suite:test("long", function() os.execute "echo asleep; sleep 20" end)\n')
+  local child = process.start(folder, { "test", "quick.lua", "long2.lua", "long1.lua", "-j", "2" })
+  child:wait_for "asleep"
   child:signal "INT"
   -- it waits for its own processes: that it ends says that they have
-  local status, output = child:finish()
+  local status, output, seconds = child:finish()
   t:equal(status, 130)
   contains(t, output, "limax: interrupted")
+  t:ok(seconds < 15, ("the processes ended after %.1f s"):format(seconds))
+end)
+
+running:test("its processes end with it, however it ends", { limit = 60 }, function(t)
+  local folder = t:folder()
+  host.file.write_atomic(folder .. "/long.lua", HEAD .. [[
+suite:test("long", function()
+  os.execute "echo $PPID >pid.part; mv pid.part pid; echo begun"
+  while true do end
+end)
+]])
+  local child = process.start(folder, { "test", "long.lua" })
+  child:wait_for "begun"
+  local pid = process.read(folder .. "/pid"):match "%d+"
+  t:equal(os.execute(("kill -0 %s 2>/dev/null"):format(pid)), 0)
+  child:signal "KILL"
+  child:finish()
+  local start = host.clock()
+  while os.execute(("kill -0 %s 2>/dev/null"):format(pid)) == 0 do
+    t:ok(host.clock() - start < 10, "the process of a test has outlived limax")
+    host.wait(0.02)
+  end
 end)
 
 running:test("lines of JSON tell everything", function(t)

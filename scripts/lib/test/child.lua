@@ -1,6 +1,7 @@
 --- child.lua: a process that runs tests of one file: `limax test FILE --json-seq`. Its standard
 --- output is a JSON text sequence (RFC 7464: a record separator before each text, a line break
---- after it), with what the tests themselves print in between. Times in seconds.
+--- after it), with what the tests themselves print in between. It ends with the process that
+--- started it, however that ends. Times in seconds.
 
 local host = require "limax.host"
 local process = require "limax.test.process"
@@ -25,6 +26,23 @@ local MOST = 2 ^ 20
 local methods = {}
 methods.__index = methods
 
+-- Runs the command, leaves its process id and status in files, and kills it at the end of the
+-- standard input, which is ours: a test that loops would survive us. An interrupt of the terminal
+-- is the command's to answer.
+local SCRIPT = [[
+trap '' INT
+exec 3<&0
+COMMAND >BASE.out 2>BASE.err </dev/null 3<&- &
+pid=$!
+echo $pid >BASE.pid
+{ cat <&3 >/dev/null; kill -KILL $pid; } &
+watcher=$!
+wait $pid
+status=$?
+kill $watcher
+echo $status >BASE.rc
+]]
+
 local function words_of(path, only, options)
   local words = { process.quoted(host.executable), "test", process.quoted(path), "--json-seq" }
   local function add(name, value)
@@ -48,19 +66,16 @@ end
 ---@return limax.test_child
 function child.start(entry, only, options)
   local base = ("%s/%d"):format(options.folder, options.number)
-  local quoted = process.quoted(base)
-  -- the pid is that of limax: the shell that writes it becomes limax
-  local text = ("echo $$ >%s.pid\nexec %s >%s.out 2>%s.err </dev/null\n"):format(quoted,
-    table.concat(words_of(entry.file.path, only, options), " "), quoted, quoted)
-  assert(host.file.write_atomic(base .. ".sh", text))
+  local holes = { BASE = process.quoted(base),
+    COMMAND = table.concat(words_of(entry.file.path, only, options), " ") }
+  assert(host.file.write_atomic(base .. ".sh", (SCRIPT:gsub("%f[%u]%u+%f[%U]", holes))))
   local self = setmetatable({ base = base, instances = only or entry.instances, open = {},
     named = {}, rest = "", at = { out = 0, err = 0 } }, methods)
   for _, instance in ipairs(self.instances) do
     self.open[instance] = true
     self.named[valid_text(runner.title(instance))] = instance
   end
-  self.pipe = assert(io.popen(("{ sh %s.sh; echo $? >%s.rc; } 2>/dev/null"):format(quoted,
-    quoted), "r"))
+  self.pipe = assert(io.popen(("exec sh %s.sh 2>/dev/null"):format(holes.BASE), "w"))
   return self
 end
 
@@ -139,13 +154,6 @@ end
 function methods:signal(name)
   local pid = (source.read(self.base .. ".pid") or ""):match "%d+"
   if pid then os.execute(("kill -%s %s 2>/dev/null"):format(name, pid)) end
-end
-
---- Sends it a signal that it ends by, and waits.
----@param name string
-function methods:finish(name)
-  self:signal(name)
-  self.pipe:close()
 end
 
 return child

@@ -122,6 +122,20 @@ local function begin(entry, options, counts)
   return one
 end
 
+-- Ends what still runs after an interrupt: politely first.
+local function stop(running)
+  local began = host.clock()
+  for _, one in ipairs(running) do
+    if one.process then one.process:signal "INT" end
+  end
+  for _, one in ipairs(running) do
+    while one.process and host.clock() - began < 2 * PATIENCE and not one.process:is_over() do
+      if host.clock() - began > PATIENCE then one.process:signal "KILL" end
+      host.wait(LOOK)
+    end
+  end
+end
+
 ---@class limax.test_processes_options
 ---@field jobs integer processes at a time
 ---@field choice limax.test_choice
@@ -162,9 +176,7 @@ function processes.run_all(plan, options, reporter)
     end
   end
   local fine, message, trace = host.protect(whole)
-  for _, one in ipairs(running) do
-    if one.process then one.process:finish "INT" end
-  end
+  stop(running)
   for _, name in ipairs(host.file.list(folder) or {}) do host.file.remove(folder .. "/" .. name) end
   host.file.remove(folder)
   if not fine then error(message == host.interrupt and message or trace or message, 0) end

@@ -66,16 +66,16 @@ local function own_lines(trace)
   return table.concat(lines, "\n")
 end
 
--- Calls a suite's text: one that ended the process would end with a status of its own choice
--- whatever its tests say.
-local function without_exit(call, ...)
+-- A protected call of a suite's text: one that ended the process would end with a status of its own
+-- choice whatever its tests say.
+local function without_exit(protect, ...)
   local exit = os.exit
   rawset(os, "exit", function() error("a suite may not end its process: os.exit", 2) end)
   local function finish(...)
     rawset(os, "exit", exit)
     return ...
   end
-  return finish(host.protect(call, ...))
+  return finish(protect(...))
 end
 
 --- "SUITE: TEST", which --only and --filter choose by.
@@ -83,19 +83,23 @@ end
 ---@return string
 function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
+-- Longest time, s, that a file may take to be read: it only collects its tests then.
+local LONGEST_LOAD = 60
+
 --- Reads one file. What it requires from its own folder is forgotten afterwards, so that each file
 --- begins afresh.
 ---@param path string
+---@param longest? number s that it may take, 60 if absent
 ---@return limax.suite_file
-function runner.load(path)
+function runner.load(path, longest)
   local path_before, loaded = package.path, {}
   for name in pairs(package.loaded) do loaded[name] = true end
   local message
   local suites = test.collect(function()
-    local fine, value, trace = without_exit(script.run, path)
+    local fine, value, trace = without_exit(failure.attempt_within, longest or LONGEST_LOAD,
+      script.run, path)
     if fine then return end
-    if value == host.interrupt then error(value, 0) end
-    message = failure.status(value) and value or own_lines(trace)
+    message = failure.status(value) and value or own_lines(trace:gsub("\n\t", "\n  "))
   end)
   package.path = path_before
   for name in pairs(package.loaded) do
@@ -199,7 +203,9 @@ local function outcome(fine, value, trace)
   if class == context.failure then
     return { status = "failed", text = value.text, where = value.where }
   end
-  return { status = "failed", text = own_lines(trace or value) }
+  local first = failure.first_trace(value)
+  return { status = "failed", text = own_lines(first and first:gsub("\n\t", "\n  ")
+    or trace or value) }
 end
 
 -- Why an instance does not run, and with which outcome.
@@ -234,7 +240,7 @@ function runner.run(file, instance, state)
     local limit = not state.update and instance.limit or nil
     engine.limit_time(limit)
     seen:begin()
-    local fine, value, trace = without_exit(instance.case.run, t)
+    local fine, value, trace = without_exit(host.protect, instance.case.run, t)
     seen:finish()
     engine.limit_time(nil)
     interrupted = not fine and value == host.interrupt

@@ -52,7 +52,9 @@ function process.start(folder, arguments, environment)
   process.write(job, ("cd %s\nenv %s %s </dev/null >%s 2>&1 &\n"
     .. "echo $!\nwait $!\necho $?\n"):format(process.quote(folder), environment or "",
     table.concat(words, " "), process.quote(output)))
-  local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s"):format(LIMIT, process.quote(job))))
+  -- the shell says that a killed process was killed
+  local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s 2>/dev/null"):format(LIMIT,
+    process.quote(job))))
   return setmetatable({ pipe = pipe, pid = pipe:read "*l", output = output }, class)
 end
 
