@@ -147,7 +147,8 @@ suite:test("a champion's line leads from generation 0 to it, parent by parent", 
 
 suite:test("without three.js the page says so and has the film strips", { limit = 20 }, function(t)
   local robots, runs = require "limax.report.robots", require "limax.report.runs"
-  local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 } })
+  local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 },
+    scene = limax.scenes.stairs() })
   local list = runs.arms { runs.read(folder) }
   local found = robots.javascript
   robots.javascript = function() return nil end
@@ -159,6 +160,12 @@ suite:test("without three.js the page says so and has the film strips", { limit 
   -- names within the two strips are apart
   t:ok(shown.body:find('id="strip1-panel1"', 1, true))
   t:ok(shown.body:find("url(#strip2-panel6)", 1, true))
+  local ids = {}
+  for id in shown.body:gmatch ' id="([^"]+)"' do
+    t:ok(not ids[id], id .. " is there once")
+    ids[id] = true
+  end
+  for id in shown.body:gmatch "url%(#([^)]+)%)" do t:ok(ids[id], id .. " is there") end
 end)
 
 suite:test("figures for print have their width, and the numbers drawn in them", { limit = 20 },
@@ -304,7 +311,8 @@ suite:test("no world makes a replay large, and what is far away is left out", { 
       many.spheres[k] = { center = { 0.5 * k, 2, 0 }, radius = 0.1 }
     end
     local around = limax.scenes.land { boxes = many.boxes, spheres = many.spheres,
-      planes = many.planes, terrain = { spacing = 0.03, origin = { -5, -5, 0 }, heights = heights } }
+      planes = many.planes,
+      terrain = { spacing = 0.03, origin = { -5, -5, 0 }, heights = heights } }
     local layer = ("ecsbe\n"):rep(5)
     local robot = limax.robot { voxels = (layer .. "\n"):rep(2) }
     -- 5 s of motion take 80 kB

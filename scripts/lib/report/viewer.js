@@ -350,10 +350,13 @@
       text = "";
       byId("key").textContent = "";
       for (const entry of names) {
+        const word = document.createElement("span");
         const mark = document.createElement("span");
         mark.textContent = "\u25a0 ";
         mark.style.color = entry.slice(-7);
-        byId("key").append(mark, entry.slice(0, -8) + "  ");
+        word.style.whiteSpace = "nowrap";
+        word.append(mark, entry.slice(0, -8));
+        byId("key").append(word, "  ");
       }
       return;
     }
@@ -389,6 +392,10 @@
       for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }
     });
     byId("follow").addEventListener("change", () => show(state.time));
+    // the background is the page's
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      for (const view of views) view.dirty = true;
+    });
     show(0);
     for (const view of views) paint(view, "material");
     tellColours("material");
