@@ -161,6 +161,31 @@ suite:test("the last that is painted at a place is the nearest there", { limit =
   end
 end)
 
+suite:test("the faces of a body at rest hide each other as they do", { limit = 30 }, function(t)
+  local random, n = limax.engine.random(6, 1, "user"), 4
+  for _, name in ipairs(view.names) do
+    local from, voxel, mass_at, points = EYES[name], {}, {}, {}
+    for x = 1, n do
+      voxel[x] = {}
+      for y = 1, n do
+        voxel[x][y] = {}
+        for z = 1, n do voxel[x][y][z] = random:uniform() < 0.6 and "e" or "." end
+      end
+    end
+    for z = 0, n do
+      for y = 0, n do
+        for x = 0, n do
+          points[#points + 1] = { x / 4 - 0.5, y / 4 - 0.5, z / 4 - 0.5 }
+          mass_at[x + (n + 1) * (y + (n + 1) * z)] = #points
+        end
+      end
+    end
+    local faces = skin.visible(skin.faces(voxel, mass_at), points, { e = { hex = "#e8743a" } },
+      from.sight)
+    t:ok(check_order(t, from, { sides = {}, balls = {}, patches = {} }, faces, random) > 40)
+  end
+end)
+
 suite:test("a plane cuts a polygon in two that make the whole", function(t)
   local square = { points = { { 0, 0, 0 }, { 2, 0, 0 }, { 2, 2, 0 }, { 0, 2, 0 } },
     edges = { true, true, true, true }, look = {} }
