@@ -406,6 +406,30 @@ suite:test("each experiment's world is in the pictures of its robots", { limit =
   end
 end)
 
+suite:test("what anchors hold is marked", { limit = 20 }, function(t)
+  -- the second layer from below, as far as x = 0.1 m
+  local walked = walked_in { gravity = true, damping = true, actuation = true,
+    anchors = { from = { 0, 0, 0.1 }, to = { 0.1, 1, 0.1 } } }
+  local film = motion.of(walked, { 0, 0.2 })
+  local count = 0
+  for m, first in ipairs(film.poses[1].points) do
+    if film.held[m] then
+      count = count + 1
+      t:equal(film.poses[2].points[m], first)
+    end
+  end
+  t:equal(count, 6)
+  t:ok(film_strip.svg(walked):find(">held<", 1, true), "in the legend")
+  local marked = 0
+  for _, face in ipairs(skin.visible(film.faces, film.poses[1].points, film.colors,
+    view.of.side.sight, film.held)) do
+    for _, edge in ipairs(face.edges) do marked = marked + (edge == "held" and 1 or 0) end
+  end
+  t:ok(marked >= 2, ("%d edges"):format(marked))
+  local plain = motion.of(walked_in(limax.scenes.land()), { 0 })
+  t:equal(next(plain.held), nil)
+end)
+
 suite:test("any scene and any robot make a picture", { limit = 60 }, function(t)
   local heights = {}
   for x = 1, 40 do
