@@ -39,10 +39,10 @@ local function supervisor_name(config)
   return ("%s:%s"):format(tostring(from.file), tostring(from.first_line))
 end
 
--- A row of the table; of a folder that cannot be read, why.
+-- A row of the table; nil, message of a folder that cannot be read.
 local function row_of(path)
   local fine, folder = failure.attempt(runs.read, path)
-  if not fine then return { shape.word(path), failure.bare(folder) } end
+  if not fine then return nil, failure.bare(folder) end
   local best, generations = nil, 0
   for _, run in ipairs(folder.runs) do
     generations = generations + #run.lines
@@ -68,10 +68,15 @@ function command.run(arguments)
   end
   local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
-  local rows = {}
-  for k, each in ipairs(found) do rows[k] = row_of(each) end
+  local rows, problems = {}, {}
+  for k, each in ipairs(found) do
+    local row, problem = row_of(each)
+    rows[k] = row or { shape.word(each), "damaged" }
+    if problem then problems[#problems + 1] = shape.word(problem) .. "\n" end
+  end
   io.stdout:write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
     "best" }, rows, terminal.style()), "\n")
+  io.stderr:write(table.concat(problems))
   return 0
 end
 

@@ -82,9 +82,10 @@ local function body_text(run, style)
   local lattice = description.lattice
   -- more letters than this are no picture any more
   if lattice[1] * lattice[2] * lattice[3] > 1000 then return nil end
+  local materials = description.materials.materials
   return body_picture.side_by_side({ { title = ("champion of repetition %d, lowest layer first")
-    :format(run.repetition), layers = description.voxels,
-    materials = description.materials.materials } }, style)
+    :format(run.repetition), layers = description.voxels, materials = materials } }, style)
+    .. "\n" .. body_picture.legend(materials, style)
 end
 
 --- Everything that is shown of a folder, as text.

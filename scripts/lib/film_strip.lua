@@ -178,8 +178,13 @@ local function draw_legend(out, film, y)
   end
   if #film.poses[1].block > 0 then entry(block_picture.hex, block_picture.letter) end
   if world.has_solids(film.world) then entry(world.hex, world.word) end
-  out:line({ x, y - 4 }, { x + 20, y - 4 }, ink.trail, 1.6)
-  out:text(x + 26, y, "centre of mass")
+  local function line(color, width, name)
+    out:line({ x, y - 4 }, { x + 20, y - 4 }, color, width)
+    out:text(x + 26, y, name)
+    x = x + 26 + 6.4 * #name + 18
+  end
+  line(ink.trail, 1.6, "centre of mass")
+  if next(film.held) then line(scene.held, 2.4, "held") end
   local words = world.words(film.world)
   if film.note then words = words == "" and film.note or words .. "; " .. film.note end
   out:text(page.width - page.margin, y, words, ('text-anchor="end" fill="%s"'):format(ink.faint))

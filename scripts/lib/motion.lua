@@ -115,10 +115,41 @@ end
 ---@field colors table<string, limax.color> by letter
 ---@field materials table[]
 ---@field used table<string, boolean> letters of the body
+---@field held table<integer, boolean> masses that anchors hold
 ---@field world limax.world
 ---@field stage limax.picture.stage the same, turned
 ---@field note string|nil what is not drawn, and why
 ---@field start number m along the way
+
+-- m: anchors hold what is nearer to their box than this; see engine/physics/effects/anchors.h
+local HELD_WITHIN = 1e-6
+
+--- The masses that a scene's anchors hold.
+---@param robot limax.scored_robot
+---@param sites integer[] of the masses, as the engine counts them
+---@return table<integer, boolean> by mass
+function motion.held(robot, sites)
+  local anchors, voxel, held = robot.context.scene.anchors, robot.body.voxel, {}
+  if not anchors then return held end
+  local wide, deep = #voxel + 1, #voxel[1] + 1
+  local places, corner = {}, { math.huge, math.huge, math.huge }
+  for m, site in ipairs(sites) do
+    local row = math.floor(site / wide)
+    places[m] = { site % wide, row % deep, math.floor(row / deep) }
+    for c = 1, 3 do corner[c] = math.min(corner[c], places[m][c]) end
+  end
+  local edge = robot.context.options.edge
+  for m, place in ipairs(places) do
+    local within = true
+    for c = 1, 3 do
+      local start = edge * (place[c] - corner[c])
+      within = within and start >= anchors.from[c] - HELD_WITHIN
+        and start <= anchors.to[c] + HELD_WITHIN
+    end
+    held[m] = within or nil
+  end
+  return held
+end
 
 -- What a film shows whatever moves: the body's skin and colours, and the world along this way.
 local function film_of(robot, way, least)
@@ -129,6 +160,7 @@ local function film_of(robot, way, least)
   local materials, used = context.materials:table().materials, {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
   return { materials = materials, colors = palette.of(materials), used = used, world = around,
+    held = motion.held(robot, sites),
     faces = skin.faces(robot.body.voxel, mass_at),
     stage = stage.new(around, axes_of(way, least, around.up)) }
 end

@@ -69,8 +69,11 @@ end
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
 ---@param sight number[] away from the eye
+---@param held? table<integer, boolean> masses that stay where they are: edges between two are
+--- "held"
 ---@return limax.picture.polygon[]
-function skin.visible(faces, positions, colors, sight)
+function skin.visible(faces, positions, colors, sight, held)
+  held = held or {}
   local list = {}
   for _, face in ipairs(faces) do
     local p = {}
@@ -85,7 +88,11 @@ function skin.visible(faces, positions, colors, sight)
     local length = math.sqrt(n[1] ^ 2 + n[2] ^ 2 + n[3] ^ 2)
     if length > 0 and n[1] * sight[1] + n[2] * sight[2] + n[3] * sight[3] < 0 then
       for k = 1, 3 do n[k] = n[k] / length end
-      list[#list + 1] = { points = p, edges = { true, true, true, true }, look = {
+      local edges = {}
+      for k = 1, 4 do
+        edges[k] = held[face.corners[k]] and held[face.corners[k % 4 + 1]] and "held" or true
+      end
+      list[#list + 1] = { points = p, edges = edges, look = {
         fill = palette.shade(colors[face.letter].hex, skin.brightness(n)), ink = skin.ink } }
     end
   end

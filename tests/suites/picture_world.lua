@@ -161,6 +161,31 @@ suite:test("the last that is painted at a place is the nearest there", { limit =
   end
 end)
 
+suite:test("the faces of a body at rest hide each other as they do", { limit = 30 }, function(t)
+  local random, n = limax.engine.random(6, 1, "user"), 4
+  for _, name in ipairs(view.names) do
+    local from, voxel, mass_at, points = EYES[name], {}, {}, {}
+    for x = 1, n do
+      voxel[x] = {}
+      for y = 1, n do
+        voxel[x][y] = {}
+        for z = 1, n do voxel[x][y][z] = random:uniform() < 0.6 and "e" or "." end
+      end
+    end
+    for z = 0, n do
+      for y = 0, n do
+        for x = 0, n do
+          points[#points + 1] = { x / 4 - 0.5, y / 4 - 0.5, z / 4 - 0.5 }
+          mass_at[x + (n + 1) * (y + (n + 1) * z)] = #points
+        end
+      end
+    end
+    local faces = skin.visible(skin.faces(voxel, mass_at), points, { e = { hex = "#e8743a" } },
+      from.sight)
+    t:ok(check_order(t, from, { sides = {}, balls = {}, patches = {} }, faces, random) > 40)
+  end
+end)
+
 suite:test("a plane cuts a polygon in two that make the whole", function(t)
   local square = { points = { { 0, 0, 0 }, { 2, 0, 0 }, { 2, 2, 0 }, { 0, 2, 0 } },
     edges = { true, true, true, true }, look = {} }
@@ -379,6 +404,30 @@ suite:test("each experiment's world is in the pictures of its robots", { limit =
     t:ok(not svg:lower():find("nan", 1, true) and not svg:find("inf", 1, true), name)
     t:note(("%s: %s, %d bytes"):format(name, world.words(film.world), #svg))
   end
+end)
+
+suite:test("what anchors hold is marked", { limit = 20 }, function(t)
+  -- the second layer from below, as far as x = 0.1 m
+  local walked = walked_in { gravity = true, damping = true, actuation = true,
+    anchors = { from = { 0, 0, 0.1 }, to = { 0.1, 1, 0.1 } } }
+  local film = motion.of(walked, { 0, 0.2 })
+  local count = 0
+  for m, first in ipairs(film.poses[1].points) do
+    if film.held[m] then
+      count = count + 1
+      t:equal(film.poses[2].points[m], first)
+    end
+  end
+  t:equal(count, 6)
+  t:ok(film_strip.svg(walked):find(">held<", 1, true), "in the legend")
+  local marked = 0
+  for _, face in ipairs(skin.visible(film.faces, film.poses[1].points, film.colors,
+    view.of.side.sight, film.held)) do
+    for _, edge in ipairs(face.edges) do marked = marked + (edge == "held" and 1 or 0) end
+  end
+  t:ok(marked >= 2, ("%d edges"):format(marked))
+  local plain = motion.of(walked_in(limax.scenes.land()), { 0 })
+  t:equal(next(plain.held), nil)
 end)
 
 suite:test("any scene and any robot make a picture", { limit = 60 }, function(t)

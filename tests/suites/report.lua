@@ -10,6 +10,7 @@ local motion = require "limax.motion"
 local replay = require "limax.report.replay"
 local source = require "limax.source"
 local talker = require "support.talker"
+local world = require "limax.picture.world"
 
 local suite = require("limax.test").suite "report"
 
@@ -146,7 +147,8 @@ suite:test("a champion's line leads from generation 0 to it, parent by parent", 
 
 suite:test("without three.js the page says so and has the film strips", { limit = 20 }, function(t)
   local robots, runs = require "limax.report.robots", require "limax.report.runs"
-  local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 } })
+  local folder = run(t:folder() .. "/r", { lattice = { 3, 3, 3 },
+    scene = limax.scenes.stairs() })
   local list = runs.arms { runs.read(folder) }
   local found = robots.javascript
   robots.javascript = function() return nil end
@@ -158,6 +160,12 @@ suite:test("without three.js the page says so and has the film strips", { limit 
   -- names within the two strips are apart
   t:ok(shown.body:find('id="strip1-panel1"', 1, true))
   t:ok(shown.body:find("url(#strip2-panel6)", 1, true))
+  local ids = {}
+  for id in shown.body:gmatch ' id="([^"]+)"' do
+    t:ok(not ids[id], id .. " is there once")
+    ids[id] = true
+  end
+  for id in shown.body:gmatch "url%(#([^)]+)%)" do t:ok(ids[id], id .. " is there") end
 end)
 
 suite:test("figures for print have their width, and the numbers drawn in them", { limit = 20 },
@@ -289,6 +297,41 @@ suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 3
   t:ok(#host.json.encode(data) < 300e3, ("%d bytes"):format(#host.json.encode(data)))
   t:note(("%d bytes"):format(#host.json.encode(data)))
 end)
+
+suite:test("no world makes a replay large, and what is far away is left out", { limit = 30 },
+  function(t)
+    local heights, many = {}, { planes = {}, boxes = {}, spheres = {} }
+    for x = 1, 500 do
+      heights[x] = {}
+      for y = 1, 500 do heights[x][y] = -0.01 * math.sin(x * y) - 0.01 end
+    end
+    for k = 1, 16 do
+      many.planes[k] = { normal = { 0.01 * k, 0, 1 }, offset = -0.1 }
+      many.boxes[k] = { from = { k, 0, 0 }, to = { k + 0.5, 1, 0.1 } }
+      many.spheres[k] = { center = { 0.5 * k, 2, 0 }, radius = 0.1 }
+    end
+    local around = limax.scenes.land { boxes = many.boxes, spheres = many.spheres,
+      planes = many.planes,
+      terrain = { spacing = 0.03, origin = { -5, -5, 0 }, heights = heights } }
+    local layer = ("ecsbe\n"):rep(5)
+    local robot = limax.robot { voxels = (layer .. "\n"):rep(2) }
+    -- 5 s of motion take 80 kB
+    local walked = motion.simulate(robot, { scene = around, duration = 0.2, settle = 0 })
+    local data = replay.of(walked, robot.description, "full", "")
+    local size = #host.json.encode(data.world)
+    t:ok(size < 150e3, ("%d bytes"):format(size))
+    t:note(("%d bytes"):format(size))
+    local shown, wide = data.world, #data.world.terrain.heights
+    t:ok(wide <= 96 and #shown.terrain.heights[1] <= 96, ("%d heights"):format(wide))
+    t:ok(#shown.boxes < 8 and #shown.spheres < 16, "only what is near")
+    -- the heights that are left are those of the terrain
+    local terrain = shown.terrain
+    for _, at in ipairs { { 1, 1 }, { wide, 2 }, { 5, 7 } } do
+      t:near(terrain.heights[at[1]][at[2]], world.height(around.terrain,
+        terrain.origin[1] + (at[1] - 1) * terrain.spacing,
+        terrain.origin[2] + (at[2] - 1) * terrain.spacing), { atol = 1e-4 })
+    end
+  end)
 
 suite:test("deflate and PNG are what their formats say", function(t)
   local text = ("limax "):rep(100)

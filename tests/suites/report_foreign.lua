@@ -114,7 +114,8 @@ end)
 suite:test("a line that is none is named with its number", { limit = 20 }, function(t)
   local folder = run(t:folder() .. "/r")
   local whole = source.read(folder .. "/metrics.jsonl")
-  for added, expected in pairs { ["{]"] = "line 4", ["null"] = "line 4: expected a JSON object",
+  for added, expected in pairs { ["{]"] = "line 4: column 2: syntax error",
+    ["null"] = "line 4: expected a JSON object",
     ['{"repetition": 0, "generation": 3}'] = "line 4: repetition: expected a whole number from 1",
     ['{"repetition": 1, "generation": -1}'] = "line 4: generation: expected a whole number from 0",
     ['{"repetition": 1, "generation": 0.5}'] = "line 4: generation" } do
@@ -124,6 +125,17 @@ suite:test("a line that is none is named with its number", { limit = 20 }, funct
     assert(host.file.write_atomic(folder .. "/metrics.jsonl", whole .. added))
     t:equal(#runs.read(folder).runs[1].lines, 3)
   end
+end)
+
+suite:test("a damaged run among others is listed as that, and why", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/good")
+  run(base .. "/spoiled")
+  assert(host.file.write_atomic(base .. "/spoiled/metrics.jsonl", "{]\n"))
+  local done = process.limax({ "list", base }, { folder = base })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find "/spoiled +damaged" and done.stdout:find "/good +done", done.stdout)
+  t:ok(done.stderr:find("/spoiled/metrics.jsonl, line 1: column", 1, true), done.stderr)
 end)
 
 suite:test("robots that are each other's parents have a line with an end", { limit = 20 },

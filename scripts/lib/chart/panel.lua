@@ -13,6 +13,8 @@ local ink = { text = "#26282b", faint = "#6b7076", grid = "#e4e6e9", fine = "#f1
 local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
 -- px, about the width of a letter
 local LETTER = 6.4
+-- more markers than these on one curve are drawn at half the size
+local MANY = 200
 
 ---@class limax.chart.curve
 ---@field name string|nil stands at the curve's last point
@@ -312,7 +314,8 @@ function panel.draw(out, given, left, top, width, height)
       for k, at in ipairs(path) do texts[k] = ("%.1f,%.1f"):format(at[1], at[2]) end
       out:add('<polyline points="%s" %s/>', table.concat(texts, " "), style)
     end
-    for _, at in ipairs(path) do draw_marker(out, at, curve.marker, curve.color, 3) end
+    local size = #path > MANY and 1.5 or 3
+    for _, at in ipairs(path) do draw_marker(out, at, curve.marker, curve.color, size) end
     if curve.name and #path > 0 then
       labels[#labels + 1] = { name = curve.name, color = curve.color, wanted = path[#path][2],
         from = path[#path] }

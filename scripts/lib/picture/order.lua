@@ -160,7 +160,7 @@ local function outside(face, ball)
   if not reach then return { face } end
   local parts, rest = {}, face
   for _, space in ipairs(ball.spaces) do
-    local out, within = polygon.split(rest, space.normal, space.offset - SLACK)
+    local out, within = polygon.split(rest, space.normal, space.offset)
     parts[#parts + 1] = out
     rest = within
     if not rest then return { face } end

@@ -9,7 +9,8 @@ local ROUNDING = 1e-9
 
 ---@class limax.picture.polygon
 ---@field points number[][]
----@field edges boolean[] is the k-th edge, from point k to the next, one of the thing itself?
+---@field edges (boolean|string)[] is the k-th edge, from point k to the next, one of the thing
+--- itself, and which?
 ---@field look table how it is drawn; see scene.lua
 
 local function dot(a, b) return a[1] * b[1] + a[2] * b[2] + a[3] * b[3] end

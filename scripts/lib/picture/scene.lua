@@ -22,6 +22,9 @@ local MOST_BLOCK = 1
 local FOOT, HEAD = 3.2, 2
 -- of a wall that is seen from behind
 local VEIL = 0.12
+--- What the edges between held masses are drawn with, and how thick, of other edges.
+scene.held = "#26282b"
+local HELD = 4
 
 ---@class limax.picture.frame what all panels share
 ---@field view limax.picture.view
@@ -189,10 +192,16 @@ local function draw_solids(canvas, film, pose, slab, place, frame)
     local points = {}
     for k, p in ipairs(piece.points) do points[k] = place(p) end
     canvas:face(points, piece.look.fill, piece.edges, piece.look.ink, thin, opacity)
+    for k, edge in ipairs(piece.edges) do
+      if edge == "held" then
+        canvas:line(points[k], points[k % #points + 1], scene.held, HELD * thin)
+      end
+    end
     if piece.look.ruled and not opacity then draw_rules(canvas, piece, place) end
   end
   local sorted = order.new(pieces, sight)
-  for _, face in ipairs(skin.visible(film.faces, pose.points, film.colors, sight)) do
+  for _, face in ipairs(skin.visible(film.faces, pose.points, film.colors, sight,
+    film.held)) do
     sorted:add(face)
   end
   sorted:each(paint)

@@ -39,8 +39,11 @@ function html.table(columns, rows, caption)
     html.escaped(caption or "table"), '"><table>' }
   if caption then parts[#parts + 1] = "<caption>" .. html.escaped(caption) .. "</caption>" end
   parts[#parts + 1] = "<thead><tr>"
-  for _, name in ipairs(columns) do
-    parts[#parts + 1] = '<th scope="col">' .. html.escaped(name) .. "</th>"
+  for c, name in ipairs(columns) do
+    -- above numbers it stands at the right as they do
+    local first = rows[1] and rows[1][c]
+    parts[#parts + 1] = ('<th scope="col"%s>%s</th>'):format(
+      type(first) == "number" and ' class="number"' or "", html.escaped(name))
   end
   parts[#parts + 1] = "</tr></thead><tbody>\n"
   for _, row in ipairs(rows) do

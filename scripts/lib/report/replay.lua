@@ -4,6 +4,7 @@
 local base64 = require "limax.llm.base64"
 local block_picture = require "limax.block_picture"
 local host = require "limax.host"
+local motion = require "limax.motion"
 local palette = require "limax.palette"
 local skin = require "limax.skin"
 local surroundings = require "limax.report.surroundings"
@@ -34,6 +35,7 @@ local MOST_STEPS = 65000
 ---@field names string[]
 ---@field colors string[] "#rrggbb"
 ---@field phases number[] of each face, rad; -1 where it is no muscle
+---@field held integer[]|nil masses from 0 that anchors hold
 ---@field note string|nil what is not shown, and why
 ---@field data string base64 of zlib of low bytes and then high bytes of the differences, [sample]
 --- [mass][3], modulo 2^16; the first sample's are from 0
@@ -114,8 +116,8 @@ end
 ---@return limax.report.replay
 function replay.of(walked, description, name, about)
   local trace, context = walked:trace "position", walked.context
-  local mass_at = {}
-  for m, site in ipairs(context.simulation:sites(context.index):table()) do mass_at[site] = m end
+  local sites, mass_at = context.simulation:sites(context.index):table(), {}
+  for m, site in ipairs(sites) do mass_at[site] = m end
   local list = context.materials:table().materials
   local of_letter, colors = {}, palette.of(list)
   local result = { name = name, about = about, edge = description.edge, corners = {},
@@ -137,7 +139,13 @@ function replay.of(walked, description, name, about)
     result.materials[f] = material - 1
     result.phases[f] = phase_of(description, list[material], face.voxel)
   end
-  local own = #masses
+  local own, held = #masses, motion.held(walked, sites)
+  for k, mass in ipairs(masses) do
+    if held[mass] then
+      result.held = result.held or {}
+      table.insert(result.held, k - 1)
+    end
+  end
   local stride = math.max(1, math.floor(trace.rate / RATE))
   -- the last sample is one that is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end

@@ -89,8 +89,7 @@ end
 -- A film strip's SVG with names of its own for what it refers to within itself.
 local function strip_of(each, k)
   local text = film_strip.svg(each.walked, { title = each.name })
-  return (text:gsub('id="panel', ('id="strip%d-panel'):format(k))
-    :gsub("url%(#panel", ("url(#strip%d-panel"):format(k)))
+  return (text:gsub('id="', ('id="strip%d-'):format(k)):gsub("url%(#", ("url(#strip%d-"):format(k)))
 end
 
 local CONTROLS = [[

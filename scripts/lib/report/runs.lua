@@ -47,12 +47,12 @@ local function add_lines(path, kind, by_repetition)
   local text, count = source.read(path), 0
   for line in (text or ""):gmatch "([^\n]*)\n" do
     count = count + 1
-    local value, message = host.json.decode(line, path)
+    local value, message = host.json.decode(line)
     local repetition, generation
     if type(value) == "table" then repetition, generation = shape.place(value) end
     if not repetition then
-      failure.raise(1, ("%s, line %d: %s"):format(path, count, generation or message
-        or "expected a JSON object"))
+      failure.raise(1, ("%s, line %d: %s"):format(path, count, generation
+        or message and message:gsub("^.-line 1, ", "") or "expected a JSON object"))
     end
     local list = by_repetition[repetition] or {}
     by_repetition[repetition] = list

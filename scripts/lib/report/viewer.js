@@ -69,6 +69,7 @@
   const SOIL = 0xd2cdc2;
   const EDGE = 0x727a83;
   const FURROW = 0xc9c2b4;
+  const HELD = "#26282b";
 
   // Lines between pairs of points, in pieces of at most half a metre, so that none reaches behind the eye.
   function shortLines(points, color) {
@@ -236,6 +237,14 @@
     if (replay.world.ground !== undefined) view.ground.add(...groundOf(replay.world));
     view.ground.add(...obstacles(replay.world));
     view.world.add(view.ground);
+    if (replay.held) {
+      const held = new THREE.BufferGeometry();
+      const places = replay.held.flatMap((mass) => Array.from(view.positions.slice(mass * 3, mass * 3 + 3)));
+      held.setAttribute("position", new THREE.BufferAttribute(new Float32Array(places), 3));
+      const points = new THREE.Points(held, new THREE.PointsMaterial({ color: HELD, size: 7, sizeAttenuation: false }));
+      points.name = "held";
+      view.world.add(points);
+    }
 
     // as far away as the body is large
     let reach = 0.3;
@@ -345,15 +354,19 @@
       for (const view of views) {
         const world = view.replay.world;
         view.replay.materials.forEach((k) => names.add(view.replay.names[k] + " " + view.replay.colors[k]));
+        if (view.replay.held) names.add("held " + HELD);
         if (world.boxes || world.spheres || (world.sheets || []).some((sheet) => !sheet.floor)) names.add("obstacle " + world.hex);
       }
       text = "";
       byId("key").textContent = "";
       for (const entry of names) {
+        const word = document.createElement("span");
         const mark = document.createElement("span");
         mark.textContent = "\u25a0 ";
         mark.style.color = entry.slice(-7);
-        byId("key").append(mark, entry.slice(0, -8) + "  ");
+        word.style.whiteSpace = "nowrap";
+        word.append(mark, entry.slice(0, -8));
+        byId("key").append(word, "  ");
       }
       return;
     }
@@ -389,6 +402,10 @@
       for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }
     });
     byId("follow").addEventListener("change", () => show(state.time));
+    // the background is the page's
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      for (const view of views) view.dirty = true;
+    });
     show(0);
     for (const view of views) paint(view, "material");
     tellColours("material");
