@@ -44,8 +44,8 @@ return {
     .. "is, ? alone what there is. Tab completes. Files run first; their names stay, and what the\n"
     .. "last one returns is `_`. Ctrl-C stops what runs.\n\n"
     .. "From a pipe: no prompt, and the first error ends with status 1. History is kept in\n"
-    .. "$XDG_STATE_HOME/limax/history; $XDG_CONFIG_HOME/limax/repl.lua runs before the\n"
-    .. "first prompt.",
+    .. "limax/history below $XDG_STATE_HOME (~/.local/state); limax/repl.lua below\n"
+    .. "$XDG_CONFIG_HOME (~/.config) runs before the first prompt.",
   options = {
     { name = "execute", short = "e", argument = "CODE", many = true,
       text = "take CODE as if it were typed, and end" },

@@ -176,7 +176,10 @@ function command.run(arguments)
   -- refuses what the environment says of threads before any test meets it
   engine.device("cpu"):free()
 
-  if seed then io.stderr:write(("limax: --shuffle %d\n"):format(seed)) end
+  -- a child's number is its parent's to say
+  if seed and not arguments.json_seq then
+    io.stderr:write(("limax: --shuffle %d\n"):format(seed))
+  end
   local reporter, echo = reporter_of(arguments)
   local counts
   if update or arguments.one_process or arguments.json_seq then

@@ -136,6 +136,8 @@ function api.options(entry, argument)
   end
   local name = entry.doc.arguments[argument]
   local list = {}
+  -- a ready scene takes what every scene does
+  if entry.group.prefix == "limax.scenes." then list = { unpack(api.nested "scene") } end
   for _, param in ipairs(entry.doc.params) do
     if param.name == name then
       for _, field in ipairs(annotations.fields_of(param.type, table_classes())) do

@@ -485,15 +485,15 @@ local limax_robot_body = {}
 
 ---@class limax.robot.simulate_options
 ---@field scene? table as in an experiment; the robot's own, else flat ground
----@field device? string|limax.device "auto" if absent
+---@field device? "auto"|"cpu"|"cuda"|limax.device "auto" if absent
 ---@field record? table<string, integer> traces, samples per second
 ---@field materials? string|table other materials under the same letters
 ---@field progress? fun(progress: table) called about 20 times a second
 ---@field duration? number s
 ---@field settle? number s
 ---@field accuracy? "preview"|"evolve"|"publish"|"reference"
----@field integrator? string
----@field precision? string
+---@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
+---@field precision? "compensated"|"double"|"mixed"|"single"
 ---@field time_step? number|"auto" s
 ---@field position? number[] m
 ---@field velocity? number[] m/s

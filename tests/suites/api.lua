@@ -3,6 +3,7 @@
 
 local annotations = require "limax.api.annotations"
 local api = require "limax.api"
+local defaults = require "limax.defaults"
 local experiment_fields = require "limax.api.experiment_fields"
 local host = require "limax.host"
 local limax = require "limax"
@@ -151,6 +152,17 @@ suite:test("fields of an experiment are those that it takes", function(t)
         option.name .. ": " .. known(option.name))
     end
   end
+end)
+
+suite:test("words that a comment lists are those that the code takes", function(t)
+  local class = annotations.of("scripts/lib/robot.lua", host.home)
+    .classes["limax.robot.simulate_options"]
+  local types = {}
+  for _, field in ipairs(class.fields) do types[field.name] = field.type end
+  for name, list in pairs { integrator = defaults.integrators, precision = defaults.precisions } do
+    t:equal(types[name], '"' .. table.concat(list, '"|"') .. '"')
+  end
+  for word in types.accuracy:gmatch '"(%w+)"' do t:ok(defaults.tiers[word], word) end
 end)
 
 suite:test("the reference page is up to date", function(t)

@@ -34,6 +34,30 @@ nil
 ]]):gsub("function: 0x%x+", "function"), '2\n6\t"a"\tnil\n1\n2\n6\nfunction\nnil\nstatus 0\n')
 end)
 
+suite:test("statements of many lines end where they end", function(t)
+  local lines = { "t = {" }
+  for i = 1, 3000 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end
+  t:equal(feed(t, table.concat(lines, "\n") .. [==[
+
+}
+#t, t[3000][1]
+s = [[
+one { ( do
+]]
+#s
+x =
+  5
+x --[[ a comment (
+of two lines ]] + 1
+if x == 5 then -- end
+  print "five"
+end
+repeat x = x + 1
+until x > 6
+x
+]==]), "3000\t3000\n11\n6\nfive\n7\nstatus 0\n")
+end)
+
 suite:test("without a terminal the first error ends with status 1", function(t)
   t:equal(feed(t, "error 'boo'\nprint 'not reached'\n"),
     "status 1\ninput:1: boo\n  input:1: in main chunk\n")
@@ -45,6 +69,8 @@ suite:test("without a terminal the first error ends with status 1", function(t)
   t:equal(feed(t, "x = 1\nfor i = 1, 2 do\n  boom()\nend\n"), "status 1\n"
     .. "input:3: undefined name 'boom'\n  3 |   boom()\n  input:3: in main chunk\n")
   t:equal(feed(t, "x = = 1\n"), "status 1\ninput:1: unexpected symbol near '='\n")
+  t:equal(feed(t, "f(\n  {\n  x = = 1\n"), "status 1\ninput:3: unexpected symbol near '='\n"
+    .. "  3 |   x = = 1\n")
   t:equal(feed(t, "for i = 1, 2 do\n"),
     "status 1\ninput:1: the statement that begins here is not complete\n")
 end)

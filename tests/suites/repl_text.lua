@@ -96,3 +96,13 @@ suite:test("compare without CUDA says what else there is", function(t)
     1, true), message)
   t:ok(not message:find("use 'cpu' or 'auto'", 1, true), message)
 end)
+
+suite:test("compare holds two devices against each other", { devices = "cuda", limit = 60 },
+  function(t)
+    local robot = require("limax").robot { voxels = "ecs\nece" }
+    local both = compare.two(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
+    -- what a rounding may do on the ground in so short a time: bench/agreement.lua
+    t:near(both.distance, 0, { atol = 1e-3 })
+    t:equal(both.steps, 0)
+    t:ok(tostring(both):find "^ +cpu +cuda +difference\n", tostring(both))
+  end)

@@ -323,6 +323,22 @@ suite:test("golden", function(t) t:golden("size", { size }) end)
   end
 end)
 
+running:test("names of any letters are run, and said once", function(t)
+  local folder = t:folder()
+  host.file.write_atomic(folder .. "/-it's BASE & $HOME.lua", HEAD .. [==[
+suite:test("it's \"quoted\" $HOME `x` %d COMMAND", function() end)
+suite:test("dies $(echo no)", function() os.execute "kill -KILL $PPID" end)
+suite:test("BASE", function() end)
+]==])
+  local pipe = io.popen(("cd '%s' && '%s' test --shuffle 3 -- * 2>&1"):format(folder,
+    host.executable))
+  local output = pipe:read "*a"
+  pipe:close()
+  contains(t, output, "\n2 passed, 1 failed, 0 skipped\n")
+  contains(t, output, "--only 'trial: dies $(echo no)'\n")
+  t:equal(select(2, output:gsub("limax: %-%-shuffle 3\n", "")), 1)
+end)
+
 running:test("a drawn order repeats by its number", function(t)
   local lines = {}
   for i = 1, 12 do lines[i] = ('suite:test("%d", function() end)\n'):format(i) end

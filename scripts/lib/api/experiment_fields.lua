@@ -1,6 +1,7 @@
 --- experiment_fields.lua: what an experiment's table may hold, field by field, for completion and
 --- the reference page: from the defaults, the effects and the few lines here.
 
+local choice = require "limax.choice"
 local defaults = require "limax.defaults"
 local engine = require "limax.engine"
 local ledger = require "limax.ledger"
@@ -12,6 +13,7 @@ local experiment_fields = {}
 ---@field name string
 ---@field what string
 ---@field units string
+---@field type string|nil
 ---@field fields limax.api.option[]|nil what its table may hold
 
 -- Fields that no table of numbers describes.
@@ -39,6 +41,24 @@ local simulation_words = {
   sharing = "springs between voxels: mean or sum of their stiffness",
 }
 
+-- Names as LuaLS writes a choice of them: "a"|"b".
+local function one_of(list)
+  local words = {}
+  for i, name in ipairs(list) do words[i] = ("%q"):format(name) end
+  return table.concat(words, "|")
+end
+
+-- What a name may be; read when first asked for.
+local function types()
+  local function names_of(module) return choice.sorted_keys(require(module).entries) end
+  return { materials = '"paper"', fitness = one_of(names_of "limax.fitness"),
+    selection = one_of(names_of "limax.selection"),
+    supervisor = one_of(names_of "limax.supervise"),
+    accuracy = one_of { "preview", "evolve", "publish", "reference" },
+    integrator = one_of(defaults.integrators), precision = one_of(defaults.precisions),
+    sharing = '"mean"|"sum"' }
+end
+
 -- "from 1 to 10; default 5: reason" of a field of defaults.lua.
 local function of_default(name, field)
   local value = field.value
@@ -58,7 +78,7 @@ local function of_group(name, words)
   local list = {}
   for field, rule in pairs(defaults.fields[name]) do list[#list + 1] = of_default(field, rule) end
   for field, what in pairs(words or {}) do
-    list[#list + 1] = { name = field, units = "-", what = what }
+    list[#list + 1] = { name = field, units = "-", what = what, type = types()[field] }
   end
   return sorted(list)
 end
@@ -118,6 +138,7 @@ function experiment_fields.list()
     end }
   for name, what in pairs(said) do
     known[#known + 1] = { name = name, units = units[name] or "-", what = what,
+      type = types()[name],
       fields = nested[name] and nested[name]() }
   end
   for name, field in pairs(defaults.fields.experiment) do

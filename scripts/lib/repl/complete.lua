@@ -93,9 +93,9 @@ local function path_ending(list, i)
   return table.concat(parts)
 end
 
--- Where the cursor stands: the function whose table is open, which argument that table is, the keys
--- from there inwards, and the names that are taken in the innermost table.
-local function place_of(list)
+-- The brackets that are open at the end, the innermost last, each with the commas behind it and the
+-- names that are assigned to there.
+local function open_brackets(list)
   local open = {}
   for i, token in ipairs(list) do
     if opening[token.text] and token.kind == "symbol" then
@@ -110,6 +110,13 @@ local function place_of(list)
       end
     end
   end
+  return open
+end
+
+-- Where the cursor stands: the function whose table is open, which argument that table is, the keys
+-- from there inwards, and the names that are taken in the innermost table.
+local function place_of(list)
+  local open = open_brackets(list)
   local keys, argument = {}, 1
   if not open[#open] or open[#open].text ~= "{" then return nil end
   local taken = open[#open].taken
@@ -176,16 +183,45 @@ local function files_at(typed)
   return list
 end
 
--- The words that an option's type names: `"cpu"|"cuda"`.
+-- The words that an option's type names: `"cpu"|"cuda"`; in `key = "` and `key = { "`.
 local function choices_at(list, names)
-  local key = list[#list - 2]
-  if not (list[#list - 1] and list[#list - 1].text == "=" and key) then return {} end
+  local at = #list - 1
+  if list[at] and list[at].text == "{" then at = at - 1 end
+  local key = list[at - 1]
+  if not (list[at] and list[at].text == "=" and key) then return {} end
   local before = {}
-  for i = 1, #list - 3 do before[i] = list[i] end
+  for i = 1, at - 2 do before[i] = list[i] end
   local words = {}
   for _, option in ipairs(options_at(before, names) or {}) do
     if option.name == key.text then
       for word in (option.type or ""):gmatch '"([^"]*)"' do words[#words + 1] = word end
+    end
+  end
+  return words
+end
+
+-- The words that the type of the argument names which an open string is; of a robot's trace those
+-- that were recorded.
+local function arguments_at(list, names)
+  local before, open = list[#list - 1], open_brackets(list)
+  local inner, path, argument = open[#open], nil, 1
+  if before and before.kind == "name" then
+    path = path_ending(list, #list - 1)
+  elseif inner and inner.text == "(" and (before.text == "(" or before.text == ",") then
+    path, argument = path_ending(list, inner.at - 1), inner.commas + 1
+  end
+  local entry = path and path ~= "" and function_of(path, names)
+  if not entry then return {} end
+  if entry.name == "robot:trace" then
+    local robot, recorded = value_of(path:match "^(.*)[.:]", names), {}
+    local rates = kind.of(robot) == "limax.scored_robot" and robot.context.options.record or {}
+    for name, rate in pairs(rates) do recorded[#recorded + 1] = rate > 0 and name or nil end
+    return recorded
+  end
+  local words = {}
+  for _, param in ipairs(entry.doc.params) do
+    if param.name == entry.doc.arguments[argument] and not param.type:find("{", 1, true) then
+      for word in param.type:gmatch '"([^"]*)"' do words[#words + 1] = word end
     end
   end
   return words
@@ -202,6 +238,7 @@ local function candidates(text, names)
     local typed = last.text:match "^[\"'](.*)$"
     if last.kind ~= "string" or not typed then return {}, "" end
     local words = choices_at(list, names)
+    if #words == 0 then words = arguments_at(list, names) end
     return #words > 0 and words or files_at(typed), typed
   end
   local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
@@ -255,7 +292,12 @@ end
 ---@return string[] words
 ---@return string typed
 function complete.words(text, names)
+  local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
   local all, typed = candidates((text:gsub("^%s*%?%s*", "")), names)
+  -- help knows public names by their last part too
+  if topic then
+    for _, entry in ipairs(api.entries()) do all[#all + 1] = entry.short end
+  end
   local list, seen = {}, {}
   for _, word in ipairs(all) do
     -- names that begin with _ are private, unless asked for

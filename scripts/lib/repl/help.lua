@@ -41,9 +41,10 @@ local function option_lines(entry, argument)
   local lines = {}
   for _, option in ipairs(entry.name == "limax.experiment" and {}
     or api.options(entry, argument)) do
-    local text = ("%s: %s"):format(option.name, option.type or "")
-    if option.what ~= "" then text = text .. "; " .. option.what end
-    add(lines, wrapped(text, "      "))
+    local parts = {}
+    if option.type then parts[1] = option.type end
+    if option.what ~= "" then parts[#parts + 1] = option.what end
+    add(lines, wrapped(("%s: %s"):format(option.name, table.concat(parts, "; ")), "      "))
   end
   return lines
 end

@@ -7,6 +7,7 @@ local follow = require "limax.repl.follow"
 local help = require "limax.repl.help"
 local host = require "limax.host"
 local show = require "limax.repl.show"
+local tokens = require "limax.repl.tokens"
 
 local session = {}
 
@@ -169,23 +170,41 @@ function Session:talk()
   end
 end
 
+-- Follows how deep a statement of many lines is, so that not each of them is compiled with all that
+-- stand before it: as long as a block or bracket is open it cannot be whole.
+local function depth_of(before, text, line)
+  -- what stands in a long string or comment is no code
+  if not before or before.open then
+    local depth, open = tokens.depth(text)
+    return { depth = depth, open = open }
+  end
+  local depth, open = tokens.depth(line)
+  return { depth = before.depth + depth, open = open }
+end
+
 --- Takes lines as if they were typed; the first error ends it.
 ---@param lines fun(): string|nil
 ---@return integer status
 function Session:take_all(lines)
-  local text
+  local text, depth
   local number, first = 0, 1
   for line in lines do
     number = number + 1
     -- what some editors put before UTF-8
     if number == 1 then line = line:gsub("^\239\187\191", "") end
     if not text then first = number end
-    text = text and text .. "\n" .. line or line
-    local fine, interrupt = self:take(text, first)
-    if fine == false then return interrupt and exit_interrupted or exit_failed end
-    if fine then text = nil end
+    local began = text ~= nil
+    text = began and text .. "\n" .. line or line
+    depth = began and depth_of(depth, text, line) or nil
+    if not (depth and depth.depth > 0) then
+      local fine, interrupt = self:take(text, first)
+      if fine == false then return interrupt and exit_interrupted or exit_failed end
+      if fine then text = nil end
+    end
   end
   if text then
+    -- something may be wrong before its end
+    if self:take(text, first) == false then return exit_failed end
     io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
     return exit_failed
   end

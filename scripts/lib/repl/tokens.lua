@@ -104,6 +104,23 @@ end
 local deeper = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end"] = -1,
   ["until"] = -1 }
 
+local bracket = { ["("] = 1, ["{"] = 1, ["["] = 1, [")"] = -1, ["}"] = -1, ["]"] = -1 }
+
+--- How many more blocks and brackets begin than end, and whether the last string or comment goes on
+--- beyond the text.
+---@param text string
+---@return integer depth
+---@return boolean open
+function tokens.depth(text)
+  local list, depth = tokens.of(text), 0
+  for _, token in ipairs(list) do
+    local step = token.kind == "keyword" and deeper[token.text]
+      or token.kind == "symbol" and bracket[token.text]
+    depth = depth + (step or 0)
+  end
+  return depth, #list > 0 and list[#list].open == true
+end
+
 -- The names after `local` at token i, the place of the last of them, and whether values follow.
 local function declared(list, i)
   local names, last = {}, nil

@@ -101,8 +101,8 @@ function words.of(names)
   --- Simulates one robot twice and shows what differs: on two devices, or with two sets of options
   --- as `robot:simulate` takes them.
   ---@param robot limax.robot|limax.scored_robot
-  ---@param first string|table "cpu", or { device = "cpu", precision = "double" }
-  ---@param second string|table
+  ---@param first "auto"|"cpu"|"cuda"|limax.robot.simulate_options
+  ---@param second "auto"|"cpu"|"cuda"|limax.robot.simulate_options
   ---@param options? limax.robot.simulate_options of both
   ---@return table<string, number> differences of each measure, second less first
   function list.compare(robot, first, second, options)

@@ -44,18 +44,22 @@ echo $status >BASE.rc
 ]]
 
 local function words_of(path, only, options)
-  local words = { process.quoted(host.executable), "test", process.quoted(path), "--json-seq" }
+  local words = { process.quoted(host.executable), "test", "--json-seq" }
   local function add(name, value)
     if value then words[#words + 1] = ("--%s=%s"):format(name, process.quoted(tostring(value))) end
   end
   local choice = options.choice
   add("limit", choice.limit and ("%.17g"):format(choice.limit))
   add("shuffle", options.seed)
-  for _, instance in ipairs(only or {}) do add("only", runner.title(instance)) end
-  if only then return words end
-  add("filter", choice.filter)
-  if choice.tags[1] then add("tags", table.concat(choice.tags, ",")) end
-  for _, title in ipairs(choice.only) do add("only", title) end
+  if only then
+    for _, instance in ipairs(only) do add("only", runner.title(instance)) end
+  else
+    add("filter", choice.filter)
+    if choice.tags[1] then add("tags", table.concat(choice.tags, ",")) end
+    for _, title in ipairs(choice.only) do add("only", title) end
+  end
+  -- a name may begin with a dash
+  words[#words + 1] = "-- " .. process.quoted(path)
   return words
 end
 
