@@ -202,6 +202,14 @@ suite:test("a plane cuts a polygon in two that make the whole", function(t)
   t:equal(polygon.crossing(square, { 0, 0, 1 }, 1), nil)
 end)
 
+suite:test("the sides of a solid have lines along their edges", function(t)
+  local box = { up = { 0, 0, 1 }, planes = {}, spheres = {},
+    boxes = { { from = { 0, 0, 0 }, to = { 0.5, 0.4, 0.3 } } } }
+  local pieces = stage.pieces(stage.new(box, AXES), SLAB, view.of.side.sight)
+  t:equal(#pieces.sides, 3)
+  for _, side in ipairs(pieces.sides) do t:equal(side.edges, { true, true, true, true }) end
+end)
+
 suite:test("terrain has the engine's heights, and goes on beyond its border", function(t)
   local terrain = { spacing = 0.5, origin = { -1, 2, 0.25 }, heights = { { 0, 1 }, { 2, 5 } } }
   t:equal(world.height(terrain, -1, 2), 0.25)
