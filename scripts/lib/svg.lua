@@ -1,6 +1,8 @@
 --- svg.lua: a page of SVG, written element by element. Coordinates are pixels of 1/96 inch, y
 --- downwards.
 
+local host = require "limax.host"
+
 local svg = {}
 
 ---@class limax.svg
@@ -8,10 +10,14 @@ local svg = {}
 local Page = {}
 Page.__index = Page
 
--- Text as XML holds it; control characters, which it cannot hold, become question marks.
+-- Text as XML holds it: control characters, which it cannot hold, become question marks, and so do
+-- the letters of a name that is no UTF-8, which a folder's may be.
 local function escaped(text)
   local entities = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
-  return (tostring(text):gsub("[&<>\"]", entities):gsub("[%z\1-\8\11\12\14-\31]", "?"))
+  text = tostring(text)
+  if not pcall(host.json.encode, text) then text = text:gsub("[\128-\255]", "?") end
+  return (text:gsub("[&<>\"]", entities):gsub("[%z\1-\8\11\12\14-\31]", "?")
+    :gsub("\239\191[\190\191]", "?"))
 end
 
 --- A page of this size.

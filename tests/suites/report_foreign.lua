@@ -178,6 +178,21 @@ suite:test("no name reaches a terminal as a command to it", { limit = 20 }, func
   t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
 end)
 
+suite:test("folders and files whose names are no UTF-8", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/r\255", { lattice = { 3, 3, 3 } })
+  run(base .. "/w", { lattice = { 2, 2, 2 } })
+  for _, words in ipairs { { "report", "r\255", "w", "--out", "x.html" },
+    { "report", "r\255", "w", "--no-robots", "--figures", "f" },
+    { "picture", "r\255/r01/champions/g0002.json", "--out", "x.svg" } } do
+    local done = process.limax(words, { folder = base })
+    t:ok(done.status == 0, done.stderr)
+  end
+  for _, name in ipairs { "f/learning-85.svg", "x.svg" } do
+    t:ok(pcall(host.json.encode, source.read(base .. "/" .. name)), name .. " is UTF-8")
+  end
+end)
+
 suite:test("runs with fitnesses of different kinds say so", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/way", { fitness = "distance" })

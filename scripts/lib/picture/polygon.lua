@@ -121,7 +121,10 @@ end
 ---@param half number m: no point of the side is farther than this from `center`
 ---@return limax.picture.polygon|nil
 function polygon.side(spaces, k, center, half)
-  return polygon.within(square(spaces[k].normal, spaces[k].offset, center, half), spaces, k)
+  local side = polygon.within(square(spaces[k].normal, spaces[k].offset, center, half), spaces, k)
+  -- where two half-spaces end there is an edge
+  for c = 1, side and #side.points or 0 do side.edges[c] = true end
+  return side
 end
 
 return polygon

@@ -4,6 +4,7 @@
 local palette = require "limax.palette"
 local polygon = require "limax.picture.polygon"
 local skin = require "limax.skin"
+local terrain = require "limax.picture.terrain"
 local world = require "limax.picture.world"
 
 local stage = {}
@@ -13,8 +14,6 @@ local dot = polygon.dot
 -- Facets of a sphere from pole to pole and around it; of a coarser one that cuts what reaches in.
 local RINGS, SECTORS = 10, 20
 local COARSE_RINGS, COARSE_SECTORS = 6, 12
--- Patches of terrain along the longer side of a slab, at most; each is as long as it is wide.
-local PATCHES = 14
 
 local UP = { 0, 0, 1 }
 
@@ -178,56 +177,6 @@ local function add_ball(balls, sphere, within, context)
   end
 end
 
--- The corners of a slab's floor, in the world, and what they span there.
-local function footprint(self, slab)
-  local low, high = { math.huge, math.huge }, { -math.huge, -math.huge }
-  for _, along in ipairs { slab.low[1], slab.high[1] } do
-    for _, away in ipairs { slab.low[2], slab.high[2] } do
-      local p = self.back { along, away, slab.low[3] }
-      for c = 1, 2 do low[c], high[c] = math.min(low[c], p[c]), math.max(high[c], p[c]) end
-    end
-  end
-  return low, high
-end
-
--- Patches of the terrain that look at the eye. Where its heights are finer than a picture can show
--- some are left out, where they are coarse the surface between them is followed.
-local function add_terrain(patches, self, slab, context)
-  local terrain, low, high = self.terrain, footprint(self, slab)
-  local longest = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2])
-  local wanted = longest / PATCHES
-  local step = terrain.spacing * math.max(1, math.floor(wanted / terrain.spacing))
-  if terrain.spacing > wanted then step = terrain.spacing / math.ceil(terrain.spacing / wanted) end
-  local within, place = spaces_of(slab), 0
-  -- heights do not limit it: it has no sides
-  within = { unpack(within, 1, 4) }
-  local function at(i, j)
-    local x, y = terrain.origin[1] + i * step, terrain.origin[2] + j * step
-    return self.turn { x, y, world.height(terrain, x, y) }
-  end
-  for i = math.floor((low[1] - terrain.origin[1]) / step),
-    math.floor((high[1] - terrain.origin[1]) / step) do
-    for j = math.floor((low[2] - terrain.origin[2]) / step),
-      math.floor((high[2] - terrain.origin[2]) / step) do
-      local points = { at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1) }
-      local one, other, center = {}, {}, {}
-      for c = 1, 3 do
-        one[c], other[c] = points[3][c] - points[1][c], points[4][c] - points[2][c]
-        center[c] = (points[1][c] + points[2][c] + points[3][c] + points[4][c]) / 4
-      end
-      local normal = polygon.unit(polygon.cross(one, other))
-      if dot(normal, context.sight) < 0 then
-        place = place + 1
-        local patch = polygon.within({ points = points, edges = { true, true, true, true },
-          look = { fill = palette.shade(world.soil, skin.brightness(normal)), ink = world.furrow,
-            center = center, depth = dot(center, context.sight), place = place } }, within)
-        patches[#patches + 1] = patch
-      end
-    end
-  end
-  return step
-end
-
 -- Where a body may be: above the ground and in front of the planes.
 local function open_of(self)
   local open = {}
@@ -278,7 +227,9 @@ function stage.pieces(self, slab, sight, block, block_hex)
   local context = { sight = sight, center = center, reach = reach }
   local within, open = spaces_of(slab), open_of(self)
   local pieces = { sides = {}, balls = {}, patches = {}, before = {} }
-  if self.terrain then pieces.thickness = add_terrain(pieces.patches, self, slab, context) end
+  if self.terrain then
+    pieces.patches, pieces.thickness = terrain.patches(self, slab, within, sight)
+  end
   for _, sheet in ipairs(stage.sheets(self, slab)) do
     table.insert(dot(sheet.look.plane.normal, sight) < 0 and pieces.sides or pieces.before, sheet)
   end

@@ -103,7 +103,7 @@ function runs.read(path)
   for _, repetition in ipairs(choice.sorted_keys(metrics)) do
     local evaluations = 0
     for _, line in ipairs(metrics[repetition]) do evaluations = evaluations + line.evaluations end
-    table.insert(folder.runs, { path = path, name = config.name or source.name_of(path),
+    table.insert(folder.runs, { path = path, name = config.name or shape.word(source.name_of(path)),
       config = config, seed = tostring(config.seed or "-"), repetition = repetition,
       status = folder.status, lines = metrics[repetition], ledger = ledger[repetition] or {},
       timing = timing[repetition] or {}, evaluations = evaluations, before = 0 })
@@ -167,11 +167,14 @@ function runs.arms(folders)
   end
   if #all == 0 then return {} end
   local fine, groups = failure.attempt(arms.group, all)
-  if fine then return groups end
+  if fine then
+    for _, arm in ipairs(groups) do arm.name = shape.word(arm.name) end
+    return groups
+  end
   local list = {}
   for _, folder in ipairs(folders) do
     if #folder.runs > 0 then
-      list[#list + 1] = { name = source.name_of(folder.path), runs = folder.runs }
+      list[#list + 1] = { name = shape.word(source.name_of(folder.path)), runs = folder.runs }
     end
   end
   return list, failure.bare(groups)

@@ -2,6 +2,8 @@
 --- version, or from anybody: a field of another kind counts as absent, so that what is there is
 --- still reported.
 
+local host = require "limax.host"
+
 local shape = {}
 
 -- Larger numbers are none of ours; their sums and differences stay finite.
@@ -28,6 +30,8 @@ end
 -- A word that terminals show too: no control character may reach one.
 local function word(value)
   if type(value) ~= "string" then return nil end
+  -- the name of a folder may be no UTF-8, which neither pages nor figures can hold
+  if not pcall(host.json.encode, value) then value = value:gsub("[\128-\255]", "?") end
   return (value:gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
 end
 shape.word = word
