@@ -265,6 +265,18 @@ suite:test("a number over fewer steps than asked is not judged, and others are a
       "instructions a step for effects that the scene lacks"].met, false)
   end)
 
+suite:test("instructions of each function itself, from callgrind's text", function(t)
+  local lines = { "fn=(1) limax::kick<float>(int)", "12 100", "+2 5", "cfn=(2) limax::law(int)",
+    "calls=7 3", "* 900", "fn=(2)", "* 40", "-1 2", "fn=(1)", "14 1" }
+  local at = 0
+  local costs = require("limax.bench.accuracy.absent_effects").own_costs(function()
+    at = at + 1
+    return lines[at]
+  end)
+  -- what a call costs is the called one's own
+  t:equal(costs, { ["limax::kick<float>(int)"] = 106, ["limax::law(int)"] = 42 })
+end)
+
 suite:test("every row of the numbers to reach is judged", function(t)
   -- what is asked of limax, twelve rows, of which six hold two numbers
   t:equal(#targets.judge({}).rows, 18)

@@ -5,24 +5,14 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
+local instructions = require "limax.bench.instructions"
 local shell = require "limax.shell"
 
 local absent_effects = {}
 
--- One full 5x5x5 body for so many steps in a scene.
-local PROGRAM = [[
-local bodies, engine = require "limax.bench.bodies", require "limax.engine"
-local scene = {}
-for name in (arg[2] or ""):gmatch "[^,]+" do scene[name] = true end
-local materials = engine.materials "paper"
-local simulation = engine.simulation(bodies.population(materials, { 5, 5, 5 }, 1), materials,
-  engine.scene(scene), { duration = 100, time_step = 1e-4, settle = 0 },
-  engine.device("cpu", { threads = 1 }))
-simulation:advance(60, tonumber(arg[1]))
-]]
-
 -- Springs alone, and a walker's scene.
-local SCENES = { {}, { "gravity", "ground", "friction", "damping", "actuation" } }
+local SCENES = { {},
+  { gravity = true, ground = true, friction = true, damping = true, actuation = true } }
 -- Scenes are made and bodies measured before the first step; what a step does grows with them.
 local STEPS = { 64, 320 }
 
@@ -50,11 +40,12 @@ function absent_effects.own_costs(lines)
   return costs
 end
 
-local function costs_of(program, steps, names)
+local function costs_of(steps, scene)
   local output = os.tmpname()
   local status = os.execute(("valgrind --tool=callgrind --callgrind-out-file=%s %s %s %d %s "
     .. ">/dev/null 2>&1"):format(shell.quoted(output), shell.quoted(host.executable),
-    shell.quoted(program), steps, shell.quoted(table.concat(names, ","))))
+    shell.quoted(host.home .. "/scripts/lib/bench/counted_steps.lua"), steps,
+    shell.quoted(host.json.encode(scene))))
   local costs
   if status == 0 then costs = absent_effects.own_costs(io.lines(output)) end
   os.remove(output)
@@ -77,36 +68,23 @@ end
 ---@return number|nil
 ---@return number|string all, or why nothing was counted
 function absent_effects.count()
-  if os.execute "command -v valgrind >/dev/null 2>&1" ~= 0 then
-    return nil, "valgrind is not installed"
-  end
-  local reserved = os.tmpname()
-  local program = reserved .. ".lua"
-  local file = assert(io.open(program, "w"))
-  file:write(PROGRAM)
-  file:close()
+  if not instructions.available() then return nil, "valgrind is not installed" end
   local absent, all = 0, 0
-  for _, names in ipairs(SCENES) do
-    local scene = {}
-    for _, info in ipairs(engine.effects()) do scene[info.name] = false end
-    for _, name in ipairs(names) do scene[name] = true end
-    scene.springs = true
-    local few, many = costs_of(program, STEPS[1], names), costs_of(program, STEPS[2], names)
-    if not few or not many then
-      os.remove(reserved)
-      os.remove(program)
-      return nil, "valgrind could not run it"
+  for _, scene in ipairs(SCENES) do
+    local there = { springs = true }
+    for _, info in ipairs(engine.effects()) do
+      there[info.name] = scene[info.name] or there[info.name] or false
     end
-    for called, cost in pairs(many) do
-      if called:find("limax::", 1, true) then
-        local more = (cost - (few[called] or 0)) / (STEPS[2] - STEPS[1])
+    local few, many = costs_of(STEPS[1], scene), costs_of(STEPS[2], scene)
+    if not few or not many then return nil, "valgrind could not run it" end
+    for name, cost in pairs(many) do
+      if name:find("limax::", 1, true) then
+        local more = (cost - (few[name] or 0)) / (STEPS[2] - STEPS[1])
         all = all + more
-        if lacks(called, scene) then absent = absent + more end
+        if lacks(name, there) then absent = absent + more end
       end
     end
   end
-  os.remove(reserved)
-  os.remove(program)
   return absent, all
 end
 
