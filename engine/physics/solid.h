@@ -141,33 +141,30 @@ LIMAX_LAW void meet_back(load& on, const touch& at) {
     add_force(on, {double(force.x), double(force.y), double(force.z)}, at.arm, -1.0);
 }
 
-// Calls keep(touch) for each fixed contact below whose surface a corner lies: its number's bits say
-// on which side, x the lowest. each_contact(visit) calls visit(effect, params) for each instance of
-// the scene's contacts.
-inline constexpr int corners = 8;
+// The corners below the surfaces of fixed contacts: adds their pushes, and calls keep(touch) for
+// each. each_contact(visit) calls visit(effect, params) for each instance of the scene's contacts.
 template <class EachContact, class Keep>
-LIMAX_LAW void meet_corner(const block_params& law, const view& block, int corner,
-                           const EachContact& each_contact, const Keep& keep) {
+LIMAX_LAW void meet_contacts(const block_params& law, const view& block, load& on,
+                             const EachContact& each_contact, const Keep& keep) {
     const double share = effects::block::corner_share * law.mass;
-    const vector arm = to_world(
-        block.frame, {corner & 1 ? law.half.x : -law.half.x, corner & 2 ? law.half.y : -law.half.y,
-                      corner & 4 ? law.half.z : -law.half.z});
-    const effects::node_state<double> node{plus(block.place, 1.0, arm),
-                                           read_velocity_at(block, arm), share, 1.0 / share};
-    each_contact([&]<class E>(E, const auto& params) {
-        const auto point = E::surface(params, node.position);
-        if (!(point.depth > 0)) return;
-        vector normal{0, 0, 0};
-        effects::add_push(point.normal, 1.0, normal);
-        const double push = effects::push_at(params, point, node);
-        const double spring = params.stiffness * point.depth;
-        keep(touch{-1, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0});
-    });
-}
-// What the block gets of a fixed contact.
-LIMAX_LAW void stand_on(load& on, const touch& at) {
-    add_force(on, {at.push * at.normal.x, at.push * at.normal.y, at.push * at.normal.z}, at.arm,
-              1.0);
+    for (int corner = 0; corner < 8; ++corner) {
+        const vector arm = to_world(block.frame, {corner & 1 ? law.half.x : -law.half.x,
+                                                  corner & 2 ? law.half.y : -law.half.y,
+                                                  corner & 4 ? law.half.z : -law.half.z});
+        const effects::node_state<double> node{plus(block.place, 1.0, arm),
+                                               read_velocity_at(block, arm), share, 1.0 / share};
+        each_contact([&]<class E>(E, const auto& params) {
+            const auto point = E::surface(params, node.position);
+            if (!(point.depth > 0)) return;
+            vector normal{0, 0, 0};
+            effects::add_push(point.normal, 1.0, normal);
+            const double push = effects::push_at(params, point, node);
+            add_force(on, {push * normal.x, push * normal.y, push * normal.z}, arm, 1.0);
+            const double spring = params.stiffness * point.depth;
+            keep(touch{
+                -1, arm, normal, push, 0.5 * spring * point.depth, push - spring, {0, 0, 0}, 0});
+        });
+    }
 }
 
 // ---- after the kick ----
@@ -205,15 +202,15 @@ LIMAX_LAW vector slip_of(const touch& at, const vector& relative) {
     return plus(relative, -inner(at.normal, relative), at.normal);
 }
 
-// The most that friction may do over h to what touches and moved at `before` before this step's
-// forces, N s: static friction holds what rested, kinetic friction alone
+// The most that friction may do to what touches over h, N s, from how that moved relative to the
+// block before this step's forces: static friction holds what rested, kinetic friction alone
 // stops what slips, as in friction.h. What breaks away does so against static friction for a step,
 // since only sweeps can tell whether contacts hold together what one of them does not.
 LIMAX_LAW double friction_limit(const friction_params& friction, const block_params& law,
-                                const state& block, const moment& moment, const touch& at,
-                                const vector& before, double inverse_mass, double h) {
+                                const moment& moment, const touch& at, const vector& before,
+                                double inverse_mass, double h) {
     const double available = at.push * h, kinetic = friction.kinetic_coefficient * available;
-    const vector slip = slip_of(at, minus(before, velocity_at(moment, block.now, at.arm)));
+    const vector slip = slip_of(at, before);
     const double speed = length(slip), floor = effects::friction::at_rest;
     if (speed > floor) {
         const vector way{slip.x / speed, slip.y / speed, slip.z / speed};
@@ -245,13 +242,19 @@ LIMAX_LAW vector friction_impulse(const block_params& law, const moment& moment,
 // Friction of all that touches, after a kick of h; `rubbed`, which it adds to, is what it does to
 // the block, N s and N m s. Each impulse depends on all others, so they are gone through again
 // until none changes. each(visit) calls visit(touch) for each in order, and keeps what is changed;
-// of what touches, whose limit is known, after(touch) is how it moves now, m/s, inverse_mass(touch)
-// 1/kg, 0 of what is held, and give(touch, impulse) gives it an impulse and returns what it took of
-// it, N s.
-template <class Each, class After, class InverseMass, class Give>
-LIMAX_LAW void rub(const block_params& law, state& block, const moment& moment, double h,
-                   motion& rubbed, const Each& each, const After& after,
-                   const InverseMass& inverse_mass, const Give& give) {
+// of what touches, before(touch) is how it moved before this step's forces and after(touch) how it
+// moves now, m/s, inverse_mass(touch) 1/kg, 0 of what is held, and give(touch, impulse) gives it an
+// impulse and returns what it took of it, N s.
+template <class Each, class Before, class After, class InverseMass, class Give>
+LIMAX_LAW void rub(const friction_params& friction, const block_params& law, state& block,
+                   const moment& moment, double h, motion& rubbed, const Each& each,
+                   const Before& before, const After& after, const InverseMass& inverse_mass,
+                   const Give& give) {
+    each([&](auto& at) {
+        const vector there = velocity_at(moment, block.now, at.arm);
+        at.limit = friction_limit(friction, law, moment, at, minus(before(at), there),
+                                  inverse_mass(at), h);
+    });
     bool changes = true;
     for (int sweep = 0; changes && sweep < most_sweeps; ++sweep) {
         changes = false;

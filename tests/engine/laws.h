@@ -97,21 +97,19 @@ __device__ R every_effect(const whole_scene& scene, R x) {
     const solid::view view = solid::view_of(load_state, moment);
     if (solid::meet_mass<R>(box, view, 1, velocity, velocity, 1.0, touch))
         solid::meet_back<R>(load, touch);
-    solid::meet_corner(
-        box, view, 3,
+    solid::meet_contacts(
+        box, view, load,
         [&](const auto& visit) {
             visit(ground{}, ground::make<double>(scene.values(index_of<ground>), origin));
         },
         [&](const solid::touch& corner) { touch = corner; });
-    solid::stand_on(load, touch);
     solid::kick(load_state, load, box.mass, 1e-4);
     solid::motion rubbed{};
-    touch.limit = solid::friction_limit(
-        friction::make<double>(scene.values(index_of<friction>), origin), box, load_state, moment,
-        touch, turning, 1.0, 1e-4);
     solid::rub(
-        box, load_state, moment, 1e-4, rubbed, [&](const auto& visit) { visit(touch); },
-        [&](const solid::touch&) { return turning; }, [&](const solid::touch&) { return 1.0; },
+        friction::make<double>(scene.values(index_of<friction>), origin), box, load_state, moment,
+        1e-4, rubbed, [&](const auto& visit) { visit(touch); },
+        [&](const solid::touch&) { return turning; }, [&](const solid::touch&) { return turning; },
+        [&](const solid::touch&) { return 1.0; },
         [&](const solid::touch&, const vector<double>& impulse) {
             return solid::give_mass(velocity.x, velocity.y, velocity.z, impulse, 1.0, 1.0);
         });

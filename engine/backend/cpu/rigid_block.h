@@ -76,16 +76,12 @@ public:
             masses_.push_back(found);
         }
         corners_.clear();
-        for (int corner = 0; corner < solid::corners; ++corner)
-            solid::meet_corner(
-                law_, view, corner,
-                [&](const auto& meet) {
-                    for (const fixed_contact& contact : contacts_) visit(contact, meet);
-                },
-                [&](const solid::touch& found) {
-                    corners_.push_back(found);
-                    solid::stand_on(load_, found);
-                });
+        solid::meet_contacts(
+            law_, view, load_,
+            [&](const auto& meet) {
+                for (const fixed_contact& contact : contacts_) visit(contact, meet);
+            },
+            [&](const solid::touch& found) { corners_.push_back(found); });
     }
 
     // The velocities after the forces have acted for h, before any friction.
@@ -211,13 +207,11 @@ private:
     void rub(std::vector<solid::touch>& touching, double h, const Before& before,
              const After& after, const InverseMass& inverse_mass, const Give& give) {
         if (!rubs_) return;
-        for (solid::touch& touch : touching)
-            touch.limit = solid::friction_limit(friction_, law_, block_, moment_, touch,
-                                                before(touch), inverse_mass(touch), h);
         const auto each = [&](const auto& visit) {
             for (solid::touch& touch : touching) visit(touch);
         };
-        solid::rub(law_, block_, moment_, h, rubbed_, each, after, inverse_mass, give);
+        solid::rub(friction_, law_, block_, moment_, h, rubbed_, each, before, after, inverse_mass,
+                   give);
     }
 
     const scene& scene_;

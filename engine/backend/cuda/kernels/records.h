@@ -171,7 +171,7 @@ struct solid_touch : solid::touch {
     effects::vector<R> after;
 };
 // Corners of the block at fixed contacts: all eight at each instance.
-LIMAX_LAW constexpr int corners_of_solid(int contacts) { return solid::corners * contacts; }
+LIMAX_LAW constexpr int corners_of_solid(int contacts) { return 8 * contacts; }
 
 // Of all robots; null in a scene without a block.
 template <class R>

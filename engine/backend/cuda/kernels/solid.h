@@ -1,7 +1,7 @@
 // solid.h: the rigid block of a robot's scene. Each mass looks for itself whether it touches the
-// block and leaves how; one warp of the robot lists what touches in the order of the sites and
-// looks at the corners, and its first thread takes the block's step (solid_step.h). All of it lies
-// in global memory, so that every path does the same. Compiled for one scene (scene.h). SI units.
+// block and leaves how; one warp of the robot lists what touches in the order of the sites, and its
+// first thread takes the block's step (solid_step.h). All of it lies in global memory, so that
+// every path does the same. Compiled for one scene (scene.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/run.h"
@@ -72,12 +72,19 @@ struct robot_solid {
 };
 __device__ inline robot_solid solid_of(const launch_arguments& launch, int64_t robot, int sites,
                                        mass_real* after) {
+    constexpr int contacts = [] {
+        int count = 0;
+        effects::for_each([&]<class E>(E) {
+            if (effects::is_contact<E>) count += instances<E>;
+        });
+        return count;
+    }();
     const solid_columns<mass_real>& columns = launch.solids;
     return {columns.records[robot],
             columns.marked + robot * marks_of(sites),
             columns.touches + robot * 2 * sites,
             columns.touches + (robot * 2 + 1) * sites,
-            columns.corners + robot * corners_of_solid(contacts_of_scene),
+            columns.corners + robot * corners_of_solid(contacts),
             after,
             sites};
 }
@@ -145,19 +152,10 @@ __device__ inline void step_solid(const robot_solid& solid, const launch_argumen
                                   const double* origin, double h, bool moves, double dt,
                                   double share) {
     const int lane = threadIdx.x % lanes, count = list_touching(solid);
-    const solid_laws laws(launch.scene);
-    uint64_t standing = 0;
-    if (lane < solid::corners)
-        standing = meet_corner(solid.record, laws, launch.scene, origin, lane, solid.corners, h);
-    for (int distance = solid::corners / 2; distance > 0; distance /= 2)
-        standing |= __shfl_xor_sync(0xffffffffu, standing, distance);
-    for (int i = lane; i < count; i += lanes)
-        limit_friction(solid.record, laws, launch.scene, origin, solid.listed[i], h);
-    __syncwarp();
     if (lane == 0) {
-        push_solid(solid.record, laws, launch.scene, {solid.listed, count, solid.corners, standing},
-                   h);
+        push_solid(solid.record, launch.scene, origin, solid.listed, count, solid.corners, h);
         if (moves) {
+            const solid_laws laws(launch.scene);
             move_solid(solid.record, laws, dt, share);
             show_solid(solid.record, laws);
         }

@@ -1,5 +1,5 @@
-// solid_step.h: the step of a robot's rigid block: what acts on it, the friction of all that
-// touches, its drift. The laws, their order and so the bits are the CPU's.
+// solid_step.h: the step of a robot's rigid block that one thread does: what acts on it, the
+// friction of all that touches, its drift. The laws, their order and so the bits are the CPU's.
 // Compiled for one scene (scene.h), for host and device alike. SI units.
 #pragma once
 
@@ -31,76 +31,13 @@ LIMAX_LAW void each_fixed_contact(const scene_values& scene, const double* origi
     });
 }
 
-// What touches lies in memory: masses in the order of their sites; corners at fixed contacts by
-// corner, each with room for all contacts of the scene.
-LIMAX_LAW constexpr int count_contacts() {
-    int count = 0;
-    effects::for_each([&]<class E>(E) {
-        if (effects::is_contact<E>) count += instances<E>;
-    });
-    return count;
-}
-inline constexpr int contacts_of_scene = count_contacts();
-struct touching_solid {
-    solid_touch<mass_real>* masses;
-    int count;
-    solid::touch* corners;
-    uint64_t standing;  // contacts that a corner touches, 8 bits for each
-
-    template <class Visit>
-    LIMAX_LAW void each_mass(const Visit& visit) const {
-#pragma unroll 1
-        for (int i = 0; i < count; ++i) visit(masses[i]);
-    }
-    template <class Visit>
-    LIMAX_LAW void each_corner(const Visit& visit) const {
-#pragma unroll 1
-        for (int corner = 0; corner < solid::corners; ++corner)
-#pragma unroll 1
-            for (int i = 0; i < int(standing >> 8 * corner & 255u); ++i)
-                visit(corners[corner * contacts_of_scene + i]);
-    }
-};
-
-// ---- what is found for each by itself ----
-
-// Leaves how a corner touches; its part of touching_solid::standing.
-LIMAX_LAW uint64_t meet_corner(const solid_record& record, const solid_laws& laws,
-                               const scene_values& scene, const double* origin, int corner,
-                               solid::touch* corners, double h) {
+// A step of the block: forces at t_n, the kick of h, friction. `touching` are the masses that
+// touch, in the order of their sites, whose velocities change; `corners` has room for all.
+LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const double* origin,
+                          solid_touch<mass_real>* touching, int count, solid::touch* corners,
+                          double h) {
     using namespace effects;
-    int standing = 0;
-    solid::meet_corner(
-        laws.block, record.seen, corner,
-        [&](const auto& visit) { each_fixed_contact(scene, origin, visit); },
-        [&](solid::touch found) {
-            if constexpr (has<friction>)
-                found.limit = solid::friction_limit(
-                    friction::make<double>(scene.of(index_of<friction>), origin), laws.block,
-                    record.block, record.moment, found, {0, 0, 0}, 0.0, h);
-            corners[corner * contacts_of_scene + standing++] = found;
-        });
-    return uint64_t(standing) << 8 * corner;
-}
-
-// Finds the limit of friction at a mass that touches.
-LIMAX_LAW void limit_friction(const solid_record& record, const solid_laws& laws,
-                              const scene_values& scene, const double* origin,
-                              solid_touch<mass_real>& at, double h) {
-    using namespace effects;
-    if constexpr (has<friction>)
-        at.limit = solid::friction_limit(
-            friction::make<double>(scene.of(index_of<friction>), origin), laws.block, record.block,
-            record.moment, at, {at.before.x, at.before.y, at.before.z}, at.inverse_mass, h);
-}
-
-// ---- what one thread does ----
-
-// A step of the block: forces at t_n, the kick of h, friction, which changes the velocities of the
-// masses that touch.
-LIMAX_LAW void push_solid(solid_record& record, const solid_laws& laws, const scene_values& scene,
-                          const touching_solid& touching, double h) {
-    using namespace effects;
+    const solid_laws laws(scene);
     solid::state block = record.block;
     const solid::moment moment = record.moment;
     solid::load load{{0, 0, 0}, {0, 0, 0}};
@@ -109,29 +46,38 @@ LIMAX_LAW void push_solid(solid_record& record, const solid_laws& laws, const sc
         const double mass = laws.block.mass;
         load.force = {mass * g[0], mass * g[1], mass * g[2]};
     }
-    touching.each_mass([&](const solid::touch& at) { solid::meet_back<mass_real>(load, at); });
-    touching.each_corner([&](const solid::touch& at) { solid::stand_on(load, at); });
+    for (int i = 0; i < count; ++i) solid::meet_back<mass_real>(load, touching[i]);
+    int standing = 0;
+    solid::meet_contacts(
+        laws.block, record.seen, load,
+        [&](const auto& visit) { each_fixed_contact(scene, origin, visit); },
+        [&](const solid::touch& found) { corners[standing++] = found; });
     solid::kick(block, load, laws.block.mass, h);
     if constexpr (has<friction>) {
+        const auto law = friction::make<double>(scene.of(index_of<friction>), origin);
         solid::motion rubbed{};  // of the books, which the CPU keeps
+        const auto wide = [](const vector<mass_real>& v) { return solid::vector{v.x, v.y, v.z}; };
         solid::rub(
-            laws.block, block, moment, h, rubbed,
-            [&](const auto& visit) { touching.each_mass(visit); },
-            [](const solid_touch<mass_real>& at) {
-                return solid::vector{at.after.x, at.after.y, at.after.z};
+            law, laws.block, block, moment, h, rubbed,
+            [&](const auto& visit) {
+#pragma unroll 1
+                for (int i = 0; i < count; ++i) visit(touching[i]);
             },
+            [&](const solid_touch<mass_real>& at) { return wide(at.before); },
+            [&](const solid_touch<mass_real>& at) { return wide(at.after); },
             [](const solid_touch<mass_real>& at) { return at.inverse_mass; },
             [](solid_touch<mass_real>& at, const solid::vector& impulse) {
                 return solid::give_mass(at.after.x, at.after.y, at.after.z, impulse, at.mass,
                                         at.inverse_mass);
             });
+        const auto still = [](const solid::touch&) { return solid::vector{0, 0, 0}; };
         solid::rub(
-            laws.block, block, moment, h, rubbed,
-            [&](const auto& visit) { touching.each_corner(visit); },
-            [](const solid::touch&) {
-                return solid::vector{0, 0, 0};
+            law, laws.block, block, moment, h, rubbed,
+            [&](const auto& visit) {
+#pragma unroll 1
+                for (int i = 0; i < standing; ++i) visit(corners[i]);
             },
-            [](const solid::touch&) { return 0.0; },
+            still, still, [](const solid::touch&) { return 0.0; },
             [](const solid::touch&, const solid::vector& impulse) { return impulse; });
     }
     record.block = block;
