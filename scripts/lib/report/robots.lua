@@ -143,7 +143,9 @@ function robots.section(list, options)
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then
     for k, name in ipairs(FILES) do scripts[k] = assert(source.read(folder .. "/" .. name)) end
-    scripts[#scripts + 1] = assert(source.read(host.home .. "/scripts/lib/report/viewer.js"))
+    for _, name in ipairs { "world.js", "viewer.js" } do
+      scripts[#scripts + 1] = assert(source.read(host.home .. "/scripts/lib/report/" .. name))
+    end
     parts[1] = viewer(shown)
   else
     parts[1] = '<p class="note">three.js was not there when limax was configured (on Debian: '
