@@ -371,6 +371,8 @@ suite:test("--tune prints a line that the script takes", { limit = 60 }, functio
   local rows = host.json.decode(source.read(folder .. "/t.json")).rows
   t:equal(#rows, #tune.SHARES + 1)
   t:equal({ rows[2].share, rows[2].relative_price, rows[5].setting }, { 1, 1, "chaos floor" })
+  -- twice 0.9 of the bound is beyond it
+  t:equal({ rows[1].setting, rows[1].bound_fraction }, { "0.99 of the bound", 0.99 })
   -- a quarter of the step costs more than the step, and comes nearer
   t:ok(rows[4].relative_price > 1.5, rows[4].relative_price)
   t:ok(rows[4].time_step < 0.3 * rows[2].time_step)
