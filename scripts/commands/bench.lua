@@ -19,7 +19,7 @@ local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter
   fraction = "stability",
   out = "accuracy", section = "accuracy", with = "accuracy", tune = "accuracy",
   champion = "accuracy" }
--- of a search that names no number: about ten seconds on two cores
+-- of a search that names no number: half a minute on two cores
 local DEFAULT_CASES = 1024
 
 local function write(path, text)

@@ -215,11 +215,11 @@ suite:test("asked against measured: met, missed and not measured", function(t)
     { case = "carry", population = "random", setting = "every setting", status = "refused" },
   } } }
   local by_name = judged(results)
-  -- twice the floor is 8 %; the floor less 0.02 is 0.88
+  -- twice the floor is 8 %; the floor less 0.02 is 0.88. One scene of nine may miss, and not meet
   local regret = by_name["elite regret of evolve, worst population"]
-  t:equal({ regret.measured, regret.limit, regret.met, regret.aim_met },
-    { 0.07, 0.08, true, false })
-  t:equal(regret.note, "1 of 9 scenes")
+  t:equal({ regret.measured, regret.limit, regret.note }, { 0.07, 0.08, "1 of 9 scenes" })
+  t:equal(regret.met, nil)
+  t:equal(regret.aim_met, false)
   local tau = by_name["tau of evolve, 48 random bodies, worst scene"]
   t:equal({ tau.met, tau.aim_limit, tau.note }, { false, 0.9, "chaos floor 0.900; 1 of 9 scenes" })
   t:equal(by_name["price of evolve in the paper's"].met, false)
@@ -300,8 +300,8 @@ suite:test("targets count what other calls left", { limit = 60 }, function(t)
   end
   local done = process.completes(t, folder,
     judged_with("b.json", "--with", "s.json", "--json", "t.json"))
-  t:ok(done.stdout:find("too short to tell +64 bodies alone"), done.stdout)
-  t:ok(done.stdout:find("too short to tell +1 cases alone"), done.stdout)
+  t:ok(done.stdout:find("too little to tell +64 bodies alone"), done.stdout)
+  t:ok(done.stdout:find("too little to tell +1 cases alone"), done.stdout)
   -- and its own rows are counted again
   process.completes(t, folder, judged_with "t.json")
   write(folder .. "/bad.json", "{}")
@@ -371,6 +371,8 @@ suite:test("--tune prints a line that the script takes", { limit = 60 }, functio
   local rows = host.json.decode(source.read(folder .. "/t.json")).rows
   t:equal(#rows, #tune.SHARES + 1)
   t:equal({ rows[2].share, rows[2].relative_price, rows[5].setting }, { 1, 1, "chaos floor" })
+  -- twice 0.9 of the bound is beyond it
+  t:equal({ rows[1].setting, rows[1].bound_fraction }, { "0.99 of the bound", 0.99 })
   -- a quarter of the step costs more than the step, and comes nearer
   t:ok(rows[4].relative_price > 1.5, rows[4].relative_price)
   t:ok(rows[4].time_step < 0.3 * rows[2].time_step)

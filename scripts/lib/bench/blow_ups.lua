@@ -124,7 +124,28 @@ local WORLDS = {
     return { ground = surface(random, stiffest, {}), wind = { drag = decades(random, 1e-3, 1e3),
       velocity = { between(random, -100, 100), between(random, -100, 100), 0 } } }
   end },
+  { "own surface", function(random, stiffest)
+    return { ground = surface(random, stiffest, {}), self_collision = {
+      stiffness = decades(random, 1, math.min(1e7, math.max(2, stiffest))),
+      damping_ratio = between(random, 0, 2), reach = between(random, 0.1, 1.5) } }
+  end },
+  { "river", function(random)
+    return { drag = { density = decades(random, 1, 1e5), coefficient = between(random, 0, 10),
+      current = { between(random, -100, 100), between(random, -100, 100), 0 } } }
+  end },
+  { "beside a block", function(random, stiffest)
+    local size = {}
+    for axis = 1, 3 do size[axis] = between(random, 0.05, 1) end
+    -- a corner bears a quarter of the block, and is no lighter than the lightest mass
+    return { ground = surface(random, stiffest, {}), block = surface(random, stiffest, {
+      size = size, position = { between(random, -1.5, 1.5), between(random, -1.5, 1.5),
+        between(random, 0, 1) },
+      mass = decades(random, 4 * stiffest * LEAST_PERIOD ^ 2, 1e6) }) }
+  end },
 }
+
+-- Worlds where there is nothing to touch, and so no friction.
+local UNTOUCHED = { air = true, river = true }
 
 -- Whether the engine has every effect of a scene.
 local function possible(scene)
@@ -141,7 +162,7 @@ local function draw_scene(random, stiffest_ground)
   local scene = world[2](random, stiffest_ground)
   -- an engine without the world's effects has land in its place
   if not possible(scene) then scene = WORLDS[2][2](random, stiffest_ground) end
-  if world[1] ~= "air" and random:uniform() < 0.8 then
+  if not UNTOUCHED[world[1]] and random:uniform() < 0.8 then
     scene.friction = { static = between(random, 0, 2), kinetic = between(random, 0, 2) }
   end
   if random:uniform() < 0.9 then

@@ -10,6 +10,8 @@ local function case(fields) cases[#cases + 1] = fields end
 -- Why XPBD is not asked.
 local IN_ORDER = "springs come in an order, whose mirror image is another"
 
+local SOFTER = "its bodies are stiffer at a tenth of the step, and half as fast there"
+
 local LAND = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
 
 -- A body whose materials and phases are their own mirror image at y = 0.2 m.
@@ -203,7 +205,8 @@ local function books_off(trace)
   return worst / (through + largest)
 end
 
-case { row = 57, name = "what evolution finds on ice is no defect", brief = true, run = function(c)
+case { row = 57, name = "what evolution finds on ice is no defect", brief = true,
+  except = { xpbd = SOFTER }, run = function(c)
   local materials = c:materials()
   local scene = engine.scene { gravity = true, ground = true, damping = true, actuation = true,
     friction = { static = 1e-3, kinetic = 1e-3 } }
@@ -227,11 +230,13 @@ case { row = 57, name = "what evolution finds on ice is no defect", brief = true
   c:note("fitness %.4g m, at a tenth of the step %.4g m", best.score, score)
   c:at_least("fitness at a tenth of the step", score, 0.8 * best.score)
   if books then
-    -- twice what the engine's own page promises of a walk at an eighth of the automatic step
+    -- what the engine's own page promises of a walk: leapfrog twice that of an eighth of the
+    -- automatic step; symplectic Euler what it promises of the whole one, for slow bodies on ice
+    -- hold most of their energy in springs
     local off = books_off(again:trace(best.index, "ledger"))
     c:note("its energy's books are off by %.2g of what went through", off)
     c:at_most("error of its energy's books", off, c.integrator == "leapfrog" and 2e-5
-      or c.integrator == "symplectic_euler" and 4e-4 or 2.4e-2)
+      or 2e-3)
   end
 end }
 

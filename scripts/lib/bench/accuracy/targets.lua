@@ -196,16 +196,17 @@ local function of_evolve(results)
   local best, best_price = final_best(results)
   local cases = ranked_cases(results)
   local few = cases < SCENES and ("%d of %d scenes"):format(cases, SCENES) or nil
+  -- the worst of some scenes may be missed, and cannot be met
   return {
-    { name = "elite regret of evolve, worst population", value = regret,
-      most = regret_limit or 0.05, asked = "5 % or 2 x chaos floor", aim = "2 %", aim_most = 0.02,
-      note = few },
-    { name = "price of evolve in the paper's", value = price, most = 0.1, asked = "1/10",
-      note = few },
+    { name = "elite regret of evolve, worst population", value = regret, partial = few,
+      most = regret_limit or 0.05, asked = "5 % or 2 x chaos floor", aim = "2 %", aim_most = 0.02 },
+    { name = "price of evolve in the paper's", value = price, partial = few, most = 0.1,
+      asked = "1/10" },
     { name = ("tau of evolve, %s random bodies, worst scene"):format(tau.robots or "48"),
-      value = tau.tau, least = tau.limit or 0.95, asked = "min(0.95, floor - 0.02)",
+      value = tau.tau, partial = few, least = tau.limit or 0.95,
+      asked = "min(0.95, floor - 0.02)",
       aim = "min(0.98, floor)", aim_least = tau.aim or 0.98,
-      note = tau.floor and ("chaos floor %.3f%s"):format(tau.floor, few and "; " .. few or "") },
+      note = tau.floor and ("chaos floor %.3f"):format(tau.floor) },
     { name = "final best of evolutions, evolve over paper, median", value = best, least = 0.95,
       asked = "0.95", aim = "1", aim_least = 1 },
     { name = "price of those evolutions in the paper's, median", value = best_price, most = 0.1,
@@ -281,6 +282,13 @@ local function of_robustness(results)
   }
 end
 
+-- Notes of a number in one line.
+local function notes_of(number)
+  local list = { number.short or number.note }
+  list[#list + 1] = number.partial
+  return #list > 0 and table.concat(list, "; ") or nil
+end
+
 -- Is a value within its limits? nil where it has none.
 local function within(value, most, least)
   if most then return value <= most end
@@ -296,10 +304,14 @@ function targets.judge(results)
     for _, number in ipairs(list) do
       local row = { target = number.name, asked = number.asked, aim = number.aim,
         measured = number.value, limit = number.most or number.least,
-        aim_limit = number.aim_most or number.aim_least, note = number.short or number.note }
+        aim_limit = number.aim_most or number.aim_least, note = number.value and notes_of(number) }
       if number.value and not number.short then
         row.met = within(number.value, number.most, number.least)
         row.aim_met = within(number.value, number.aim_most, number.aim_least)
+        if number.partial then
+          if row.met then row.met = nil end
+          if row.aim_met then row.aim_met = nil end
+        end
       end
       rows[#rows + 1] = row
     end
@@ -309,8 +321,8 @@ end
 
 local function verdict(row)
   if row.measured == nil then return "not measured" end
-  if row.met == nil and row.aim_met == nil then return "too short to tell" end
-  local said = row.met == false and "MISSED" or row.met and "met" or "-"
+  local said = row.met == false and "MISSED" or row.met and "met"
+    or row.asked and "too little to tell" or "-"
   if row.aim_met == nil then return said end
   return said .. (row.aim_met and ", aim met" or ", aim missed")
 end

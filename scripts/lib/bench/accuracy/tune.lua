@@ -32,6 +32,9 @@ tune.SHARES, tune.REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 1 / 8
 --- Elite regret below which a step will do; or twice the chaos floor's, if that is more.
 tune.REGRET = 0.05
 
+--- Share of a body's own limit beyond which no step is tried: hard cases hold up to there.
+tune.MOST_OF_BOUND = 0.99
+
 -- s of wall time of one turn of one setting
 local TURN = 0.1
 
@@ -98,8 +101,9 @@ local function at_share(simulation, share, rate, more)
     return setting
   end
   setting.time_step = "auto"
-  -- the bound itself is the end
-  setting.bound_fraction = math.min(1, simulation.bound_fraction * share)
+  -- a script's own share is tried whatever it is
+  local own = simulation.bound_fraction
+  setting.bound_fraction = math.min(math.max(own, tune.MOST_OF_BOUND), own * share)
   setting.time_step_most = simulation.time_step_most * share
   return setting
 end
@@ -187,7 +191,9 @@ local function measure(robots, how)
     local scores = each.share == 1 and own_scores or rescore.population(robots, each.setting)
     local name = each.share == 1 and "the script's own step"
       or ("%g of the script's step"):format(each.share)
-    if each.share > 1 and each.setting.bound_fraction == 1 then name = "the bound itself" end
+    if each.share > 1 and each.setting.bound_fraction == tune.MOST_OF_BOUND then
+      name = ("%g of the bound"):format(tune.MOST_OF_BOUND)
+    end
     rows[k] = row_of(name, each.share, each.setting, scores)
     rows[k].relative_price = prices[k] and base and prices[k] / base
   end
