@@ -1,5 +1,5 @@
 --- supervised.lua: the walk of walk.lua under a language model, which may change the algorithm's
---- parameters and the materials before each generation. Half a minute on two cores, and what 39
+--- parameters and the materials before each generation. 40 seconds on two cores, and what 39
 --- answers take. It needs an endpoint; without one it says so and does not begin. One on this
 --- machine, either of:
 ---
@@ -24,7 +24,7 @@ return limax.experiment {
   genome = { sigma = 0.25 },
   scene = { gravity = true, ground = true, friction = true, damping = true,
     actuation = { frequency = 2 } }, -- Hz
-  simulation = { duration = 5, settle = 0.5, time_step = "auto" }, -- s
+  simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
 
   population = 30,
   generations = 40,
