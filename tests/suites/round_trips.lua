@@ -36,6 +36,15 @@ trips:test("genomes", function(t)
   t:equal(to:genomes_bytes() == bytes, true)
   t:same_bits(to:genome(3), from:genome(3))
   t:equal(ffi.cast("const float *", bytes)[from.genes], from:genome(2)[1])
+  local array = from:genomes_array()
+  t:equal(ffi.string(array, ffi.sizeof(array)) == bytes, true)
+  -- another's memory serves again, if it has the size
+  t:ok(robots(3, 3):genomes_array(array) == array)
+  t:equal(ffi.string(array, ffi.sizeof(array)) == robots(3, 3):genomes_bytes(), true)
+  for _, wrong in ipairs { 3, "text", ffi.new("float[?]", 3), ffi.new("double[?]", 9) } do
+    t:raises(("expected an array of %d floats"):format(3 * from.genes),
+      function() from:genomes_array(wrong) end)
+  end
 end)
 
 trips:test("bodies", function(t)

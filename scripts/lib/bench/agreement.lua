@@ -15,9 +15,9 @@ agreement.SETTLE, agreement.DURATION, agreement.TIME_STEP = 0.05, 0.1, 1e-4
 --- stay the last bits (2e-15 m measured on an H200): that is what holds the laws to each other. In
 --- fp32 places are kept to 6e-8 m at a metre and 1500 steps pile up roundings to 1e-6 m. On the
 --- ground a rounding decides when a mass touches and whether friction holds it, in `compensated`
---- and `mixed` too, since they round forces. Damped bodies stay within 4.4e-5 m on an H200; undamped
---- ones carry it farther, the CPU's own `single` up to 3.4e-4 m from its `double` (10x10x10,
---- symplectic Euler). Here three to ten times what was measured.
+--- and `mixed` too, since they round forces. Damped bodies stay within 4.4e-5 m on an H200;
+--- undamped ones carry it farther, the CPU's own `single` up to 3.4e-4 m from its `double`
+--- (10x10x10, symplectic Euler). Here three to ten times what was measured.
 ---@param precision string
 ---@param scene table
 ---@return number
