@@ -52,6 +52,7 @@ struct command_line {
         std::fprintf(stderr, "limax: cannot write to the standard output: %s\n", reason.c_str());
         if (status == 0) status = status_failed;
     }
+    settle_status(status);
     // freeing all objects may wait, for a child process for example: not after Ctrl-C
     if (was_interrupted()) {
         std::fflush(nullptr);

@@ -50,8 +50,10 @@ std::atomic<bool> pressed{false};  // since the last rearm
 std::atomic<bool> pending{false};  // and not acknowledged
 std::atomic<std::int64_t> pressed_at{0};
 std::atomic<unsigned> answers{0};
+std::atomic<int> status_of_hurried_end{status_interrupted};
 static_assert(std::atomic<lua_State*>::is_always_lock_free &&
-                  std::atomic<std::int64_t>::is_always_lock_free,
+                  std::atomic<std::int64_t>::is_always_lock_free &&
+                  std::atomic<int>::is_always_lock_free,
               "a signal handler may only touch lock-free atomics");
 pthread_t main_thread;
 sem_t bell;
@@ -88,7 +90,7 @@ void write_to_stderr(const char* text, std::size_t length) {
 
 [[noreturn]] void say_last_words_and_stop() {
     if (const last_words* const words = farewell) write_to_stderr(words->text, words->length);
-    _exit(status_interrupted);
+    _exit(status_of_hurried_end);
 }
 
 // Async-signal-safe throughout: lock-free atomics, sem_post, and lua_sethook, which LuaJIT allows
@@ -226,6 +228,8 @@ void release_signals() {
     if (lua_State* const L = state.exchange(nullptr)) lua_sethook(L, nullptr, 0, 0);
     pending = false;
 }
+
+void settle_status(int status) { status_of_hurried_end = status; }
 
 bool interrupted() {
     if (!pending) return false;

@@ -10,6 +10,9 @@ namespace limax::host {
 void install_signals(lua_State* L);
 // The Lua state is about to close: an interrupt from here on ends the process at once.
 void release_signals();
+// All that the process was to do is done and written: an interrupt only hurries its end, which has
+// this status. After release_signals.
+void settle_status(int status);
 
 // Whether Ctrl-C came in and was not acknowledged. `true` also tells the watcher that somebody has
 // noticed.

@@ -145,6 +145,28 @@ host.exit(130)
   t:equal({ status, output }, { 130, "ready\ncleaned\n" })
 end)
 
+suite:test("where all is done and written it only hurries the end", function(t)
+  for status, last in pairs { [0] = "", [3] = "require('limax.host').exit(3)" } do
+    local folder = t:folder()
+    process.write(folder .. "/script.lua", ([[
+print "all is done"
+-- collected when the process ends
+local last = newproxy(true)
+getmetatable(last).__gc = function()
+  io.stderr:write "ready\n"
+  io.popen "exec sleep 20":read "*a"
+end
+%s
+]]):format(last))
+    local child = process.start(folder, { "script.lua" })
+    child:wait_for "ready"
+    child:signal "INT"
+    local ended, output, seconds = child:finish()
+    t:equal({ ended, output }, { status, "all is done\nready\n" })
+    t:ok(seconds < 1, ("it took %.1f s"):format(seconds))
+  end
+end)
+
 -- An experiment whose fitness hangs in generation 2 when the environment says how.
 local EXPERIMENT = [[
 local limax = require "limax"
