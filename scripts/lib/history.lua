@@ -44,7 +44,7 @@ function history.entry(given)
     population = given.population }
   for _, name in ipairs { "repetition", "generation", "parameters", "best", "best_standard", "mean",
     "median", "worst", "quantiles", "diversity", "failed", "coarse", "scored", "evaluations",
-    "champion" } do
+    "champion", "measures" } do
     entry[name] = given.metrics[name]
   end
   return setmetatable(entry, { __index = function(self, key)

@@ -573,6 +573,7 @@ function limax_run:finish() end
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil
 ---@field cases number[]|nil
+---@field measures table<string, number>|nil
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
