@@ -13,9 +13,9 @@ local supervision = {}
 
 ---@class limax.supervision.given what a supervisor that keeps something between generations gets
 ---@field generation integer that is to be bred
----@field history table[]
+---@field history limax.generation[]
 ---@field random table
----@field limits ledger.limit[]
+---@field limits limax.limit[]
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
 --- table, table, table as `ledger.judge`
 
