@@ -151,6 +151,37 @@ function api.options(entry, argument)
   return list
 end
 
+--- The fields of what a function gives or a field is: those of a table without a page of its own.
+---@param type_text string
+---@return limax.api.value[]
+function api.fields_of(type_text)
+  return annotations.fields_of(type_text, table_classes())
+end
+
+--- Every class of plain tables that public names mention, and those that they mention, by name.
+---@return limax.api.class[]
+function api.tables()
+  local classes, list, seen = table_classes(), {}, {}
+  local function mention(type_text)
+    for name in type_text:gmatch "[%a_][%w_%.]*" do
+      local class = classes[name]
+      if class and not seen[name] and #class.fields > 0 then
+        seen[name] = true
+        list[#list + 1] = class
+        for _, field in ipairs(class.fields) do mention(field.type) end
+      end
+    end
+  end
+  for _, entry in ipairs(api.entries()) do
+    if entry.type then mention(entry.type) end
+    for _, values in ipairs(entry.doc and { entry.doc.params, entry.doc.returns } or {}) do
+      for _, value in ipairs(values) do mention(value.type) end
+    end
+  end
+  table.sort(list, function(a, b) return a.name < b.name end)
+  return list
+end
+
 --- The fields of `scene` or `record`, which many tables have.
 ---@param name string
 ---@return limax.api.option[]|nil

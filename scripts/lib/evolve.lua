@@ -21,7 +21,7 @@ local supervision = require "limax.supervision"
 ---@field experiment limax.experiment
 ---@field config table the experiment's resolved configuration
 ---@field repetition integer 1, 2, ...
----@field history table[] one entry per scored generation
+---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
 local Run = {}
 Run.__index = Run
@@ -35,7 +35,7 @@ Run.__index = Run
 ---@field say? fun(text: string) hears warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
 ---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
----@field on_generation? fun(entry: table, seconds: table) after each generation
+---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
 ---@field live_prompts? boolean read a model's prompts again before each generation
 
 local evolve = {}
@@ -208,7 +208,7 @@ function Run:generations()
 end
 
 --- Runs all generations that are left. Returns the history.
----@return table[]
+---@return limax.generation[]
 function Run:finish()
   local fine, value, trace = failure.attempt(function()
     for robots in self:generations() do robots:simulate():score():breed() end

@@ -9,6 +9,31 @@ local history = {}
 --- Generations whose genomes stay in memory: what the paper's supervisor looks back on.
 history.genomes_kept = 3
 
+--- A generation that has been scored, as supervisors and prompts see it; the fields of its line in
+--- metrics.jsonl, and more.
+---@class limax.generation
+---@field repetition integer 1, 2, ...
+---@field generation integer 0, 1, ...
+---@field population limax.population.scored its robots; genomes for the last three generations
+---@field parameters table<string, number> that it was bred with
+---@field materials table that it was made of, as a material file holds them
+---@field ledger { supervisor: string, source?: string, reason?: string, entries: table[] } how it
+--- got its parameters: its line in ledger.jsonl
+---@field best number the champion's fitness
+---@field best_standard? number the same under the first materials; absent if it ends badly there
+---@field mean number of the scored robots' fitness; likewise the next three
+---@field median number
+---@field worst number
+---@field quantiles table<string, number> q10, q25, q50, q75, q90
+---@field measures? table<string, table> of each number that the fitness names: champion, mean,
+--- least, most
+---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
+---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
+---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step
+---@field scored integer robots with a score
+---@field evaluations integer robots that were simulated
+---@field champion { id: integer, index: integer, hash: string } the best robot
+
 -- entry -> population rebuilt from its text; forgotten when nobody uses it
 local rebuilt = setmetatable({}, { __mode = "kv" })
 
@@ -38,13 +63,13 @@ end
 --- An entry: the fields of the generation's metrics line, its ledger record and materials, and
 --- `.population`, either live or rebuilt from `text` by `build(records)` on demand.
 ---@param given table metrics, ledger, materials, text, build; population while it is live
----@return table
+---@return limax.generation
 function history.entry(given)
   local entry = { ledger = given.ledger, materials = given.materials,
     population = given.population }
   for _, name in ipairs { "repetition", "generation", "parameters", "best", "best_standard", "mean",
     "median", "worst", "quantiles", "diversity", "failed", "coarse", "scored", "evaluations",
-    "champion" } do
+    "champion", "measures" } do
     entry[name] = given.metrics[name]
   end
   return setmetatable(entry, { __index = function(self, key)

@@ -9,8 +9,9 @@ local suggest = require "limax.suggest"
 
 local ledger = {}
 
----@class ledger.limit
----@field field string
+--- What binds one field of a proposal.
+---@class limax.limit
+---@field field string mutation_rate, ..., stiffness
 ---@field minimum number
 ---@field maximum number
 ---@field factor? number largest ratio between two generations
@@ -42,7 +43,7 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 ---@param population integer
 ---@param ranges? table<string, number[]> field -> { least, most }
 ---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
----@return ledger.limit[]
+---@return limax.limit[]
 function ledger.limits(population, ranges, allowed)
   local list = {}
   for i, given in ipairs(proposable) do
@@ -71,7 +72,7 @@ function ledger.material_fields(material)
 end
 
 --- What the largest change per generation lets a value become, the range aside.
----@param limit ledger.limit
+---@param limit limax.limit
 ---@param before number
 ---@param unit number what the limit's range is in: the first value of a stiffness, else 1
 ---@return number least
@@ -224,7 +225,7 @@ end
 ---@field reason? any its second result
 ---@field supervisor string its name
 ---@field source? string whose proposal it is, where that may be another's: "model", "rules", "keep"
----@field limits ledger.limit[]
+---@field limits limax.limit[]
 ---@field parameters table<string, number> of the generation just scored
 ---@field materials table[] all materials now, as `engine.materials` gives them, in index order
 ---@field first table<string, table<string, number>> first values: material name -> field -> value

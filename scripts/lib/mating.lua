@@ -79,7 +79,8 @@ function mating.elite_record(record, kept)
   for key, value in pairs(record) do copy[key] = value end
   copy.origin = "elite"
   if not kept then
-    copy.fitness, copy.cases, copy.outcome, copy.status, copy.reason = nil, nil, nil, nil, nil
+    copy.fitness, copy.cases, copy.measures = nil, nil, nil
+    copy.outcome, copy.status, copy.reason = nil, nil, nil
   end
   return copy
 end

@@ -65,8 +65,29 @@ function metrics.coarse(records)
   return count
 end
 
+-- Of each number that the fitness named beside the score: the champion's, and mean, least and most
+-- over the scored robots that have it. nil where it named none.
+local function measures_of(records, ranked)
+  local measures
+  for i, record in ipairs(records) do
+    for name, value in pairs(record.fitness and record.measures or {}) do
+      measures = measures or {}
+      local each = measures[name] or { sum = 0, count = 0, least = value, most = value }
+      measures[name] = each
+      each.sum, each.count = each.sum + value, each.count + 1
+      each.least, each.most = math.min(each.least, value), math.max(each.most, value)
+      if i == ranked[1] then each.champion = value end
+    end
+  end
+  for name, each in pairs(measures or {}) do
+    measures[name] = { champion = each.champion, mean = each.sum / each.count, least = each.least,
+      most = each.most }
+  end
+  return measures
+end
+
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
---- diversity, failures, champion.
+--- diversity, failures, champion, and what the fitness named beside its score.
 ---@param population table a scored population
 ---@return table
 function metrics.measure(population)
@@ -89,6 +110,7 @@ function metrics.measure(population)
     failed = metrics.failures(records),
     coarse = metrics.coarse(records),
     diversity = without_nan(diversity.measure(population.engine, ranked, population.materials)),
+    measures = measures_of(records, ranked),
     champion = { id = champion.id, index = ranked[1], hash = champion.body.hash },
   }
 end

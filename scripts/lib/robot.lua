@@ -343,7 +343,9 @@ function Robot:replay(options)
     fail "replay: its fitness is a function of a script: replay { fitness = that_function }"
   end
   if spec ~= nil and replayed.status == "done" then
-    replayed.fitness, replayed.cases = require("limax.fitness").get(spec).call(replayed)
+    local beside
+    replayed.fitness, beside = require("limax.fitness").get(spec).call(replayed)
+    replayed.cases, replayed.measures = require("limax.scoring").parts(beside)
   end
   return replayed, description.score
 end

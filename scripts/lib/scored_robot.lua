@@ -34,6 +34,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil
 ---@field cases number[]|nil
+---@field measures table<string, number>|nil
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
@@ -43,7 +44,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 local methods = {}
 
 local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
-  reason = true, fitness = true, cases = true }
+  reason = true, fitness = true, cases = true, measures = true }
 
 local lazy = {}
 

@@ -13,9 +13,25 @@ scoring.most_failed = 0.1
 
 local function is_finite(value) return value == value and math.abs(value) < math.huge end
 
+-- Pairs of a table, numbers before names, so that the first complaint is the same in every process.
+local function sorted(given)
+  local keys = {}
+  for key in pairs(given) do keys[#keys + 1] = key end
+  table.sort(keys, function(a, b)
+    if type(a) ~= type(b) then return type(a) == "number" end
+    if type(a) == "number" then return a < b end
+    return tostring(a) < tostring(b)
+  end)
+  local k = 0
+  return function()
+    k = k + 1
+    return keys[k], given[keys[k]]
+  end
+end
+
 -- What is wrong with a fitness's results; nil when all is well. NaN and infinity are `excusable`:
 -- they come from a robot, not from the script.
-local function complaint(value, cases)
+local function complaint(value, beside)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
   end
@@ -24,45 +40,64 @@ local function complaint(value, cases)
     return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
   end
   if not is_finite(value) then return "the fitness returned " .. tostring(value), true end
-  if cases == nil then return nil end
-  local size = schema.list_size(cases)
-  if not size then
-    return "the fitness's second result, its cases, is " .. schema.show(cases)
-      .. ", expected a list of numbers or nothing"
+  if beside == nil then return nil end
+  if type(beside) ~= "table" then
+    return "the fitness's second result is " .. schema.show(beside)
+      .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
-  for i = 1, size do
-    if type(cases[i]) ~= "number" then
-      return ("the fitness's case %d is %s, expected a number"):format(i, schema.show(cases[i]))
-    end
-    if not is_finite(cases[i]) then
-      return ("the fitness's case %d is %s"):format(i, tostring(cases[i])), true
+  for key, number in sorted(beside) do
+    local what = type(key) == "number" and ("case %s"):format(key)
+      or ("measure %s"):format(schema.show(key))
+    if type(key) == "number" and (key < 1 or key > #beside or key ~= math.floor(key)) then
+      return ("the fitness's %s is beyond its %d cases: a list has no gaps"):format(what, #beside)
+    elseif type(key) ~= "number" and not tostring(key):find "^[%a_][%w_]*$" then
+      return ("the fitness's %s: a name has letters, digits and _ alone"):format(what)
+    elseif type(number) ~= "number" then
+      return ("the fitness's %s is %s, expected a number"):format(what, schema.show(number))
+    elseif not is_finite(number) then
+      return ("the fitness's %s is %s"):format(what, tostring(number)), true
     end
   end
 end
 
---- Calls a fitness for one robot: fitness and cases, or `nil, nil, message, excusable`. The message
---- of an error comes with its traceback as fifth result.
+--- The parts of a fitness's second result: its list are the cases, its named numbers the measures;
+--- nil for what there is none of.
+---@param beside table|nil
+---@return number[]|nil cases
+---@return table<string, number>|nil measures
+function scoring.parts(beside)
+  if beside == nil then return nil, nil end
+  local cases, measures = {}, {}
+  for key, number in pairs(beside) do
+    if type(key) == "number" then cases[key] = number else measures[key] = number end
+  end
+  return #cases > 0 and cases or nil, next(measures) and measures or nil
+end
+
+--- Calls a fitness for one robot: fitness and what it returned beside it, or `nil, nil, message,
+--- excusable`. The message of an error comes with its traceback as fifth result.
 ---@param call function
 ---@param robot table
 ---@return number|nil fitness
----@return number[]|nil cases
+---@return table|nil beside as `scoring.parts` takes it
 ---@return string|nil message
 ---@return boolean|nil excusable
 ---@return string|nil trace
 function scoring.call(call, robot)
-  local ok, value, cases = failure.attempt(call, robot)
+  local ok, value, beside = failure.attempt(call, robot)
   -- a fitness may simulate: that the device failed is nothing that a robot is to blame for
   if not ok and failure.of_machine(value) then error(value, 0) end
-  if not ok then return nil, nil, "the fitness failed: " .. tostring(value), false, cases end
-  local message, excusable = complaint(value, cases)
+  if not ok then return nil, nil, "the fitness failed: " .. tostring(value), false, beside end
+  local message, excusable = complaint(value, beside)
   if message then return nil, nil, message, excusable end
-  return value, cases
+  return value, beside
 end
 
 ---@class scoring.request
 ---@field call function the fitness
 ---@field robots table[] objects handed to the fitness
----@field records table[] their records; fitness, cases, status and reason are written here
+---@field records table[] their records; fitness, cases, measures, status and reason are written
+--- here
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
 ---@field say fun(text: string, message: string) told of every robot that fails; `message` is the
@@ -74,8 +109,10 @@ function scoring.score(request)
   local failed = 0
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
-      local value, cases, message, excusable, trace = scoring.call(request.call, request.robots[i])
-      record.fitness, record.cases = value, cases
+      local value, beside, message, excusable, trace =
+        scoring.call(request.call, request.robots[i])
+      record.fitness = value
+      record.cases, record.measures = scoring.parts(beside)
       if message then
         if request.generation == 0 and not excusable then
           failure.raise(1, ("robot %s of the first generation: %s"):format(record.id,
@@ -86,8 +123,8 @@ function scoring.score(request)
         request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
           request.generation, message), message)
         if failed > scoring.most_failed * #request.records then
-          failure.raise(1, ("more than a tenth of generation %d (%d robots so far, of %d) failed"
-            .. " in the fitness; last: %s"):format(request.generation, failed, #request.records,
+          failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
+            .. " the fitness; last: %s"):format(request.generation, failed, #request.records,
             message))
         end
       end

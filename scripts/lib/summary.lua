@@ -3,6 +3,7 @@
 --- what to do next.
 
 local body_picture = require "limax.body_picture"
+local choice = require "limax.choice"
 local engine = require "limax.engine"
 local film_strip = require "limax.film_strip"
 local fitness = require "limax.fitness"
@@ -152,16 +153,26 @@ function summary.fitness_words(given)
     entry.formula)
 end
 
-local function best_table(first, last, unit, style)
+-- Columns for numbers that a fitness names; more make the table wider than a terminal.
+local most_measures = 3
+
+local function best_table(lines, first, last, unit, style)
+  local heads = { "best of", "distance, m", "speed, m/s", "body lengths/s",
+    unit and unit ~= "1" and "fitness, " .. unit or "fitness" }
+  local names = choice.sorted_keys(lines[#lines].measures or {})
+  for k = 1, math.min(#names, most_measures) do heads[#heads + 1] = names[k] end
   local rows = {}
-  for _, best in ipairs { first, last } do
+  for k, best in ipairs { first, last } do
     local d = best.description
-    rows[#rows + 1] = { ("generation %d"):format(best.generation), number(best.distance, "%.3f"),
+    local row = { ("generation %d"):format(best.generation), number(best.distance, "%.3f"),
       number(best.speed, "%.3f"), number(best.lengths, "%.2f"), number(d.score, "%.5g") }
+    local measures = (k == 1 and lines[1] or lines[#lines]).measures or {}
+    for m = 1, math.min(#names, most_measures) do
+      row[#row + 1] = number(measures[names[m]] and measures[names[m]].champion, "%.5g")
+    end
+    rows[k] = row
   end
-  return terminal.table({ "best of", "distance, m", "speed, m/s", "body lengths/s",
-    unit and unit ~= "1" and "fitness, " .. unit or "fitness" },
-    rows, style)
+  return terminal.table(heads, rows, style)
 end
 
 local function bodies(first, last, style)
@@ -247,7 +258,7 @@ function summary.show(folder, options)
       tostring(config.seed)))
   if #repetitions > 1 then write(repetition_table(by_repetition, repetitions, style) .. "\n\n") end
   local unit, words = summary.fitness_words(config.fitness)
-  write(best_table(first, last, unit, style) .. "\n")
+  write(best_table(lines, first, last, unit, style) .. "\n")
   write(("fitness: %s\n\n"):format(words))
   write(bodies(first, last, style) .. "\n\n")
   write(plot(lines, style) .. "\n")

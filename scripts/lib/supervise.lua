@@ -15,7 +15,7 @@ local supervise = {}
 
 -- `limits` are the run's, as `ledger.limits` gives them: narrowed by the experiment's ranges.
 ---@alias limax.supervisor.law
----| fun(history: table[], random: table, limits: ledger.limit[]): limax.proposal|nil, string|nil
+---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
 
 ---@class limax.supervisor.entry
 ---@field options table<string, schema.rule>

@@ -6,15 +6,16 @@ local engine = require "limax.engine"
 local failure = require "limax.failure"
 local full_body = require "limax.full_body"
 local ledger = require "limax.ledger"
+local schema = require "limax.schema"
 local user_call = require "limax.user_call"
 
 local supervision = {}
 
 ---@class limax.supervision.given what a supervisor that keeps something between generations gets
 ---@field generation integer that is to be bred
----@field history table[]
+---@field history limax.generation[]
 ---@field random table
----@field limits ledger.limit[]
+---@field limits limax.limit[]
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
 --- table, table, table as `ledger.judge`
 
@@ -42,6 +43,12 @@ local function ask(run, robots, generation, random)
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
     local message = "the supervisor failed: " .. failure.bare(proposal)
+    run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
+    proposal, reason = nil, message
+  elseif proposal ~= nil and type(proposal) ~= "table" then
+    -- the ledger says so too, where nobody looks while a run goes on
+    local message = ("the supervisor returned %s, expected a table")
+      :format(schema.show(proposal))
     run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
     proposal, reason = nil, message
   end

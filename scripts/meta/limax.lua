@@ -4,16 +4,6 @@
 
 error "this file is for editors"
 
----@class ledger.limit
----@field field string
----@field minimum number
----@field maximum number
----@field factor? number largest ratio between two generations
----@field step? number largest difference between two generations
----@field unit string
----@field material? boolean a field of materials; for stiffness the range is in first values
----@field allowed boolean may a supervisor set it in this experiment?
-
 ---@class limax.block_state
 ---@field position number[] of its centre in the world, m
 ---@field orientation number[] quaternion w, x, y, z that turns its own axes into the world's
@@ -120,9 +110,45 @@ function limax_experiment:override(changes) end
 ---@field record table<string, number> traces that it reads, samples per second
 ---@field options table resolved options of a library fitness
 
+--- A generation that has been scored, as supervisors and prompts see it; the fields of its line in
+--- metrics.jsonl, and more.
+---@class limax.generation
+---@field repetition integer 1, 2, ...
+---@field generation integer 0, 1, ...
+---@field population limax.population.scored its robots; genomes for the last three generations
+---@field parameters table<string, number> that it was bred with
+---@field materials table that it was made of, as a material file holds them
+---@field ledger { supervisor: string, source?: string, reason?: string, entries: table[] } how it
+--- got its parameters: its line in ledger.jsonl
+---@field best number the champion's fitness
+---@field best_standard? number the same under the first materials; absent if it ends badly there
+---@field mean number of the scored robots' fitness; likewise the next three
+---@field median number
+---@field worst number
+---@field quantiles table<string, number> q10, q25, q50, q75, q90
+---@field measures? table<string, table> of each number that the fitness names: champion, mean,
+--- least, most
+---@field diversity { all: table, top: table } hamming, genotype, distinct, robots, material_shares
+---@field failed { invalid: integer, diverged: integer, fitness: integer } robots without a score
+---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step
+---@field scored integer robots with a score
+---@field evaluations integer robots that were simulated
+---@field champion { id: integer, index: integer, hash: string } the best robot
+
 ---@class limax.life
 ---@field stamp integer raised whenever what the views show is replaced
 ---@field why string|nil what raised it last, with its line
+
+--- What binds one field of a proposal.
+---@class limax.limit
+---@field field string mutation_rate, ..., stiffness
+---@field minimum number
+---@field maximum number
+---@field factor? number largest ratio between two generations
+---@field step? number largest difference between two generations
+---@field unit string
+---@field material? boolean a field of materials; for stiffness the range is in first values
+---@field allowed boolean may a supervisor set it in this experiment?
 
 ---@class limax.material
 ---@field name string
@@ -537,7 +563,7 @@ function limax_robot_in_motion:velocities() end
 ---@field experiment limax.experiment
 ---@field config table the experiment's resolved configuration
 ---@field repetition integer 1, 2, ...
----@field history table[] one entry per scored generation
+---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
 local limax_run = {}
 
@@ -547,7 +573,7 @@ local limax_run = {}
 function limax_run:generations() end
 
 --- Runs all generations that are left. Returns the history.
----@return table[]
+---@return limax.generation[]
 function limax_run:finish() end
 
 ---@class limax.run.options
@@ -559,7 +585,7 @@ function limax_run:finish() end
 ---@field say? fun(text: string) hears warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
 ---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
----@field on_generation? fun(entry: table, seconds: table) after each generation
+---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
 ---@field live_prompts? boolean read a model's prompts again before each generation
 
 ---@class limax.scene : limax.object
@@ -573,6 +599,7 @@ function limax_run:finish() end
 ---@field reason string|nil why not "done"
 ---@field fitness number|nil
 ---@field cases number[]|nil
+---@field measures table<string, number>|nil
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
@@ -754,9 +781,9 @@ function limax_suite:fixture(name, options, make) end
 
 ---@class limax.supervision.given what a supervisor that keeps something between generations gets
 ---@field generation integer that is to be bred
----@field history table[]
+---@field history limax.generation[]
 ---@field random table
----@field limits ledger.limit[]
+---@field limits limax.limit[]
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }): table, table, table as `ledger.judge`
 
 ---@class limax.supervisor
@@ -767,7 +794,7 @@ function limax_suite:fixture(name, options, make) end
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 
 ---@alias limax.supervisor.law
----| fun(history: table[], random: table, limits: ledger.limit[]): limax.proposal|nil, string|nil
+---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
 
 ---@class limax.supervisor.session
 ---@field decide fun(self: any, given: limax.supervision.given): table, table, table, table

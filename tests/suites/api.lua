@@ -77,6 +77,27 @@ suite:test("every public name has an entry", function(t)
   t:equal(missing, {})
 end)
 
+suite:test("tables that public names mention are known by their fields", function(t)
+  local by_name = {}
+  for _, class in ipairs(api.tables()) do by_name[class.name] = class end
+  for _, name in ipairs { "limax.generation", "limax.limit", "limax.robot.ledger",
+    "limax.robot.block", "limax.run.options" } do
+    t:ok(by_name[name], name .. " is not among them")
+  end
+  t:equal(by_name["limax.scored_robot"], nil) -- has entries of its own
+
+  -- a real generation has the fields that are listed, and no others
+  local run = limax.start(limax.experiment { fitness = function() return 1, { one = 1 } end,
+    lattice = { 2, 2, 2 }, population = 4, generations = 1, repetitions = 1,
+    simulation = { duration = 0.1, settle = 0, accuracy = "preview" } }, { device = "cpu" })
+  local entry, fields = run:finish()[1], {}
+  for _, field in ipairs(by_name["limax.generation"].fields) do
+    fields[field.name] = true
+    t:ok(entry[field.name] ~= nil, "a generation has no " .. field.name)
+  end
+  for _, key in ipairs(keys_of(entry)) do t:ok(fields[key], key .. " is not listed") end
+end)
+
 suite:test("the prompt's words have entries", function(t)
   local missing = {}
   local words = require("limax.repl.words").of(function() end)

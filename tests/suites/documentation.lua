@@ -28,8 +28,8 @@ local completes = process.completes
 
 -- ---- the page of the run folder -----------------------------------------------------------------
 
--- All traces, a fitness with cases that fails for one robot, bodies without a muscle, a supervisor
--- with good and bad proposals for parameters and materials.
+-- All traces, a fitness with cases and measures that fails for one robot, bodies without a muscle,
+-- a supervisor with good and bad proposals for parameters and materials.
 local RICH = [[
 local limax = require "limax"
 return limax.experiment {
@@ -40,7 +40,7 @@ return limax.experiment {
     strain = 20 },
   fitness = function(robot)
     if robot.id % 24 == 20 and robot.generation > 0 then return 0 / 0 end
-    return robot:distance(), { robot:speed(), robot.body.mass }
+    return robot:distance(), { robot:speed(), robot.body.mass, contact = robot:contact() }
   end,
   selection = function(population, random)
     return population.ranked[1], random:integer(#population)

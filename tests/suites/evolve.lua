@@ -172,9 +172,38 @@ suite:test("a fitness that is wrong in the first generation stops the run", func
   t:raises('the fitness returned "far", expected a number', function()
     finished { fitness = function() return "far" end }
   end)
-  t:raises("its cases, is 3, expected a list of numbers", function()
+  t:raises("second result is 3, expected a table of cases", function()
     finished { fitness = function() return 1, 3 end }
   end)
+  t:raises('measure "way" is "far", expected a number', function()
+    finished { fitness = function() return 1, { way = "far" } end }
+  end)
+  t:raises('measure "my way": a name has letters, digits and _ alone', function()
+    finished { fitness = function() return 1, { ["my way"] = 1 } end }
+  end)
+  t:raises("case 3 is beyond its 1 cases: a list has no gaps", function()
+    finished { fitness = function() return 1, { 1, [3] = 2 } end }
+  end)
+end)
+
+suite:test("what a fitness names beside its score is kept with the robot and summed up", function(t)
+  local history = finished { fitness = function(robot)
+    return robot:distance(), { robot.body.mass, mass = robot.body.mass, id = robot.id }
+  end }
+  for _, entry in ipairs(history) do
+    local sum, least, count = 0, math.huge, 0
+    for _, robot in ipairs(entry.population) do
+      if robot.fitness then
+        t:equal(robot.cases, { robot.body.mass })
+        t:equal(robot.measures, { mass = robot.body.mass, id = robot.id })
+        sum, least, count = sum + robot.measures.mass, math.min(least, robot.body.mass), count + 1
+      end
+    end
+    t:near(entry.measures.mass.mean, sum / count)
+    t:equal(entry.measures.mass.least, least)
+    t:equal(entry.measures.id.champion, entry.champion.id)
+  end
+  t:equal(finished({ fitness = "distance" })[1].measures, nil)
 end)
 
 suite:test("later, and for NaN always, only that robot fails, said once", function(t)

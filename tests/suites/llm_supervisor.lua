@@ -46,6 +46,41 @@ suite:test("rejected fields are asked about once, and the second answer counts",
   t:equal(#of_kind(done, "attempt"), 6)
 end)
 
+suite:test("a parser of one's own is promised no form but its own", function(t)
+  local function parse(text)
+    local rate = tonumber(text:match "rate: (%S+)")
+    if not rate then return nil, "expected rate: NUMBER" end
+    return { mutation_rate = rate }
+  end
+  local format
+  local function asked(options)
+    local talk = talker.new(function(messages)
+      if #messages == 2 then return "slugs are slow" end
+      t:ok(messages[4].content:find("expected rate: NUMBER", 1, true), messages[4].content)
+      t:equal(messages[4].content:find("mutation_rate", 1, true), nil)
+      return "rate: 0.15"
+    end)
+    return { "llm", parse = options.parse, again = options.again, format = options.format,
+      client = function(given, hooks)
+        format = given.format
+        return talk(given, hooks)
+      end }
+  end
+  local done = run(t, asked { parse = parse })
+  t:equal(entry(done, 1, "mutation_rate").applied, 0.15)
+  t:equal(format, "plain")
+  run(t, asked { parse = parse, format = "json_object" })
+  t:equal(format, "json_object")
+
+  local path = t:folder() .. "/mine.md"
+  assert(host.file.write_atomic(path, "Wrong: {{problems}} Once more!\n"))
+  run(t, { "llm", again = path, client = talker.new(function(messages)
+    if #messages == 2 then return "slugs are slow" end
+    t:ok(messages[4].content:find("^Wrong: .* Once more!"), messages[4].content)
+    return '{"mutation_rate": 0.15}'
+  end) })
+end)
+
 suite:test("without a usable answer the fallback proposes, and else nothing changes", function(t)
   local silent = talker.new(function() return { class = "timeout", message = "no answer" } end)
   local done = run(t, { "llm", client = silent, fallback = function()

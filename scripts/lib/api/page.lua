@@ -57,6 +57,17 @@ local function of_entry(entry)
   return wrapped(table.concat(parts, " "), "  ")
 end
 
+local function of_table(class)
+  local parts = { "- " .. code(class.name) .. ":" }
+  if class.text ~= "" then parts[2] = sentence(class.text) end
+  for _, field in ipairs(class.fields) do
+    local text = code(("%s%s: %s"):format(field.name, field.optional and "?" or "", field.type))
+    parts[#parts + 1] = field.text ~= "" and ("%s, %s;"):format(text, field.text) or text .. ";"
+  end
+  parts[#parts] = parts[#parts]:gsub(";$", ".")
+  return wrapped(table.concat(parts, " "), "  ")
+end
+
 local function cell(text) return (text:gsub("|", "\\|")) end
 
 local function add_fields(lines, list, prefix)
@@ -77,6 +88,11 @@ function page.text()
     for _, entry in ipairs(group.list) do lines[#lines + 1] = of_entry(entry) end
     lines[#lines + 1] = ""
   end
+  lines[#lines + 1] = "## Tables\n"
+  lines[#lines + 1] = "What is given and taken above, by the name of its type; `?` marks what may"
+    .. " be absent.\n"
+  for _, class in ipairs(api.tables()) do lines[#lines + 1] = of_table(class) end
+  lines[#lines + 1] = ""
   lines[#lines + 1] = "## Fields of an experiment\n"
   lines[#lines + 1] = "| field | unit | what |\n|---|---|---|"
   add_fields(lines, experiment_fields.list(), "")

@@ -39,6 +39,8 @@ return {
       what = "Its score; nil where it has none." },
     { "cases", "the fitness's", "robot.cases",
       what = "Its scores by case, for lexicase selection." },
+    { "measures", "as the fitness says", "robot.measures",
+      what = "Numbers that the fitness named beside its score, by name." },
     { "coarse", false, "robot.coarse" },
     { "genome", false, "robot.genome" },
     { "body", "mass in kg", "robot.body.count",

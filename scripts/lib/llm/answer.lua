@@ -27,7 +27,7 @@ local function fields(limits, allowed, materials)
 end
 
 --- The object that a model is asked to fill in: null where nothing is to change.
----@param limits ledger.limit[]
+---@param limits limax.limit[]
 ---@param allowed limax.llm.allowed
 ---@param materials table[] as a materials table lists them
 ---@return table
@@ -51,7 +51,7 @@ local function object(properties, required)
 end
 
 --- The same as a JSON schema.
----@param limits ledger.limit[]
+---@param limits limax.limit[]
 ---@param allowed limax.llm.allowed
 ---@param materials table[]
 ---@return table

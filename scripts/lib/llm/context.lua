@@ -225,7 +225,7 @@ end
 ---@class limax.llm.context.given
 ---@field name "summary"|"paper"
 ---@field history table[]
----@field limits ledger.limit[]
+---@field limits limax.limit[]
 ---@field allowed limax.llm.allowed
 ---@field first table<string, table<string, number>> first values of the materials
 ---@field form table the object to be filled in (answer.lua)

@@ -28,8 +28,8 @@ local LONGEST_ECHO = 4000
 ---@field tokens integer estimated
 ---@field detail integer|nil level of the context, 1 for all
 
---- What to ask with: the options `prompt`, `context` and `context_tokens` of an experiment. Raises
---- where a file is missing or cannot be read as a prompt.
+--- What to ask with: an experiment's options `prompt`, `again`, `context` and `context_tokens`.
+--- Raises where a file is missing or cannot be read as a prompt.
 ---@param options table
 ---@param run limax.run
 ---@return limax.llm.exchange
@@ -42,11 +42,13 @@ function exchange.new(options, run)
     return file
   end
   local own = type(options.context) == "function" and options.context or nil
+  -- whoever reads answers in a form of their own is not to be promised limax's
+  local again = options.again or (options.parse and "again_own.md" or "again.md")
   local tokens = options.context_tokens
     or (options.context == "paper" and math.huge or context.TOKENS)
   return setmetatable({ run = run, own = own, tokens = tokens,
     name = own and "summary" or options.context or "summary",
-    prompt = open(options.prompt or default), again_prompt = open "again.md" }, Exchange)
+    prompt = open(options.prompt or default), again_prompt = open(again) }, Exchange)
 end
 
 local function seal(request)

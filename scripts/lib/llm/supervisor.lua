@@ -45,11 +45,15 @@ function supervisor.start(run, options)
     local unfit = self.fallback.unfit and self.fallback.unfit(run.config)
     if unfit then failure.raise(2, ('supervisor "llm".fallback: %s'):format(unfit)) end
   end
+  -- an endpoint that holds a model to limax's form never lets it answer in another
+  local asked = {}
+  for name, value in pairs(options) do asked[name] = value end
+  asked.format = options.format or (options.parse and "plain" or nil)
   local make = options.client or require("limax.llm.client").new
   -- a dead endpoint costs its budgets once, not in each repetition again
   local experiment = run.experiment
   experiment.endpoints = experiment.endpoints or {}
-  self.client, message = make(options, { known = experiment.endpoints,
+  self.client, message = make(asked, { known = experiment.endpoints,
     record = function(attempt) self:record(attempt) end })
   if not self.client then failure.raise(2, "supervisor \"llm\": " .. tostring(message)) end
   return self

@@ -35,16 +35,31 @@ local function value_line(name, value)
   return value.text ~= "" and text .. "  " .. value.text or text
 end
 
+-- "name: type; text" of a field.
+local function named_lines(name, value_type, text)
+  local parts = {}
+  if value_type then parts[1] = value_type end
+  if text ~= "" then parts[#parts + 1] = text end
+  return wrapped(("%s: %s"):format(name, table.concat(parts, "; ")), "      ")
+end
+
 -- What the table of an argument may hold. Experiments name their fields in their text, and each is
 -- a topic of its own.
 local function option_lines(entry, argument)
   local lines = {}
   for _, option in ipairs(entry.name == "limax.experiment" and {}
     or api.options(entry, argument)) do
-    local parts = {}
-    if option.type then parts[1] = option.type end
-    if option.what ~= "" then parts[#parts + 1] = option.what end
-    add(lines, wrapped(("%s: %s"):format(option.name, table.concat(parts, "; ")), "      "))
+    add(lines, named_lines(option.name, option.type, option.what))
+  end
+  return lines
+end
+
+-- The fields of a table that a function gives, or that a field is.
+local function field_lines(type_text)
+  local lines = {}
+  -- an inline type says it all
+  for _, field in ipairs(type_text:find("{", 1, true) and {} or api.fields_of(type_text)) do
+    add(lines, named_lines(field.name .. (field.optional and "?" or ""), field.type, field.text))
   end
   return lines
 end
@@ -65,7 +80,10 @@ function help.page(entry)
     end
     for _, result in ipairs(entry.doc.returns) do
       add(lines, wrapped(value_line("gives", result), "    "))
+      add(lines, field_lines(result.type))
     end
+  elseif entry.type then
+    add(lines, field_lines(entry.type))
   end
   if entry.units then lines[#lines + 1] = "  units:   " .. entry.units end
   lines[#lines + 1] = "  example: " .. entry.example
@@ -156,6 +174,14 @@ function help.pages(topic, names)
     if module.prefix == topic .. "." then pages[#pages + 1] = group_page(topic, module) end
   end
   for _, page in ipairs(fields_called(topic)) do pages[#pages + 1] = page end
+  for _, class in ipairs(api.tables()) do
+    if class.name == topic then
+      local lines = { topic .. ", a table" }
+      add(lines, wrapped(class.text, "  "))
+      add(lines, field_lines(topic))
+      pages[#pages + 1] = table.concat(lines, "\n")
+    end
+  end
   return pages
 end
 

@@ -114,7 +114,7 @@ end
 --- A context that tells of another run's generations in the place of its own; what may be changed,
 --- and from where, stays its own.
 ---@param other limax.run with its whole history
----@return fun(history: table[], limits: ledger.limit[]): table
+---@return fun(history: table[], limits: limax.limit[]): table
 function model_arms.history_of(other)
   local context = require "limax.llm.context"
   return function(history, limits)

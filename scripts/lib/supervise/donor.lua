@@ -108,7 +108,7 @@ end
 
 --- One generation's setting as a proposal, as far as this experiment allows.
 ---@param setting { parameters: table<string, number>, materials: table }
----@param limits ledger.limit[]
+---@param limits limax.limit[]
 ---@return limax.proposal
 function donor.proposal(setting, limits)
   local proposal = {}

@@ -39,6 +39,7 @@ end
 
 local options = {
   prompt = schema.text("[^%c]+", "the path of a prompt"),
+  again = schema.text("[^%c]+", "the path of a prompt"),
   context = context,
   context_tokens = function(given, path)
     if given == nil then return nil end
