@@ -11,6 +11,7 @@ local scene = require "limax.picture.scene"
 local shell = require "limax.shell"
 local vectors = require "limax.picture.vectors"
 local view = require "limax.picture.view"
+local world = require "limax.picture.world"
 
 local command = {
   summary = "draw a robot: still, film strip or animation",
@@ -116,12 +117,14 @@ local function strip(arguments, film, ending)
   local ground = not arguments.transparent and "#ffffff" or nil
   check_size(frame, count)
   local wide = frame.panel * count
-  local canvas = ending == "svg" and vectors.new(wide, frame.height, ground, arguments[1])
+  local canvas = ending == "svg" and vectors.new(wide, frame.height, arguments[1],
+    { transparent = arguments.transparent, description = world.words(film.world) })
     or pixels.new(wide, frame.height, ground)
   for k, pose in ipairs(film.poses) do
     scene.draw(canvas, film, frame, pose, k)
     scene.caption(canvas, frame, pose, k)
   end
+  scene.flows(canvas, film, frame)
   scene.scale_bar(canvas, frame)
   local drawn = canvas:finish()
   if ending == "png" then
@@ -143,6 +146,7 @@ local function frames(arguments, film, at_once, take)
     local canvas = pixels.new(frame.panel, frame.height, ground)
     scene.draw(canvas, film, frame, pose, 1)
     scene.caption(canvas, frame, pose, 1)
+    scene.flows(canvas, film, frame)
     scene.scale_bar(canvas, frame)
     take(canvas:finish(), k, frame)
   end

@@ -22,7 +22,9 @@ local HEAD = 3
 
 -- The page, px: 11 px are 8.25 pt.
 local page = { width = 1000, margin = 24, text = 11, gap = 8, head = 50, strip = 190, below = 40,
-  track = 176, ruler = 22, foot = 44 }
+  track = 176, ruler = 22, foot = 44, line = 16 }
+-- px, about the width of a letter
+local LETTER = 6.4
 local ink = { text = "#2b2b2b", faint = "#767676", line = "#6b655b", trail = "#c0392b",
   frame = "#fbfaf8", ghost = "#7d8b99" }
 
@@ -39,7 +41,7 @@ end
 local function frame_of(film)
   local frame = scene.frame(film, view.of.side, page.width - 2 * page.margin, POSES,
     { gap = page.gap, foot = 0, head = HEAD })
-  local rest = HEAD * frame.text
+  local rest = frame.head * frame.text
   if frame.height > page.strip then
     scene.rescale(frame, frame.scale * (page.strip - rest) / (frame.height - rest), frame.text)
   end
@@ -170,8 +172,7 @@ local function draw_legend(out, film, y)
   local function entry(hex, name)
     out:add('<rect x="%.1f" y="%.1f" width="12" height="12" rx="2" fill="%s"/>', x, y - 10, hex)
     out:text(x + 17, y, name)
-    -- a letter is about 6.4 px wide
-    x = x + 17 + 6.4 * #name + 18
+    x = x + 17 + LETTER * #name + 18
   end
   for _, material in ipairs(film.materials) do
     if film.used[material.letter] then entry(film.colors[material.letter].hex, material.name) end
@@ -181,12 +182,14 @@ local function draw_legend(out, film, y)
   local function line(color, width, name)
     out:line({ x, y - 4 }, { x + 20, y - 4 }, color, width)
     out:text(x + 26, y, name)
-    x = x + 26 + 6.4 * #name + 18
+    x = x + 26 + LETTER * #name + 18
   end
   line(ink.trail, 1.6, "centre of mass")
   if next(film.held) then line(scene.held, 2.4, "held") end
   local words = world.words(film.world)
   if film.note then words = words == "" and film.note or words .. "; " .. film.note end
+  -- below the colours where they leave no room beside them
+  if x + LETTER * #words > page.width - page.margin then y = y + page.line end
   out:text(page.width - page.margin, y, words, ('text-anchor="end" fill="%s"'):format(ink.faint))
 end
 
@@ -203,7 +206,8 @@ function film_strip.svg(robot, options)
   local way = way_of(film, 2 * frame.scale)
   local foot = track + way.height
   local title = options and options.title or "robot"
-  local out = svg.page(page.width, foot + page.foot, title, page.text, ink.text)
+  local out = svg.page(page.width, foot + page.foot, title, page.text, ink.text,
+    { description = world.words(film.world) })
   out:text(page.margin, 30, title, 'font-size="16" font-weight="bold"')
   local speed = robot:speed()
   local said = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(robot:distance(),
@@ -211,6 +215,8 @@ function film_strip.svg(robot, options)
   out:text(page.width - page.margin, 30, said, 'text-anchor="end" font-size="12"')
   local canvas = vectors.over(out, "panel")
   for k, pose in ipairs(film.poses) do draw_panel(out, canvas, k, pose, film, frame) end
+  scene.flows(canvas, film, frame)
+  canvas:close()
   draw_scale_bar(out, page.margin + 8, page.head + 14, frame.scale, frame.panel / 3)
   draw_track(out, film, way, track)
   draw_legend(out, film, foot + 22)

@@ -27,7 +27,7 @@ end
 ---@param size integer of the text
 ---@param ink string colour of the text
 ---@param options? { millimetres: number|nil, transparent: boolean|nil, description: string|nil }
---- its width on paper; without a white ground; what a screen reader says of it
+--- its width on paper; without a white ground; what a screen reader says of it, "" for nothing
 ---@return limax.svg
 function svg.page(width, height, title, size, ink, options)
   options = options or {}
@@ -42,7 +42,9 @@ function svg.page(width, height, title, size, ink, options)
   page:add('font-family="DejaVu Sans, Verdana, Helvetica, sans-serif" font-size="%.4g" fill="%s">',
     size, ink)
   page:add("<title>%s</title>", escaped(title))
-  if options.description then page:add("<desc>%s</desc>", escaped(options.description)) end
+  if options.description and options.description ~= "" then
+    page:add("<desc>%s</desc>", escaped(options.description))
+  end
   if not options.transparent then
     page:add('<rect width="%d" height="%d" fill="#ffffff"/>', width, height)
   end

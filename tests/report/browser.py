@@ -132,6 +132,10 @@ WORLD = """(() => {
   return list;
 })()"""
 
+# Wind and current in the first view: name, direction, and how high above the scene's middle, m.
+FLOWS = """limax.views[0].flows.children.map((arrow) => ({ name: arrow.name, height: arrow.position.z,
+  way: new THREE.Vector3(0, 1, 0).applyQuaternion(arrow.quaternion).toArray() }))"""
+
 # Centre of the block, which has the last six faces of the robot's mesh, and the up of the world as it is shown.
 BLOCK = """(() => {
   const shape = limax.views[0].shape.slice(-72);
@@ -148,6 +152,7 @@ def robots(browser, folder, seen):
     still = browser.pixels()
     seen["views"] = len(still)
     seen["world"] = browser.run(WORLD)
+    seen["flows"], seen["key"] = browser.run(FLOWS), browser.run("document.getElementById('key').textContent")
     browser.shot(folder + "/robots.png")
     seen["up"], seen["block"] = browser.run(UP), [browser.run(BLOCK)]
     seen["still"] = browser.pixels() == still

@@ -87,23 +87,25 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     local folder = t:folder()
     write_experiment(folder, 20)
     local on_cpu = { "--device", "cpu", "-q" }
-    -- moments are shares of what a whole run takes on this machine, now: four processes at least
-    local began = host.clock()
     completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(on_cpu) })
-    local seconds = host.clock() - began
     local alone = asked(folder)
     assert(host.file.remove(folder .. "/asked"))
     local random = engine.random(11, 1, "user", 1, 1)
     local kills, words = 0, { "run", "talk.lua", "--out", "broken", unpack(on_cpu) }
     repeat
-      local done = limax(folder, words, { signal = kills % 2 == 0 and "KILL" or "INT",
-        after = seconds * (0.12 + 0.18 * random:uniform()) })
-      if done.status ~= 0 then kills = kills + 1 end
+      -- after some further questions, and a part of the time between two
+      local enough = asked(folder) + 3 + random:integer(alone / 5)
+      local child = process.start(folder, words)
+      child:signal_when(kills % 2 == 0 and "KILL" or "INT", function()
+        return asked(folder) >= enough and (host.wait(0.03 * random:uniform()) or true)
+      end)
+      local status = child:finish()
+      if status ~= 0 then kills = kills + 1 end
       if host.file.exists(folder .. "/broken/config.json") then
         words = { "run", "--resume", "broken", kills % 3 == 0 and "--together" or "--apart",
           unpack(on_cpu) }
       end
-    until done.status == 0
+    until status == 0
     t:ok(kills > 2, "the run should be killed a few times")
     same_run(t, folder .. "/broken", folder .. "/whole")
     -- a question is repeated only if a kill hit the generation that it was asked for

@@ -121,7 +121,8 @@ suite:test("a followed script that changes runs at the idle prompt, and the line
   local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
     change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
     -- Ctrl-C stops one that does not end
-    change("while true do end\n", ""), { keys = "\3", ends = ">", breaks = true, wait = 1 },
+    change("io.write 'loop' io.stdout:flush() while true do end\n", "loop"),
+    { keys = "\3", ends = ">", breaks = true },
     line "top", leave }, { folder = folder })
   t:equal(done.steps[4].lines[2], "hello")
   t:ok(done.steps[4].lines[3]:match "^read again: ")
@@ -147,13 +148,15 @@ suite:test("Ctrl-C leaves a simulation whole", function(t)
   local done = typed.run(t, { prompt, line 'robot = limax.robot { voxels = "ecs\\nece" }',
     line "walk = robot:begin { duration = 1e5 }", line "walk:step(10);",
     -- it computes for minutes
-    { keys = "walk:finish()\n", ends = "", breaks = true }, { keys = "", ends = "", wait = 0.3 },
-    { keys = "\3", ends = ">", breaks = true }, line "before = walk.steps", line "before > 10",
-    line "walk:step(5).steps - before", line "walk.status", leave })
-  t:equal(done.steps[7].lines[#done.steps[7].lines - 1], "^Cinterrupted")
-  t:equal(done.steps[9].lines[2], "true")
-  t:equal(done.steps[10].lines[2], "5")
-  t:equal(done.steps[11].lines[2], '"running"')
+    { keys = "io.write('be' .. 'gun') io.stdout:flush() walk:finish()\n", ends = "begun",
+      breaks = true },
+    { keys = "\3", ends = ">", breaks = true, wait = 2 }, line "before = walk.steps",
+    line "before > 10", line "walk:step(5).steps - before", line "walk.status", leave })
+  local said = done.steps[6].lines
+  t:equal(said[#said - 1], "begun^Cinterrupted")
+  t:equal(done.steps[8].lines[2], "true")
+  t:equal(done.steps[9].lines[2], "5")
+  t:equal(done.steps[10].lines[2], '"running"')
 end)
 
 suite:test("a run that Ctrl-C has cut short goes on to what it would have been", function(t)
@@ -163,8 +166,9 @@ suite:test("a run that Ctrl-C has cut short goes on to what it would have been",
     .. "b.history[%d].evaluations == a.history[%d].evaluations"
   local done = typed.run(t, { prompt, line(fields), line "a = evolve(f, 2);",
     -- generations take half a second
-    { keys = "b = evolve(f, 100)\n", ends = "", breaks = true },
-    { keys = "\3", ends = ">", wait = 0.3 }, line "b = _",
+    { keys = "io.write('be' .. 'gun') io.stdout:flush() b = evolve(f, 100)\n", ends = "begun",
+      breaks = true },
+    { keys = "\3", ends = ">", breaks = true, wait = 1 }, line "b = _",
     line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
     line((same:gsub("%%d", "2"))), leave })
   local said = done.steps[5].lines
@@ -214,6 +218,8 @@ picture(walk, "never.svg", { duration = 3 })
   t:ok(table.concat(faces(now)) ~= table.concat(faces(later)))
   t:ok(later:find("later &amp; on", 1, true), later)
   local start = host.clock()
-  while process.read(folder .. "/shown") == "" and host.clock() - start < 10 do host.wait(0.02) end
+  while process.read(folder .. "/shown") == "" and host.clock() - start < process.LATE do
+    host.wait(0.02)
+  end
   t:ok(process.read(folder .. "/shown"):find "/later.svg\n$")
 end)

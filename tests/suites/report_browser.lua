@@ -43,6 +43,8 @@ local function seen_of(t, program, change)
         { from = { 90, 90, 0 }, to = { 91, 91, 1 } } },
       spheres = { center = { -0.5, 0, 0 }, radius = 0.1 },
       planes = { normal = { 0, 2, 0 }, offset = -1 },
+      wind = { velocity = { 0, 2, 0 }, drag = 1e-3 },
+      drag = { density = 1, current = { -0.3, 0, 0.4 } },
       block = { position = { 0.35, 0, 0 }, size = { 0.1, 0.2, 0.3 }, velocity = { 1, 0, 0 } },
       terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
     record = { center_of_mass = 50 } }, { out = base .. "/r", say = evolution.silent }):finish()
@@ -113,6 +115,11 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
     { atol = 1e-4 })
   t:near(found.ground.high[3], 0, { atol = 0.01 })
   t:near(found.terrain.low[3], -0.5, { atol = 0.01 })
+  t:equal({ #seen.flows, seen.flows[1].name, seen.flows[2].name }, { 2, "wind", "current" })
+  t:near({ seen.flows[1].way, seen.flows[2].way }, { { 0, 1, 0 }, { -0.6, 0, 0.8 } },
+    { atol = 1e-6 })
+  t:ok(seen.flows[1].height > 0.2, "above the robot")
+  t:ok(seen.key:find("wind 2 m/s", 1, true) and seen.key:find("current 0.5 m/s", 1, true), seen.key)
   -- the scene's z leans as far as its gravity does
   t:near(math.deg(math.acos(seen.up[3])), 5, { atol = 1e-3 })
   t:ok(seen.block[2][1] > seen.block[1][1] + 0.05, "the block goes where it went")

@@ -88,7 +88,7 @@ except OSError: pass
 os.waitpid(pid, 0)
 sys.stdout.buffer.write(text)
 ]]):format(host.executable, path, "@"):gsub('"@"', 'b"' .. answer .. '\\n"'))
-    local pipe = io.popen(("timeout 20 python3 '%s/type.py' 2>&1"):format(folder))
+    local pipe = io.popen(("timeout 300 python3 '%s/type.py' 2>&1"):format(folder))
     local said = pipe:read "*a"
     pipe:close()
     return said

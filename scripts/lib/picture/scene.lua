@@ -1,7 +1,8 @@
 --- scene.lua: poses side by side on a canvas (pixels.lua or vectors.lua): the body in its world,
---- with ground, shadow and trail, the time of each, and one scale bar.
+--- with ground, shadow and trail, the time of each, and for all one scale bar and the flows.
 
 local block_picture = require "limax.block_picture"
+local flow = require "limax.picture.flow"
 local motion = require "limax.motion"
 local order = require "limax.picture.order"
 local polygon = require "limax.picture.polygon"
@@ -30,6 +31,7 @@ local HELD = 4
 ---@field view limax.picture.view
 ---@field scale number px/m
 ---@field panel integer px, width of one
+---@field count integer panels side by side
 ---@field gap number px between panels
 ---@field left number px, where the first begins
 ---@field top number px, where its panels begin
@@ -39,6 +41,7 @@ local HELD = 4
 ---@field slab limax.picture.slab around the middle, what is shown of the world
 ---@field foot number capitals below the panels
 ---@field head number capitals above what is drawn in them
+---@field flow_room number capitals of these, the last, for wind and current
 
 -- A point seen from a pose's middle.
 local function from_middle(pose, p)
@@ -73,11 +76,12 @@ end
 ---@param width integer
 ---@param count integer panels side by side
 ---@param options? { gap: number|nil, foot: number|nil, head: number|nil } px between them; capitals
---- below them, for the times, and above what is drawn in them, for the scale bar
+--- below them, for the times, and above what is drawn in them, for the scale bar; flows get more
 ---@return limax.picture.frame
 function scene.frame(film, view, width, count, options)
   options = options or {}
-  local gap, foot, head = options.gap or 0, options.foot or FOOT, options.head or HEAD
+  local gap, foot, flow_room = options.gap or 0, options.foot or FOOT, flow.room(film.stage, view)
+  local head = (options.head or HEAD) + flow_room
   local left, right, bottom, top = math.huge, -math.huge, math.huge, -math.huge
   local function hold(p)
     local x, y = view.project(p)
@@ -118,8 +122,8 @@ function scene.frame(film, view, width, count, options)
   local text = math.max(7, math.floor(panel / 32))
   local room = 0.03 * (right - left)
   local scale = panel / (right - left + 2 * room)
-  return { view = view, scale = scale, panel = panel, gap = gap, left = 0, top = 0, text = text,
-    slab = slab, foot = foot, head = head,
+  return { view = view, scale = scale, panel = panel, count = count, gap = gap, left = 0, top = 0,
+    text = text, slab = slab, foot = foot, head = head, flow_room = flow_room,
     height = math.ceil((top - bottom + 2 * room) * scale + (foot + head) * text),
     low = { (left + right) / 2, bottom - room } }
 end
@@ -254,6 +258,16 @@ function scene.caption(canvas, frame, pose, k)
   canvas:clip(start, frame.top, start + frame.panel, frame.top + frame.height)
   canvas:text(start + frame.panel / 2, frame.top + frame.height - 0.6 * frame.text,
     ("%.2f s"):format(pose.time), frame.text, ink.text, "middle")
+end
+
+--- Arrows for wind and current, with their speeds, above what is drawn: none where nothing flows.
+---@param canvas limax.picture.pixels|limax.picture.vectors
+---@param film limax.motion.film
+---@param frame limax.picture.frame
+function scene.flows(canvas, film, frame)
+  local right = frame.left + frame.count * (frame.panel + frame.gap)
+  canvas:clip(frame.left, frame.top, right, frame.top + frame.height)
+  flow.draw(canvas, film.stage, frame, frame.top + (frame.head - frame.flow_room) * frame.text)
 end
 
 --- A bar of a round length in the upper left corner. In `iso` it is true along every axis.

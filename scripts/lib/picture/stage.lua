@@ -31,6 +31,7 @@ local UP = { 0, 0, 1 }
 ---@field boxes limax.picture.space[][]
 ---@field spheres { center: number[], radius: number }[]
 ---@field terrain table|nil
+---@field flows limax.world.flow[]
 ---@field turn fun(point: number[]): number[]
 ---@field back fun(point: number[]): number[]
 
@@ -47,8 +48,8 @@ function stage.new(given, axes)
     end
     return q
   end
-  local self = { planes = {}, boxes = {}, spheres = {}, terrain = given.terrain, turn = turn,
-    back = back }
+  local self = { planes = {}, boxes = {}, spheres = {}, terrain = given.terrain, flows = {},
+    turn = turn, back = back }
   if given.ground then self.ground = { normal = turn { 0, 0, 1 }, offset = given.ground } end
   for k, plane in ipairs(given.planes) do
     self.planes[k] = { normal = turn(plane.normal), offset = plane.offset }
@@ -65,6 +66,9 @@ function stage.new(given, axes)
   end
   for k, sphere in ipairs(given.spheres) do
     self.spheres[k] = { center = turn(sphere.center), radius = sphere.radius }
+  end
+  for k, flow in ipairs(given.flows) do
+    self.flows[k] = { kind = flow.kind, velocity = turn(flow.velocity), speed = flow.speed }
   end
   return self
 end

@@ -18,16 +18,15 @@ function vectors.over(page, name)
   return setmetatable({ page = page, name = name, clips = 0, open = false }, Canvas)
 end
 
---- An empty page; without a ground it is transparent.
+--- An empty page.
 ---@param width integer px
 ---@param height integer px
----@param ground string|nil "#ffffff"
 ---@param title string
----@param millimetres? number its width on paper
+---@param options? { transparent: boolean|nil, millimetres: number|nil, description: string|nil }
+--- without a white ground; its width on paper; what a screen reader says of it
 ---@return limax.picture.vectors
-function vectors.new(width, height, ground, title, millimetres)
-  return vectors.over(svg.page(width, height, title, 11, "#2b2b2b",
-    { transparent = not ground, millimetres = millimetres }), "clip")
+function vectors.new(width, height, title, options)
+  return vectors.over(svg.page(width, height, title, 11, "#2b2b2b", options), "clip")
 end
 
 -- see pixels.lua

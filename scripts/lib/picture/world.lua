@@ -1,6 +1,7 @@
 --- world.lua: what stands around a robot, as its scene says: one description for pictures and for
 --- the page's viewer. World coordinates, m.
 
+local choice = require "limax.choice"
 local polygon = require "limax.picture.polygon"
 
 local world = {}
@@ -13,12 +14,22 @@ local world = {}
 ---@field spheres { center: number[], radius: number }[]
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
 ---@field fluid boolean is there drag?
+---@field air boolean is there wind, be it of no speed?
+---@field flows limax.world.flow[] what moves: the wind, the fluid's current
 ---@field anchored boolean is a part of the body held?
+---@field forces string[] names of the script's own effects
+
+---@class limax.world.flow
+---@field kind "wind"|"current"
+---@field velocity number[] m/s
+---@field speed number m/s, above 0
 
 --- What fixed things are drawn with, and the word for them in a legend. Cool, unlike bodies.
 world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
 --- What floors and terrain are drawn with.
 world.soil, world.furrow = "#efece6", "#c9c2b4"
+--- What wind and current are drawn with: unlike bodies, and unlike the path of one.
+world.flow_ink = { wind = "#0f7b74", current = "#7b3fa0" }
 
 -- Gravity is level where it leaves z by less than this, rad: far less than anybody sees.
 local LEVEL = 1e-6
@@ -41,6 +52,29 @@ local function copies(list, fields)
   return result
 end
 
+-- The wind and the fluid's current, as far as they have a speed.
+local function flows_of(scene)
+  local flows = {}
+  local function add(kind, velocity)
+    local speed = velocity and math.sqrt(polygon.dot(velocity, velocity)) or 0
+    if speed > 0 then
+      flows[#flows + 1] = { kind = kind, velocity = velocity, speed = speed }
+    end
+  end
+  add("wind", scene.wind and scene.wind.velocity)
+  add("current", scene.drag and scene.drag.current)
+  return flows
+end
+
+-- Names of effects that a script brought: they are texts.
+local function forces_of(scene)
+  local names = {}
+  for _, name in ipairs(choice.sorted_keys(scene)) do
+    if type(scene[name]) == "table" and scene[name].force then names[#names + 1] = name end
+  end
+  return names
+end
+
 --- The description of a resolved scene.
 ---@param scene table
 ---@return limax.world
@@ -53,7 +87,8 @@ function world.of(scene)
     boxes = copies(scene.boxes, { "from", "to" }),
     spheres = copies(scene.spheres, { "center", "radius" }),
     terrain = scene.terrain and copies({ scene.terrain }, { "spacing", "origin", "heights" })[1],
-    fluid = scene.drag ~= nil, anchored = scene.anchors ~= nil }
+    fluid = scene.drag ~= nil, air = scene.wind ~= nil, flows = flows_of(scene),
+    anchored = scene.anchors ~= nil, forces = forces_of(scene) }
 end
 
 --- Is there more than flat ground?
@@ -91,21 +126,58 @@ local function counted(count, one, many)
   return count > 0 and ("%d %s"):format(count, count == 1 and one or many or one .. "s") or nil
 end
 
+--- The words beside a flow's arrow.
+---@param given limax.world.flow
+---@return string "wind 5 m/s"
+function world.flow_label(given) return ("%s %.3g m/s"):format(given.kind, given.speed) end
+
+-- A direction that differs by less than this from an axis is said to be along it.
+local ALONG = 1e-6
+
+-- Where something goes: "along -x", or its share of each axis.
+local function direction_words(velocity, speed)
+  for axis, name in ipairs { "x", "y", "z" } do
+    local share = velocity[axis] / speed
+    if math.abs(share) > 1 - ALONG then
+      return ("along %s%s"):format(share < 0 and "-" or "", name)
+    end
+  end
+  local shares = {}
+  -- + 0: no "-0"
+  for axis = 1, 3 do shares[axis] = ("%.2g"):format(velocity[axis] / speed + 0) end
+  return ("along (%s)"):format(table.concat(shares, ", "))
+end
+
+-- Of a wind or a fluid: what flows, or what is there and rests.
+local function flow_words(given, kind, moving, resting)
+  for _, each in ipairs(given.flows) do
+    if each.kind == kind then
+      return ("%s of %.3g m/s %s"):format(moving, each.speed, direction_words(each.velocity,
+        each.speed))
+    end
+  end
+  return resting
+end
+
 --- What there is, in words: "ground, 12 boxes"; empty where there is nothing.
 ---@param given limax.world
 ---@return string
 function world.words(given)
   local slope, parts = world.slope(given), {}
-  if given.ground then
-    parts[1] = slope > 0 and ("ground with a slope of %.3g degrees"):format(math.deg(slope))
-      or "ground"
-  end
-  for _, text in ipairs { given.terrain and "terrain" or false,
-    counted(#given.planes, "plane") or false, counted(#given.boxes, "box", "boxes") or false,
-    counted(#given.spheres, "sphere") or false, given.fluid and "a fluid" or false,
-    given.anchored and "anchors" or false } do
+  local function add(text)
     if text then parts[#parts + 1] = text end
   end
+  if given.ground then
+    add(slope > 0 and ("ground with a slope of %.3g degrees"):format(math.deg(slope)) or "ground")
+  end
+  add(given.terrain and "terrain")
+  add(counted(#given.planes, "plane"))
+  add(counted(#given.boxes, "box", "boxes"))
+  add(counted(#given.spheres, "sphere"))
+  add(given.air and flow_words(given, "wind", "wind", "still air"))
+  add(given.fluid and flow_words(given, "current", "a current", "a fluid"))
+  add(given.anchored and "anchors")
+  for _, name in ipairs(given.forces) do add("force " .. name) end
   return table.concat(parts, ", ")
 end
 

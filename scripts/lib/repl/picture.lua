@@ -15,6 +15,7 @@ local shell = require "limax.shell"
 local suggest = require "limax.suggest"
 local vectors = require "limax.picture.vectors"
 local view = require "limax.picture.view"
+local world = require "limax.picture.world"
 
 local picture = {}
 
@@ -33,9 +34,11 @@ end
 local function draw_pose(path, moving, title)
   local film = motion.now(moving.finished(), moving:positions():table(), moving.time or 0)
   local frame = scene.frame(film, view.of.side, STILL, 1)
-  local canvas = vectors.new(frame.panel, frame.height, "#ffffff", title or "a robot in motion")
+  local canvas = vectors.new(frame.panel, frame.height, title or "a robot in motion",
+    { description = world.words(film.world) })
   scene.draw(canvas, film, frame, film.poses[1], 1)
   scene.caption(canvas, frame, film.poses[1], 1)
+  scene.flows(canvas, film, frame)
   scene.scale_bar(canvas, frame)
   local written, message = host.file.write_atomic(path, canvas:finish())
   if not written then engine.fail("picture: " .. message) end

@@ -62,6 +62,17 @@ local function key_of(films, width)
   return rows
 end
 
+-- Each world in words, once.
+local function description_of(films)
+  local list, seen = {}, {}
+  for _, film in ipairs(films) do
+    local words = world.words(film.world)
+    if words ~= "" and not seen[words] then list[#list + 1] = words end
+    seen[words] = true
+  end
+  return table.concat(list, "; ")
+end
+
 --- The SVG text of these robots, one below the other.
 ---@param shown limax.report.shown[]
 ---@param millimetres number its width
@@ -85,7 +96,8 @@ function strips.svg(shown, millimetres, title)
   local key = key_of(films, width)
   local foot = height
   height = height + #key * LINE + 6
-  local canvas = vectors.new(width, height, "#ffffff", title, millimetres)
+  local canvas = vectors.new(width, height, title, { millimetres = millimetres,
+    description = description_of(films) })
   for k, each in ipairs(shown) do
     canvas:clip(0, 0, width, height)
     canvas:text(CAPITAL, frames[k].top - 4, ("%s: %.2f m in %.4g s"):format(each.name,
@@ -94,6 +106,7 @@ function strips.svg(shown, millimetres, title)
       scene.draw(canvas, films[k], frames[k], pose, p)
       scene.caption(canvas, frames[k], pose, p)
     end
+    scene.flows(canvas, films[k], frames[k])
   end
   canvas:clip(0, 0, width, height)
   scene.scale_bar(canvas, frames[1], { width - frames[1].panel, HEAD / 2 })

@@ -27,6 +27,7 @@ local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 ---@field boxes { from: number[], to: number[] }[]|nil
 ---@field spheres { center: number[], radius: number }[]|nil
 ---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
+---@field flows { name: string, label: string, velocity: number[], hex: string }[]|nil m/s
 ---@field hex string of obstacles
 
 -- To a tenth of a millimetre: a twentieth of a pixel where a robot is as wide as a view.
@@ -88,7 +89,7 @@ function surroundings.of(given, low, high)
     to[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
   end
   local result = { up = given.up, low = from, high = to, ground = given.ground, hex = world.hex,
-    sheets = {}, boxes = {}, spheres = {} }
+    sheets = {}, boxes = {}, spheres = {}, flows = {} }
   for _, sheet in ipairs(stage.sheets(stage.new(given, AXES), { low = from, high = to })) do
     local points = {}
     for k, p in ipairs(sheet.points) do points[k] = shorts(p) end
@@ -113,7 +114,11 @@ function surroundings.of(given, low, high)
     end
     if seen then table.insert(result.spheres, sphere) end
   end
-  for _, name in ipairs { "sheets", "boxes", "spheres" } do
+  for k, flow in ipairs(given.flows) do
+    result.flows[k] = { name = flow.kind, label = world.flow_label(flow),
+      velocity = shorts(flow.velocity), hex = world.flow_ink[flow.kind] }
+  end
+  for _, name in ipairs { "sheets", "boxes", "spheres", "flows" } do
     if #result[name] == 0 then result[name] = nil end
   end
   if given.terrain then result.terrain = terrain_of(given.terrain, from, to) end

@@ -148,6 +148,12 @@
     // as far away as the body is large
     let reach = 0.3;
     for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
+    // the flows stay beside the eye's middle, wherever the body goes
+    view.flows = new THREE.Group();
+    view.flows.position.set(0, 0, path[2]);
+    const arrows = limax.world.flowsOf(replay.world, reach);
+    if (arrows.length > 0) view.flows.add(...arrows);
+    view.tilt.add(view.flows);
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
     view.camera.position.set(2.2 * reach, -3.4 * reach, path[2] + 1.7 * reach);
@@ -255,6 +261,7 @@
         view.replay.materials.forEach((k) => names.add(view.replay.names[k] + " " + view.replay.colors[k]));
         if (view.replay.held) names.add("held " + HELD);
         if (world.boxes || world.spheres || (world.sheets || []).some((sheet) => !sheet.floor)) names.add("obstacle " + world.hex);
+        for (const flow of world.flows || []) names.add(flow.label + " " + flow.hex);
       }
       text = "";
       byId("key").textContent = "";
@@ -295,7 +302,10 @@
       tellColours(byId("colours").value);
     });
     byId("ground").addEventListener("change", () => {
-      for (const view of views) { view.ground.visible = byId("ground").checked; view.dirty = true; }
+      for (const view of views) {
+        view.ground.visible = view.flows.visible = byId("ground").checked;
+        view.dirty = true;
+      }
     });
     byId("trail").addEventListener("change", () => {
       for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }

@@ -1,5 +1,5 @@
-// world.js: what stands around the robots of a report: ground, planes, boxes, spheres, terrain, as surroundings.lua
-// describes them. Metres; z is up.
+// world.js: what is around the robots of a report: ground, planes, boxes, spheres, terrain, wind and current, as
+// surroundings.lua describes them. Metres; z is up.
 "use strict";
 window.limax = { world: (function () {
   // darker than the ground, since it is lit
@@ -104,5 +104,32 @@ window.limax = { world: (function () {
     return [plane, shortLines(lines[0], 0xdcd7cc), shortLines(lines[1], 0xb0a897)];
   }
 
-  return { groundOf, obstacles };
+  // Arrows for wind and current, beside one another over a body that reaches `reach` metres from its middle: as long as
+  // the way of the flow in TIME seconds, within shares of the reach, so that it is seen and stays a mark.
+  const TIME = 0.1;
+  const SHORTEST = 0.4;
+  const LONGEST = 0.9;
+  // what the eye has at its right when a page is opened
+  const RIGHT = new THREE.Vector3(3.4, 2.2, 0).normalize();
+  function flowsOf(world, reach) {
+    const flows = world.flows || [];
+    const head = 0.2 * reach;
+    return flows.map((flow, k) => {
+      const color = new THREE.Color(flow.hex);
+      const velocity = new THREE.Vector3(...flow.velocity);
+      const length = Math.min(Math.max(velocity.length() * TIME, SHORTEST * reach), LONGEST * reach);
+      const shaft = new THREE.CylinderGeometry(0.02 * reach, 0.02 * reach, length - head, 8);
+      shaft.translate(0, -head / 2, 0);
+      const tip = new THREE.ConeGeometry(0.07 * reach, head, 16);
+      tip.translate(0, (length - head) / 2, 0);
+      const arrow = new THREE.Group();
+      for (const part of [shaft, tip]) arrow.add(new THREE.Mesh(part, new THREE.MeshLambertMaterial({ color })));
+      arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), velocity.normalize());
+      arrow.position.set(...world.up).addScaledVector(RIGHT, k - (flows.length - 1) / 2).multiplyScalar(1.1 * reach);
+      arrow.name = flow.name;
+      return arrow;
+    });
+  }
+
+  return { groundOf, obstacles, flowsOf };
 })() };

@@ -6,7 +6,7 @@ local process = require "support.process"
 
 local faulty_server = {}
 
-local START = 20 -- s that Python, and openssl if certificates are wanted, may take
+local START = 120 -- s that Python, and openssl if certificates are wanted, may take
 
 local methods = {}
 local class = { __index = methods }

@@ -4,11 +4,12 @@
 local base64 = require "limax.llm.base64"
 local client = require "limax.llm.client"
 local host = require "limax.host"
+local process = require "support.process"
 
 local played = {}
 
 local KEY = "sk-SENTINEL/0123+456789=abcdef"
-local LATE = 2 -- s after its deadline by which a wait has ended
+local LATE = process.LATE
 local BUDGET = 5 -- s; no fault here needs more
 
 played.KEY, played.LATE = KEY, LATE

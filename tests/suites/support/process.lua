@@ -6,9 +6,15 @@ local shell_process = require "limax.test.process"
 local process = {}
 
 -- a process that is still there after so many seconds is killed: no test may hang
-local LIMIT = 30
+local LIMIT = 300
 -- how long a process may take to say that it is ready, s
-local START = 10
+local START = 120
+-- between two looks at a process, s
+local LOOK = 0.01
+
+--- How long after its deadline a wait may end, s: a machine may be slow, loaded, or stop a process
+--- for a while. What would be waited for otherwise takes far longer.
+process.LATE = 20
 
 --- A word as the shell reads it back unchanged.
 process.quote = shell_process.quoted
@@ -36,6 +42,7 @@ end
 ---@class limax.test_process
 ---@field pid string
 ---@field output string path: what it writes, both streams
+---@field over string path: is there when it has ended
 
 local methods = {}
 local class = { __index = methods }
@@ -48,14 +55,15 @@ local class = { __index = methods }
 function process.start(folder, arguments, environment)
   local words = { process.quote(host.executable) }
   for _, word in ipairs(arguments) do words[#words + 1] = process.quote(word) end
-  local output, job = folder .. "/output.txt", folder .. "/job.sh"
+  local output, job, over = folder .. "/output.txt", folder .. "/job.sh", folder .. "/job.over"
   process.write(job, ("cd %s\nenv %s %s </dev/null >%s 2>&1 &\n"
-    .. "echo $!\nwait $!\necho $?\n"):format(process.quote(folder), environment or "",
-    table.concat(words, " "), process.quote(output)))
+    .. "echo $!\nwait $!\nstatus=$?\necho >%s\necho $status\n"):format(process.quote(folder),
+    environment or "", table.concat(words, " "), process.quote(output), process.quote(over)))
+  os.remove(over)
   -- the shell says that a killed process was killed
   local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s 2>/dev/null"):format(LIMIT,
     process.quote(job))))
-  return setmetatable({ pipe = pipe, pid = pipe:read "*l", output = output }, class)
+  return setmetatable({ pipe = pipe, pid = pipe:read "*l", output = output, over = over }, class)
 end
 
 --- Waits until the output contains `text`.
@@ -67,7 +75,7 @@ function methods:wait_for(text)
       self:signal "KILL"
       error(("%q did not come; the output is: %s"):format(text, process.read(self.output)), 2)
     end
-    os.execute "sleep 0.02"
+    host.wait(LOOK)
   end
 end
 
@@ -76,6 +84,21 @@ end
 function methods:signal(name)
   self.sent = host.clock()
   os.execute(("kill -%s %s 2>/dev/null"):format(name, self.pid))
+end
+
+--- Sends a signal when `is_time`, which is asked again and again, says so; not to a process that
+--- has ended before.
+---@param name string
+---@param is_time fun(): any
+function methods:signal_when(name, is_time)
+  local start = host.clock()
+  while host.file.exists(self.over) == nil do
+    if is_time() or host.clock() - start > START then
+      self:signal(name)
+      return
+    end
+    host.wait(LOOK)
+  end
 end
 
 --- Waits for its end.

@@ -25,7 +25,7 @@ int close(int descriptor);
 local AF_INET, SOCK_STREAM, SOCK_CLOEXEC = 2, 1, 0x80000
 local SOL_SOCKET, SO_RCVTIMEO, MSG_NOSIGNAL = 1, 20, 0x4000
 local LOOPBACK = { 127, 0, 0, 1 }
-local PATIENCE = 10 -- s
+local PATIENCE = 120 -- s
 
 -- a number of 16 bits with its bytes swapped: ports are big-endian on the wire
 local function swap(port) return bit.rshift(bit.bswap(port), 16) end
