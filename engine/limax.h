@@ -66,7 +66,8 @@ typedef struct limax_device limax_device;
 limax_status limax_device_create(const char* name, int32_t threads, const char* isa,
                                  limax_device** out);
 void limax_device_free(limax_device* device);
-/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda. Lives as long as the
+/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda; of a CUDA device
+ * gpus, nvrtc and kernel_cache too, and gpus_too_old where there are some. Lives as long as the
  * handle. */
 const char* limax_device_describe(const limax_device* device);
 

@@ -131,7 +131,8 @@ local function gather_cuda()
     return { cuda_missing = reason }
   end
   local about = device:describe()
-  local facts = { cuda = about.cuda, gpus = about.gpus, nvrtc = about.nvrtc,
+  local facts = { cuda = about.cuda, gpus = about.gpus, gpus_too_old = about.gpus_too_old,
+    nvrtc = about.nvrtc,
     kernel_cache = about.kernel_cache, kernel_cache_unwritable = unwritable(about.kernel_cache),
     kernels_allowed = os.getenv "LIMAX_KERNELS" }
   local kernel
@@ -189,8 +190,12 @@ local function cuda_lines(facts, line)
   line("ok", "CUDA", "%s, %d GPU%s; --device auto takes %s", facts.cuda, #facts.gpus,
     #facts.gpus == 1 and "" or "s", #facts.gpus == 1 and "it" or "them all")
   for i, gpu in ipairs(facts.gpus) do
-    line("", "GPU " .. i, "%s, compute capability %s, %d multiprocessors, %.1f GiB", gpu.name,
+    -- numbered as CUDA does
+    line("", ("GPU %d"):format(i - 1), "%s, compute capability %s, %d multiprocessors, %.1f GiB", gpu.name,
       gpu.capability, gpu.multiprocessors, gpu.memory / 2 ^ 30)
+  end
+  for _, gpu in ipairs(facts.gpus_too_old or {}) do
+    line("", "GPU left out", "%s, compute capability %s is too old", gpu.name, gpu.capability)
   end
   local compiles = facts.nvrtc:match "^%d"
   line(compiles and "ok" or "warn", "NVRTC", "%s", compiles and facts.nvrtc

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "backend/cuda/memory.h"
+#include "environment.h"
 #include "failure.h"
 #include "fake/machine.h"
 
@@ -101,16 +102,25 @@ TEST_CASE("a driver's GPUs are told") {
     CHECK(g.memory == 1000000);
 }
 
-TEST_CASE("a GPU that is absent or too old is refused") {
-    const fake_machine machine;
-    CHECK(failure(LIMAX_NO_DEVICE, [&] { context(*machine.api, 1); }) ==
-          "device 'cuda': GPU 1 was asked for; the driver shows 1");
+TEST_CASE("GPUs that are too old are left out, and are none where there is no other") {
     limax::test::fake_driver old;
     old.capability = 61;
     const fake_machine pascal(old);
-    CHECK(failure(LIMAX_NO_DEVICE, [&] { context(*pascal.api, 0); }) ==
-          "device 'cuda': GPU 0 (Fake GPU) has compute capability 6.1; 7.5 or newer is needed");
-    CHECK(pascal.fake->contexts == 0);
+    CHECK_FALSE(pascal.api);  // so that `auto` takes the CPU
+    CHECK(pascal.why == "GPU 0 (Fake GPU) has compute capability 6.1; 7.5 or newer is needed");
+
+    limax::test::fake_driver mixed;
+    mixed.gpus = 3;
+    mixed.capability_of_last = 61;
+    const fake_machine machine(mixed);
+    REQUIRE(machine.api);
+    REQUIRE(machine.api->gpus().size() == 2);
+    CHECK(machine.api->gpus()[1].ordinal == 1);
+    REQUIRE(machine.api->old_gpus().size() == 1);
+    CHECK(machine.api->old_gpus()[0].ordinal == 2);
+    CHECK(failure(LIMAX_NO_DEVICE, [&] { context(*machine.api, 2); }) ==
+          "device 'cuda': GPU 2 was asked for; it is none of the 2 that can be used");
+    CHECK(machine.fake->contexts == 0);
 }
 
 TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
@@ -130,7 +140,6 @@ TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
         double back[30];
         b.download(back, 30, queue, 40);
         queue.synchronize("testing");
-        CHECK(queue.idle("testing"));
         for (int i = 0; i < 30; ++i) CHECK(back[i] == (i >= 10 && i < 20 ? i + 10 : 0));
         device_memory<double> moved = std::move(a);
         CHECK(moved.size() == 100);
@@ -165,7 +174,6 @@ TEST_CASE("a context is current only where it works") {
         const stream queue(gpu);
         start.record(queue);
         end.record(queue);
-        end.synchronize("testing");
         CHECK(end.seconds_since(start) == doctest::Approx(1.5));
     }
     machine.check_given_back();
@@ -197,6 +205,35 @@ TEST_CASE("memory that is not there is refused by size, and nothing is lost") {
     machine.check_given_back();
 }
 
+TEST_CASE("LIMAX_CUDA_MEMORY is the most that is taken of a GPU") {
+    const limax::test::environment_variable limit("LIMAX_CUDA_MEMORY");
+    const fake_machine machine;
+    limit.set("0.0001");
+    {
+        const context gpu(*machine.api, 0);
+        device_memory<char> most(gpu, 90000, "most of it");
+        CHECK(
+            failure(LIMAX_OUT_OF_MEMORY,
+                    [&] { device_memory<char>(gpu, 10001, "the springs of 7 robots"); }) ==
+            "CUDA: out of memory: the springs of 7 robots: 1e-05 GB were needed; "
+            "LIMAX_CUDA_MEMORY allows 0.0001 GB of GPU 0 (Fake GPU), of which 9e-05 GB are taken");
+        CHECK_NOTHROW(device_memory<char>(gpu, 10000, "the rest"));
+        most = {};
+        CHECK_NOTHROW(device_memory<char>(gpu, 100000, "all of it"));
+    }
+    // an unset one, and one of nothing, is no limit
+    limit.set("");
+    CHECK_NOTHROW(device_memory<char>(context(*machine.api, 0), 900000, "most of it"));
+    for (const char* wrong : {"5GB", "0", "-1", "nan", "much", " "}) {
+        CAPTURE(wrong);
+        limit.set(wrong);
+        CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { context(*machine.api, 0); }) ==
+              "LIMAX_CUDA_MEMORY is '" + std::string(wrong) +
+                  "'; it must be a number of GB above 0");
+    }
+    machine.check_given_back();
+}
+
 TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
     const fake_machine machine;
     {
@@ -209,6 +246,10 @@ TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
                        "CUDA: cuStreamSynchronize failed while simulating 3 robots (gravity, "
                        "ground): CUDA_ERROR_700 (as the fake driver was told). This is a defect"));
         CHECK(contains(text, "compute-sanitizer"));
+        CHECK(contains(text, ". Only a new process can use this GPU again"));
+        machine.fail_next("cuStreamSynchronize", CUDA_ERROR_NOT_PERMITTED);
+        CHECK_FALSE(contains(failure(LIMAX_NO_DEVICE, [&] { queue.synchronize("waiting"); }),
+                             "new process"));
         machine.fail_next("cuStreamSynchronize", CUDA_ERROR_LAUNCH_TIMEOUT);
         CHECK(
             contains(failure(LIMAX_NO_DEVICE, [&] { queue.synchronize("waiting"); }), "watchdog"));

@@ -38,9 +38,7 @@ TEST_CASE("a module gives functions and facts, and a launch has the shape asked 
         CHECK(facts.architecture == 100 + CU_FUNC_ATTRIBUTE_BINARY_VERSION);
         CHECK(facts.instructions == 0);
         module.allow_shared_memory("present", 100000);
-        module.allow_large_clusters("present");
         CHECK(module.blocks_of_multiprocessor("present", 256, 100000) == 3);
-        CHECK(module.clusters_of_gpu("present", {16, 256, 0, 4}) == 33);
 
         const CUfunction function = module.function("present");
         launch(gpu, function, {30, 256, 5000}, queue, "testing", 2.5);

@@ -64,7 +64,7 @@ public:
         : path_("LIMAX_CUDA_PATH"),
           machine_(fake_driver{.capability = capability,
                                .shared_memory_of_block = shared_memory_of(capability)}),
-          team_(*machine_.api, 1),
+          team_(*machine_.api),
           kernels_(team_.places().front()->gpu, {false, false, false}) {
         path_.unset();
     }

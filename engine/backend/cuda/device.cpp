@@ -10,24 +10,28 @@ namespace limax::cuda {
 
 namespace {
 
+// "9.0" for 90.
+std::string version_of(int capability) { return format("%d.%d", capability / 10, capability % 10); }
+
 class cuda_device final : public device {
 public:
     cuda_device(const driver& driver, int threads, const char* isa)
-        : host_(cpu::make_cpu_device(threads, isa, "")),
-          team_(std::make_shared<gpu_team>(driver, threads)) {
+        : host_(cpu::make_cpu_device(threads, isa, "")), team_(std::make_shared<gpu_team>(driver)) {
         auto text = nlohmann::ordered_json::parse(host_->describe());
         text["kind"] = "cuda";
         nlohmann::ordered_json gpus = nlohmann::ordered_json::array();
         for (const auto& place : team_->places()) {
             const gpu& one = place->gpu.device();
-            gpus.push_back(
-                {{"name", one.name},
-                 {"uuid", one.uuid},
-                 {"capability", format("%d.%d", one.capability / 10, one.capability % 10)},
-                 {"multiprocessors", one.multiprocessors},
-                 {"memory", one.memory}});
+            gpus.push_back({{"name", one.name},
+                            {"uuid", one.uuid},
+                            {"capability", version_of(one.capability)},
+                            {"multiprocessors", one.multiprocessors},
+                            {"memory", one.memory}});
         }
         text["gpus"] = gpus;
+        for (const gpu& old : driver.old_gpus())
+            text["gpus_too_old"].push_back(
+                {{"name", old.name}, {"capability", version_of(old.capability)}});
         text["cuda"] =
             format("driver %d.%d", driver.version() / 1000, driver.version() % 1000 / 10);
         std::string why;
@@ -57,7 +61,7 @@ private:
 
 }  // namespace
 
-gpu_team::gpu_team(const driver& driver, int threads) : threads_(threads) {
+gpu_team::gpu_team(const driver& driver) {
     for (const gpu& one : driver.gpus())
         places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
 }

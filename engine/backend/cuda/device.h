@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "backend/backend.h"
-#include "backend/cpu/threads.h"
 #include "backend/cuda/block_plan.h"
 #include "backend/cuda/kernel.h"
 
@@ -29,17 +28,15 @@ struct resident_encoding;  // residence.h
 // as long as a population uses them.
 class gpu_team {
 public:
-    gpu_team(const driver& driver, int threads);
+    explicit gpu_team(const driver& driver);
 
     std::vector<std::unique_ptr<gpu_place>>& places() { return places_; }
-    cpu::thread_team& threads() { return threads_; }
     std::shared_ptr<const block_plan> plan_of(const lattice& grid, int cluster);
     // On the first GPU, where populations live.
     std::shared_ptr<const resident_encoding> encoding_on_gpu(
         const std::shared_ptr<const encoding>& code);
 
 private:
-    cpu::thread_team threads_;  // of the host
     std::vector<std::unique_ptr<gpu_place>> places_;
     std::mutex mutex_;
     std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;

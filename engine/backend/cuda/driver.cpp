@@ -24,8 +24,7 @@ const char* remedy_for(CUresult result) {
             return "see which GPUs nvidia-smi lists and what CUDA_VISIBLE_DEVICES lets through";
         case CUDA_ERROR_STUB_LIBRARY:
             return "the libcuda.so.1 found is the toolkit's stub and no driver: take its folder "
-                   "out "
-                   "of LD_LIBRARY_PATH";
+                   "out of LD_LIBRARY_PATH";
         case CUDA_ERROR_SYSTEM_DRIVER_MISMATCH:
             return "the driver's library and its kernel module differ in version, often after an "
                    "update: reboot";
@@ -200,12 +199,20 @@ std::string driver::load(const char* library) {
     try {
         int count = 0;
         check(device_get_count(&count), "cuDeviceGetCount", "counting the GPUs");
-        for (int ordinal = 0; ordinal < count; ++ordinal) gpus_.push_back(describe_gpu(ordinal));
+        for (int ordinal = 0; ordinal < count; ++ordinal) {
+            const gpu shown = describe_gpu(ordinal);
+            (shown.capability < oldest_capability ? old_gpus_ : gpus_).push_back(shown);
+        }
     } catch (const cuda_error& problem) {
         return problem.what();
     }
     if (!gpus_.empty()) return "";
-    return std::string("the NVIDIA driver shows no GPU: ") + remedy_for(CUDA_ERROR_NO_DEVICE);
+    if (old_gpus_.empty())
+        return std::string("the NVIDIA driver shows no GPU: ") + remedy_for(CUDA_ERROR_NO_DEVICE);
+    const gpu& old = old_gpus_.front();
+    return format("GPU %d (%s) has compute capability %d.%d; %d.%d or newer is needed", old.ordinal,
+                  old.name.c_str(), old.capability / 10, old.capability % 10,
+                  oldest_capability / 10, oldest_capability % 10);
 }
 
 std::string driver::missing_function() {
@@ -234,6 +241,7 @@ std::string driver::describe(CUresult result) const {
 void driver::refuse(CUresult result, const char* call, const std::string& doing) const {
     std::string remedy = remedy_for(result);
     remedy[0] = char(std::toupper(static_cast<unsigned char>(remedy[0])));
+    if (sticky(result)) remedy += ". Only a new process can use this GPU again";
     throw cuda_error(status_of(result),
                      format("CUDA: %s failed while %s: %s. %s", call, doing.c_str(),
                             describe(result).c_str(), remedy.c_str()),
@@ -263,17 +271,7 @@ gpu driver::describe_gpu(int ordinal) const {
     g.multiprocessors = attribute(CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT);
     g.shared_memory_of_block =
         std::size_t(attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN));
-    g.shared_memory_of_multiprocessor =
-        std::size_t(attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_MULTIPROCESSOR));
-    g.l2_cache = std::size_t(attribute(CU_DEVICE_ATTRIBUTE_L2_CACHE_SIZE));
-    g.registers_of_multiprocessor = attribute(CU_DEVICE_ATTRIBUTE_MAX_REGISTERS_PER_MULTIPROCESSOR);
-    g.threads_of_multiprocessor = attribute(CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR);
-    g.clock = attribute(CU_DEVICE_ATTRIBUTE_CLOCK_RATE);
     g.clusters = attribute(CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH) != 0;
-    g.cooperative_launch = attribute(CU_DEVICE_ATTRIBUTE_COOPERATIVE_LAUNCH) != 0;
-    g.watchdog = attribute(CU_DEVICE_ATTRIBUTE_KERNEL_EXEC_TIMEOUT) != 0;
-    g.ecc = attribute(CU_DEVICE_ATTRIBUTE_ECC_ENABLED) != 0;
-    g.integrated = attribute(CU_DEVICE_ATTRIBUTE_INTEGRATED) != 0;
     return g;
 }
 

@@ -101,17 +101,10 @@ public:
     function_facts facts(const char* name) const;
     // Lets the function be launched with this much dynamic shared memory, bytes.
     void allow_shared_memory(const char* name, std::size_t bytes) const;
-    // Lets it be launched in clusters of more than 8 blocks, where the GPU has them.
-    void allow_large_clusters(const char* name) const;
     // Blocks of this size that one multiprocessor holds at a time.
     int blocks_of_multiprocessor(const char* name, int threads, std::size_t shared_bytes) const;
-    // Clusters of this shape that the GPU holds at a time; 0 if not even one.
-    int clusters_of_gpu(const char* name, const launch_shape& shape) const;
 
 private:
-    void set_attribute(const char* name, CUfunction_attribute which, int value,
-                       const std::string& doing) const;
-
     const context& context_;
     const std::shared_ptr<const kernel_binary> binary_;
     CUmodule handle_ = nullptr;

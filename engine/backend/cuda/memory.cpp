@@ -15,11 +15,23 @@ std::atomic<uint64_t>& gpu_bytes_held() {
 namespace {
 
 const gpu& gpu_at(const driver& driver, int ordinal) {
-    const int count = int(driver.gpus().size());
-    if (ordinal < 0 || ordinal >= count)
-        fail(LIMAX_NO_DEVICE,
-             format("device 'cuda': GPU %d was asked for; the driver shows %d", ordinal, count));
-    return driver.gpus()[std::size_t(ordinal)];
+    for (const gpu& one : driver.gpus())
+        if (one.ordinal == ordinal) return one;
+    fail(LIMAX_NO_DEVICE, format("device 'cuda': GPU %d was asked for; it is none of the %zu that "
+                                 "can be used",
+                                 ordinal, driver.gpus().size()));
+}
+
+// LIMAX_CUDA_MEMORY: the most that limax takes of each GPU, in GB; all that there is without it.
+double memory_limit_of_environment() {
+    const char* text = secure_getenv("LIMAX_CUDA_MEMORY");
+    if (!text || !*text) return HUGE_VAL;
+    char* end = nullptr;
+    const double limit = std::strtod(text, &end);
+    if (*end != 0 || !(limit > 0))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("LIMAX_CUDA_MEMORY is '%s'; it must be a number of GB above 0", text));
+    return 1e9 * limit;
 }
 
 std::string title(const gpu& gpu) { return format("GPU %d (%s)", gpu.ordinal, gpu.name.c_str()); }
@@ -40,12 +52,7 @@ void release(const context& context, const Give& give) noexcept {
 // ---- context ----
 
 context::context(const driver& driver, int ordinal)
-    : driver_(driver), gpu_(gpu_at(driver, ordinal)) {
-    if (gpu_.capability < oldest_capability)
-        fail(LIMAX_NO_DEVICE,
-             format("device 'cuda': %s has compute capability %d.%d; %d.%d or newer is needed",
-                    title(gpu_).c_str(), gpu_.capability / 10, gpu_.capability % 10,
-                    oldest_capability / 10, oldest_capability % 10));
+    : driver_(driver), gpu_(gpu_at(driver, ordinal)), memory_limit_(memory_limit_of_environment()) {
     const std::string doing = "opening " + title(gpu_);
     CUdevice device = 0;
     driver_.check(driver_.device_get(&device, ordinal), "cuDeviceGet", doing);
@@ -64,11 +71,6 @@ std::size_t context::free_memory() const {
     driver_.check(driver_.mem_get_info(&free, &total), "cuMemGetInfo",
                   "asking " + title(gpu_) + " for its free memory");
     return free;
-}
-
-void context::synchronize(const std::string& doing) const {
-    const scope here = current();
-    driver_.check(driver_.ctx_synchronize(), "cuCtxSynchronize", doing);
 }
 
 context::scope::scope(const context& context) : driver_(context.driver_), handle_(context.handle_) {
@@ -100,15 +102,6 @@ void stream::synchronize(const std::string& doing) const {
     api.check(api.stream_synchronize(handle_), "cuStreamSynchronize", doing);
 }
 
-bool stream::idle(const std::string& doing) const {
-    const auto here = context_->current();
-    const driver& api = context_->api();
-    const CUresult result = api.stream_query(handle_);
-    if (result == CUDA_ERROR_NOT_READY) return false;
-    api.check(result, "cuStreamQuery", doing);
-    return true;
-}
-
 // ---- event ----
 
 event::event(const context& context) : context_(&context) {
@@ -128,12 +121,6 @@ void event::record(const stream& stream) {
     api.check(api.event_record(handle_, stream.handle()), "cuEventRecord", "recording an event");
 }
 
-void event::synchronize(const std::string& doing) const {
-    const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.event_synchronize(handle_), "cuEventSynchronize", doing);
-}
-
 double event::seconds_since(const event& start) const {
     const auto here = context_->current();
     const driver& api = context_->api();
@@ -145,30 +132,20 @@ double event::seconds_since(const event& start) const {
 
 // ---- memory of a GPU ----
 
-namespace {
-
-// LIMAX_CUDA_MEMORY: the most that limax takes of each GPU, in GB; all that there is without it.
-double memory_limit() {
-    const char* text = std::getenv("LIMAX_CUDA_MEMORY");
-    if (!text || !*text) return HUGE_VAL;
-    char* end = nullptr;
-    const double limit = std::strtod(text, &end);
-    if (*end != 0 || !(limit > 0))
-        fail(LIMAX_INVALID_ARGUMENT,
-             format("LIMAX_CUDA_MEMORY is '%s'; it must be a number of GB above 0", text));
-    return 1e9 * limit;
-}
-
-}  // namespace
-
 device_block::device_block(const context& context, std::size_t bytes, const std::string& what)
     : context_(&context) {
     if (bytes == 0) return;
     const auto here = context.current();
     const driver& api = context.api();
-    CUresult result = CUDA_ERROR_OUT_OF_MEMORY;
-    if (double(context.bytes_held_) + double(bytes) <= memory_limit())
-        result = api.mem_alloc(&address_, bytes);
+    const double held = double(context.bytes_held_);
+    if (held + double(bytes) > context.memory_limit_)
+        throw cuda_error(LIMAX_OUT_OF_MEMORY,
+                         format("CUDA: out of memory: %s: %.3g GB were needed; LIMAX_CUDA_MEMORY "
+                                "allows %.3g GB of %s, of which %.3g GB are taken",
+                                what.c_str(), double(bytes) / 1e9, context.memory_limit_ / 1e9,
+                                title(context.device()).c_str(), held / 1e9),
+                         CUDA_ERROR_OUT_OF_MEMORY);
+    const CUresult result = api.mem_alloc(&address_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(
             LIMAX_OUT_OF_MEMORY,

@@ -19,7 +19,8 @@ std::atomic<uint64_t>& gpu_bytes_held();
 // The primary context of one GPU. Several threads may use it at once.
 class context {
 public:
-    // Refuses (LIMAX_NO_DEVICE) an ordinal that the driver does not show and a GPU that is too old.
+    // Refuses (LIMAX_NO_DEVICE) an ordinal that is not one of driver.gpus(), and
+    // (LIMAX_INVALID_ARGUMENT) a LIMAX_CUDA_MEMORY that is no number of GB above 0.
     context(const driver& driver, int ordinal);
     context(const context&) = delete;
     ~context();
@@ -29,8 +30,6 @@ public:
     uint64_t bytes_held() const { return bytes_held_.load(); }
     // What the driver would give now, other processes considered; bytes.
     std::size_t free_memory() const;
-    // Waits for all work of this GPU. `doing` as in driver::check().
-    void synchronize(const std::string& doing) const;
 
     // Makes the context current on this thread, and what was current before at the end of its
     // scope.
@@ -51,6 +50,7 @@ private:
 
     const driver& driver_;
     const gpu gpu_;
+    const double memory_limit_;  // bytes, infinite where LIMAX_CUDA_MEMORY is unset
     CUcontext handle_ = nullptr;
     mutable std::atomic<uint64_t> bytes_held_{0};
 };
@@ -65,8 +65,8 @@ public:
     ~stream();
 
     CUstream handle() const { return handle_; }
+    // Waits for all of it. `doing` as in driver::check().
     void synchronize(const std::string& doing) const;
-    bool idle(const std::string& doing) const;  // whether all work is done; never waits
 
 private:
     const context* context_;
@@ -83,7 +83,6 @@ public:
 
     CUevent handle() const { return handle_; }
     void record(const stream& stream);
-    void synchronize(const std::string& doing) const;
     // From `start` to this event, both recorded and done; s.
     double seconds_since(const event& start) const;
 
@@ -96,8 +95,8 @@ private:
 class device_block {
 public:
     device_block() = default;
-    // Refuses (LIMAX_OUT_OF_MEMORY), naming what was needed and what is free. `what` says for what:
-    // "the springs of 4096 robots".
+    // Refuses (LIMAX_OUT_OF_MEMORY), naming what was needed and what is free, or the limit that it
+    // would pass. `what` says for what: "the springs of 4096 robots".
     device_block(const context& context, std::size_t bytes, const std::string& what);
     device_block(device_block&& other) noexcept
         : context_(other.context_),

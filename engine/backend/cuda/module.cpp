@@ -102,21 +102,13 @@ function_facts kernel_module::facts(const char* name) const {
 }
 
 void kernel_module::allow_shared_memory(const char* name, std::size_t bytes) const {
-    set_attribute(name, CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES, int(bytes),
-                  format("asking for %zu bytes of shared memory for %s", bytes, name));
-}
-
-void kernel_module::allow_large_clusters(const char* name) const {
-    set_attribute(name, CU_FUNC_ATTRIBUTE_NON_PORTABLE_CLUSTER_SIZE_ALLOWED, 1,
-                  format("asking for large clusters for %s", name));
-}
-
-void kernel_module::set_attribute(const char* name, CUfunction_attribute which, int value,
-                                  const std::string& doing) const {
     const CUfunction function = this->function(name);
     const auto here = context_.current();
     const driver& api = context_.api();
-    api.check(api.func_set_attribute(function, which, value), "cuFuncSetAttribute", doing);
+    api.check(api.func_set_attribute(function, CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES,
+                                     int(bytes)),
+              "cuFuncSetAttribute",
+              format("asking for %zu bytes of shared memory for %s", bytes, name));
 }
 
 int kernel_module::blocks_of_multiprocessor(const char* name, int threads,
@@ -129,17 +121,6 @@ int kernel_module::blocks_of_multiprocessor(const char* name, int threads,
               "cuOccupancyMaxActiveBlocksPerMultiprocessor",
               format("asking how many blocks of %s fit", name));
     return blocks;
-}
-
-int kernel_module::clusters_of_gpu(const char* name, const launch_shape& shape) const {
-    const CUfunction function = this->function(name);
-    const auto here = context_.current();
-    const driver& api = context_.api();
-    const launch_config launch(shape, nullptr);
-    int clusters = 0;
-    api.check(api.occupancy_max_active_clusters(&clusters, function, &launch.config),
-              "cuOccupancyMaxActiveClusters", format("asking how many clusters of %s fit", name));
-    return clusters;
 }
 
 std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set) {

@@ -80,16 +80,18 @@ CUresult cuDeviceGetName(char* name, int length, CUdevice) {
     std::strncpy(name, "Fake GPU", std::size_t(length));
     return CUDA_SUCCESS;
 }
-CUresult cuDeviceGetAttribute(int* value, CUdevice_attribute which, CUdevice) {
+CUresult cuDeviceGetAttribute(int* value, CUdevice_attribute which, CUdevice device) {
     BEGIN(cuDeviceGetAttribute);
+    const bool differs = device == fake.gpus - 1 && fake.capability_of_last != 0;
+    const int capability = differs ? fake.capability_of_last : fake.capability;
     switch (which) {
-        case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR: *value = fake.capability / 10; break;
-        case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR: *value = fake.capability % 10; break;
+        case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR: *value = capability / 10; break;
+        case CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR: *value = capability % 10; break;
         case CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT: *value = 132; break;
         case CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN:
             *value = fake.shared_memory_of_block;
             break;
-        case CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH: *value = fake.capability >= 90; break;
+        case CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH: *value = capability >= 90; break;
         default: *value = 1;
     }
     return CUDA_SUCCESS;
@@ -119,10 +121,6 @@ CUresult cuCtxGetCurrent(CUcontext* context) {
 }
 CUresult cuCtxSetCurrent(CUcontext context) {
     current = context;
-    return CUDA_SUCCESS;
-}
-CUresult cuCtxSynchronize() {
-    BEGIN_IN_CONTEXT(cuCtxSynchronize);
     return CUDA_SUCCESS;
 }
 
@@ -195,14 +193,6 @@ CUresult cuStreamSynchronize(CUstream) {
     BEGIN_IN_CONTEXT(cuStreamSynchronize);
     return CUDA_SUCCESS;
 }
-CUresult cuStreamQuery(CUstream) {
-    BEGIN_IN_CONTEXT(cuStreamQuery);
-    return CUDA_SUCCESS;
-}
-CUresult cuStreamWaitEvent(CUstream, CUevent, unsigned) {
-    BEGIN_IN_CONTEXT(cuStreamWaitEvent);
-    return CUDA_SUCCESS;
-}
 CUresult cuEventCreate(CUevent* event, unsigned) {
     BEGIN_IN_CONTEXT(cuEventCreate);
     ++fake.events;
@@ -216,14 +206,6 @@ CUresult cuEventDestroy(CUevent) {
 }
 CUresult cuEventRecord(CUevent, CUstream) {
     BEGIN_IN_CONTEXT(cuEventRecord);
-    return CUDA_SUCCESS;
-}
-CUresult cuEventQuery(CUevent) {
-    BEGIN_IN_CONTEXT(cuEventQuery);
-    return CUDA_SUCCESS;
-}
-CUresult cuEventSynchronize(CUevent) {
-    BEGIN_IN_CONTEXT(cuEventSynchronize);
     return CUDA_SUCCESS;
 }
 CUresult cuEventElapsedTime(float* milliseconds, CUevent, CUevent) {
@@ -265,11 +247,6 @@ CUresult cuFuncSetAttribute(CUfunction, CUfunction_attribute, int) {
     BEGIN_IN_CONTEXT(cuFuncSetAttribute);
     return CUDA_SUCCESS;
 }
-CUresult cuLaunchKernel(CUfunction, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned,
-                        unsigned, CUstream, void**, void**) {
-    BEGIN_IN_CONTEXT(cuLaunchKernel);
-    return CUDA_SUCCESS;
-}
 CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** arguments, void**) {
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
@@ -291,11 +268,6 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** argum
 CUresult cuOccupancyMaxActiveBlocksPerMultiprocessor(int* count, CUfunction, int, std::size_t) {
     BEGIN_IN_CONTEXT(cuOccupancyMaxActiveBlocksPerMultiprocessor);
     *count = 3;
-    return CUDA_SUCCESS;
-}
-CUresult cuOccupancyMaxActiveClusters(int* count, CUfunction, const CUlaunchConfig* config) {
-    BEGIN_IN_CONTEXT(cuOccupancyMaxActiveClusters);
-    *count = 132 / int(config->attrs[0].value.clusterDim.x);
     return CUDA_SUCCESS;
 }
 

@@ -10,6 +10,7 @@ struct fake_driver {
     int version = 13000;
     int gpus = 1;
     int capability = 90;
+    int capability_of_last = 0;    // where the last GPU differs from the others; else 0
     std::size_t memory = 1000000;  // bytes of its GPU
     int shared_memory_of_block = 232448;
     // The next call of the function of this (plain) name answers `result`; null for none.
