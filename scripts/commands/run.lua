@@ -299,7 +299,16 @@ local function aftermath(session, value, trace)
       run_folder.resume_command(path), "\n")
     return 130
   end
-  if failure.status(value) then error(value, 0) end
+  local mend
+  if folder and host.file.exists(path .. "/checkpoint") then
+    -- mending changes the script, which a resume refuses unless it is told
+    mend = "when it is mended, continue with: " .. folder:resume_command() .. " --changed"
+  end
+  local status = failure.status(value)
+  if status == 1 and mend and session.progress and not value:find("continue with", 1, true) then
+    failure.raise(1, value .. "\n" .. mend)
+  end
+  if status then error(value, 0) end
   if failure.of_machine(value) then
     -- nothing is wrong with the script: it goes on as it is
     io.stderr:write("limax: ", failure.bare(value), "\n")
@@ -307,10 +316,7 @@ local function aftermath(session, value, trace)
     return 1
   end
   io.stderr:write("limax: ", failure.first_trace(value) or trace, "\n")
-  if folder then
-    -- mending changes the script, which a resume refuses unless it is told
-    io.stderr:write("when it is mended, continue with: ", folder:resume_command(), " --changed\n")
-  end
+  if mend then io.stderr:write(mend, "\n") end
   return 1
 end
 

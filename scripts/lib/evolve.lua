@@ -327,6 +327,12 @@ end
 
 -- ---- supervise and breed ------------------------------------------------------------------------
 
+-- Where the script's own function stands that a configuration names.
+local function place_of(chosen)
+  local own = type(chosen) == "table" and chosen["function"]
+  return own and ("%s:%d"):format(own.file, own.first_line) or nil
+end
+
 -- The offspring of a scored generation.
 function Run:breed(robots, choice)
   local began, generation = host.clock(), robots.generation + 1
@@ -346,7 +352,7 @@ function Run:breed(robots, choice)
   local pairs_of_robots = mating.pairs(robots, elites, choice.parents, function(child)
     local random = engine.random(self.config.seed, self.repetition, "selection", generation, child)
     return self.experiment.selection(robots, random)
-  end)
+  end, place_of(self.config.selection))
   if choice.elites then set("elite_fraction", #elites / #robots) end
   local offspring = self:new_engine_population()
   offspring:breed(robots.engine, pairs_of_robots, { mutation_rate = parameters.mutation_rate,

@@ -48,8 +48,9 @@ end
 ---@param elites integer[]
 ---@param named? integer[][]
 ---@param select fun(child: integer): integer, integer
+---@param place? string of the script's own selection: FILE:LINE
 ---@return integer[][]
-function mating.pairs(robots, elites, named, select)
+function mating.pairs(robots, elites, named, select, place)
   local wanted = #robots - #elites
   if named and #named ~= wanted then
     failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
@@ -59,8 +60,8 @@ function mating.pairs(robots, elites, named, select)
   for k, index in ipairs(elites) do list[k] = { index, index } end
   for k = 1, wanted do
     local child = #elites + k
-    local what = ("the selection's choice for robot %d of generation %d")
-      :format(child, robots.generation + 1)
+    local what = ("the selection's choice%s for robot %d of generation %d")
+      :format(place and (" (%s)"):format(place) or "", child, robots.generation + 1)
     local pair = named and named[k]
     if pair then what = ("breed: a parent in parents[%d]"):format(k) end
     pair = pair or { select(child) }

@@ -138,6 +138,8 @@ suite:test("a fitness that throws or returns no number stops the first generatio
   t:equal(done.status, 1)
   t:ok(done.stderr:find "try.lua:%d+: nobody walks", done.stderr)
   t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "failed")
+  -- no generation is there to go on from
+  t:equal(done.stderr:find("continue with", 1, true), nil)
   write_experiment(folder, "fitness = function(robot) return {} end")
   refuses(t, folder, { "run", "try.lua" }, 1, "the fitness returned a table, expected a number")
 end)
@@ -153,6 +155,8 @@ suite:test("a run that fails later keeps its generations and goes on when mended
   local done = run(folder, { "run", "try.lua", "--out", "r" }, { before = "BROKEN=1" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find "more than a tenth of generation 2", done.stderr)
+  t:ok(done.stderr:find "mended, continue with: [^\n]*limax run %-%-resume r %-%-changed",
+    done.stderr)
   local _, lines = source.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")
   t:equal(lines, 2)
   t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)

@@ -137,6 +137,27 @@ suite:test("arms that share a supervisor are told apart by what differs", functi
   t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
 end)
 
+suite:test("arms that no supervisor tells apart have their experiments' names", function(t)
+  local base = t:folder()
+  local function wait() end
+  local function names_of(given)
+    local list, names = {}, {}
+    for k, each in ipairs(given) do list[k] = { path = run(base .. "/" .. each.at, each[1]) } end
+    for i, arm in ipairs(arms.group(runs.read(list))) do names[i] = arm.name end
+    return names
+  end
+  t:equal(names_of { { at = "a", { supervisor = wait, name = "mine" } },
+    { at = "b", { supervisor = "fixed" } } }, { "mine", "fixed" })
+  t:equal(names_of { { at = "c", { supervisor = "rules", name = "low" } },
+    { at = "d", { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } } } },
+    { "low", "high" })
+  -- a name that another arm has already says nothing
+  local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
+    { at = "f", { supervisor = "fixed" } } }
+  t:ok(same[1]:find "^compare%.lua:%d+$", same[1])
+  t:equal(same[2], "fixed")
+end)
+
 suite:test("an arm that repeats another run says whose parameters they are", function(t)
   local base = t:folder()
   local given = { { path = run(base .. "/a", { supervisor = "random" }) },

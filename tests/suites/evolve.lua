@@ -256,7 +256,7 @@ end)
 
 suite:test("a selection that names nobody stops the run", function(t)
   for _, index in ipairs { 0, 7, 1.5, "one" } do
-    t:raises("the selection's choice for robot 3 of generation 1 is", function()
+    t:raises("selection's choice %(.*evolve.lua:%d+%) for robot 3 of generation 1 is", function()
       finished { selection = function() return 1, index end }
     end)
   end

@@ -101,8 +101,34 @@ local function supervisor_name(config)
   return supervisor.name or tostring(supervisor[1])
 end
 
--- The name of an arm: its supervisor, and what else it differs in from the first arm of that name.
-local function name_arm(arm, named)
+-- The name that the experiments of an arm have, where those of no other arm have it.
+local function own_name(arm, groups)
+  local name = arm.runs[1].config.name
+  for _, other in ipairs(groups) do
+    if name == other.name or name == supervisor_name(other.runs[1].config) then return nil end
+    for _, run in ipairs(other.runs) do
+      if (run.config.name == name) ~= (other == arm) then return nil end
+    end
+  end
+  return name
+end
+
+-- Is a supervisor's name enough to know this arm by: no place in a script, and of no other arm?
+local function is_telling(arm, groups)
+  local config = arm.runs[1].config
+  if type(config.supervisor) == "table" and config.supervisor["function"] then return false end
+  for _, other in ipairs(groups) do
+    local same = supervisor_name(other.runs[1].config) == supervisor_name(config)
+    if other ~= arm and not other.name and same then return false end
+  end
+  return true
+end
+
+-- The name of an arm: its supervisor; where that does not tell it from others, the name of its
+-- experiments; where they have none of their own, what else it differs in from the first arm of
+-- that supervisor.
+local function name_arm(arm, named, own)
+  if own then return own end
   local base = supervisor_name(arm.runs[1].config)
   local first = named[base]
   if not first then
@@ -168,8 +194,12 @@ function arms.group(list)
     end
     table.insert(by_key[key].runs, run)
   end
-  for _, arm in ipairs(groups) do
-    arm.name = arm.name or name_arm(arm, named)
+  local own = {}
+  for k, arm in ipairs(groups) do
+    own[k] = not arm.name and not is_telling(arm, groups) and own_name(arm, groups) or nil
+  end
+  for k, arm in ipairs(groups) do
+    arm.name = arm.name or name_arm(arm, named, own[k])
     order(arm)
   end
   return groups
