@@ -141,9 +141,15 @@ return function(class)
     arguments.text("population:text: letters", letters)
     local n = self.lattice
     local all = ffi.new("char[?]", C.LIMAX_MAX_MATERIALS, letters)
-    local out = ffi.new("char[?]", (n[1] + 1) * n[2] * n[3] + n[3])
+    local size = (n[1] + 1) * n[2] * n[3] + n[3]
+    local out = ffi.new("char[?]", size)
     abi.check(C.limax_population_text(handle, robot, all, out), "population:text")
-    return ffi.string(out)
+    local text = ffi.string(out)
+    -- less a line's end, and the zero that stands in the place of the last one
+    if #text ~= size - 2 then
+      arguments.refuse("population:text: letters", "a letter for each material", letters)
+    end
+    return text
   end
 
   --- Weights of robot i: stiffness, amplitude and phase of each voxel, 0 to 1.

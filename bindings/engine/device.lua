@@ -47,8 +47,8 @@ local function device(name, options)
   arguments.known("device", options, { "threads", "isa" })
   local threads = options.threads
   threads = threads == nil and threads_of_environment()
-    or arguments.integer("threads", threads or 0, 0, MOST_THREADS)
-  local isa = options.isa and arguments.text("isa", options.isa)
+    or arguments.integer("threads", threads, 0, MOST_THREADS)
+  local isa = options.isa ~= nil and arguments.text("isa", options.isa) or nil
   memory.collect(WEIGHT)
   local out = ffi.new "limax_device *[1]"
   abi.check(C.limax_device_create(name, threads, isa, out))

@@ -9,6 +9,9 @@ local names = require "limax.engine.names"
 
 local C = abi.C
 
+-- the counter has 24 bits for a repetition: beyond, two would give the same numbers
+local MOST_REPETITIONS = 2 ^ 24 - 1
+
 ---@class limax.random
 ---@field draw integer numbers drawn so far
 local methods = {}
@@ -55,7 +58,7 @@ end
 local function random(seed, repetition, stream, generation, individual)
   local key = ffi.new "limax_random_key"
   key.seed = arguments.seed("random: seed", seed)
-  key.repetition = arguments.integer("random: repetition", repetition, 1, 4294967295)
+  key.repetition = arguments.integer("random: repetition", repetition, 1, MOST_REPETITIONS)
   key.stream = arguments.choice("random: stream", stream, names.stream)
   key.generation = arguments.integer("random: generation", generation or 0, 0, 4294967295)
   key.individual = arguments.integer("random: individual", individual or 0, 0, 4294967295)

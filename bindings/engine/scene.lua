@@ -113,7 +113,8 @@ local function add(handle, effect, place, given)
   for i, field in ipairs(effect.fields) do known[i] = field.name end
   if type(given) == "table" then arguments.known("scene: " .. place, given, known) end
   for _, field in ipairs(effect.fields) do
-    local value = type(given) == "table" and given[field.name] or nil
+    local value
+    if type(given) == "table" then value = given[field.name] end
     if value ~= nil then
       resolved[field.name] = set(handle, effect.name, place, field, value)
     elseif field.components == 0 then

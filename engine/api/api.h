@@ -58,6 +58,13 @@ limax_status guard(const Body& body) noexcept {
     }
 }
 
+// For what returns no status: what `get` gives, or `otherwise` and a text.
+template <class T, class Get>
+T value_or(T otherwise, const Get& get) noexcept {
+    guard([&] { otherwise = get(); });
+    return otherwise;
+}
+
 inline void require(const void* pointer, const char* name) {
     if (!pointer) fail(LIMAX_INVALID_ARGUMENT, format("%s is null", name));
 }

@@ -10,19 +10,12 @@ namespace {
 using limax::api::guard;
 using limax::api::lives_on;
 using limax::api::require;
+using limax::api::value_or;
 
 // Moves a population to where the device keeps its own: for the CPU, back to the host.
 void settle(const limax::population& population, limax::device& device) {
     if (!population.code() || lives_on(population, device)) return;
     population.move_to(device.reside(population.code(), population.count()));
-}
-
-// A pointer for whoever has no status to look at: null, and a text, where it cannot be had.
-template <class Get>
-auto pointer_or_null(const Get& get) noexcept {
-    decltype(get()) pointer = nullptr;
-    guard([&] { pointer = get(); });
-    return pointer;
 }
 
 }  // namespace
@@ -34,6 +27,7 @@ extern "C" {
 limax_status limax_materials_load(const char* path, limax_materials** out) {
     return guard([&] {
         require(path, "path");
+        require(out, "out");
         *out = new limax_materials{limax::material_table::load(path)};
     });
 }
@@ -41,27 +35,36 @@ limax_status limax_materials_parse(const char* text, uint64_t length, const char
                                    limax_materials** out) {
     return guard([&] {
         require(text, "text");
+        require(out, "out");
         *out = new limax_materials{
-            limax::material_table::parse(std::string(text, length), origin ? origin : "materials")};
+            limax::material_table::parse({text, length}, origin ? origin : "materials")};
     });
 }
 limax_status limax_materials_copy(const limax_materials* materials, limax_materials** out) {
     return guard([&] {
         require(materials, "materials");
+        require(out, "out");
         *out = new limax_materials{materials->it};
     });
 }
 void limax_materials_free(limax_materials* materials) { delete materials; }
 int32_t limax_materials_count(const limax_materials* materials) {
-    return materials ? materials->it.count() : 0;
+    return value_or(0, [&] {
+        require(materials, "materials");
+        return materials->it.count();
+    });
 }
 const char* limax_materials_name(const limax_materials* materials) {
-    return materials ? materials->it.name().c_str() : "";
+    return value_or("", [&] {
+        require(materials, "materials");
+        return materials->it.name().c_str();
+    });
 }
 limax_status limax_materials_get(const limax_materials* materials, int32_t index,
                                  limax_material* out) {
     return guard([&] {
         require(materials, "materials");
+        require(out, "out");
         *out = materials->it.at(index);
     });
 }
@@ -79,6 +82,10 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
     return guard([&] {
         require(materials, "materials");
         require(field, "field");
+        require(unit, "unit");
+        require(minimum, "minimum");
+        require(maximum, "maximum");
+        require(source, "source");
         const limax::material_field& found = materials->it.field(field);
         *unit = found.unit.c_str();
         *minimum = found.minimum;
@@ -92,18 +99,28 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out) {
     return guard([&] {
         require(options, "options");
+        require(out, "out");
         *out = new limax_encoding{std::make_shared<const limax::encoding>(*options)};
     });
 }
 void limax_encoding_free(limax_encoding* encoding) { delete encoding; }
 int32_t limax_encoding_genes(const limax_encoding* encoding) {
-    return encoding ? encoding->it->genes() : 0;
+    return value_or(0, [&] {
+        require(encoding, "encoding");
+        return encoding->it->genes();
+    });
 }
 const double* limax_encoding_matrix(const limax_encoding* encoding) {
-    return encoding ? encoding->it->matrix() : nullptr;
+    return value_or<const double*>(nullptr, [&] {
+        require(encoding, "encoding");
+        return encoding->it->matrix();
+    });
 }
 const float* limax_encoding_features(const limax_encoding* encoding) {
-    return encoding ? encoding->it->features() : nullptr;
+    return value_or<const float*>(nullptr, [&] {
+        require(encoding, "encoding");
+        return encoding->it->features();
+    });
 }
 
 // ---- population ----
@@ -112,25 +129,41 @@ limax_status limax_population_create(const int32_t lattice[3], int32_t count,
                                      const limax_encoding* encoding, limax_population** out) {
     return guard([&] {
         require(lattice, "lattice");
+        require(out, "out");
         *out = new limax_population{
             limax::population(lattice, count, encoding ? encoding->it : nullptr)};
     });
 }
 void limax_population_free(limax_population* population) { delete population; }
 int32_t limax_population_count(const limax_population* population) {
-    return population ? population->it.count() : 0;
+    return value_or(0, [&] {
+        require(population, "population");
+        return population->it.count();
+    });
 }
 float* limax_population_genomes(limax_population* population) {
-    return population ? pointer_or_null([&] { return population->it.genomes(); }) : nullptr;
+    return value_or<float*>(nullptr, [&] {
+        require(population, "population");
+        return population->it.genomes();
+    });
 }
 uint8_t* limax_population_voxels(limax_population* population) {
-    return population ? pointer_or_null([&] { return population->it.voxels(); }) : nullptr;
+    return value_or<uint8_t*>(nullptr, [&] {
+        require(population, "population");
+        return population->it.voxels();
+    });
 }
 float* limax_population_weights(limax_population* population) {
-    return population ? pointer_or_null([&] { return population->it.weights(); }) : nullptr;
+    return value_or<float*>(nullptr, [&] {
+        require(population, "population");
+        return population->it.weights();
+    });
 }
 const limax_body* limax_population_bodies(const limax_population* population) {
-    return population ? population->it.bodies() : nullptr;
+    return value_or<const limax_body*>(nullptr, [&] {
+        require(population, "population");
+        return population->it.bodies();
+    });
 }
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out) {
@@ -198,6 +231,7 @@ limax_status limax_population_diversity(const limax_population* population, cons
     return guard([&] {
         require(population, "population");
         require(robots, "robots");
+        require(out, "out");
         *out = population->it.diversity(robots, count);
     });
 }

@@ -15,8 +15,8 @@ using limax::api::require;
 const limax::effect_entry& entry_at(int32_t effect) {
     const auto& entries = limax::effect_entries();
     if (effect < 0 || effect >= static_cast<int32_t>(entries.size()))
-        fail(LIMAX_INVALID_ARGUMENT,
-             format("effect %d does not exist; there are %zu", effect + 1, entries.size()));
+        fail(LIMAX_INVALID_ARGUMENT, format("effect %lld does not exist; there are %zu",
+                                            limax::from_one(effect), entries.size()));
     return entries[effect];
 }
 
@@ -29,6 +29,7 @@ extern "C" {
 int32_t limax_effect_count(void) { return static_cast<int32_t>(limax::effect_entries().size()); }
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
     return guard([&] {
+        require(out, "out");
         const limax::effect_entry& entry = entry_at(effect);
         *out = {entry.name, entry.summary, entry.needs.c_str(), entry.field_count,
                 entry.most_instances};
@@ -36,10 +37,11 @@ limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
 }
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out) {
     return guard([&] {
+        require(out, "out");
         const limax::effect_entry& entry = entry_at(effect);
         if (field < 0 || field >= entry.field_count)
-            fail(LIMAX_INVALID_ARGUMENT, format("effect '%s' has %d fields, not %d", entry.name,
-                                                entry.field_count, field + 1));
+            fail(LIMAX_INVALID_ARGUMENT, format("effect '%s' has %d fields, not %lld", entry.name,
+                                                entry.field_count, limax::from_one(field)));
         const limax::effects::field& found = entry.fields[field];
         *out = {found.name, found.unit,    found.note,    found.components,
                 0,          found.minimum, found.maximum, {}};
@@ -47,7 +49,10 @@ limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info*
     });
 }
 limax_status limax_scene_create(limax_scene** out) {
-    return guard([&] { *out = new limax_scene; });
+    return guard([&] {
+        require(out, "out");
+        *out = new limax_scene;
+    });
 }
 void limax_scene_free(limax_scene* scene) { delete scene; }
 limax_status limax_scene_add(limax_scene* scene, const char* effect) {
@@ -84,8 +89,7 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
         require(scene, "scene");
         require(name, "name");
         require(text, "text");
-        if (count < 0)
-            fail(LIMAX_INVALID_ARGUMENT, format("count is %d; it must be 0 or more", count));
+        limax::require_range("count", count, 0, limax::scripted::most_registers, "");
         if (count > 0) require(parameters, "parameters");
         std::vector<limax::scripted::parameter> given;
         for (int32_t i = 0; i < count; ++i) {

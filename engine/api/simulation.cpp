@@ -1,9 +1,11 @@
 // simulation.cpp: simulations of limax.h, and what is checked before one begins.
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/api.h"
 #include "base/memory.h"
@@ -19,12 +21,13 @@ using limax::format;
 using limax::api::guard;
 using limax::api::lives_on;
 using limax::api::require;
+using limax::api::value_or;
 
 int32_t require_robot(const limax_simulation* simulation, int32_t robot) {
     require(simulation, "simulation");
     if (robot < 0 || robot >= simulation->count)
-        fail(LIMAX_INVALID_ARGUMENT,
-             format("robot %d does not exist; there are %d", robot + 1, simulation->count));
+        fail(LIMAX_INVALID_ARGUMENT, format("robot %lld does not exist; there are %d",
+                                            limax::from_one(robot), simulation->count));
     return robot;
 }
 
@@ -111,15 +114,18 @@ extern "C" {
 // ---- simulation ----
 
 void limax_simulation_defaults(limax_simulation_options* out) {
-    *out = {};
-    out->integrator = LIMAX_LEAPFROG;
-    out->precision = LIMAX_COMPENSATED;
-    out->sharing = LIMAX_SHARING_MEAN;
-    out->duration = 5.0;
-    out->bound_fraction = 0.9;
-    out->edge = 0.1;
-    out->max_speed = 1000.0;
-    out->max_stretch = 10.0;
+    guard([&] {
+        require(out, "out");
+        *out = {};
+        out->integrator = LIMAX_LEAPFROG;
+        out->precision = LIMAX_COMPENSATED;
+        out->sharing = LIMAX_SHARING_MEAN;
+        out->duration = 5.0;
+        out->bound_fraction = 0.9;
+        out->edge = 0.1;
+        out->max_speed = 1000.0;
+        out->max_stretch = 10.0;
+    });
 }
 limax_status limax_simulation_create(const limax_population* population,
                                      const limax_materials* materials, const limax_scene* scene,
@@ -131,6 +137,7 @@ limax_status limax_simulation_create(const limax_population* population,
         require(scene, "scene");
         require(options, "options");
         require(device, "device");
+        require(out, "out");
         auto setup =
             make_setup(population->it, materials->it, scene->it, *options, mask, *device->it);
         *out = new limax_simulation{device->it, device->it->simulate(std::move(setup)),
@@ -142,6 +149,7 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
                                       limax_progress* out) {
     return guard([&] {
         require(simulation, "simulation");
+        require(out, "out");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
         *out = simulation->it->advance(seconds, steps);
@@ -151,8 +159,14 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
                                        double seconds, limax_progress* out) {
     return guard([&] {
         require(simulations, "simulations");
+        require(out, "out");
+        limax::require_range("count", count, 0, 2147483647.0, "");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         for (int32_t i = 0; i < count; ++i) require(simulations[i], "a simulation");
+        std::vector<limax_simulation*> given(simulations, simulations + count);
+        std::sort(given.begin(), given.end(), std::less<>());
+        if (std::adjacent_find(given.begin(), given.end()) != given.end())
+            fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
         // what was sent to a GPU is collected even if another simulation fails
         std::exception_ptr failure;
         int32_t sent = 0;
@@ -170,12 +184,18 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
     });
 }
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation) {
-    return simulation ? simulation->it->outcomes() : nullptr;
+    return value_or<const limax_outcome*>(nullptr, [&] {
+        require(simulation, "simulation");
+        return simulation->it->outcomes();
+    });
 }
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width) {
     return guard([&] {
         require_robot(simulation, robot);
+        require(data, "data");
+        require(samples, "samples");
+        require(width, "width");
         if (kind < 0 || kind >= LIMAX_TRACE_KINDS || simulation->options.record[kind] == 0)
             fail(LIMAX_INVALID_ARGUMENT, format("trace kind %d is not recorded", kind));
         simulation->it->trace(robot, kind, data, samples, width);
@@ -184,6 +204,7 @@ limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t 
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out) {
     return guard([&] {
         require(simulation, "simulation");
+        require(out, "out");
         *out = simulation->it->describe();
     });
 }
@@ -191,6 +212,11 @@ limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t 
                                     const int32_t** sites) {
     return guard([&] {
         const int32_t index = require_robot(simulation, robot);
+        require(sites, "sites");
+        *sites = simulation->it->sites(index);
+        if (*sites) return;
+        // asking for its state prepares a robot, or refuses one that is not simulated
+        simulation->it->state(index, nullptr, nullptr);
         *sites = simulation->it->sites(index);
     });
 }

@@ -14,6 +14,10 @@ namespace limax {
 
 namespace {
 
+// What may be asked for, s: steps of the longest run can be counted in 64 bits, and move a mass at
+// the scale of its own oscillations.
+constexpr double shortest_step = 1e-9, longest_step = 1.0;
+
 std::atomic<bool> stop_flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
@@ -96,10 +100,12 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
     require_range("duration", options.duration, 1e-9, 1e6, "s");
     require_range("settle", options.settle, 0, 1e6, "s");
     if (options.time_step != 0) {
-        require_range("time_step", options.time_step, 1e-9, 1.0, "s");
+        require_range("time_step", options.time_step, shortest_step, longest_step, "s");
     } else {
         require_range("bound_fraction", options.bound_fraction, 1e-3, 10.0, "");
-        require_range("time_step_most", options.time_step_most, 0, 1.0, "s");
+        if (options.time_step_most != 0)
+            require_range("time_step_most", options.time_step_most, shortest_step, longest_step,
+                          "s");
     }
     require_range("edge", options.edge, 1e-4, 100.0, "m");
     require_range("max_speed", options.max_speed, 1e-3, 1e30, "m/s");

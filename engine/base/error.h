@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <stdexcept>
 #include <string>
@@ -38,6 +39,9 @@ private:
 [[noreturn]] inline void fail(limax_status status, const std::string& text) {
     throw error(status, text);
 }
+
+// An index from 0 as messages show it, from 1; any index, those that no array has among them.
+inline long long from_one(int32_t index) { return 1LL + index; }
 
 // Refuses a value that is not a number or lies outside its closed range, naming both.
 inline void require_range(const char* name, double value, double minimum, double maximum,

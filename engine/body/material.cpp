@@ -21,6 +21,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr const char* schema = "limax.materials/1";
+constexpr std::size_t longest = std::size_t{1} << 20;  // bytes of a table, which has a few thousand
 constexpr int deepest = 20;  // of a table's JSON, which needs 3: writers of messages recurse
 
 // The engine's own limits: a table's range may be narrower, never wider. Amplitude below 1 keeps
@@ -78,6 +79,10 @@ std::string refusal(int32_t kind, const limit& l, const material_field& field, d
     return format("%s is %.9g; it must be %s", l.name, value, range_text(field).c_str());
 }
 
+std::string too_long() {
+    return format("longer than %zu bytes, which no table of materials needs", longest);
+}
+
 // A JSON value as it stands in the file, cut short.
 std::string shown(const json& value) {
     std::string text = value.dump();
@@ -92,7 +97,8 @@ class material_reader {
 public:
     explicit material_reader(const std::string& origin) : origin_(origin) {}
 
-    material_table read(const std::string& text) {
+    material_table read(std::string_view text) {
+        if (text.size() > longest) refuse("", too_long());
         const json root = parse(text);
         if (!root.is_object())
             refuse("",
@@ -115,7 +121,7 @@ private:
 
     // JSON with the line and column of a mistake; a field that stands twice in one object is a
     // mistake.
-    json parse(const std::string& text) const {
+    json parse(std::string_view text) const {
         std::vector<std::set<std::string>> open;
         const auto watch = [&](int depth, json::parse_event_t event, json& value) {
             if (event == json::parse_event_t::object_start) open.emplace_back();
@@ -275,7 +281,7 @@ private:
     material_table table_;
 };
 
-material_table material_table::parse(const std::string& text, const std::string& origin) {
+material_table material_table::parse(std::string_view text, const std::string& origin) {
     return material_reader(origin).read(text);
 }
 
@@ -286,7 +292,8 @@ material_table material_table::load(const std::string& path) {
     std::string text;
     char piece[4096];
     std::size_t length;
-    while ((length = std::fread(piece, 1, sizeof piece, file.get())) > 0)
+    // a device or a pipe may have no end: no more is read than what makes it too long
+    while (text.size() <= longest && (length = std::fread(piece, 1, sizeof piece, file.get())) > 0)
         text.append(piece, length);
     if (std::ferror(file.get()))
         fail(LIMAX_IO, path + ": " + std::generic_category().message(errno));
@@ -296,7 +303,7 @@ material_table material_table::load(const std::string& path) {
 const limax_material& material_table::at(int32_t index) const {
     if (index < 0 || index >= count())
         fail(LIMAX_INVALID_ARGUMENT,
-             format("material %d does not exist; there are %d", index + 1, count()));
+             format("material %lld does not exist; there are %d", from_one(index), count()));
     return materials_[std::size_t(index)];
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "limax.h"
@@ -30,7 +31,7 @@ public:
     static material_table load(const std::string& path);
     // Throws LIMAX_INVALID_FILE with a text that names origin, material, field, value and legal
     // range.
-    static material_table parse(const std::string& text, const std::string& origin);
+    static material_table parse(std::string_view text, const std::string& origin);
 
     const std::string& name() const { return name_; }
     int32_t count() const { return static_cast<int32_t>(materials_.size()); }

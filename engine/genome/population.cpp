@@ -156,7 +156,7 @@ std::shared_ptr<const resident_bodies> population::bodies_at_home() const {
 void population::require_robots(int32_t first, int32_t count) const {
     if (first >= 0 && count >= 0 && first <= count_ - count) return;
     fail(LIMAX_INVALID_ARGUMENT,
-         format("robots %lld to %lld do not all exist; there are %d", first + 1LL,
+         format("robots %lld to %lld do not all exist; there are %d", from_one(first),
                 static_cast<long long>(first) + count, count_));
 }
 
@@ -320,8 +320,8 @@ void population::breed(const population& parents, const int32_t* pairs,
         for (const int32_t parent : {pairs[2 * int64_t(child)], pairs[2 * int64_t(child) + 1]})
             if (parent < 0 || parent >= parents.count())
                 fail(LIMAX_INVALID_ARGUMENT,
-                     format("child %d: parent %d does not exist; there are %d", child + 1,
-                            parent + 1, parents.count()));
+                     format("child %d: parent %lld does not exist; there are %d", child + 1,
+                            from_one(parent), parents.count()));
 
     if (home_ && parents.home_) {
         parents.genomes_to_device();

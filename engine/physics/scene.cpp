@@ -75,9 +75,9 @@ void scene::add(const std::string& effect) {
         fail(LIMAX_INVALID_ARGUMENT,
              most == 1 ? format("scene: effect '%s' is named twice", effect.c_str())
                        : format("scene.%s: at most %d of them are possible", effect.c_str(), most));
-    mask_ |= 1u << index;
     given_[index].push_back(defaults_[index]);
     sorted_[index] = sorted(given_[index]);
+    mask_ |= 1u << index;
 }
 
 void scene::set(const std::string& effect, const std::string& name, const double* values,
@@ -155,6 +155,10 @@ void scene::add_script(const std::string& name, const std::string& text,
     if (scripts_.size() == most_scripts)
         fail(LIMAX_INVALID_ARGUMENT,
              format("%s: at most %zu scripted effects are possible", place.c_str(), most_scripts));
+    if (!scripted::is_name(name))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("scene: the name of a scripted effect is letters, digits and _, not '%.60s'",
+                    name.c_str()));
     for (const effect_entry& entry : effect_entries())
         if (name == entry.name)
             fail(LIMAX_INVALID_ARGUMENT,

@@ -63,6 +63,8 @@ misuse:test("of scenes, options and materials too", function(t)
   there("friction' needs one of ground", function() engine.scene { friction = true } end)
   there("springs act in every scene", function() engine.scene { springs = false } end)
   there("stiffness", function() engine.scene { ground = { stiffness = -1 } } end)
+  there("scene: ground.stiffness: expected a finite number, got false",
+    function() engine.scene { ground = { stiffness = false } } end)
   there("ground: a scene has it once; expected a table of its fields, got a list",
     function() engine.scene { ground = { {}, {} } } end)
   local function terrain(pattern, heights)
@@ -115,6 +117,8 @@ misuse:test("of scenes, options and materials too", function(t)
   there("seed: expected an integer from 0 to 2^53", function() engine.random(-1, 1, "user") end)
   there("seed: expected an integer from 0 to 2^53",
     function() engine.random("18446744073709551616", 1, "user") end)
+  there("repetition: expected an integer from 1 to 16777215",
+    function() engine.random(1, 2 ^ 24, "user") end)
   there('expected "selection", "supervision" or "user", got "breeding"',
     function() engine.random(1, 1, "breeding") end)
   there("an integer from 1 to 2^32 - 1, got 0",
@@ -124,6 +128,11 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.device("cpu", { thread = 1 }) end)
   there("threads: expected an integer from 0 to 1024, got 1025",
     function() engine.device("cpu", { threads = 1025 }) end)
+  there("threads: expected an integer from 0 to 1024, got false",
+    function() engine.device("cpu", { threads = false }) end)
+  there("isa: expected a string, got false", function() engine.device("cpu", { isa = false }) end)
+  there("letters: expected a letter for each material, got \".e\"",
+    function() p:text(1, ".e") end)
 end)
 
 misuse:test("of a body refuses it whole", function(t)

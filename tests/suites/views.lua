@@ -161,6 +161,18 @@ views:test("of traces carry rate, unit and samples", function(t)
   t:raises('expected "center_of_mass", "position"', function() simulation:trace(1, "centre") end)
 end)
 
+views:test("of sites are there before the first step, and of nothing that is not simulated",
+  function(t)
+    local population = robots(2)
+    local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL),
+      { duration = 0.2 }, nil, { true, false })
+    local sites = simulation:sites(1):table()
+    t:equal(#sites, population:body(1).masses)
+    simulation:run()
+    t:equal(simulation:sites(1):table(), sites)
+    t:raises("robot 2 is not simulated", function() simulation:sites(2) end)
+  end)
+
 views:test("are read in compiled loops without allocating", function(t)
   local trace = simulated({ position = 100 }):trace(1, "position")
   local samples, masses = trace:size(1), trace:size(2)

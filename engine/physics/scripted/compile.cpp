@@ -12,8 +12,6 @@ namespace limax::scripted {
 
 namespace {
 
-// Operands are 16 bits wide, and more than this is no longer a law that a person wrote.
-constexpr int most_registers = 2000;
 constexpr int deepest = 100;  // nested brackets and signs, for the reader's own stack
 
 // A number in the register of x, or a vector in all three.
@@ -119,12 +117,10 @@ reader::reader(const std::string& place, const std::string& text,
     const int16_t zero = constant(0);
     names_["f"] = {true, zero, zero, zero};
     for (const parameter& given : parameters) {
-        bool legal = !given.name.empty() && starts_word(given.name[0]);
-        for (const char c : given.name) legal = legal && (starts_word(c) || is_digit(c));
-        if (!legal)
+        if (!is_name(given.name))
             fail(LIMAX_INVALID_ARGUMENT,
-                 format("%s: a parameter's name is letters, digits and _, not '%s'", place.c_str(),
-                        given.name.c_str()));
+                 format("%s: a parameter's name is letters, digits and _, not '%.60s'",
+                        place.c_str(), given.name.c_str()));
         if (names_.count(given.name) || own_words_.count(given.name))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s: no parameter can be called '%s': the name is taken", place.c_str(),
@@ -403,6 +399,12 @@ value reader::dot(value a, value b) {
 }
 
 }  // namespace
+
+bool is_name(const std::string& text) {
+    return !text.empty() && starts_word(text[0]) &&
+           std::all_of(text.begin(), text.end(),
+                       [](char c) { return starts_word(c) || is_digit(c); });
+}
 
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters) {

@@ -10,6 +10,10 @@
 
 namespace limax::scripted {
 
+// Numbers and operations of a law. Operands are 16 bits wide, and more than this is no longer a law
+// that a person wrote.
+inline constexpr int most_registers = 2000;
+
 // Registers hold the inputs, then the constants, then one result after the other.
 struct program {
     std::vector<double> constants;
@@ -25,6 +29,9 @@ struct parameter {
     int components;
     double value[3];
 };
+
+// Whether a text can name an effect or a parameter of one: letters, digits and _, no digit first.
+bool is_name(const std::string& text);
 
 // Reads a law, a few assignments in the manner of C; README.md has the language. `place` names it
 // in messages, which tell the line and refuse every word that is not of the language.

@@ -1,0 +1,188 @@
+// abi_misuse_test.cpp: a caller of the C ABI that means harm, or was careless: null pointers,
+// indices at the ends of their types, numbers that no computer can count to, files without an end.
+#include <doctest/doctest.h>
+
+#include <climits>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "abi.h"
+
+using namespace limax::test::abi;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Checked bodies and a simulation of them, not yet stepped.
+struct prepared : ready {
+    simulation run;
+
+    prepared() {
+        REQUIRE(limax_population_check(robots, paper, 0, 0, 2) == LIMAX_OK);
+        REQUIRE(simulate(options(), run) == LIMAX_OK);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("a null where a result should go is refused, and named") {
+    prepared stage;
+    const auto refused = [](limax_status status, const char* name) {
+        check_refused(status, LIMAX_INVALID_ARGUMENT, (std::string(name) + " is null").c_str());
+    };
+    const limax_encoding_options encoding = small_encoding();
+    const limax_simulation_options options = stage.options();
+    const int32_t first = 0;
+    double number;
+    const char* text;
+    int64_t count;
+    const double* data;
+
+    refused(limax_device_create("cpu", 1, nullptr, nullptr), "out");
+    refused(limax_materials_load(LIMAX_SOURCE_DIR "/materials/paper.json", nullptr), "out");
+    refused(limax_materials_parse("{}", 2, nullptr, nullptr), "out");
+    refused(limax_materials_copy(stage.paper, nullptr), "out");
+    refused(limax_materials_get(stage.paper, 0, nullptr), "out");
+    refused(limax_materials_field(stage.paper, "phase", nullptr, &number, &number, &text), "unit");
+    refused(limax_materials_field(stage.paper, "phase", &text, nullptr, &number, &text), "minimum");
+    refused(limax_materials_field(stage.paper, "phase", &text, &number, nullptr, &text), "maximum");
+    refused(limax_materials_field(stage.paper, "phase", &text, &number, &number, nullptr),
+            "source");
+    refused(limax_encoding_create(&encoding, nullptr), "out");
+    refused(limax_population_create(encoding.lattice, 1, nullptr, nullptr), "out");
+    refused(limax_population_diversity(stage.robots, &first, 1, nullptr), "out");
+    refused(limax_effect_describe(0, nullptr), "out");
+    refused(limax_effect_field(1, 0, nullptr), "out");
+    refused(limax_scene_create(nullptr), "out");
+    refused(limax_simulation_create(stage.robots, stage.paper, stage.land, &options, nullptr,
+                                    stage.cpu, nullptr),
+            "out");
+    refused(limax_simulation_advance(stage.run, 1, 0, nullptr), "out");
+    refused(limax_simulations_advance(&stage.run.it, 1, 1, nullptr), "out");
+    refused(limax_simulation_describe(stage.run, nullptr), "out");
+    refused(limax_simulation_sites(stage.run, 0, nullptr), "sites");
+    refused(limax_simulation_trace(stage.run, 0, 0, nullptr, &count, &count), "data");
+    refused(limax_simulation_trace(stage.run, 0, 0, &data, nullptr, &count), "samples");
+    refused(limax_simulation_trace(stage.run, 0, 0, &data, &count, nullptr), "width");
+}
+
+TEST_CASE("what returns no status answers nothing to a null, and leaves a text") {
+    const auto says = [](const char* name) {
+        return std::string(limax_error_text()) == std::string(name) + " is null";
+    };
+    limax_simulation_defaults(nullptr);
+    CHECK(says("out"));
+    CHECK(std::isnan(limax_random_uniform(nullptr, 1)));
+    CHECK(says("key"));
+    CHECK(std::isnan(limax_random_normal(nullptr, 1)));
+    CHECK(limax_random_integer(nullptr, 1, 7) == 0);
+    CHECK(limax_population_count(nullptr) == 0);
+    CHECK(says("population"));
+    CHECK(limax_materials_name(nullptr) == std::string());
+    CHECK(says("materials"));
+    CHECK(limax_encoding_features(nullptr) == nullptr);
+    CHECK(says("encoding"));
+    CHECK(limax_device_describe(nullptr) == std::string("{}"));
+    CHECK(says("device"));
+    CHECK(limax_simulation_outcomes(nullptr) == nullptr);
+    CHECK(says("simulation"));
+}
+
+TEST_CASE("the largest index is refused as it is") {
+    prepared stage;
+    const auto refused = [](limax_status status) {
+        check_refused(status, LIMAX_INVALID_ARGUMENT, "2147483648");
+    };
+    limax_material material;
+    limax_effect_info effect;
+    limax_field_info field;
+    limax_diversity diversity;
+    const int32_t most = INT_MAX;
+    refused(limax_materials_get(stage.paper, INT_MAX, &material));
+    refused(limax_effect_describe(INT_MAX, &effect));
+    refused(limax_effect_field(1, INT_MAX, &field));
+    refused(limax_simulation_state(stage.run, INT_MAX, nullptr, nullptr));
+    refused(limax_population_diversity(stage.robots, &most, 1, &diversity));
+    refused(limax_population_check(stage.robots, stage.paper, 0, INT_MAX, 1));
+
+    const limax_encoding_options options = small_encoding();
+    encoding code;
+    REQUIRE(limax_encoding_create(&options, &code.it) == LIMAX_OK);
+    population parents, children;
+    REQUIRE(limax_population_create(options.lattice, 1, code, &parents.it) == LIMAX_OK);
+    REQUIRE(limax_population_create(options.lattice, 1, code, &children.it) == LIMAX_OK);
+    limax_breeding breeding{};
+    breeding.repetition = 1;
+    const int32_t pair[2] = {0, INT_MAX};
+    refused(limax_population_breed(children, parents, pair, &breeding, stage.cpu, 0, 1));
+}
+
+TEST_CASE("a step too short to be counted is refused, not stepped") {
+    prepared stage;
+    for (const double most : {5e-324, 1e-300, 1e-10, -1e-4, 2.0, infinity}) {
+        limax_simulation_options options = stage.options();
+        options.time_step_most = most;
+        simulation run;
+        check_refused(stage.simulate(options, run), LIMAX_INVALID_ARGUMENT,
+                      "it must be 1e-09 to 1 s");
+        CHECK(run.it == nullptr);
+    }
+    limax_simulation_options options = stage.options();
+    options.time_step_most = std::nan("");
+    simulation run;
+    check_refused(stage.simulate(options, run), LIMAX_INVALID_ARGUMENT, "time_step_most is nan");
+}
+
+TEST_CASE("several simulations are advanced at once only if each is given once") {
+    prepared stage;
+    limax_progress progress[2];
+    limax_simulation* const twice[2] = {stage.run, stage.run};
+    check_refused(limax_simulations_advance(twice, 2, 0.1, progress), LIMAX_INVALID_ARGUMENT,
+                  "given twice");
+    check_refused(limax_simulations_advance(twice, -1, 0.1, progress), LIMAX_INVALID_ARGUMENT,
+                  "count is -1");
+    CHECK(limax_simulations_advance(twice, 0, 0.1, progress) == LIMAX_OK);
+}
+
+TEST_CASE("a file without an end is no table of materials") {
+    materials none;
+    check_refused(limax_materials_load("/dev/zero", &none.it), LIMAX_INVALID_FILE,
+                  "/dev/zero: longer than 1048576 bytes");
+    check_refused(limax_materials_load("/", &none.it), LIMAX_IO, "/: ");
+    const std::string blanks(2u << 20, ' ');
+    check_refused(limax_materials_parse(blanks.data(), blanks.size(), "blanks", &none.it),
+                  LIMAX_INVALID_FILE, "blanks: longer than");
+    check_refused(limax_materials_parse("{}", UINT64_MAX, "blanks", &none.it), LIMAX_INVALID_FILE,
+                  "blanks: longer than");
+    CHECK(none.it == nullptr);
+}
+
+TEST_CASE("an effect of a script has a name, and not more parameters than a law can read") {
+    scene land;
+    REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
+    for (const char* name : {"", "a b", "a\"b\n", "\xff", "1st"})
+        check_refused(limax_scene_add_script(land, name, "f = x;", nullptr, 0, nullptr),
+                      LIMAX_INVALID_ARGUMENT, "the name of a scripted effect is letters");
+    limax_script_parameter parameter{};
+    check_refused(limax_scene_add_script(land, "mine", "f = x;", &parameter, INT_MAX, nullptr),
+                  LIMAX_INVALID_ARGUMENT, "count is");
+}
+
+TEST_CASE("sites are known before the first step, of what is simulated") {
+    prepared stage;
+    const int32_t* sites = nullptr;
+    REQUIRE(limax_simulation_sites(stage.run, 1, &sites) == LIMAX_OK);
+    REQUIRE(sites != nullptr);
+    for (int32_t mass = 0; mass < 27; ++mass) CHECK(sites[mass] == mass);
+
+    const uint8_t mask[2] = {1, 0};
+    const limax_simulation_options options = stage.options();
+    simulation half;
+    REQUIRE(limax_simulation_create(stage.robots, stage.paper, stage.land, &options, mask,
+                                    stage.cpu, &half.it) == LIMAX_OK);
+    check_refused(limax_simulation_sites(half, 1, &sites), LIMAX_INVALID_ARGUMENT,
+                  "robot 2 is not simulated");
+}
