@@ -50,7 +50,7 @@ local function search(t, folder)
   return files
 end
 
-suite:test("every fault, one before each generation of a run", { limit = 180 }, function(t)
+suite:test("every fault, one before each generation of a run", { limit = 600 }, function(t)
   local server, urls = faulty_server.open(t), {}
   local names = server:names()
   for k, name in ipairs(names) do urls[k] = server:url(name) end

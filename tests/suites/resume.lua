@@ -183,11 +183,11 @@ local function survives(t, signal, kills, ways, waits)
 end
 
 for _, signal in ipairs { "INT", "KILL" } do
-  suite:test(("SIG%s at random moments changes no byte"):format(signal), { limit = 120 },
+  suite:test(("SIG%s at random moments changes no byte"):format(signal), { limit = 900 },
     function(t) t:equal(survives(t, signal, 20, { "--apart" }), 0) end)
 
   suite:test(("SIG%s changes no byte of repetitions that advance together"):format(signal),
-    { limit = 120 }, function(t)
+    { limit = 900 }, function(t)
       t:ok(survives(t, signal, 10, { "--together", "--together", "--apart" }, true) > 0)
     end)
 end
@@ -252,7 +252,7 @@ suite:test("repetitions together and one after the other give the same bytes", {
     end
   end)
 
-suite:test("more generations of several repetitions, and a signal on the way", { limit = 60 },
+suite:test("more generations of several repetitions, and a signal on the way", { limit = 300 },
   function(t)
     -- ready before the signal
     local folder, on_cpu = t:folder(), { "--device", "cpu", "-q" }
