@@ -250,7 +250,7 @@ local function interrupted(t, folder, arguments, is_time, environment)
 end
 
 suite:test("Ctrl-C ends endless loops in a fitness, and the run goes on to the same bytes",
-  { limit = 120 }, function(t)
+  { limit = 300 }, function(t)
     local folder = t:folder()
     write_experiment(folder, [[
     fitness = function(robot)

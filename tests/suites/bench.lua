@@ -41,7 +41,7 @@ local function row_of(t, rows, fields)
   t:ok(false, "no row has " .. host.json.encode(fields))
 end
 
-suite:test("throughput of the CPU", { limit = 60 }, function(t)
+suite:test("throughput of the CPU", { limit = 300 }, function(t)
   local rows, said = bench(t, { "throughput", "--device", "cpu", "--threads", "2" })
   t:ok(said:find("checked: every precision", 1, true), said)
   for _, precision in ipairs { "single", "compensated", "mixed", "double" } do

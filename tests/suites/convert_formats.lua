@@ -293,7 +293,7 @@ json.dump({"grid_width": 5, "grid_height": 4, "objects": {"robot": {"indices": l
   t:ok(limax.robot(folder .. "/ga_npz.json"):simulate({ duration = 0.1 }).status == "done")
 end)
 
-suite:test("bad and hostile arrays are refused", { limit = 30 }, function(t)
+suite:test("bad and hostile arrays are refused", { limit = 120 }, function(t)
   local folder = t:folder()
   reader.python(t, folder, NUMPY, [==[
 import numpy, zipfile

@@ -5,7 +5,7 @@ local suite = require("limax.test").suite "effects cost"
 local instructions = require "limax.bench.instructions"
 
 suite:test("an effect costs its own instructions and nothing where it is absent",
-  { limit = 300, tags = { "cost" } }, function(t)
+  { limit = 1800, tags = { "cost" } }, function(t)
     if not instructions.available() then t:skip "valgrind is not installed" end
     local cost = {}
     for _, effects in ipairs { "", "gravity", "ground", "damping", "actuation", "gravity,ground",

@@ -64,7 +64,7 @@ end
 
 local function all(list) return #list > 0 and not tostring(host.json.encode(list)):find "false" end
 
-suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, function(t)
+suite:test("charts and robots work, and nothing is asked for", { limit = 600 }, function(t)
   local program = needs(t)
   local seen, base, shots = seen_of(t, program)
   -- once with scripts and once without
@@ -128,7 +128,7 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 120 }, 
   end
 end)
 
-suite:test("what a run says cannot act", { limit = 120 }, function(t)
+suite:test("what a run says cannot act", { limit = 600 }, function(t)
   local program = needs(t)
   local evil = "</script></title><script>window.alerted = true</script>"
     .. "<img src=http://127.0.0.1:9/x onerror='window.alerted = true'>"

@@ -116,7 +116,7 @@ local function cut_to(path, generation)
   assert(host.file.write_atomic(path .. "/STATUS", '{"state":"running"}\n'))
 end
 
-suite:test("arms of a repetition begin alike and have equal budgets", { limit = 60 }, function(t)
+suite:test("arms of a repetition begin alike and have equal budgets", { limit = 300 }, function(t)
   local whole = tiny(t:folder() .. "/whole")
   local result = study.run(whole)
   local first = {}
@@ -241,7 +241,7 @@ study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2,
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
 ]]
 
-suite:test("a dead endpoint costs a study its three questions once", { limit = 60 }, function(t)
+suite:test("a dead endpoint costs a study its three questions once", { limit = 300 }, function(t)
   local server, base = faulty_server.open(t), t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local done = process.completes(t, base, { "tiny.lua", "--out", "dead", "--device", "cpu",

@@ -312,7 +312,7 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)
 
-doctor:test("says what a scene will run", { limit = 30 }, function(t)
+doctor:test("says what a scene will run", { limit = 180 }, function(t)
   local file = t:folder() .. "/e.lua"
   t:ok(host.file.write_atomic(file, [[
 local limax = require "limax"

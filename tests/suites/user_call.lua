@@ -50,7 +50,7 @@ local ENDLESS = {
   end,
 }
 
-suite:test("what does not come back is stopped, compiled or not", { limit = 60 }, function(t)
+suite:test("what does not come back is stopped, compiled or not", { limit = 300 }, function(t)
   for _ = 1, 100 do hot() end
   for name, call in pairs(ENDLESS) do
     local recursion = name:find "recursion"
@@ -152,7 +152,7 @@ suite:test("a supervisor that fails costs the change, and says so once", { limit
     t:equal(history[2].parameters.mutation_rate, 0.1)
   end)
 
-suite:test("Ctrl-C ends a supervisor that loops", { limit = 30 }, function(t)
+suite:test("Ctrl-C ends a supervisor that loops", { limit = 120 }, function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/loop.lua", [[
 local limax = require "limax"

@@ -10,7 +10,7 @@ local played = {}
 
 local KEY = "sk-SENTINEL/0123+456789=abcdef"
 local LATE = process.LATE
-local BUDGET = 5 -- s; no fault here needs more
+local BUDGET = 60 -- s; no fault here needs more, on a slow machine too
 
 played.KEY, played.LATE = KEY, LATE
 played.GOOD = '{"mutation_rate": 0.2}' -- what the server's good answers say
