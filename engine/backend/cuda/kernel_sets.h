@@ -33,13 +33,15 @@ public:
     template <class R>
     void launch_prepare(const context& gpu, const stream& stream,
                         const prepare_launch<R>& arguments, unsigned robots) const {
-        launch(gpu, prepare_->function("limax_prepare"), {robots, 512}, stream, doing_, arguments);
+        launch(gpu, prepare_->function("limax_prepare"), {robots, prepare_threads}, stream, doing_,
+               arguments);
     }
 
     void launch_summarize(const context& gpu, const stream& stream,
                           const summarize_launch& arguments) const {
-        launch(gpu, summarize_->function("limax_summarize"),
-               {unsigned(arguments.count + 63) / 64, 64}, stream, "summarizing traces", arguments);
+        const unsigned blocks = unsigned(arguments.count - 1) / summarize_threads + 1;
+        launch(gpu, summarize_->function("limax_summarize"), {blocks, summarize_threads}, stream,
+               "summarizing traces", arguments);
     }
 
     // Elements of what one robot needs besides, as step_launch and grid_launch name it; 0 where the
@@ -81,7 +83,8 @@ public:
     template <class R>
     void launch_measure(const context& gpu, const stream& stream,
                         const measure_launch<R>& arguments, unsigned robots) const {
-        launch(gpu, measure_->function("limax_measure"), {robots, 256}, stream, doing_, arguments);
+        launch(gpu, measure_->function("limax_measure"), {robots, measure_threads}, stream, doing_,
+               arguments);
     }
 
     // JSON object: see limax_simulation_describe().

@@ -8,8 +8,6 @@
 
 namespace limax::cuda {
 
-constexpr int measure_threads = 256;
-
 // Sum, or largest, over the block; every thread gets it. Holds barriers.
 __device__ inline double over_block(double value, bool largest, double part[measure_threads]) {
     __syncthreads();

@@ -8,8 +8,6 @@
 
 namespace limax::cuda {
 
-constexpr int prepare_threads = 512;
-
 // A scene as the law of the bound asks for it. It may have fewer effects than the kernel.
 struct bounded_scene {
     const scene_values& scene;

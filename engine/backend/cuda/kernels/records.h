@@ -285,6 +285,9 @@ struct measure_launch {
     scene_values scene;
 };
 
+// Threads of a block of these kernels.
+inline constexpr int prepare_threads = 512, measure_threads = 256, summarize_threads = 64;
+
 // What every driver and compiler passes to a kernel, bytes.
 static_assert(sizeof(grid_launch<double, double>) <= 4096 &&
               sizeof(prepare_launch<double>) <= 4096 && sizeof(measure_launch<double>) <= 4096);

@@ -141,6 +141,11 @@ __device__ inline effects::actuation::moment<spring_real> moment_at(const launch
         record.time_step);
 }
 
+// What scripted effects are told of a step.
+__device__ inline scripted_moment scripted_moment_at(const robot_record& record, int64_t step) {
+    return {record.origin, double(step - record.settle_steps) * record.time_step};
+}
+
 __device__ inline int64_t sum_over_warp(int64_t value) {
     for (int distance = 16; distance > 0; distance /= 2)
         value += __shfl_xor_sync(0xffffffffu, value, distance);

@@ -58,6 +58,17 @@ LIMAX_LAW int64_t next_solid_sample(const solid_record& record, const robot_reco
     return smaller(robot.settle_steps + next, most);
 }
 
+// Steps from an event at `step` to the next, which is at `stop` at the latest. `own_solid` gives
+// the robot's.
+template <class Solid>
+__device__ inline int steps_to_event(const robot_record& record, int64_t step, int64_t stop,
+                                     const Solid& own_solid) {
+    int steps = int(next_event(record, step, stop) - step);
+    if constexpr (has_solid)
+        steps = int(next_solid_sample(own_solid().record, record, step, step + steps) - step);
+    return steps;
+}
+
 // ---- where it lies ----
 
 // One robot's, whose masses lie at `sites` sites. `after` are all masses' velocities after the

@@ -242,10 +242,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             last = step == shared.stop;
             half_kick = leapfrog && step == 0;
             since_event = 0;
-            until_event = int(next_event(record, step, shared.stop) - step);
-            if constexpr (has_solid)
-                until_event = int(
-                    next_solid_sample(own_solid().record, record, step, step + until_event) - step);
+            until_event = steps_to_event(record, step, shared.stop, own_solid);
             meet_cluster();
         }
 
@@ -281,9 +278,7 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS, LIMAX_BLOCKS)
             });
         }
         meet_cluster();
-        const scripted_moment now{
-            record.origin,
-            double(record.step + since_event - record.settle_steps) * record.time_step};
+        const scripted_moment now = scripted_moment_at(record, record.step + since_event);
         const mass_real h = half_kick ? mass_real(0.5) * dt : dt;
         bool moved = false;
         const auto end_step = [&](int k) {

@@ -5,12 +5,6 @@
 #include "backend/cuda/kernels/records.h"
 #include "physics/summary.h"
 
-namespace limax::cuda {
-
-constexpr int summarize_threads = 64;
-
-}  // namespace limax::cuda
-
 extern "C" __global__ void __launch_bounds__(limax::cuda::summarize_threads)
     limax_summarize(const __grid_constant__ limax::cuda::summarize_launch launch) {
     using namespace limax;
