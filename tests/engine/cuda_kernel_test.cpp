@@ -217,7 +217,8 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
                       make({true, true, false});
                   })
               .find("'cells' was not built with limax, and it cannot be compiled: it is not in the "
-                    "cache") != std::string::npos);
+                    "cache, and LIMAX_KERNELS forbids to compile it. Let LIMAX_KERNELS name "
+                    "'compiled' too, or use device 'cpu'") != std::string::npos);
     const auto first = make({false, false, true});
     CHECK(first->origin == kernel_origin::compiled);
     CHECK(first->architecture == "sm_90");

@@ -216,6 +216,23 @@ block_plan plan_with(const lattice& grid, int cluster, int row, int plane, bool 
     return plan;
 }
 
+// Wavefronts of shared memory that one step of the plan takes.
+int64_t cost_of(const block_plan& plan, const lattice& grid) {
+    const layout at{grid, plan.row, plan.plane};
+    int64_t cost = 0;
+    for (std::size_t first = 0; first < plan.cells.size(); first += lanes) {
+        slot s;
+        std::copy_n(plan.cells.begin() + std::ptrdiff_t(first), lanes, s.begin());
+        cost += accesses_of_corner * wavefronts(s, at);
+    }
+    for (std::size_t first = 0; first < plan.masses.size(); first += lanes) {
+        slot s;
+        for (int lane = 0; lane < lanes; ++lane) s[lane] = {plan.masses[first + lane], 0};
+        cost += accesses_of_mass * wavefronts(s, at);
+    }
+    return cost;
+}
+
 }  // namespace
 
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
@@ -250,7 +267,7 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
                                                  (cell_rounds - cube_rounds) * rim_springs);
     const std::size_t places = std::size_t(plan.plane) * std::size_t(plan.layers);
     const std::size_t spring_real = double_springs ? 8 : 4, mass_real = double_masses ? 8 : 4;
-    // block_memory of kernels/step.h, which asserts that this suffices
+    // block_memory of kernels/slabs.h, which asserts that this suffices
     const std::size_t own = needs.precision == LIMAX_COMPENSATED ? 8
                             : double_springs                     ? 5
                             : double_masses                      ? 8
@@ -264,33 +281,12 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
     return shape;
 }
 
-bank_cost cost_of(const block_plan& plan, const lattice& grid) {
-    const layout at{grid, plan.row, plan.plane};
-    bank_cost cost{0, 0};
-    const auto add = [&](const slot& s, int64_t weight) {
-        cost.taken += weight * wavefronts(s, at);
-        cost.least += weight * least_wavefronts(s);
-    };
-    for (std::size_t first = 0; first < plan.cells.size(); first += lanes) {
-        slot s;
-        std::copy_n(plan.cells.begin() + std::ptrdiff_t(first), lanes, s.begin());
-        add(s, accesses_of_corner);
-    }
-    for (std::size_t first = 0; first < plan.masses.size(); first += lanes) {
-        slot s;
-        for (int lane = 0; lane < lanes; ++lane) s[lane] = {plan.masses[first + lane], 0};
-        add(s, accesses_of_mass);
-    }
-    return cost;
-}
-
 block_plan plan_block(const lattice& grid, int cluster) {
     struct candidate {
         int64_t cost;
         block_plan plan;
     };
     std::vector<candidate> candidates;
-    const auto cost = [&](const block_plan& plan) { return cost_of(plan, grid).taken; };
     for (int row_padding = 0; row_padding <= most_row_padding; ++row_padding)
         for (int plane_padding = 0; plane_padding <= most_plane_padding; ++plane_padding) {
             const int row = grid.nx + 1 + row_padding;
@@ -299,14 +295,14 @@ block_plan plan_block(const lattice& grid, int cluster) {
             // the first candidate, without padding, always stays
             if (!candidates.empty() && plane > unpadded + unpadded / padding_share) continue;
             block_plan plan = plan_with(grid, cluster, row, plane, false);
-            candidates.push_back({cost(plan), std::move(plan)});
+            candidates.push_back({cost_of(plan, grid), std::move(plan)});
         }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const candidate& a, const candidate& b) { return a.cost < b.cost; });
     candidates.resize(std::min(candidates.size(), refined_candidates));
     for (candidate& c : candidates) {
         c.plan = plan_with(grid, cluster, c.plan.row, c.plan.plane, true);
-        c.cost = cost(c.plan);
+        c.cost = cost_of(c.plan, grid);
     }
     return std::min_element(candidates.begin(), candidates.end(),
                             [](const candidate& a, const candidate& b) { return a.cost < b.cost; })

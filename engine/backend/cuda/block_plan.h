@@ -55,11 +55,4 @@ std::optional<block_shape> shape_block(const block_plan& plan, const kernel_need
                                        std::size_t most_shared_bytes,
                                        company robots = company::many);
 
-// Wavefronts of shared memory that one step of the plan takes: what plan_block() keeps
-// small, and the least that its slots could take.
-struct bank_cost {
-    int64_t taken, least;
-};
-bank_cost cost_of(const block_plan& plan, const lattice& grid);
-
 }  // namespace limax::cuda

@@ -61,7 +61,7 @@ private:
 
 }  // namespace
 
-gpu_team::gpu_team(const driver& driver) {
+gpu_team::gpu_team(const driver& driver) : threads_(int(driver.gpus().size())) {
     for (const gpu& one : driver.gpus())
         places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "backend/backend.h"
+#include "backend/cpu/threads.h"
 #include "backend/cuda/block_plan.h"
 #include "backend/cuda/kernel.h"
 
@@ -31,6 +32,8 @@ public:
     explicit gpu_team(const driver& driver);
 
     std::vector<std::unique_ptr<gpu_place>>& places() { return places_; }
+    // One thread of the host for each place.
+    cpu::thread_team& threads() { return threads_; }
     std::shared_ptr<const block_plan> plan_of(const lattice& grid, int cluster);
     // On the first GPU, where populations live.
     std::shared_ptr<const resident_encoding> encoding_on_gpu(
@@ -38,6 +41,7 @@ public:
 
 private:
     std::vector<std::unique_ptr<gpu_place>> places_;
+    cpu::thread_team threads_;
     std::mutex mutex_;
     std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
     // What they point to keeps the key alive.

@@ -48,7 +48,7 @@ grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& t
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     shape.blocks = double_springs ? 1 : 512 / shape.threads;
     const std::size_t spring_real = double_springs ? 8 : 4;
-    // tile_memory of kernels/grid.h, which asserts that this suffices
+    // tile_memory of kernels/tiles.h, which asserts that this suffices
     shape.shared_bytes =
         (window * (needs.shares_velocity ? 6 : 3) + std::size_t(masses) * 3 * corners) *
             spring_real +

@@ -161,7 +161,8 @@ binary_pointer make_binary(const kernel_set& set, int capability, const allowed_
                            kernel_cache& cache) {
     if (allowed.ahead_of_time)
         if (auto binary = ahead_of_time(set, capability, image_form::machine_code)) return binary;
-    std::string why;
+    std::string why, remedy = "Install NVRTC of the CUDA Toolkit 13 or 12";
+    if (!allowed.compiled) remedy = "Let LIMAX_KERNELS name 'compiled' too";
     if (allowed.cached || allowed.compiled) {
         const compiler* nvrtc = compiler::get(&why);
         const std::string architecture = nvrtc ? nvrtc->architecture_for(capability) : "";
@@ -170,17 +171,18 @@ binary_pointer make_binary(const kernel_set& set, int capability, const allowed_
         if (!architecture.empty()) {
             if (auto binary = cached_or_compiled(set, architecture, *nvrtc, allowed, cache))
                 return binary;
-            why = "it is not in the cache";
+            why = "it is not in the cache, and LIMAX_KERNELS forbids to compile it";
         }
     } else {
         why = "LIMAX_KERNELS forbids it";
     }
     if (allowed.ahead_of_time)
         if (auto binary = ahead_of_time(set, capability, image_form::ptx)) return binary;
-    fail(LIMAX_NO_DEVICE,
-         format("device 'cuda': no kernel for compute capability %d.%d: '%s' was not built with "
-                "limax, and it cannot be compiled: %s. Install NVRTC of the CUDA Toolkit 13 or 12",
-                capability / 10, capability % 10, set.title().c_str(), why.c_str()));
+    fail(
+        LIMAX_NO_DEVICE,
+        format("device 'cuda': no kernel for compute capability %d.%d: '%s' was not built with "
+               "limax, and it cannot be compiled: %s. %s, or use device 'cpu'",
+               capability / 10, capability % 10, set.title().c_str(), why.c_str(), remedy.c_str()));
 }
 
 binary_pointer binary_of(const kernel_set& set, int capability, const allowed_origins& allowed) {

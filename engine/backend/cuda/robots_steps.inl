@@ -173,17 +173,16 @@ template <class R>
 void robots_on_gpu<R>::end_robots(const std::vector<int32_t>& ended) {
     const std::size_t count = ended.size();
     device_running_.upload(ended.data(), count, stream_);
-    device_memory<trace_summary> device_summaries(gpu_, count, "the summaries of traces");
     pinned<trace_summary> summaries(gpu_, count, "the summaries of traces");
     summarize_launch launch{device_records_.data(),
                             device_running_.data(),
-                            device_summaries.data(),
+                            device_summaries_.data(),
                             {},
                             int32_t(count)};
     for (int kind = 0; kind < sample_kinds; ++kind)
         launch.samples[kind] = device_samples_[kind].data();
     scene_.launch_summarize(gpu_, stream_, launch);
-    device_summaries.download(summaries.data(), count, stream_);
+    device_summaries_.download(summaries.data(), count, stream_);
     stream_.synchronize("summarizing traces");
     for (std::size_t k = 0; k < count; ++k) {
         const robot_record& record = records_[ended[k]];

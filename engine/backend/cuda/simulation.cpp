@@ -1,10 +1,5 @@
 // simulation.cpp: the robots of a simulation, shared out over the GPUs of this host. A robot's bits
 // depend on nothing but itself.
-#include <atomic>
-#include <cmath>
-#include <exception>
-#include <thread>
-
 #include "backend/cuda/robots.h"
 
 namespace limax::cuda {
@@ -34,6 +29,7 @@ private:
     limax_progress progress() const;
 
     simulation_setup setup_;
+    const std::shared_ptr<gpu_team> team_;
     std::vector<limax_outcome> outcomes_;
     std::vector<int32_t> gpu_of_;  // [robot], -1 for one that is not simulated
     std::vector<std::unique_ptr<gpu_robots>> parts_;
@@ -42,8 +38,11 @@ private:
 };
 
 cuda_simulation::cuda_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team)
-    : setup_(std::move(setup)), outcomes_(setup_.count), gpu_of_(setup_.count, -1) {
-    const std::size_t gpus = team->places().size();
+    : setup_(std::move(setup)),
+      team_(std::move(team)),
+      outcomes_(setup_.count),
+      gpu_of_(setup_.count, -1) {
+    const std::size_t gpus = team_->places().size();
     std::vector<std::vector<int32_t>> robots(gpus);
     std::size_t next = 0;
     for (int32_t i = 0; i < setup_.count; ++i) {
@@ -55,26 +54,15 @@ cuda_simulation::cuda_simulation(simulation_setup setup, std::shared_ptr<gpu_tea
     }
     for (std::size_t k = 0; k < gpus; ++k)
         parts_.push_back(robots[k].empty() ? nullptr
-                                           : make_robots(setup_, std::move(robots[k]), team,
-                                                         *team->places()[k], outcomes_.data()));
+                                           : make_robots(setup_, std::move(robots[k]), team_,
+                                                         *team_->places()[k], outcomes_.data()));
 }
 
-// One host thread for each GPU; the first exception is thrown again here.
+// Each GPU's part on a thread of its own; the first exception is thrown again here.
 void cuda_simulation::on_all_gpus(const std::function<void(gpu_robots&)>& work) {
-    std::vector<std::thread> threads;
-    std::vector<std::exception_ptr> failures(parts_.size());
-    const auto guarded = [&](std::size_t k) {
-        try {
-            if (parts_[k]) work(*parts_[k]);
-        } catch (...) {
-            failures[k] = std::current_exception();
-        }
-    };
-    for (std::size_t k = 1; k < parts_.size(); ++k) threads.emplace_back(guarded, k);
-    guarded(0);
-    for (std::thread& thread : threads) thread.join();
-    for (const std::exception_ptr& failure : failures)
-        if (failure) std::rethrow_exception(failure);
+    team_->threads().run_on_all([&](int gpu) {
+        if (gpu_robots* part = parts_[std::size_t(gpu)].get()) work(*part);
+    });
 }
 
 limax_progress cuda_simulation::advance(double seconds, int64_t steps) {

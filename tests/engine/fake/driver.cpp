@@ -1,5 +1,6 @@
-// driver.cpp: a library with the face of the CUDA driver and one pretended GPU whose memory is the
-// host's, so that everything but the kernels themselves can be tested on any machine.
+// driver.cpp: a library with the face of the CUDA driver and pretended GPUs whose memory is the
+// host's, all 0 where it is new, so that everything but the kernels themselves can be tested on any
+// machine. Kernels do nothing.
 #include "driver.h"
 
 #include <cuda.h>
@@ -7,10 +8,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <string>
 
 namespace {
 
+std::mutex mutex;  // guards what follows
 limax::test::fake_driver fake;
 std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
 thread_local CUcontext current = nullptr;
@@ -38,9 +41,11 @@ CUresult refusal() { return current ? CUresult(fake.result) : CUDA_ERROR_INVALID
 
 }  // namespace
 
-#define BEGIN(function) \
+#define BEGIN(function)                    \
+    const std::lock_guard one_call(mutex); \
     if (fails(#function)) return CUresult(fake.result)
-#define BEGIN_IN_CONTEXT(function) \
+#define BEGIN_IN_CONTEXT(function)         \
+    const std::lock_guard one_call(mutex); \
     if (refuses(#function)) return refusal()
 
 #pragma GCC visibility push(default)
@@ -133,7 +138,7 @@ CUresult cuMemGetInfo(std::size_t* free, std::size_t* total) {
 CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     BEGIN_IN_CONTEXT(cuMemAlloc);
     if (bytes > fake.memory - fake.held) return CUDA_ERROR_OUT_OF_MEMORY;
-    *address = reinterpret_cast<CUdeviceptr>(std::malloc(bytes));
+    *address = reinterpret_cast<CUdeviceptr>(std::calloc(bytes, 1));
     blocks[*address] = bytes;
     fake.held += bytes;
     return CUDA_SUCCESS;
@@ -148,7 +153,7 @@ CUresult cuMemFree(CUdeviceptr address) {
 CUresult cuMemAllocHost(void** data, std::size_t bytes) {
     BEGIN_IN_CONTEXT(cuMemAllocHost);
     ++fake.host_blocks;
-    *data = std::malloc(bytes);
+    *data = std::calloc(bytes, 1);
     return CUDA_SUCCESS;
 }
 CUresult cuMemFreeHost(void* data) {
