@@ -4,8 +4,7 @@
 //   LIMAX_PRECISION  limax_precision
 //   LIMAX_LEAPFROG   1 or 0
 //   LIMAX_INSTANCES  instances of effects that may be there several times, as instances_code()
-//   packs
-//                    them; nothing where there are none
+//                    packs them; not defined where there are none
 #pragma once
 
 #include "backend/cuda/kernels/records.h"

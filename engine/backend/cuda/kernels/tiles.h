@@ -62,7 +62,7 @@ __device__ inline place tile_base(const site_grid& grid, int tile) {
 
 using grid_arguments = grid_launch<mass_real, spring_real>;
 
-// Calls visit(site, index within the tile, its x, y, z there) for this thread's masses of a tile.
+// Calls visit(site, index within the tile) for this thread's masses of a tile.
 template <class Visit>
 __device__ inline void each_site(const site_grid& grid, int tile, const Visit& visit) {
     const place base = tile_base(grid, tile);
