@@ -102,6 +102,58 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
     }
 }
 
+TEST_CASE("robots take turns also where only their traces have no room") {
+    // 10 s at 10 kHz, three numbers of 8 bytes a sample
+    constexpr std::size_t trace = 100000 * 3 * 8;
+    const pretended on(4 * trace);
+    {
+        simulation_setup setup = on.setup();
+        setup.options.duration = 10;
+        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 10000;
+        std::vector<limax_outcome> outcomes(robots);
+        std::vector<int32_t> all(robots);
+        std::iota(all.begin(), all.end(), 0);
+        auto some =
+            cuda::make_robots(setup, all, on.team, *on.team->places().front(), outcomes.data());
+        put_all(*some);
+        CHECK(on.machine.fake->held > trace);
+        check_places(*some);
+    }
+    on.team->places().clear();
+    on.machine.check_given_back();
+}
+
+TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
+    const pretended on(100000000);
+    {
+        simulation_setup setup = on.setup();
+        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
+        int refused = 0;
+        for (bool woken = false; !woken; ++refused) {
+            REQUIRE(refused < 100);
+            CAPTURE(refused);
+            std::vector<limax_outcome> outcomes(robots);
+            auto some =
+                cuda::make_robots(setup, {4}, on.team, *on.team->places().front(), outcomes.data());
+            on.machine.fake->allocations_left = refused;
+            try {
+                some->wake();
+                woken = true;
+            } catch (const error& problem) {
+                CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
+                CHECK(on.machine.fake->held == 0);
+            }
+            on.machine.fake->allocations_left = -1;
+            some->advance(0, 1);
+            CHECK(on.machine.fake->blocks == 1);
+        }
+        // records, springs, state, the plan, traces
+        CHECK(refused > 5);
+    }
+    on.team->places().clear();
+    on.machine.check_given_back();
+}
+
 TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
     const pretended on(least_of_robot / 2);
     {

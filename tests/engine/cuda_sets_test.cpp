@@ -294,6 +294,26 @@ TEST_CASE("the kernels of two lattices spill little on every architecture" *
     }
 }
 
+TEST_CASE("every effect at once compiles for every architecture, precision and integrator" *
+          doctest::skip(skips_long_tests())) {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    for (const int capability : {75, 80, 90}) {
+        asking_machine machine(capability);
+        const std::string architecture = nvrtc->architecture_for(capability);
+        for (const int precision : every_precision)
+            for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+                const kernel_set set =
+                    machine.step_of(setup_of(every_effect, precision, integrator, cube));
+                CAPTURE(architecture);
+                CAPTURE(set.title());
+                std::string log;
+                CHECK(!compiled(*nvrtc, set, architecture, {}, &log).empty());
+                CHECK(log == "");
+            }
+    }
+}
+
 TEST_SUITE_END();
 
 TEST_CASE("a kernel built with limax and the same compiled here give the same bits") {

@@ -48,6 +48,7 @@ private:
     struct batch {
         std::vector<int32_t> robots;  // ascending
         std::unique_ptr<gpu_robots> stepper;
+        bool begun = false;  // it has been awake
     };
 
     void add(std::size_t at, std::vector<int32_t> robots) {
@@ -81,11 +82,11 @@ gpu_robots& robot_batches::wake_for(int32_t robot) {
             if (i != at) batches_[i].stepper->sleep();
         try {
             batches_[at].stepper->wake();
+            batches_[at].begun = true;
             return *batches_[at].stepper;
         } catch (const error& problem) {
             std::vector<int32_t> robots = batches_[at].robots;
-            if (problem.status() != LIMAX_OUT_OF_MEMORY || robots.size() < 2 ||
-                outcomes_[robots.front()].steps > 0)
+            if (problem.status() != LIMAX_OUT_OF_MEMORY || robots.size() < 2 || batches_[at].begun)
                 throw;
             const auto half = robots.begin() + std::ptrdiff_t(robots.size() / 2);
             batches_.erase(batches_.begin() + std::ptrdiff_t(at));

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "backend/cuda/kernel_sets.h"
 #include "backend/cuda/residence.h"
@@ -232,7 +233,9 @@ void robots_on_gpu<R>::plan_robots(const pinned<prepared_robot>& made) {
     mass_sites_.resize(count);
     plans_.resize(count);
     for (std::size_t i = 0; i < count; ++i) plan_robot(i, made[i]);
-    for (std::size_t i = 0; i < count; ++i) running_.push_back(int32_t(i));
+    // also where an attempt before found no room for all of it
+    running_.resize(count);
+    std::iota(running_.begin(), running_.end(), 0);
     // long runs first, so that the last ones to end are short
     std::stable_sort(running_.begin(), running_.end(),
                      [&](int32_t a, int32_t b) { return plans_[a].steps > plans_[b].steps; });

@@ -137,7 +137,9 @@ CUresult cuMemGetInfo(std::size_t* free, std::size_t* total) {
 }
 CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     BEGIN_IN_CONTEXT(cuMemAlloc);
-    if (bytes > fake.memory - fake.held) return CUDA_ERROR_OUT_OF_MEMORY;
+    if (bytes > fake.memory - fake.held || fake.allocations_left == 0)
+        return CUDA_ERROR_OUT_OF_MEMORY;
+    if (fake.allocations_left > 0) --fake.allocations_left;
     *address = reinterpret_cast<CUdeviceptr>(std::calloc(bytes, 1));
     blocks[*address] = bytes;
     fake.held += bytes;

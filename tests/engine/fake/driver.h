@@ -13,6 +13,7 @@ struct fake_driver {
     int capability_of_last = 0;    // where the last GPU differs from the others; else 0
     std::size_t memory = 1000000;  // bytes of its GPU
     int shared_memory_of_block = 232448;
+    int allocations_left = -1;  // of a GPU's memory, before there is no more; below 0: any number
     // The next call of the function of this (plain) name answers `result`; null for none.
     const char* failing = nullptr;
     int result = 0;
