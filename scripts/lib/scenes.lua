@@ -144,7 +144,8 @@ end
 ---@param options? { distance?: number } m
 ---@return table scene
 function scenes.corner(options)
-  local size, changes, own = split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
+  local size, changes, own =
+    split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
   local scene = scenes.land()
   scene.planes = { { normal = { -1, 0, 0 }, offset = -size.distance },
     { normal = { 0, -1, 0 }, offset = -size.distance } }
