@@ -132,7 +132,8 @@ end
 ---@param what string
 ---@param given table
 ---@param known string[]
-function arguments.known(what, given, known)
+---@param hint? fun(value: any): string|nil what an unknown field may have been meant as
+function arguments.known(what, given, known, hint)
   local is_known, unknown = {}, {}
   for _, name in ipairs(known) do is_known[name] = true end
   for name in pairs(given) do
@@ -142,8 +143,9 @@ function arguments.known(what, given, known)
   -- the first in the alphabet, whatever the order of the table
   table.sort(unknown, function(a, b) return tostring(a) < tostring(b) end)
   local name = unknown[1]
-  fault.raise(("%s: unknown field %s%s"):format(what, (arguments.shown(name)),
-    suggest.ending(name, known)))
+  local meant = hint and hint(given[name])
+  fault.raise(("%s: unknown field %s%s%s"):format(what, (arguments.shown(name)),
+    suggest.ending(name, known), meant and "; " .. meant or ""))
 end
 
 --- The value of a name of an enumeration (see names.lua).

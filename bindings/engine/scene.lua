@@ -147,6 +147,11 @@ local function add_all(handle, effect, given)
   return resolved
 end
 
+-- What a table under no effect's name may have been meant as.
+local function own_force(value)
+  return type(value) == "table" and 'a force of your own has a text, force = "f = ...;"' or nil
+end
+
 --- Makes a scene.
 ---@param given table<string, boolean|table>
 ---@return limax.scene
@@ -161,7 +166,7 @@ local function scene(given)
       scripted[#scripted + 1], known[#known + 1] = name, name
     end
   end
-  arguments.known("scene", given, known)
+  arguments.known("scene", given, known, own_force)
   table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
   memory.collect()
   local out = ffi.new "limax_scene *[1]"

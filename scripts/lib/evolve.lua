@@ -13,8 +13,11 @@ local ledger = require "limax.ledger"
 local mating = require "limax.mating"
 local metrics = require "limax.metrics"
 local population = require "limax.population"
+local resume = require "limax.resume"
 local run_folder = require "limax.run_folder"
+local schema = require "limax.schema"
 local settings = require "limax.settings"
+local source = require "limax.source"
 local supervision = require "limax.supervision"
 
 ---@class limax.run one repetition of an experiment
@@ -31,6 +34,9 @@ Run.__index = Run
 ---@field device? string|table "auto", "cpu", "cuda", or a device of the engine
 ---@field threads? integer
 ---@field out? string a new folder that keeps the generations
+---@field resume? boolean go on with what `out` holds, if it is there: the loop's first population
+--- is then the last one that is whole, with its scores
+---@field changed? boolean with `resume`: go on although script or configuration differ
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) hears warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
@@ -42,19 +48,36 @@ local evolve = {}
 
 -- ---- beginning ----------------------------------------------------------------------------------
 
+local function anything(given) return given end
+
+-- Values are checked where they are used.
+local start_fields = schema.fields { repetition = anything, device = anything, threads = anything,
+  out = anything, resume = schema.boolean(false), changed = schema.boolean(false),
+  folder = anything, say = anything, on_progress = anything, wait = anything,
+  on_generation = anything, live_prompts = anything }
+
 --- Makes one repetition of an experiment, ready for `:generations()`.
 ---@param experiment limax.experiment
 ---@param options? limax.run.options
 ---@return limax.run
 function evolve.start(experiment, options)
-  options = options or {}
+  local message
+  options, message = start_fields(options, "start")
+  if not options then failure.raise(2, message, 2) end
+  if options.resume and not options.out then
+    failure.raise(2, "start.resume: which run is to go on? name its folder: out = DIR", 2)
+  end
   local config = experiment.config
   local repetition = options.repetition or 1
   local device = options.device or "auto"
   if type(device) == "string" then device = engine.device(device, { threads = options.threads }) end
-  local folder = options.folder
+  local folder, verdict = options.folder, nil
   if options.out and not folder then
-    folder = run_folder.create(options.out, experiment, { repetition = repetition })
+    if options.resume and run_folder.is_run(options.out) then
+      folder, verdict = resume.open(options.out, experiment, repetition, options.changed)
+    else
+      folder = run_folder.create(options.out, experiment, { repetition = repetition })
+    end
     folder:write_environment(device)
   end
 
@@ -79,6 +102,14 @@ function evolve.start(experiment, options)
   local supervisor = experiment.supervisor
   if supervisor.start then self.session = supervisor.start(self) end
   self:warn()
+  if verdict then
+    local old = folder:generations(repetition, history.genomes_kept)
+    if #old > 0 then
+      self:restore(old, verdict.scores_stand)
+      -- it was not bred yet: how, the body of the loop knows
+      self.population.restored, self.again = true, true
+    end
+  end
   return self
 end
 
@@ -193,6 +224,8 @@ function Run:generations()
     if self.ended then return nil end
     if not self.population then
       self.population = self:first_generation()
+    elseif self.again then
+      self.again = nil
     else
       self.population:breed()
       self.population = self.offspring
@@ -327,12 +360,6 @@ end
 
 -- ---- supervise and breed ------------------------------------------------------------------------
 
--- Where the script's own function stands that a configuration names.
-local function place_of(chosen)
-  local own = type(chosen) == "table" and chosen["function"]
-  return own and ("%s:%d"):format(own.file, own.first_line) or nil
-end
-
 -- The offspring of a scored generation.
 function Run:breed(robots, choice)
   local began, generation = host.clock(), robots.generation + 1
@@ -352,7 +379,7 @@ function Run:breed(robots, choice)
   local pairs_of_robots = mating.pairs(robots, elites, choice.parents, function(child)
     local random = engine.random(self.config.seed, self.repetition, "selection", generation, child)
     return self.experiment.selection(robots, random)
-  end, place_of(self.config.selection))
+  end, source.place(self.config.selection))
   if choice.elites then set("elite_fraction", #elites / #robots) end
   local offspring = self:new_engine_population()
   offspring:breed(robots.engine, pairs_of_robots, { mutation_rate = parameters.mutation_rate,

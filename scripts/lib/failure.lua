@@ -24,7 +24,8 @@ end
 ---@param message string
 ---@param level? integer
 function failure.raise(status, message, level)
-  if level and level > 0 then message = failure.place(level) .. message end
+  -- one further: `raise` itself stands between
+  if level and level > 0 then message = failure.place(level + 1) .. message end
   statuses[message] = status
   error(message, 0)
 end

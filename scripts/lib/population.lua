@@ -124,6 +124,11 @@ function Population:score(with)
   local run = self.run
   self.fitness = with == nil and run.experiment.fitness or fitness.get(with)
   self.scored_by = with == nil and run.experiment or with
+  -- read from a folder, with the scores that this script gave: its traces are gone
+  if self.restored then
+    run.scored_by = self.scored_by
+    return self
+  end
   -- an elite's score stands only under the fitness that gave it
   if next(self.kept) and self.scored_by ~= run.scored_by then
     self.kept, self.simulated = {}, false

@@ -4,6 +4,8 @@
 
 local failure = require "limax.failure"
 local host = require "limax.host"
+local run_configuration = require "limax.run_configuration"
+local run_folder = require "limax.run_folder"
 local schema = require "limax.schema"
 local source = require "limax.source"
 
@@ -135,8 +137,9 @@ end
 ---@param config table configuration of now
 ---@param scripts table[] scripts of now
 ---@param allowed boolean --changed was given
+---@param switch? string what would allow it; "--changed" if left out
 ---@return limax.resume.verdict
-function resume.judge(folder, config, scripts, allowed)
+function resume.judge(folder, config, scripts, allowed, switch)
   local fields = resume.differences(folder.config, config)
   local list, scores_stand = {}, true
   for _, field in ipairs(fields) do
@@ -157,10 +160,32 @@ function resume.judge(folder, config, scripts, allowed)
   for _, line in ipairs(changes) do list[#list + 1] = line end
   local text = table.concat(list, "\n")
   if #list > 0 and not allowed then
-    failure.raise(2, ("%s was made by another configuration or script:\n%s\n--changed goes on"
-      .. " with the new one"):format(folder.path, text))
+    failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s goes on"
+      .. " with the new one"):format(folder.path, text, switch or "--changed"))
   end
   return { changed = #list > 0, text = text, scores_stand = scores_stand }
+end
+
+--- Opens the folder of a repetition that a script computes by itself, cut to its last whole
+--- generation.
+---@param path string
+---@param experiment limax.experiment
+---@param repetition integer
+---@param allowed boolean may configuration and script differ?
+---@return limax.run_folder
+---@return limax.resume.verdict
+function resume.open(path, experiment, repetition, allowed)
+  local folder = run_folder.open(path)
+  local before = folder.config.run.repetition
+  if before ~= repetition then
+    failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
+      before and "repetition " .. before or "all repetitions", repetition))
+  end
+  local config, scripts = run_configuration.of(experiment, { repetition = repetition })
+  local verdict = resume.judge(folder, config, scripts, allowed, "changed = true")
+  folder:continue(config, scripts, verdict)
+  folder:status "running"
+  return folder, verdict
 end
 
 return resume

@@ -24,7 +24,15 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field materials limax.materials
 ---@field population limax.population of the engine, this robot alone
 local Robot = {}
-Robot.__index = Robot
+
+function Robot.__index(_, key)
+  local own = Robot[key]
+  if own == nil and scored_robot.measures_by(key) then
+    fail("%s: this robot has not been simulated: robot:simulate { duration = 2 }:%s() does", key,
+      key)
+  end
+  return own
+end
 
 function Robot.__tostring(self)
   local size = self.body.size

@@ -153,6 +153,8 @@ function scene_report.lines(facts)
   end
   line("%.3g us a step on one CPU thread, measured to within %.0f %%; %.0f %% springs",
     1e6 * facts.step, math.ceil(100 * facts.noise), 100 * facts.springs)
+  -- without gravity nothing touches, and contacts cost less too
+  line("before an effect: what a step saves without it, and without what then does not act")
   for _, effect in ipairs(facts.effects) do
     local info = infos[effect.name]
     local list = info and info.instances > 1 and effect.fields or { effect.fields }

@@ -1,13 +1,14 @@
 --- scenes.lua: ready scenes, as the plain tables that an experiment's `scene` takes. Effects handed
 --- over replace or remove (`false`) a scene's own: `limax.scenes.land { friction = false }`.
 
-local choice = require "limax.choice"
 local engine = require "limax.engine"
 local schema = require "limax.schema"
+local suggest = require "limax.suggest"
 
 local scenes = {}
 
--- Takes the named lengths out of `options`, with their defaults, and returns the rest: effects.
+-- Takes the named lengths out of `options`, with their defaults, and returns them, the rest:
+-- effects, and the lengths' names.
 local function split(what, options, lengths)
   local changes, taken = {}, {}
   if options ~= nil and type(options) ~= "table" then
@@ -27,18 +28,36 @@ local function split(what, options, lengths)
     end
     taken[name], changes[name] = value, nil
   end
-  return taken, changes
+  local names = {}
+  for k, length in ipairs(lengths) do names[k] = length[1] end
+  return taken, changes, names
 end
 
 -- m/s^2, the engine's own default
 local standard_gravity = 9.81
 
-local function merged(base, changes, what)
+-- Adds effects, and forces of a script's own, to a scene; `own` are the scene's further options,
+-- which a misspelt name may have been meant as.
+local function merged(base, changes, what, own)
   if changes == nil then return base end
   if type(changes) ~= "table" then
     engine.fail(("%s: expected a table of effects, got %s"):format(what, schema.show(changes)))
   end
-  for _, name in ipairs(choice.sorted_keys(changes)) do base[name] = changes[name] end
+  local known, is_effect = { unpack(own or {}) }, {}
+  for _, effect in ipairs(engine.effects()) do
+    known[#known + 1], is_effect[effect.name] = effect.name, true
+  end
+  local names, message = schema.names(changes, what)
+  if not names then engine.fail(message) end
+  for _, name in ipairs(names) do
+    local value = changes[name]
+    local is_force = type(value) == "table" and value.force ~= nil
+    if not is_effect[name] and not is_force then
+      engine.fail(("%s: unknown field %s%s"):format(what, schema.show(name),
+        suggest.ending(name, known)))
+    end
+    base[name] = value
+  end
   return base
 end
 
@@ -64,12 +83,12 @@ end
 ---@param options? { buoyancy?: number }
 ---@return table scene
 function scenes.water(options)
-  local body, changes = split("scenes.water", options, { { "buoyancy", 1, 0, 100 } })
+  local body, changes, own = split("scenes.water", options, { { "buoyancy", 1, 0, 100 } })
   local scene = { drag = true, damping = true, actuation = true }
   if body.buoyancy ~= 1 then
     scene.gravity = { acceleration = { 0, 0, standard_gravity * (body.buoyancy - 1) } }
   end
-  return merged(scene, changes, "scenes.water")
+  return merged(scene, changes, "scenes.water", own)
 end
 
 --- An endless slope, as flat ground under tilted gravity: x and y run along the slope, z at right
@@ -92,7 +111,8 @@ function scenes.slope(options)
   end
   changes.angle, changes.direction, changes.gravity = nil, nil, nil
   local along = strength * math.sin(angle)
-  local scene = merged(scenes.land(), changes, "scenes.slope")
+  local scene = merged(scenes.land(), changes, "scenes.slope",
+    { "angle", "direction", "gravity" })
   scene.gravity = { acceleration =
     { along * math.cos(direction), along * math.sin(direction), -strength * math.cos(angle) } }
   return scene
@@ -104,7 +124,7 @@ end
 ---@param options? table step, depth, count, width, start, and effects
 ---@return table scene
 function scenes.stairs(options)
-  local size, changes = split("scenes.stairs", options, {
+  local size, changes, own = split("scenes.stairs", options, {
     { "step", 0.05, 0.001, 10, "m" }, { "depth", 0.3, 0.001, 100, "m" },
     { "count", 5, 1, 16, whole = true }, { "width", 4, 0.001, 1000, "m" },
     { "start", 1, -1000, 1000, "m" } })
@@ -116,7 +136,7 @@ function scenes.stairs(options)
   end
   local scene = scenes.land()
   scene.boxes = steps
-  return merged(scene, changes, "scenes.stairs")
+  return merged(scene, changes, "scenes.stairs", own)
 end
 
 --- Flat ground and the inside of a corner: walls across x and across y, `distance` away from the
@@ -124,11 +144,12 @@ end
 ---@param options? { distance?: number } m
 ---@return table scene
 function scenes.corner(options)
-  local size, changes = split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
+  local size, changes, own =
+    split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
   local scene = scenes.land()
   scene.planes = { { normal = { -1, 0, 0 }, offset = -size.distance },
     { normal = { 0, -1, 0 }, offset = -size.distance } }
-  return merged(scene, changes, "scenes.corner")
+  return merged(scene, changes, "scenes.corner", own)
 end
 
 --- Uneven land: random heights from `roughness` below 0 to 0, `spacing` apart, on a square of this
@@ -136,7 +157,7 @@ end
 ---@param options? { roughness?: number, spacing?: number, size?: number, seed?: integer } m
 ---@return table scene
 function scenes.rough(options)
-  local field, changes = split("scenes.rough", options, {
+  local field, changes, own = split("scenes.rough", options, {
     { "roughness", 0.05, 0, 10, "m" }, { "spacing", 0.2, 0.001, 100, "m" },
     { "size", 10, 0.002, 10000, "m" }, { "seed", 1, 0, 2 ^ 53, whole = true } })
   local count = math.floor(field.size / field.spacing + 0.5) + 1
@@ -151,7 +172,7 @@ function scenes.rough(options)
   end
   local scene, edge = scenes.land { ground = false }, -field.spacing * (count - 1) / 2
   scene.terrain = { heights = heights, spacing = field.spacing, origin = { edge, edge, 0 } }
-  return merged(scene, changes, "scenes.rough")
+  return merged(scene, changes, "scenes.rough", own)
 end
 
 return scenes

@@ -3,6 +3,7 @@
 --- simulation. SI units; t = 0 is when actuation starts.
 
 local body = require "limax.body"
+local choice = require "limax.choice"
 local defaults = require "limax.defaults"
 local drive = require "limax.drive"
 local engine = require "limax.engine"
@@ -105,6 +106,15 @@ end
 function scored_robot.new(record, context)
   return setmetatable({ record = record, context = context }, class)
 end
+
+--- Is this the name of a method that robots have once they are simulated?
+---@param name any
+---@return boolean
+function scored_robot.measures_by(name) return methods[name] ~= nil end
+
+--- Names of the methods of a robot that was simulated.
+---@return string[]
+function scored_robot.methods() return choice.sorted_keys(methods) end
 
 --- Is this value a scored robot?
 ---@param value any

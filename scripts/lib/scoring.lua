@@ -5,6 +5,8 @@
 
 local failure = require "limax.failure"
 local schema = require "limax.schema"
+local scored_robot = require "limax.scored_robot"
+local suggest = require "limax.suggest"
 
 local scoring = {}
 
@@ -74,6 +76,13 @@ function scoring.parts(beside)
   return #cases > 0 and cases or nil, next(measures) and measures or nil
 end
 
+-- What a method that no robot has may have been meant as, as the end of Lua's own message.
+local function misspelt(message)
+  local name = tostring(message):match "attempt to call method '([%w_]+)' %(a nil value%)"
+  local nearest = name and suggest(name, scored_robot.methods())
+  return nearest and (" (did you mean robot:%s?)"):format(nearest) or ""
+end
+
 --- Calls a fitness for one robot: fitness and what it returned beside it, or `nil, nil, message,
 --- excusable`. The message of an error comes with its traceback as fifth result.
 ---@param call function
@@ -87,7 +96,12 @@ function scoring.call(call, robot)
   local ok, value, beside = failure.attempt(call, robot)
   -- a fitness may simulate: that the device failed is nothing that a robot is to blame for
   if not ok and failure.of_machine(value) then error(value, 0) end
-  if not ok then return nil, nil, "the fitness failed: " .. tostring(value), false, beside end
+  if not ok then
+    local slip = misspelt(value)
+    -- the traceback begins with the message
+    local trace = tostring(beside):gsub("^[^\n]*", function(line) return line .. slip end)
+    return nil, nil, "the fitness failed: " .. tostring(value) .. slip, false, trace
+  end
   local message, excusable = complaint(value, beside)
   if message then return nil, nil, message, excusable end
   return value, beside

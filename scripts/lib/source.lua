@@ -109,6 +109,14 @@ function source.of_function(call, base)
   return record
 end
 
+--- Where a function begins that a configuration names; nil where it names none.
+---@param chosen any a fitness, selection or supervisor as config.json has it
+---@return string|nil place FILE:LINE
+function source.place(chosen)
+  local own = type(chosen) == "table" and chosen["function"]
+  return own and ("%s:%d"):format(own.file, own.first_line) or nil
+end
+
 --- A value with every function in it replaced by its record, so that it can be written as JSON.
 ---@param value any
 ---@param base string|nil

@@ -581,6 +581,9 @@ function limax_run:finish() end
 ---@field device? string|table "auto", "cpu", "cuda", or a device of the engine
 ---@field threads? integer
 ---@field out? string a new folder that keeps the generations
+---@field resume? boolean go on with what `out` holds, if it is there: the loop's first population
+--- is then the last one that is whole, with its scores
+---@field changed? boolean with `resume`: go on although script or configuration differ
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) hears warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated

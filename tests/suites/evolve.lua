@@ -129,7 +129,7 @@ suite:test("breed refuses what does not fit", function(t)
   t:raises("is 0; expected an index from 1 to 6", function()
     breeding { elites = { 1, 2 }, parents = { { 1, 2 }, { 0, 4 }, { 1, 1 }, { 1, 1 } } }
   end)
-  t:raises('breed.elite: unknown field; did you mean "elites"?', function()
+  t:raises('evolve.lua:%d+: breed.elite: unknown field; did you mean "elites"?', function()
     breeding { elite = { 1 } }
   end)
 end)

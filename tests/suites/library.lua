@@ -136,6 +136,16 @@ scenes:test("each is a scene that the engine takes", function(t)
   t:equal(fast:table().friction, nil)
 end)
 
+scenes:test("a misspelt option or effect is refused where it is named", function(t)
+  t:raises('scenes.stairs: unknown field "stp"; did you mean "step"?',
+    function() limax.scenes.stairs { stp = 0.1 } end)
+  t:raises('scenes.land: unknown field "frictoin"; did you mean "friction"?',
+    function() limax.scenes.land { frictoin = false } end)
+  t:raises("scenes.land: expected named fields", function() limax.scenes.land { 3 } end)
+  local own = { force = "f = vec(0, 0, m);", bound = {} }
+  t:equal(limax.scenes.land { lift = own }.lift, own)
+end)
+
 scenes:test("a slope is tilted gravity", function(t)
   local slope = limax.scenes.slope { angle = math.pi / 6, friction = { static = 0.5 } }
   t:near(slope.gravity.acceleration, { 4.905, 0, -9.81 * math.sqrt(3) / 2 })
@@ -144,6 +154,8 @@ scenes:test("a slope is tilted gravity", function(t)
   t:near(turned.gravity.acceleration, { 0, 1, -math.sqrt(3) }, { atol = 1e-12 })
   t:raises("math.rad(20)", function() limax.scenes.slope { angle = 20 } end)
   t:raises("scenes.slope: angle", function() limax.scenes.slope {} end)
+  t:raises('library.lua:%d+: scenes.slope: unknown field "directon"; did you mean "direction"?',
+    function() limax.scenes.slope { angle = 0.1, directon = 1 } end)
 end)
 
 scenes:test("stairs rise, a corner closes, rough land is the same for the same seed", function(t)

@@ -69,6 +69,28 @@ suite:test("the page holds the run's numbers and is whole by itself", { limit = 
   t:ok(not page:find "<[^>]- style=" and not page:find "<[^>]- on%l+=", "nothing runs inline")
 end)
 
+suite:test("what a fitness names beside its score is drawn, on the page and in figures",
+  { limit = 20 }, function(t)
+    local base = t:folder()
+    run(base .. "/r", { fitness = function(robot)
+      return robot:distance(), { voxels = robot.body.voxels, way = robot:distance() }
+    end })
+    report(t, base, { "r", "--no-robots" })
+    report(t, base, { "r", "--no-robots", "--figures", "out" })
+    local page = source.read(base .. "/r/report.html")
+    t:ok(page:find('<section id="measures"', 1, true) and page:find("way of the champion", 1, true))
+    local points = {}
+    for k, line in ipairs(metrics_of(base .. "/r")) do
+      points[k] = { line.generation, line.measures.voxels.champion }
+    end
+    local found
+    for _, chart in ipairs(charts_of(page)) do
+      if chart.y == "voxels" then found = chart.curves[1].points end
+    end
+    t:equal(found, points)
+    t:ok(source.read(base .. "/out/measures.csv"):find("way of the champion", 1, true))
+  end)
+
 suite:test("several runs become arms side by side, and their differences", { limit = 20 },
   function(t)
     local base = t:folder()

@@ -29,7 +29,7 @@ return limax.experiment {
   repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
   fitness = function(robot)
     if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
-    return robot:distance(), { robot.body.mass, robot:speed() }
+    return robot:distance(), { robot.body.mass, robot:speed(), way = robot:distance() }
   end,
   selection = "rank", supervisor = supervisor, supervision = { materials = true },
 }
@@ -418,6 +418,68 @@ suite:test("a finished run has nothing left to do", { limit = 30 }, function(t)
   completes(t, folder, { "run", "--resume", "r", "-q" })
   t:equal(source.read(folder .. "/r/metrics.jsonl"), before)
   t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "done")
+end)
+
+-- A loop of the script's own, which ends with an error in generation `arg[2]`, before that is bred.
+-- Its fitness reads a trace, and elites are chosen by what the fitness names.
+local OWN_LOOP = [[
+local limax = require "limax"
+local experiment = limax.experiment {
+  name = "own", lattice = { 2, 2, 2 }, population = 8, generations = 6, repetitions = 1,
+  simulation = { duration = 0.3, settle = 0.1 }, record = { center_of_mass = 20 },
+  fitness = function(robot)
+    local path = robot:trace "center_of_mass"
+    return robot:distance(), { rise = path[path:size()][3] }
+  end,
+}
+for robots in limax.start(experiment, { out = arg[1], resume = true }):generations() do
+  robots:simulate():score()
+  if robots.generation == tonumber(arg[2]) then error "enough" end
+  local best, rising = robots.ranked, robots.ranked[1]
+  for _, i in ipairs(best) do
+    if robots[i].measures.rise > robots[rising].measures.rise then rising = i end
+  end
+  local pairs_of_indices = {}
+  for child = 1, 6 do pairs_of_indices[child] = { rising, best[child % #best + 1] } end
+  local other = best[1] == rising and best[2] or best[1]
+  robots:breed { parents = pairs_of_indices, elites = { rising, other }, mutation_rate = 0.2 }
+end
+]]
+
+suite:test("a loop of the script's own goes on where it was stopped", { limit = 60 }, function(t)
+  local folder = t:folder()
+  local script = folder .. "/own.lua"
+  assert(host.file.write_atomic(script, OWN_LOOP))
+  completes(t, folder, { "own.lua", "whole" })
+  for _, stop in ipairs { 0, 2, 4 } do
+    local done = run(folder, { "own.lua", "parts", tostring(stop) })
+    t:ok(done.stderr:find("enough", 1, true), done.stderr)
+  end
+  completes(t, folder, { "own.lua", "parts" })
+  same_run(t, folder .. "/parts", folder .. "/whole")
+  t:equal(host.json.decode(source.read(folder .. "/parts/STATUS")).state, "done")
+  -- one that is done stays as it is
+  completes(t, folder, { "own.lua", "parts" })
+  same_run(t, folder .. "/parts", folder .. "/whole")
+
+  local changed = OWN_LOOP:gsub("mutation_rate = 0.2", "mutation_rate = 0.1")
+  assert(host.file.write_atomic(script, changed))
+  local refused = run(folder, { "own.lua", "parts" })
+  t:equal(refused.status, 2)
+  t:ok(refused.stderr:find("changed = true goes on with the new one", 1, true), refused.stderr)
+  assert(host.file.write_atomic(script, (changed:gsub("resume = true", "%0, changed = true"))))
+  completes(t, folder, { "own.lua", "parts" })
+  t:ok(host.file.exists(folder .. "/parts/scripts-1"))
+end)
+
+suite:test("limax.start refuses options that it does not know", function(t)
+  local limax = require "limax"
+  local experiment = limax.experiment { fitness = "walk" }
+  t:raises('resume.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
+    function() limax.start(experiment, { repetiton = 2 }) end)
+  t:raises("resume.lua:%d+: start.resume: which run", function()
+    limax.start(experiment, { resume = true })
+  end)
 end)
 
 suite:test("two processes never write one folder", { limit = 30 }, function(t)

@@ -335,6 +335,7 @@ return limax.experiment { lattice = { 3, 2, 2 }, fitness = "walk", scene = {
   t:equal(status, 0)
   contains(t, text, "planes[2]")
   contains(t, text, "us a step on one CPU thread, measured to within ")
+  contains(t, text, "what a step saves without it")
   -- what lies below the noise of measuring is no gain
   t:ok(not text:find "\n *%-%d+ %%", text)
   contains(t, text, "heights 3 x 2 m")

@@ -4,6 +4,7 @@
 
 local bootstrap = require "limax.statistics.bootstrap"
 local by_evaluations = require "limax.compare.curves"
+local choice = require "limax.choice"
 local runs = require "limax.report.runs"
 local sample = require "limax.statistics.sample"
 
@@ -232,6 +233,27 @@ function curves.diversity(list)
     curves.panel(list, "different bodies", "bodies", all_robots "distinct"),
     curves.panel(list, "spread of the genes", "standard deviation (1)", all_robots "genotype"),
   }
+end
+
+--- What the champions have of each number that a fitness names beside its score, in the order of
+--- the names; empty where none is named.
+---@param list limax.report.arm[]
+---@return limax.chart.panel[]
+function curves.measures(list)
+  local named, panels = {}, {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do
+      for _, line in ipairs(run.lines) do
+        for name in pairs(line.measures) do named[name] = true end
+      end
+    end
+  end
+  for k, name in ipairs(choice.sorted_keys(named)) do
+    panels[k] = curves.panel(list, name .. " of the champion", name, function(line)
+      return line.measures[name] and line.measures[name].champion
+    end)
+  end
+  return panels
 end
 
 -- Robots of a generation that came to no score.

@@ -33,6 +33,13 @@ local function diversity(list)
     foot = curves.meaning(list) .. " Over all robots with a score." }
 end
 
+local function measures(list)
+  local panels = { unpack(curves.measures(list), 1, MOST_PANELS) }
+  if #panels == 0 then return nil end
+  return { name = "measures", title = "What the fitness names beside its score", panels = panels,
+    foot = curves.meaning(list) .. " Of each generation's champion." }
+end
+
 local function supervision(list)
   local panels, key, seen = {}, {}, {}
   for _, arm in ipairs(list) do
@@ -114,6 +121,7 @@ function figures.write(folder, folders, label, options)
   local list, names = runs.arms(folders), {}
   local pdf = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
   local all = { learning(list, label), diversity(list), first_last(list, label) }
+  all[#all + 1] = measures(list)
   all[#all + 1] = supervision(list)
   for k, each in ipairs(all) do
     names[k] = each.name

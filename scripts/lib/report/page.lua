@@ -61,6 +61,15 @@ local function learning(list, label)
   return section("learning", "Learning", charts(parts), left_out(list))
 end
 
+local function measures(list)
+  local parts = {}
+  for k, panel in ipairs(curves.measures(list)) do
+    parts[k] = figure(panel, ("Measured: %s. %s"):format(panel.title, curves.meaning(list)))
+  end
+  if #parts == 0 then return "" end
+  return section("measures", "Beside the fitness", charts(parts))
+end
+
 local function diversity(list)
   local parts = {}
   for k, panel in ipairs(curves.diversity(list)) do
@@ -278,7 +287,7 @@ function page.text(folders, options)
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
       why and note("Each run stands for itself, since " .. why) or "", letters(leading)),
-    learning(list, label),
+    learning(list, label), measures(list),
     shown.body == "" and "" or section("robots", "Robots", shown.body),
     diversity(list), supervision(list), failures(list), cost(list), accuracy(folders),
     ancestry(leading, label),

@@ -98,7 +98,8 @@ shape.metrics = record { best = number, best_standard = number, mean = number, m
   worst = number, coarse = number, evaluations = count, quantiles = quantiles,
   failed = record { invalid = count, diverged = count, fitness = count },
   champion = record({ id = number }, true), parameters = map_of(number),
-  materials = map_of(map_of(number)), diversity = record { all = diversity, top = diversity } }
+  materials = map_of(map_of(number)), measures = map_of(map_of(number)),
+  diversity = record { all = diversity, top = diversity } }
 
 --- A line of ledger.jsonl.
 shape.ledger = record { supervisor = text, source = text, reason = text,

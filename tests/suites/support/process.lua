@@ -60,6 +60,8 @@ function process.start(folder, arguments, environment)
     .. "echo $!\nwait $!\nstatus=$?\necho >%s\necho $status\n"):format(process.quote(folder),
     environment or "", table.concat(words, " "), process.quote(output), process.quote(over)))
   os.remove(over)
+  -- else what the process before has said would be read before this one opens the file
+  os.remove(output)
   -- the shell says that a killed process was killed
   local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s 2>/dev/null"):format(LIMIT,
     process.quote(job))))
