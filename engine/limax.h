@@ -40,7 +40,7 @@ typedef enum limax_status {
     LIMAX_INVALID_FILE =
         2,        /* a file that cannot be understood: the text names file, field, value, range */
     LIMAX_IO = 3, /* a file that cannot be read or written */
-    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed */
+    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed, where that is known */
     LIMAX_NO_DEVICE = 5,     /* the device asked for is not to be had: the text says why */
     LIMAX_INTERNAL = 6       /* a defect of the engine */
 } limax_status;

@@ -35,6 +35,22 @@ using limax::api::value_or;
     return use;
 }
 
+// Holds several simulations; refuses one that is null, given twice or in use.
+[[nodiscard]] std::vector<std::unique_lock<std::shared_mutex>> using_each(
+    limax_simulation* const* simulations, int32_t count) {
+    std::vector<const limax_simulation*> given(simulations, simulations + count);
+    std::sort(given.begin(), given.end(), std::less<>());
+    // a null comes first
+    if (!given.empty()) require(given.front(), "a simulation");
+    if (std::adjacent_find(given.begin(), given.end()) != given.end())
+        fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
+    std::vector<std::unique_lock<std::shared_mutex>> uses;
+    uses.reserve(given.size());
+    for (const limax_simulation* simulation : given)
+        uses.push_back(changing(simulation, "a simulation"));
+    return uses;
+}
+
 // Whether bodies that a device made can go to a simulation unseen: all are described, and their
 // materials are of the table.
 bool known_to_fit(const limax::population& population, const limax::material_table& materials) {
@@ -166,14 +182,7 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
         require(out, "out");
         limax::require_range("count", count, 0, 2147483647.0, "");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
-        for (int32_t i = 0; i < count; ++i) require(simulations[i], "a simulation");
-        std::vector<limax_simulation*> given(simulations, simulations + count);
-        std::sort(given.begin(), given.end(), std::less<>());
-        if (std::adjacent_find(given.begin(), given.end()) != given.end())
-            fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
-        std::vector<std::unique_lock<std::shared_mutex>> uses;
-        for (const limax_simulation* simulation : given)
-            uses.push_back(changing(simulation, "a simulation"));
+        const auto uses = using_each(simulations, count);
         // what was sent to a GPU is collected even if another simulation fails
         std::exception_ptr failure;
         int32_t sent = 0;
