@@ -4,6 +4,7 @@
 
 #include <zip.h>
 
+#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -102,6 +103,8 @@ int pack(lua_State* L) {
                 throw std::runtime_error("zip: an entry is a list { name, bytes }");
             const auto [name, name_size] = string_at(L, 1);
             const auto [data, size] = string_at(L, 2);
+            if (std::strlen(name) != name_size)
+                throw std::runtime_error("zip: an entry's name must not hold a zero byte");
             lua_pop(L, 1);
             zip_source_t* const source = zip_source_buffer(archive.get(), data, size, 0);
             if (source == nullptr) fail(archive.get());

@@ -89,12 +89,6 @@ int answer(lua_State* L, work&& try_it) {
     return push_failure(L, message);
 }
 
-std::string_view text_argument(lua_State* L, int index) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, index, &length);
-    return {text, length};
-}
-
 int lua_write_atomic(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);

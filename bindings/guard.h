@@ -7,6 +7,7 @@
 #include <lua.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace limax::host {
 
@@ -40,6 +41,19 @@ inline int push_failure(lua_State* L, const std::string& message) {
     lua_pushnil(L);
     lua_pushlstring(L, message.data(), message.size());
     return 2;
+}
+
+// A string argument, which the stack keeps alive.
+inline std::string_view text_argument(lua_State* L, int index) {
+    std::size_t length = 0;
+    const char* const text = luaL_checklstring(L, index, &length);
+    return {text, length};
+}
+
+// Sets a field of the table on top of the stack.
+inline void set_text(lua_State* L, const char* field, std::string_view text) {
+    lua_pushlstring(L, text.data(), text.size());
+    lua_setfield(L, -2, field);
 }
 
 // A string argument that goes to the system: refuses one with a zero byte, which would be cut

@@ -77,11 +77,6 @@ int lua_sha256(lua_State* L) {
     return 1;
 }
 
-void set_text(lua_State* L, const char* field, const std::string& text) {
-    lua_pushlstring(L, text.data(), text.size());
-    lua_setfield(L, -2, field);
-}
-
 // Makes the table that `require "limax.host"` answers.
 void open_host(lua_State* L, const command_line& line) {
     lua_getfield(L, LUA_REGISTRYINDEX, "_LOADED");

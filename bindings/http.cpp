@@ -283,11 +283,6 @@ http_answer perform(const http_request& request, const url_parts& where) {
     return answer;
 }
 
-void set_text(lua_State* L, const char* field, const std::string& text) {
-    lua_pushlstring(L, text.data(), text.size());
-    lua_setfield(L, -2, field);
-}
-
 // Pushes { status, body, headers }; status is 0 where no line of an answer came.
 void push_answer(lua_State* L, const http_answer& answer) {
     lua_createtable(L, 0, 5);

@@ -24,6 +24,7 @@ namespace {
 
 constexpr int largest_side = 20000;  // px
 constexpr double inches_per_metre = 39.37007874015748;
+constexpr double most_dpi = 1e6;  // finer than any printer; a PNG counts dots per metre in 31 bits
 constexpr std::size_t png_header_end = 33;  // signature 8, IHDR 25 bytes
 constexpr int palette_size = 256;
 constexpr int clear_index = 255;  // of the palette: a pixel that is not there
@@ -73,6 +74,7 @@ int lua_png(lua_State* L) {
     image.format = PNG_FORMAT_RGBA;
     const std::string_view pixels = pixels_argument(L, 3, int(image.width), int(image.height));
     const double dpi = luaL_optnumber(L, 4, 0);
+    luaL_argcheck(L, dpi >= 0 && dpi <= most_dpi, 4, "0 to 1000000 dots per inch; 0 says nothing");
     png_alloc_size_t size = 0;
     if (png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr) == 0)
         throw std::runtime_error(std::string("PNG: ") + image.message);

@@ -28,11 +28,6 @@ constexpr int usual_columns = 80;
 constexpr double longest_wait = 86400;                     // s
 constexpr std::chrono::duration<double> wait_slice{0.05};  // between looks at the interrupt
 
-void set_text(lua_State* L, const char* field, const std::string& text) {
-    lua_pushlstring(L, text.data(), text.size());
-    lua_setfield(L, -2, field);
-}
-
 void set_truth(lua_State* L, const char* field, bool truth) {
     lua_pushboolean(L, truth);
     lua_setfield(L, -2, field);

@@ -25,12 +25,6 @@ pattern_clock clock_of(lua_State* L) {
     return clock;
 }
 
-std::string_view text_argument(lua_State* L, int index) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, index, &length);
-    return {text, length};
-}
-
 // The offset that an optional argument names, counted from the end where it is negative.
 std::size_t start_argument(lua_State* L, int index, std::size_t length) {
     const double given = luaL_optnumber(L, index, 1);

@@ -158,12 +158,6 @@ int give(lua_State* L, job next, int first) {
     return 1;
 }
 
-std::string_view text_argument(lua_State* L, int index) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, index, &length);
-    return {text, length};
-}
-
 // writer:write(path, text[, array, bytes]) -> number: as write_atomic, an array of the FFI after
 // the text
 int lua_write(lua_State* L) {

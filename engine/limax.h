@@ -11,8 +11,16 @@
  * caller loops over, so that no call need work longer than about 50 ms; what is one piece is the
  * drawing of an encoding, the description and preparation of one robot (about 5 us per voxel) and
  * as many steps as a caller asks for by number. Pointers must not be null where nothing else is
- * said; a handle that is created is owned by the caller and ended by its `_free`, which takes null.
- * Children keep what they need of their parents alive, so any order of `_free` is safe. */
+ * said: a null is refused, and what returns no status answers 0, null or NaN to it and leaves a
+ * text. Whether a pointer leads to as much memory as its comment says is the caller's word. A
+ * handle that is created is owned by the caller and ended by its `_free`, which takes null.
+ * Children keep what they need of their parents alive, so any order of `_free` is safe.
+ *
+ * Any thread may call anything. Threads may share a cpu device and encodings, and materials and
+ * scenes that none of them changes; a population or a simulation is for one call at a time, and a
+ * call that finds its handle in use otherwise is refused. What is not looked after: a view (a
+ * pointer that a function here returns) while another thread changes what it shows, `_free` of a
+ * handle that another thread uses, and one cuda device under several threads. */
 #ifndef LIMAX_H
 #define LIMAX_H
 
@@ -32,7 +40,7 @@ typedef enum limax_status {
     LIMAX_INVALID_FILE =
         2,        /* a file that cannot be understood: the text names file, field, value, range */
     LIMAX_IO = 3, /* a file that cannot be read or written */
-    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed */
+    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed, where that is known */
     LIMAX_NO_DEVICE = 5,     /* the device asked for is not to be had: the text says why */
     LIMAX_INTERNAL = 6       /* a defect of the engine */
 } limax_status;
@@ -95,8 +103,8 @@ typedef struct limax_material {
     double stiffness_floor; /* smallest stiffness weight, 1 */
 } limax_material;
 
-/* Reads a table (JSON, schema limax.materials/1). `origin` names the text in errors. Material 0 is
- * always empty. */
+/* Reads a table (JSON, schema limax.materials/1, at most 1 MiB). `origin`, which may be null, names
+ * the text in errors. Material 0 is always empty. */
 limax_status limax_materials_load(const char* path, limax_materials** out);
 limax_status limax_materials_parse(const char* text, uint64_t length, const char* origin,
                                    limax_materials** out);
@@ -162,7 +170,7 @@ typedef struct limax_random_key {
 
 double limax_random_uniform(const limax_random_key* key, uint32_t draw); /* in [0, 1), 53 bits */
 double limax_random_normal(const limax_random_key* key, uint32_t draw);  /* N(0, 1) */
-/* 0 to n - 1, no value favoured by more than n / 2^64. */
+/* 0 to n - 1, no value favoured by more than n / 2^64; 0 for n = 0. */
 uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw, uint32_t n);
 
 /* ---- population: genomes and bodies ---------------------------------------------------------- */
@@ -306,10 +314,11 @@ typedef struct limax_script_parameter {
     double value[3];
 } limax_script_parameter;
 
-/* Adds an effect that a text describes: the force on every mass, N, in the language of
- * engine/README.md. The error of a text names its line. `bound` holds the largest stiffness, N/m,
- * and damping, N s/m, that the force gives a mass, 0 to 1e9 each; null where that is not known, and
- * then a simulation needs a fixed time step. At most 8 for a scene; their order never matters. */
+/* Adds an effect that a text describes, under a name of letters, digits and _: the force on every
+ * mass, N, in the language of engine/README.md. The error of a text names its line. `bound` holds
+ * the largest stiffness, N/m, and damping, N s/m, that the force gives a mass, 0 to 1e9 each; null
+ * where that is not known, and then a simulation needs a fixed time step. At most 8 for a scene;
+ * their order never matters. */
 limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
                                     const limax_script_parameter* parameters, int32_t count,
                                     const double* bound);
@@ -364,7 +373,7 @@ typedef struct limax_simulation_options {
      * than a tenth of an edge in a step at the speed that start and drop give it */
     double time_step;
     double bound_fraction; /* used when time_step is 0; 0.9 for `auto` */
-    double time_step_most; /* s; cap used when time_step is 0; 0 for none */
+    double time_step_most; /* s; cap used when time_step is 0, 1e-9 to 1; 0 for none */
     double edge;           /* h, m */
     double position[3];    /* m: where the lowest corner of the body's bounding box starts */
     double velocity[3];    /* m/s of every mass at the start */
@@ -449,7 +458,8 @@ void limax_simulation_free(limax_simulation* simulation);
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out);
 /* Whole steps of `count` simulations for about `seconds` in all, so that small ones share a GPU:
- * those on a GPU run at the same time, those on the CPU one after the other. `out` is [count]. */
+ * those on a GPU run at the same time, those on the CPU one after the other. Each may be there
+ * once. `out` is [count]. */
 limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
                                        double seconds, limax_progress* out);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
@@ -458,7 +468,8 @@ const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulatio
  * the kind is not recorded. */
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width);
-/* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass]. */
+/* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass], of a robot that is simulated;
+ * alive until `_free`. */
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites);
 /* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its

@@ -72,7 +72,9 @@ local function materials(source)
     abi.check(C.limax_materials_parse(text, #text, "materials", out))
     return wrap(out)
   end
-  arguments.text("materials", source)
+  if arguments.text("materials", source):find("\0", 1, true) then
+    arguments.refuse("materials", "a path or a name without a zero byte", source)
+  end
   local path = source:match "%.json$" and source or shipped(source)
   abi.check(C.limax_materials_load(path, out))
   return wrap(out)
@@ -146,6 +148,7 @@ end
 --- again.
 ---@return table
 function methods:table()
+  object.handle("materials:table", self, class)
   local result = { schema = SCHEMA, name = self.name, fields = {}, materials = {} }
   for _, field in ipairs(FIELDS) do result.fields[field] = self:field(field) end
   for i = 1, self.count do

@@ -26,18 +26,21 @@ end
 ---@class limax.object
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
-local shared = {}
+---@field free fun(self: limax.object, why: string|nil) ends it now; see object.class
 
---- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views of
---- it end.
----@param why string|nil completes "this view ended when ..."
-function shared:free(why)
-  if not self.handle then return end
-  ffi.gc(self.handle, nil)
-  self.end_handle(self.handle)
-  self.handle = nil
-  self.freed = fault.where()
-  object.end_views(self.life, why or ("its %s was freed"):format(self.kind_name))
+local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end
+
+--- Refuses what is not an object of `class`, freed or not.
+---@param what string the argument's name in messages
+---@param value any
+---@param class table
+function object.require(what, value, class)
+  if type(value) == "table" and getmetatable(value) == class then return end
+  local came = type(value)
+  local other = came == "table" and getmetatable(value)
+  if other and type(other.__index) == "table" then came = other.__index.kind_name or came end
+  fault.raise(("%s: expected %s, got %s"):format(what, with_article(class.__index.kind_name),
+    came == "nil" and "nil" or with_article(came)))
 end
 
 --- A class: a metatable whose methods include `:free()`.
@@ -45,7 +48,18 @@ end
 ---@param end_handle ffi.cdata* the C function that frees a handle
 ---@return table class methods go into class.__index
 function object.class(kind_name, end_handle)
-  local class = { __index = { kind_name = kind_name, end_handle = end_handle, free = shared.free } }
+  local class = { __index = { kind_name = kind_name, end_handle = end_handle } }
+  -- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views
+  -- of it end; `why` completes "this view ended when ...".
+  function class.__index:free(why)
+    object.require("free", self, class)
+    if not self.handle then return end
+    ffi.gc(self.handle, nil)
+    end_handle(self.handle)
+    self.handle = nil
+    self.freed = fault.where()
+    object.end_views(self.life, why or ("its %s was freed"):format(kind_name))
+  end
   function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end
   return class
 end
@@ -64,24 +78,15 @@ function object.new(class, handle, fields)
   return setmetatable(self, class)
 end
 
-local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end
-
 --- The handle of `value`, which must be a living object of `class`.
 ---@param what string the argument's name in messages
 ---@param value any
 ---@param class table
 ---@return ffi.cdata*
 function object.handle(what, value, class)
-  local kind_name = class.__index.kind_name
-  if type(value) ~= "table" or getmetatable(value) ~= class then
-    local came = type(value)
-    local other = came == "table" and getmetatable(value)
-    if other and type(other.__index) == "table" then came = other.__index.kind_name or came end
-    fault.raise(("%s: expected %s, got %s"):format(what, with_article(kind_name),
-      came == "nil" and "nil" or with_article(came)))
-  end
+  object.require(what, value, class)
   if not value.handle then
-    fault.raise(("%s: this %s was freed (%s)"):format(what, kind_name, value.freed))
+    fault.raise(("%s: this %s was freed (%s)"):format(what, value.kind_name, value.freed))
   end
   return value.handle
 end

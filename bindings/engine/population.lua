@@ -69,6 +69,7 @@ local free = methods.free
 --- Ends the population now; views of it end.
 ---@param why string|nil completes "this view ended when ..."
 function methods:free(why)
+  object.require("free", self, class)
   if not self.handle then return end
   free(self, why)
   object.end_views(self.bodies_life, why or "its population was freed")
@@ -221,6 +222,7 @@ end
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function methods:genomes_bytes()
+  coded(self, "population:genomes_bytes")
   local genomes = self:genomes_array()
   return ffi.string(genomes, ffi.sizeof(genomes))
 end

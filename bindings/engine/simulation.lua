@@ -188,6 +188,10 @@ end
 ---@param on_progress fun(progress: limax.progress)|nil called after each slice
 ---@return limax.progress
 function methods:run(on_progress)
+  object.handle("simulation:run", self, class)
+  if on_progress ~= nil and type(on_progress) ~= "function" then
+    arguments.refuse("simulation:run: on_progress", "a function", on_progress)
+  end
   while true do
     local progress = self:advance(SLICE)
     if progress.interrupted then

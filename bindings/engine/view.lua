@@ -152,10 +152,17 @@ function view.is_view(value)
   return class == leaf or class == branch
 end
 
+-- Refuses what is not a view where a method has it for `self`.
+local function require_view(name, value)
+  if view.is_view(value) then return end
+  arguments.refuse("view:" .. name, "a view (call it with a colon)", value)
+end
+
 --- Length along an axis, the first if none is named.
 ---@param axis integer|nil
 ---@return integer
 function methods:size(axis)
+  require_view("size", self)
   local shape = self.shape
   return shape[arguments.index("size: axis", axis or 1, #shape)]
 end
@@ -184,6 +191,7 @@ end
 --- A view of the same shape over its own memory, which nothing ends.
 ---@return limax.view
 function methods:copy()
+  require_view("copy", self)
   local form = self.form
   local shape = tail(form, axis_of(self))
   local count = 1
@@ -199,6 +207,7 @@ end
 --- The numbers as nested Lua lists.
 ---@return table
 function methods:table()
+  require_view("table", self)
   local form = self.form
   if form.life.stamp ~= form.stamp then ended(form) end
   local shape, strides, data, axes = form.shape, form.strides, form.data, #form.shape
@@ -219,6 +228,7 @@ end
 ---@return ffi.cdata* pointer
 ---@return integer[] strides
 function methods:pointer()
+  require_view("pointer", self)
   local form = self.form
   if form.life.stamp ~= form.stamp then ended(form) end
   local strides = {}

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <new>
+#include <shared_mutex>
 
 #include "backend/backend.h"
 #include "base/error.h"
@@ -13,27 +15,32 @@
 #include "genome/population.h"
 #include "limax.h"
 
-// Handles share what they point to with their children, so that any order of freeing is safe.
+// Handles share what they point to with their children, so that any order of freeing is safe. What
+// changes has `users`: the calls that are at work on it, of which only reading ones may be several.
 struct limax_device {
     std::shared_ptr<limax::device> it;
 };
 struct limax_materials {
     limax::material_table it;
+    mutable std::shared_mutex users = {};
 };
 struct limax_encoding {
     std::shared_ptr<const limax::encoding> it;
 };
 struct limax_population {
     limax::population it;
+    mutable std::shared_mutex users = {};
 };
 struct limax_scene {
-    limax::scene it;
+    limax::scene it = {};
+    mutable std::shared_mutex users = {};
 };
 struct limax_simulation {
     std::shared_ptr<limax::device> device;
     std::unique_ptr<limax::simulation> it;
     int32_t count;
     limax_simulation_options options;
+    mutable std::shared_mutex users = {};
 };
 
 namespace limax::api {
@@ -67,6 +74,24 @@ T value_or(T otherwise, const Get& get) noexcept {
 
 inline void require(const void* pointer, const char* name) {
     if (!pointer) fail(LIMAX_INVALID_ARGUMENT, format("%s is null", name));
+}
+
+// Holds a handle for a call that reads it; refuses one that another thread is changing.
+template <class Handle>
+[[nodiscard]] std::shared_lock<std::shared_mutex> reading(const Handle* handle, const char* name) {
+    require(handle, name);
+    std::shared_lock use(handle->users, std::try_to_lock);
+    if (!use)
+        fail(LIMAX_INVALID_ARGUMENT, format("%s: another thread is changing this handle", name));
+    return use;
+}
+// Holds a handle for a call that changes it; refuses one that another thread is using.
+template <class Handle>
+[[nodiscard]] std::unique_lock<std::shared_mutex> changing(const Handle* handle, const char* name) {
+    require(handle, name);
+    std::unique_lock use(handle->users, std::try_to_lock);
+    if (!use) fail(LIMAX_INVALID_ARGUMENT, format("%s: another thread is using this handle", name));
+    return use;
 }
 
 // Whether the population's genomes and bodies are where the device keeps its own.

@@ -7,8 +7,10 @@
 
 namespace {
 
+using limax::api::changing;
 using limax::api::guard;
 using limax::api::lives_on;
+using limax::api::reading;
 using limax::api::require;
 using limax::api::value_or;
 
@@ -42,7 +44,7 @@ limax_status limax_materials_parse(const char* text, uint64_t length, const char
 }
 limax_status limax_materials_copy(const limax_materials* materials, limax_materials** out) {
     return guard([&] {
-        require(materials, "materials");
+        const auto materials_use = reading(materials, "materials");
         require(out, "out");
         *out = new limax_materials{materials->it};
     });
@@ -63,7 +65,7 @@ const char* limax_materials_name(const limax_materials* materials) {
 limax_status limax_materials_get(const limax_materials* materials, int32_t index,
                                  limax_material* out) {
     return guard([&] {
-        require(materials, "materials");
+        const auto materials_use = reading(materials, "materials");
         require(out, "out");
         *out = materials->it.at(index);
     });
@@ -71,7 +73,7 @@ limax_status limax_materials_get(const limax_materials* materials, int32_t index
 limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
                                  double value) {
     return guard([&] {
-        require(materials, "materials");
+        const auto materials_use = changing(materials, "materials");
         require(field, "field");
         materials->it.set(index, field, value);
     });
@@ -80,7 +82,7 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
                                    const char** unit, double* minimum, double* maximum,
                                    const char** source) {
     return guard([&] {
-        require(materials, "materials");
+        const auto materials_use = reading(materials, "materials");
         require(field, "field");
         require(unit, "unit");
         require(minimum, "minimum");
@@ -143,19 +145,19 @@ int32_t limax_population_count(const limax_population* population) {
 }
 float* limax_population_genomes(limax_population* population) {
     return value_or<float*>(nullptr, [&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         return population->it.genomes();
     });
 }
 uint8_t* limax_population_voxels(limax_population* population) {
     return value_or<uint8_t*>(nullptr, [&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         return population->it.voxels();
     });
 }
 float* limax_population_weights(limax_population* population) {
     return value_or<float*>(nullptr, [&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         return population->it.weights();
     });
 }
@@ -168,7 +170,7 @@ const limax_body* limax_population_bodies(const limax_population* population) {
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out) {
     return guard([&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         require(out, "out");
         population->it.read_genomes(first, count, out);
     });
@@ -176,7 +178,7 @@ limax_status limax_population_read_genomes(const limax_population* population, i
 limax_status limax_population_text(const limax_population* population, int32_t robot,
                                    const char* letters, char* out) {
     return guard([&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         require(letters, "letters");
         require(out, "out");
         population->it.write_text(robot, letters, out);
@@ -185,7 +187,7 @@ limax_status limax_population_text(const limax_population* population, int32_t r
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count) {
     return guard([&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         const limax::parallel_for alone = [](int n, const std::function<void(int)>& work) {
             for (int i = 0; i < n; ++i) work(i);
         };
@@ -196,8 +198,8 @@ limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
                                       limax_device* device, int32_t first, int32_t count) {
     return guard([&] {
-        require(population, "population");
-        require(materials, "materials");
+        const auto population_use = changing(population, "population");
+        const auto materials_use = reading(materials, "materials");
         require(device, "device");
         settle(population->it, *device->it);
         population->it.express(materials->it, require_muscle != 0, device->it->express(),
@@ -207,8 +209,8 @@ limax_status limax_population_express(limax_population* population,
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
                                     int32_t require_muscle, int32_t first, int32_t count) {
     return guard([&] {
-        require(population, "population");
-        require(materials, "materials");
+        const auto population_use = changing(population, "population");
+        const auto materials_use = reading(materials, "materials");
         population->it.check(materials->it, require_muscle != 0, first, count);
     });
 }
@@ -216,8 +218,10 @@ limax_status limax_population_breed(limax_population* children, const limax_popu
                                     const int32_t* pairs, const limax_breeding* breeding,
                                     limax_device* device, int32_t first, int32_t count) {
     return guard([&] {
-        require(children, "children");
-        require(parents, "parents");
+        const auto children_use = changing(children, "children");
+        std::unique_lock<std::shared_mutex> parents_use;
+        // a population that is both is held already, and refused below
+        if (parents != children) parents_use = changing(parents, "parents");
         require(pairs, "pairs");
         require(breeding, "breeding");
         require(device, "device");
@@ -229,7 +233,7 @@ limax_status limax_population_breed(limax_population* children, const limax_popu
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out) {
     return guard([&] {
-        require(population, "population");
+        const auto population_use = changing(population, "population");
         require(robots, "robots");
         require(out, "out");
         *out = population->it.diversity(robots, count);

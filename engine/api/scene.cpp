@@ -8,7 +8,9 @@ namespace {
 
 using limax::fail;
 using limax::format;
+using limax::api::changing;
 using limax::api::guard;
+using limax::api::reading;
 using limax::api::require;
 
 // An index into the list of effects, range checked.
@@ -57,7 +59,7 @@ limax_status limax_scene_create(limax_scene** out) {
 void limax_scene_free(limax_scene* scene) { delete scene; }
 limax_status limax_scene_add(limax_scene* scene, const char* effect) {
     return guard([&] {
-        require(scene, "scene");
+        const auto use = changing(scene, "scene");
         require(effect, "effect");
         scene->it.add(effect);
     });
@@ -65,7 +67,7 @@ limax_status limax_scene_add(limax_scene* scene, const char* effect) {
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count) {
     return guard([&] {
-        require(scene, "scene");
+        const auto use = changing(scene, "scene");
         require(effect, "effect");
         require(field, "field");
         require(values, "values");
@@ -75,7 +77,7 @@ limax_status limax_scene_set(limax_scene* scene, const char* effect, const char*
 limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
                                      const double* heights, int32_t nx, int32_t ny) {
     return guard([&] {
-        require(scene, "scene");
+        const auto use = changing(scene, "scene");
         require(effect, "effect");
         require(field, "field");
         require(heights, "heights");
@@ -86,7 +88,7 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
                                     const limax_script_parameter* parameters, int32_t count,
                                     const double* bound) {
     return guard([&] {
-        require(scene, "scene");
+        const auto use = changing(scene, "scene");
         require(name, "name");
         require(text, "text");
         limax::require_range("count", count, 0, limax::scripted::most_registers, "");
@@ -102,7 +104,7 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
 }
 limax_status limax_scene_check(const limax_scene* scene) {
     return guard([&] {
-        require(scene, "scene");
+        const auto use = reading(scene, "scene");
         scene->it.check();
     });
 }

@@ -18,17 +18,37 @@ namespace {
 
 using limax::fail;
 using limax::format;
+using limax::api::changing;
 using limax::api::guard;
 using limax::api::lives_on;
+using limax::api::reading;
 using limax::api::require;
 using limax::api::value_or;
 
-int32_t require_robot(const limax_simulation* simulation, int32_t robot) {
-    require(simulation, "simulation");
+// Holds a simulation for a call about one of its robots.
+[[nodiscard]] std::unique_lock<std::shared_mutex> using_robot(const limax_simulation* simulation,
+                                                              int32_t robot) {
+    auto use = changing(simulation, "simulation");
     if (robot < 0 || robot >= simulation->count)
         fail(LIMAX_INVALID_ARGUMENT, format("robot %lld does not exist; there are %d",
                                             limax::from_one(robot), simulation->count));
-    return robot;
+    return use;
+}
+
+// Holds several simulations; refuses one that is null, given twice or in use.
+[[nodiscard]] std::vector<std::unique_lock<std::shared_mutex>> using_each(
+    limax_simulation* const* simulations, int32_t count) {
+    std::vector<const limax_simulation*> given(simulations, simulations + count);
+    std::sort(given.begin(), given.end(), std::less<>());
+    // a null comes first
+    if (!given.empty()) require(given.front(), "a simulation");
+    if (std::adjacent_find(given.begin(), given.end()) != given.end())
+        fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
+    std::vector<std::unique_lock<std::shared_mutex>> uses;
+    uses.reserve(given.size());
+    for (const limax_simulation* simulation : given)
+        uses.push_back(changing(simulation, "a simulation"));
+    return uses;
 }
 
 // Whether bodies that a device made can go to a simulation unseen: all are described, and their
@@ -132,9 +152,9 @@ limax_status limax_simulation_create(const limax_population* population,
                                      const limax_simulation_options* options, const uint8_t* mask,
                                      limax_device* device, limax_simulation** out) {
     return guard([&] {
-        require(population, "population");
-        require(materials, "materials");
-        require(scene, "scene");
+        const auto population_use = changing(population, "population");
+        const auto materials_use = reading(materials, "materials");
+        const auto scene_use = reading(scene, "scene");
         require(options, "options");
         require(device, "device");
         require(out, "out");
@@ -148,7 +168,7 @@ void limax_simulation_free(limax_simulation* simulation) { delete simulation; }
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out) {
     return guard([&] {
-        require(simulation, "simulation");
+        const auto use = changing(simulation, "simulation");
         require(out, "out");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
@@ -162,11 +182,7 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
         require(out, "out");
         limax::require_range("count", count, 0, 2147483647.0, "");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
-        for (int32_t i = 0; i < count; ++i) require(simulations[i], "a simulation");
-        std::vector<limax_simulation*> given(simulations, simulations + count);
-        std::sort(given.begin(), given.end(), std::less<>());
-        if (std::adjacent_find(given.begin(), given.end()) != given.end())
-            fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
+        const auto uses = using_each(simulations, count);
         // what was sent to a GPU is collected even if another simulation fails
         std::exception_ptr failure;
         int32_t sent = 0;
@@ -192,7 +208,7 @@ const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulatio
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width) {
     return guard([&] {
-        require_robot(simulation, robot);
+        const auto use = using_robot(simulation, robot);
         require(data, "data");
         require(samples, "samples");
         require(width, "width");
@@ -203,7 +219,7 @@ limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t 
 }
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out) {
     return guard([&] {
-        require(simulation, "simulation");
+        const auto use = changing(simulation, "simulation");
         require(out, "out");
         *out = simulation->it->describe();
     });
@@ -211,36 +227,36 @@ limax_status limax_simulation_describe(limax_simulation* simulation, const char*
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites) {
     return guard([&] {
-        const int32_t index = require_robot(simulation, robot);
+        const auto use = using_robot(simulation, robot);
         require(sites, "sites");
-        *sites = simulation->it->sites(index);
+        *sites = simulation->it->sites(robot);
         if (*sites) return;
         // asking for its state prepares a robot, or refuses one that is not simulated
-        simulation->it->state(index, nullptr, nullptr);
-        *sites = simulation->it->sites(index);
+        simulation->it->state(robot, nullptr, nullptr);
+        *sites = simulation->it->sites(robot);
     });
 }
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities) {
     return guard([&] {
-        const int32_t index = require_robot(simulation, robot);
-        simulation->it->place(index, positions, velocities);
+        const auto use = using_robot(simulation, robot);
+        simulation->it->place(robot, positions, velocities);
     });
 }
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities) {
     return guard([&] {
-        const int32_t index = require_robot(simulation, robot);
-        simulation->it->state(index, positions, velocities);
+        const auto use = using_robot(simulation, robot);
+        simulation->it->state(robot, positions, velocities);
     });
 }
 
 limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot,
                                     double* out) {
     return guard([&] {
-        const int32_t index = require_robot(simulation, robot);
+        const auto use = using_robot(simulation, robot);
         require(out, "out");
-        simulation->it->block(index, out);
+        simulation->it->block(robot, out);
     });
 }
 
@@ -252,9 +268,9 @@ limax_status limax_reconstruction_run(limax_device* device, const limax_populati
                                       double* seconds, double* center) {
     return guard([&] {
         require(device, "device");
-        require(population, "population");
-        require(materials, "materials");
-        require(scene, "scene");
+        const auto population_use = changing(population, "population");
+        const auto materials_use = reading(materials, "materials");
+        const auto scene_use = reading(scene, "scene");
         require(options, "options");
         require(seconds, "seconds");
         require(center, "center");

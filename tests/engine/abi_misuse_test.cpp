@@ -2,10 +2,12 @@
 // indices at the ends of their types, numbers that no computer can count to, files without an end.
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <climits>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "abi.h"
@@ -185,4 +187,57 @@ TEST_CASE("sites are known before the first step, of what is simulated") {
                                     stage.cpu, &half.it) == LIMAX_OK);
     check_refused(limax_simulation_sites(half, 1, &sites), LIMAX_INVALID_ARGUMENT,
                   "robot 2 is not simulated");
+}
+
+TEST_CASE("a handle that another thread is using is refused, and as good as before afterwards") {
+    prepared stage;
+    limax_simulation_options options = stage.options();
+    options.duration = 1e6;
+    simulation endless;
+    REQUIRE(stage.simulate(options, endless) == LIMAX_OK);
+    limax_status other = LIMAX_INTERNAL;
+    std::thread worker([&] {
+        limax_progress progress;
+        other = limax_simulation_advance(endless, 1e6, 0, &progress);
+    });
+    // the worker may only begin after some of these
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    limax_status status = LIMAX_OK;
+    while (status == LIMAX_OK && std::chrono::steady_clock::now() < deadline)
+        status = limax_simulation_state(endless, 0, nullptr, nullptr);
+    check_refused(status, LIMAX_INVALID_ARGUMENT, "another thread is using this handle");
+    limax_interrupt();
+    worker.join();
+    limax_interrupt_clear();
+    CHECK(other == LIMAX_OK);
+    CHECK(limax_simulation_state(endless, 0, nullptr, nullptr) == LIMAX_OK);
+}
+
+TEST_CASE("threads share a device, materials and a scene, and get the bits of one alone") {
+    prepared stage;
+    const auto end_of = [&](std::vector<double>& out) {
+        population robots;
+        const int32_t lattice[3] = {2, 2, 2};
+        bool fine = limax_population_create(lattice, 2, nullptr, &robots.it) == LIMAX_OK;
+        std::memset(limax_population_voxels(robots), 3, 16);
+        for (int i = 0; i < 48; ++i) limax_population_weights(robots)[i] = 1;
+        fine = fine && limax_population_check(robots, stage.paper, 0, 0, 2) == LIMAX_OK;
+        const limax_simulation_options options = stage.options();
+        simulation run;
+        fine = fine && limax_simulation_create(robots, stage.paper, stage.land, &options, nullptr,
+                                               stage.cpu, &run.it) == LIMAX_OK;
+        limax_progress progress{};
+        while (fine && !progress.finished)
+            fine = limax_simulation_advance(run, 0.001, 0, &progress) == LIMAX_OK;
+        out.assign(81, 0.0);
+        if (!fine || limax_simulation_state(run, 1, out.data(), nullptr) != LIMAX_OK) out.clear();
+    };
+    std::vector<double> alone, here, there;
+    end_of(alone);
+    REQUIRE(alone.size() == 81);
+    std::thread worker([&] { end_of(there); });
+    end_of(here);
+    worker.join();
+    CHECK(here == alone);
+    CHECK(there == alone);
 }

@@ -128,6 +128,20 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.device("cpu", { thread = 1 }) end)
   there("threads: expected an integer from 0 to 1024, got 1025",
     function() engine.device("cpu", { threads = 1025 }) end)
+  -- a point where a colon belongs
+  there("population:genomes_bytes: expected a population, got a number",
+    function() p.genomes_bytes(3) end)
+  there("materials:table: expected a material table, got a number",
+    function() MATERIALS.table(3) end)
+  there("free: expected a population, got a scene", function() p.free(scene) end)
+  there("free: expected a scene, got nil", function() scene.free() end)
+  there("view:copy: expected a view (call it with a colon), got 3",
+    function() p:genome(1).copy(3) end)
+  there("view:size: expected a view", function() p:genome(1).size() end)
+  there("simulation:run: on_progress: expected a function, got 3",
+    function() engine.simulation(p, MATERIALS, scene, {}):run(3) end)
+  there("materials: expected a path or a name without a zero byte",
+    function() engine.materials "a\0b" end)
   there("threads: expected an integer from 0 to 1024, got false",
     function() engine.device("cpu", { threads = false }) end)
   there("isa: expected a string, got false", function() engine.device("cpu", { isa = false }) end)

@@ -364,6 +364,9 @@ suite:test("deflate and PNG are what their formats say", function(t)
   -- 300 dots per inch are 11811 per metre
   t:ok(png:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
   t:raises("expected 2 x 2 pixels", function() host.image.png(2, 2, "short") end)
+  for _, dpi in ipairs { -1, 1e300, 0 / 0 } do
+    t:raises("0 to 1000000 dots per inch", function() host.image.png(1, 1, "rgba", dpi) end)
+  end
   local gif = host.image.gif(1, 1, { "\255\0\0\255", "\0\0\255\255" }, 4)
   t:ok(gif:sub(1, 6) == "GIF89a" and gif:byte(-1) == 0x3b and gif:find("NETSCAPE2.0", 1, true))
 end)

@@ -35,7 +35,7 @@ struct block {
         {"spin", "rad/s", "angular velocity at the start", 3, -1e6, 1e6, {0.0, 0.0, 0.0}}};
     static constexpr int field_count = 7;
     // Where a field's components begin among the values.
-    static constexpr int at_size = 0, at_position = 3, at_velocity = 9, at_spin = 12;
+    static constexpr int at_position = 3, at_velocity = 9, at_spin = 12;
 
     // Share of the block that a corner bears: of the four that it stands on.
     static constexpr double corner_share = 0.25;
