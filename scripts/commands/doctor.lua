@@ -112,15 +112,8 @@ end
 -- The kernel that the scene of walk.lua gets.
 local function walk_kernel(device)
   local config = script.run(host.home .. "/scripts/experiments/walk.lua").config
-  local materials = engine.materials(config.materials)
-  local population = engine.population { lattice = config.lattice, count = 1 }
-  local voxels = {}
-  for i = 1, population.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
-  population:set_body(1, voxels)
-  population:check(materials)
-  local simulation = engine.simulation(population, materials, engine.scene(config.scene),
-    settings.engine_options(config.simulation, config.record), device)
-  return simulation:describe()
+  return scene_report.simulation(config, config.scene, device,
+    settings.engine_options(config.simulation, config.record)):describe()
 end
 
 -- What the engine says of CUDA: the device and what serves it, or why there is none.
@@ -191,8 +184,8 @@ local function cuda_lines(facts, line)
     #facts.gpus == 1 and "" or "s", #facts.gpus == 1 and "it" or "them all")
   for i, gpu in ipairs(facts.gpus) do
     -- numbered as CUDA does
-    line("", ("GPU %d"):format(i - 1), "%s, compute capability %s, %d multiprocessors, %.1f GiB", gpu.name,
-      gpu.capability, gpu.multiprocessors, gpu.memory / 2 ^ 30)
+    line("", ("GPU %d"):format(i - 1), "%s, compute capability %s, %d multiprocessors, %.1f GiB",
+      gpu.name, gpu.capability, gpu.multiprocessors, gpu.memory / 2 ^ 30)
   end
   for _, gpu in ipairs(facts.gpus_too_old or {}) do
     line("", "GPU left out", "%s, compute capability %s is too old", gpu.name, gpu.capability)

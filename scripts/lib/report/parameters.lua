@@ -47,7 +47,6 @@ local function value_of(line, path)
   if not material then return line.parameters[path] end
   return line.materials[material] and line.materials[material][field]
 end
-parameters.value_of = value_of
 
 --- Fields that changed in any run of these arms, and those that did not: the four parameters first,
 --- then materials by name.
