@@ -1,6 +1,5 @@
 --- effects.lua: hard cases of planes, obstacles, terrain, anchors, wind, drag and self-collision.
---- Each waits for the engine that lists its effect, and is skipped, with the reason, until then. SI
---- units.
+--- Where an engine lists no such effect a case is skipped, with the reason. SI units.
 
 local cases = {}
 
