@@ -112,15 +112,8 @@ end
 -- The kernel that the scene of walk.lua gets.
 local function walk_kernel(device)
   local config = script.run(host.home .. "/scripts/experiments/walk.lua").config
-  local materials = engine.materials(config.materials)
-  local population = engine.population { lattice = config.lattice, count = 1 }
-  local voxels = {}
-  for i = 1, population.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
-  population:set_body(1, voxels)
-  population:check(materials)
-  local simulation = engine.simulation(population, materials, engine.scene(config.scene),
-    settings.engine_options(config.simulation, config.record), device)
-  return simulation:describe()
+  return scene_report.simulation(config, config.scene, device,
+    settings.engine_options(config.simulation, config.record)):describe()
 end
 
 -- What the engine says of CUDA: the device and what serves it, or why there is none.

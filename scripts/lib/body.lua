@@ -28,15 +28,6 @@ function body.layers(text)
   return layers
 end
 
---- Layers as one text, the inverse of `body.layers`.
----@param layers string[][]
----@return string
-function body.text(layers)
-  local texts = {}
-  for z, layer in ipairs(layers) do texts[z] = table.concat(layer, "\n") end
-  return table.concat(texts, "\n\n")
-end
-
 --- The legal letters of a table of materials, as an error shows them.
 ---@param materials limax.materials
 ---@return string

@@ -10,7 +10,7 @@ local stage = require "limax.hard_cases.stage"
 local hard_cases = {}
 
 --- Modules of scripts/lib/hard_cases that hold cases.
-hard_cases.KINDS = { "flight", "modes", "contact", "friction", "loads", "shapes",
+hard_cases.KINDS = { "flight", "modes", "extremes", "contact", "friction", "loads", "shapes",
   "muscles", "sameness", "effects", "block" }
 
 ---@class limax.hard_case

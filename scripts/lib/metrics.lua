@@ -70,13 +70,15 @@ end
 local function measures_of(records, ranked)
   local measures
   for i, record in ipairs(records) do
-    for name, value in pairs(record.fitness and record.measures or {}) do
+    if record.fitness and record.measures then
       measures = measures or {}
-      local each = measures[name] or { sum = 0, count = 0, least = value, most = value }
-      measures[name] = each
-      each.sum, each.count = each.sum + value, each.count + 1
-      each.least, each.most = math.min(each.least, value), math.max(each.most, value)
-      if i == ranked[1] then each.champion = value end
+      for name, value in pairs(record.measures) do
+        local each = measures[name] or { sum = 0, count = 0, least = value, most = value }
+        measures[name] = each
+        each.sum, each.count = each.sum + value, each.count + 1
+        each.least, each.most = math.min(each.least, value), math.max(each.most, value)
+        if i == ranked[1] then each.champion = value end
+      end
     end
   end
   for name, each in pairs(measures or {}) do

@@ -33,7 +33,7 @@ local population = {}
 ---@return limax.population.scored
 function population.new(given)
   local self = setmetatable(given, Population)
-  self.kept = given.kept or {}
+  self.kept, self.contexts = given.kept or {}, {}
   self.timing = { simulate = 0, fitness = 0 }
   local run = self.run
   for i, record in ipairs(self.records) do
@@ -42,7 +42,6 @@ function population.new(given)
       scene = run.config.scene, options = run.options, lattice = run.config.lattice,
       device = run.device, fitness = run.config.fitness }
     self[i] = scored_robot.new(record, context)
-    self.contexts = self.contexts or {}
     self.contexts[i] = context
   end
   return self

@@ -3,10 +3,10 @@
 --- stand.
 
 local failure = require "limax.failure"
+local flat = require "limax.flat"
 local host = require "limax.host"
 local run_configuration = require "limax.run_configuration"
 local run_folder = require "limax.run_folder"
-local schema = require "limax.schema"
 local source = require "limax.source"
 
 local resume = {}
@@ -22,20 +22,6 @@ local scores_stand_under = { breeding = true, evaluations = true, generations = 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12
 
-local function flatten(value, path, into)
-  if type(value) ~= "table" then
-    into[path] = schema.show(value)
-    return into
-  end
-  local empty = true
-  for key, entry in pairs(value) do
-    empty = false
-    flatten(entry, path == "" and tostring(key) or path .. "." .. tostring(key), into)
-  end
-  if empty then into[path] = "{}" end
-  return into
-end
-
 --- Fields in which two configurations differ, the entry `run` left out, in alphabetical order.
 ---@param before table
 ---@param now table
@@ -44,18 +30,13 @@ function resume.differences(before, now)
   -- one turn through JSON, so that both sides are what a file can hold
   now = host.json.decode(host.json.encode(now))
   local old, new = {}, {}
-  for name, value in pairs(before) do if name ~= "run" then flatten(value, name, old) end end
-  for name, value in pairs(now) do if name ~= "run" then flatten(value, name, new) end end
-  local paths, list = {}, {}
-  for path in pairs(old) do paths[#paths + 1] = path end
-  for path in pairs(new) do if old[path] == nil then paths[#paths + 1] = path end end
-  table.sort(paths)
-  for _, path in ipairs(paths) do
-    if old[path] ~= new[path] then
-      list[#list + 1] = { path = path, before = old[path] or "absent", now = new[path] or "absent" }
-    end
+  for name, value in pairs(before) do
+    if name ~= "run" then flat.add(value, name, old, flat.text) end
   end
-  return list
+  for name, value in pairs(now) do
+    if name ~= "run" then flat.add(value, name, new, flat.text) end
+  end
+  return flat.differences(old, new)
 end
 
 local function split(text)

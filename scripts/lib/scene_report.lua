@@ -19,7 +19,13 @@ local SLICE, ROUNDS = 0.02, 15
 -- s of simulated time: beyond what these measurements reach
 local ENDLESS = 1e4
 
-local function simulation_of(config, scene, device, options)
+--- A simulation of one body that has every material, in a scene.
+---@param config table of an experiment: its lattice and materials
+---@param scene table
+---@param device limax.device
+---@param options table of the simulation
+---@return limax.simulation
+function scene_report.simulation(config, scene, device, options)
   local materials = engine.materials(config.materials)
   local population = engine.population { lattice = config.lattice, count = 1 }
   local voxels = {}
@@ -45,7 +51,8 @@ end
 
 -- Something that runs a slice of a simulation and returns the steps it did.
 local function timed(config, scene, options)
-  local simulation = simulation_of(config, scene, engine.device("cpu", { threads = 1 }), options)
+  local device = engine.device("cpu", { threads = 1 })
+  local simulation = scene_report.simulation(config, scene, device, options)
   simulation:advance(SLICE)
   local before = simulation:advance(SLICE).steps
   return { run = function()
@@ -62,7 +69,8 @@ end
 -- Seconds per step of the scene, of the springs alone, and of the scene without each effect.
 local function measure(config, infos, names)
   local options = settings.engine_options(config.simulation, {})
-  local whole = simulation_of(config, config.scene, engine.device("cpu", { threads = 1 }), options)
+  local device = engine.device("cpu", { threads = 1 })
+  local whole = scene_report.simulation(config, config.scene, device, options)
   whole:advance(0, 1)
   -- the same step in every case, though fewer effects would allow a longer one
   options.time_step, options.duration, options.settle = whole:outcome(1).time_step, ENDLESS, 0
@@ -109,7 +117,7 @@ function scene_report.gather(file, device)
     facts.effects[i] = { name = name, fields = config.scene[name],
       cost = cost.effects[name] / cost.step }
   end
-  facts.runs = simulation_of(config, config.scene, device,
+  facts.runs = scene_report.simulation(config, config.scene, device,
     settings.engine_options(config.simulation, config.record)):describe()
   return facts
 end

@@ -31,6 +31,26 @@ local function sorted(given)
   end
 end
 
+-- What is wrong with one entry of a fitness's second result, which has so many cases; nil when all
+-- is well.
+local function fault(key, number, count)
+  local is_case = type(key) == "number"
+  local problem, excusable
+  if is_case and (key < 1 or key > count or key ~= math.floor(key)) then
+    problem = (" is beyond its %d cases: a list has no gaps"):format(count)
+  elseif not is_case and not tostring(key):find "^[%a_][%w_]*$" then
+    problem = ": a name has letters, digits and _ alone"
+  elseif type(number) ~= "number" then
+    problem = (" is %s, expected a number"):format(schema.show(number))
+  elseif not is_finite(number) then
+    problem, excusable = " is " .. tostring(number), true
+  else
+    return nil
+  end
+  local what = is_case and ("case %s"):format(key) or ("measure %s"):format(schema.show(key))
+  return ("the fitness's %s%s"):format(what, problem), excusable
+end
+
 -- What is wrong with a fitness's results; nil when all is well. NaN and infinity are `excusable`:
 -- they come from a robot, not from the script.
 local function complaint(value, beside)
@@ -47,18 +67,12 @@ local function complaint(value, beside)
     return "the fitness's second result is " .. schema.show(beside)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
+  local count, is_faulty = #beside, false
+  for key, number in pairs(beside) do is_faulty = is_faulty or fault(key, number, count) ~= nil end
+  if not is_faulty then return nil end
   for key, number in sorted(beside) do
-    local what = type(key) == "number" and ("case %s"):format(key)
-      or ("measure %s"):format(schema.show(key))
-    if type(key) == "number" and (key < 1 or key > #beside or key ~= math.floor(key)) then
-      return ("the fitness's %s is beyond its %d cases: a list has no gaps"):format(what, #beside)
-    elseif type(key) ~= "number" and not tostring(key):find "^[%a_][%w_]*$" then
-      return ("the fitness's %s: a name has letters, digits and _ alone"):format(what)
-    elseif type(number) ~= "number" then
-      return ("the fitness's %s is %s, expected a number"):format(what, schema.show(number))
-    elseif not is_finite(number) then
-      return ("the fitness's %s is %s"):format(what, tostring(number)), true
-    end
+    local message, excusable = fault(key, number, count)
+    if message then return message, excusable end
   end
 end
 

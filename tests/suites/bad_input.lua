@@ -272,7 +272,7 @@ local loop = loops[os.getenv "LOOP"] ]])
     for _, kind in ipairs { "plain", "protected" } do
       interrupted(t, folder, { "run", "try.lua", "--out", kind },
         function(output) return output:find("looping", 1, true) end, "LOOP=" .. kind)
-      t:equal(run(folder, { "run", "--resume", kind, "-q" }).status, 0)
+      process.completes(t, folder, { "run", "--resume", kind, "-q" })
       for _, name in ipairs { "/metrics.jsonl", "/ledger.jsonl", "/r01/population/g0003.jsonl" } do
         t:ok(source.read(folder .. "/" .. kind .. name) == source.read(folder .. "/whole" .. name),
           kind .. ": " .. name .. " differs")

@@ -4,8 +4,10 @@
 local arms = require "limax.compare.arms"
 local curves = require "limax.compare.curves"
 local evolution = require "support.evolution"
+local flat = require "limax.flat"
 local host = require "limax.host"
 local limax = require "limax"
+local lines = require "limax.chart.lines"
 local process = require "support.process"
 local proposals = require "limax.compare.proposals"
 local runs = require "limax.compare.runs"
@@ -57,9 +59,9 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   local csv = source.read(base .. "/out/compare.csv")
   t:equal(select(2, csv:gsub("\n", "")), 3)
   -- a line per run and generation; ledgers have none for what was kept; the ends of each run
-  local lines = { learning = 1 + 6 * 3, diversity = 1 + 6 * 3, changes = 1 + 3 * 2 * 4,
+  local counts = { learning = 1 + 6 * 3, diversity = 1 + 6 * 3, changes = 1 + 3 * 2 * 4,
     first_last = 1 + 6 }
-  for name, count in pairs(lines) do
+  for name, count in pairs(counts) do
     local data = source.read(("%s/out/%s.csv"):format(base, name))
     t:equal(select(2, data:gsub("\n", "")), count)
     local picture = source.read(("%s/out/%s.svg"):format(base, name))
@@ -72,6 +74,36 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   done = process.ends(base, { "compare", base .. "/fixed1", "--baseline", "fixd" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find('did you mean "fixed"?', 1, true), done.stderr)
+end)
+
+suite:test("an arm's line looks alike in figures of a comparison and of a report", function(t)
+  local folder = t:folder()
+  limax.start(evolution.small { generations = 2 }, { out = folder .. "/a",
+    say = evolution.silent }):finish()
+  process.completes(t, folder, { "compare", "a", "--out", "compared" })
+  process.completes(t, folder, { "report", "a", "--figures", "figures" })
+  local color = lines.look(1)
+  t:ok(source.read(folder .. "/compared/learning.svg"):find(color, 1, true), "compare")
+  t:ok(source.read(folder .. "/figures/learning-85.svg"):find(color, 1, true), "report")
+  -- twenty lines differ
+  local seen = {}
+  for k = 1, 20 do
+    local hex, dash = lines.look(k)
+    t:ok(not seen[hex .. tostring(dash)], ("line %d"):format(k))
+    seen[hex .. tostring(dash)] = true
+  end
+end)
+
+suite:test("nested tables as paths: what is shown ends one, and what differs is told", function(t)
+  local given = { a = 1, b = { c = { 2, 3 }, d = {} }, e = false }
+  t:equal(flat.add(given, "", {}, flat.text),
+    { a = "1", ["b.c.1"] = "2", ["b.c.2"] = "3", ["b.d"] = "{}", e = "false" })
+  local function numbers(value) if type(value) == "number" then return value end end
+  t:equal(flat.add(given, "top", {}, numbers), { ["top.a"] = 1, ["top.b.c.1"] = 2,
+    ["top.b.c.2"] = 3 })
+  t:equal(flat.differences({ a = "1", b = "2", c = "3" }, { a = "1", b = "4", d = "5" }), {
+    { path = "b", before = "2", now = "4" }, { path = "c", before = "3", now = "absent" },
+    { path = "d", before = "absent", now = "5" } })
 end)
 
 suite:test("the outcome is the last champion at publish under the first materials", function(t)
@@ -91,6 +123,7 @@ suite:test("a fitness of the script's own is found in the run folder", function(
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/own.lua", [[
 local limax = require "limax"
+local lines = require "limax.chart.lines"
 return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 2,
   repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
   supervisor = "fixed", fitness = function(robot) return 7 + 0 * robot:distance() end }

@@ -117,12 +117,12 @@ for i = 1, 11 do
 end
 suite:test("quick", function() end)
 ]])
-  local output = limax("test", path)
+  local output = trials.timed("test", path)
   local slowest = output:match "\nslowest:\n(.-)\n\n"
   t:equal(select(2, slowest:gsub("[^\n]+", "")), 10)
   t:ok(slowest:find "^ +%d%.%d s  trial: waits %d+\n", slowest)
   t:ok(not slowest:find("quick", 1, true), slowest)
-  t:ok(not limax("test", path, "-q", "--filter=s [12]$"):find("slowest", 1, true))
+  t:ok(not trials.timed("test", path, "-q", "--filter=s [12]$"):find("slowest", 1, true))
 end)
 
 printing:test("JUnit's XML is well-formed and tells everything", function(t)

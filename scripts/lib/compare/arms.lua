@@ -4,6 +4,7 @@
 
 local choice = require "limax.choice"
 local failure = require "limax.failure"
+local flat = require "limax.flat"
 local schema = require "limax.schema"
 local source = require "limax.source"
 
@@ -26,21 +27,12 @@ local READERS = { yoked = true, shuffled = true, constant_median = true, replay 
 -- The longest list of differing fields that a message shows.
 local MOST_SHOWN = 12
 
-local function flatten(value, path, into)
-  if type(value) ~= "table" then
-    into[path] = schema.show(value)
-    return into
+-- A function is its text: the same one in two files is the same.
+local function shown(value)
+  if type(value) == "table" and value.sha256 and value.first_line then
+    return schema.show(value.sha256)
   end
-  -- a function is its text: the same one in two files is the same
-  if value.sha256 and value.first_line then
-    into[path] = schema.show(value.sha256)
-    return into
-  end
-  if next(value) == nil then into[path] = "{}" end
-  for key, entry in pairs(value) do
-    flatten(entry, path == "" and tostring(key) or path .. "." .. tostring(key), into)
-  end
-  return into
+  return flat.text(value)
 end
 
 -- The fields that an arm is told by, and those that all runs share, by path.
@@ -54,10 +46,10 @@ local function fields_of(run)
   for name, value in pairs(config) do
     if name == "simulation" then
       for field, entry in pairs(value) do
-        flatten(entry, "simulation." .. field, OF_TIER[field] and own or shared)
+        flat.add(entry, "simulation." .. field, OF_TIER[field] and own or shared, shown)
       end
     elseif not ASIDE[name] then
-      flatten(value, name, QUESTION[name] and shared or own)
+      flat.add(value, name, QUESTION[name] and shared or own, shown)
     end
   end
   -- what was spent on tuning is of the same budget
@@ -67,25 +59,12 @@ local function fields_of(run)
   return own, shared
 end
 
--- "path: a, b" of each path in which two tables of fields differ.
-local function differences(a, b)
-  local paths, list = {}, {}
-  for path in pairs(a) do paths[path] = true end
-  for path in pairs(b) do paths[path] = true end
-  for _, path in ipairs(choice.sorted_keys(paths)) do
-    if a[path] ~= b[path] then
-      list[#list + 1] = { path = path, first = a[path] or "absent", second = b[path] or "absent" }
-    end
-  end
-  return list
-end
-
 -- Refuses runs that asked another question or had another budget.
 local function check_question(first, shared, run, its)
-  local list, texts = differences(shared, its), {}
+  local list, texts = flat.differences(shared, its), {}
   if #list == 0 then return end
   for k = 1, math.min(#list, MOST_SHOWN) do
-    texts[k] = ("  %s: %s, %s"):format(list[k].path, list[k].first, list[k].second)
+    texts[k] = ("  %s: %s, %s"):format(list[k].path, list[k].before, list[k].now)
   end
   local more = #list - MOST_SHOWN
   if more > 0 then texts[#texts + 1] = ("  ... and %d more"):format(more) end
@@ -136,8 +115,8 @@ local function name_arm(arm, named, own)
     return base
   end
   local texts = {}
-  for _, each in ipairs(differences(first.fields, arm.fields)) do
-    texts[#texts + 1] = ("%s=%s"):format(each.path, each.second)
+  for _, each in ipairs(flat.differences(first.fields, arm.fields)) do
+    texts[#texts + 1] = ("%s=%s"):format(each.path, each.now)
   end
   return ("%s (%s)"):format(base, table.concat(texts, ", "))
 end

@@ -7,6 +7,7 @@ local choice = require "limax.choice"
 local csv = require "limax.csv"
 local curves = require "limax.compare.curves"
 local figure = require "limax.chart.figure"
+local lines = require "limax.chart.lines"
 local outcome = require "limax.compare.outcome"
 local runs = require "limax.compare.runs"
 local sample = require "limax.statistics.sample"
@@ -14,21 +15,14 @@ local supervise = require "limax.supervise"
 
 local figures = {}
 
--- Okabe and Ito's colours without yellow, then the same dashed: told apart by colour-blind eyes.
-local COLORS = { "#26282b", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9" }
-local DASHES = { false, "6 3", "2 3" }
 -- places at which curves over evaluations are drawn
 local PLACES = 120
 -- more arms than this and the lines of single runs hide each other
 local MOST_WITH_RUNS = 4
 
-local function look(k)
-  return COLORS[(k - 1) % #COLORS + 1], DASHES[math.floor((k - 1) / #COLORS) % #DASHES + 1] or nil
-end
-
 -- Adds an arm's curve, and its runs' thin ones. `points_of(run)` are { x, y }; `xs` the places.
 local function add_curves(panel, arm, k, count, xs, points_of)
-  local color, dash = look(k)
+  local color, dash = lines.look(k)
   local of_runs, middle = {}, {}
   for i, run in ipairs(arm.runs) do of_runs[i] = points_of(run) end
   for _, x in ipairs(xs) do
@@ -249,7 +243,7 @@ local function first_last(list, outcomes)
         hamming_first = a.diversity.all and a.diversity.all.hamming,
         hamming_last = b.diversity.all and b.diversity.all.hamming }
     end
-    local color, dash = look(k)
+    local color, dash = lines.look(k)
     panel.curves[k] = { name = arm.name, color = color, dash = dash, width = 2, marker = "dot",
       points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
   end

@@ -3,19 +3,14 @@
 
 local choice = require "limax.choice"
 local csv = require "limax.csv"
+local flat = require "limax.flat"
 local host = require "limax.host"
 local input = require "limax.convert.input"
 
 local metrics = {}
 
-local function flatten(value, name, row)
-  if type(value) ~= "table" then
-    if value ~= host.json.null then row[name] = value end
-    return
-  end
-  for key, entry in pairs(value) do
-    flatten(entry, name == "" and tostring(key) or ("%s.%s"):format(name, tostring(key)), row)
-  end
+local function plain(value)
+  if type(value) ~= "table" and value ~= host.json.null then return value end
 end
 
 -- Where repetitions and generations begin, and most of either.
@@ -52,8 +47,7 @@ function metrics.read(folder)
   local rows, seen = {}, {}
   for i, line in ipairs(lines_of(folder .. "/metrics.jsonl")) do
     line.schema = nil
-    rows[i] = {}
-    flatten(line, "", rows[i])
+    rows[i] = flat.add(line, "", {}, plain)
     for name in pairs(rows[i]) do seen[name] = true end
   end
   seen.repetition, seen.generation = nil, nil

@@ -154,6 +154,18 @@ function Run:state(robot)
   return positions:table(), velocities:table()
 end
 
+--- Speed of a robot's fastest mass.
+---@param robot integer|nil
+---@return number m/s
+function Run:fastest(robot)
+  local _, velocities = self:state(robot)
+  local most = 0
+  for _, v in ipairs(velocities) do
+    most = math.max(most, math.sqrt(v[1] ^ 2 + v[2] ^ 2 + v[3] ^ 2))
+  end
+  return most
+end
+
 --- What became of a robot.
 ---@param robot integer|nil
 ---@return limax.outcome

@@ -3,6 +3,7 @@
 --- here ends the run, and every way ends with a line in the transcript from which it can be gone
 --- again.
 
+local defaults = require "limax.defaults"
 local exchange = require "limax.llm.exchange"
 local failure = require "limax.failure"
 local host = require "limax.host"
@@ -22,8 +23,6 @@ Session.__index = Session
 
 -- Equal answers in a row after which a user is told, once.
 local UNCHANGED = 5
--- Seconds for a generation where neither experiment nor client say how many.
-local BUDGET = 180
 
 --- Begins the supervision of a repetition. Raises on what can be known to be wrong before it runs:
 --- no endpoint, no prompt, a parser that cannot stand alone.
@@ -254,7 +253,7 @@ function Session:project()
   if self.answered or experiment.told_of_waiting then return end
   experiment.told_of_waiting = true
   local config = self.run.config
-  local answers = math.ceil((config.generations - 1) / (self.options.ask_every or 1))
+  local answers = math.ceil((config.generations - 1) / self.options.ask_every)
   local each, repetitions = self.model_seconds * answers, config.repetitions
   local all = repetitions > 1
     and (", %s for %d repetitions"):format(progress.duration(each * repetitions), repetitions) or ""
@@ -263,7 +262,7 @@ function Session:project()
 end
 
 function Session:decide_now(given)
-  local every = self.options.ask_every or 1
+  local every = self.options.ask_every
   if (given.generation - 1) % every ~= 0 then
     -- what was decided before holds on
     return { source = "held", reason = ("the model is asked every %d generations"):format(every) }
@@ -319,7 +318,8 @@ function Session:decide(given)
   self.generation, self.judge = given.generation, given.judge
   self.notes, self.model_seconds = {}, 0
   local began = host.clock()
-  self.deadline = began + (self.options.budget or self.client.budget or BUDGET)
+  self.deadline = began + (self.options.budget or self.client.budget
+    or defaults.fields.llm.budget.value)
   self:refresh_prompts()
 
   local before = self:recorded(given)

@@ -5,14 +5,12 @@
 local bootstrap = require "limax.statistics.bootstrap"
 local by_evaluations = require "limax.compare.curves"
 local choice = require "limax.choice"
+local lines = require "limax.chart.lines"
 local runs = require "limax.report.runs"
 local sample = require "limax.statistics.sample"
 
 local curves = {}
 
--- Okabe and Ito's colours in an order whose greys differ, then the same with other dashes.
-local COLORS = { "#0072b2", "#d55e00", "#009e73", "#26282b", "#cc79a7", "#e69f00", "#56b4e9" }
-local DASHES = { false, "6 3", "2 3" }
 -- samples drawn again for a band: its ends move by less than a twentieth of its width
 local RESAMPLES = 1000
 -- more bands than these hide each other
@@ -23,15 +21,6 @@ local BAND_PLACES = 150
 local PLACES = 60
 -- letters of a name beside its curve
 local MOST_LETTERS = 22
-
---- Colour and dash of the k-th of several lines.
----@param k integer
----@return string color
----@return string|nil dash
-function curves.look(k)
-  return COLORS[(k - 1) % #COLORS + 1],
-    DASHES[(math.floor((k - 1) / #COLORS) + k - 1) % #DASHES + 1] or nil
-end
 
 -- A name that fits beside a curve; letters of UTF-8 stay whole.
 local function short(name)
@@ -138,7 +127,7 @@ end
 function curves.panel(list, title, label, value)
   local panel = panel_of(title, label)
   for k, arm in ipairs(list) do
-    local color, dash = curves.look(k)
+    local color, dash = lines.look(k)
     local points, band = curves.over(arm, value, #list <= MOST_BANDS)
     add(panel, arm.name, color, dash, points, band)
   end
@@ -213,7 +202,7 @@ function curves.by_evaluations(list, label)
       points[#points + 1] = { x, (sample.centre(values)) }
       if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
     end
-    local color, dash = curves.look(k)
+    local color, dash = lines.look(k)
     add(panel, arm.name, color, dash, points, band)
   end
   return panel
@@ -269,7 +258,7 @@ function curves.failures(list)
   if #list > 1 then return curves.panel(list, "robots without a score", "robots", failed) end
   local panel = panel_of("robots without a score", "robots")
   for k, name in ipairs { "invalid", "diverged", "fitness" } do
-    local color = curves.look(k)
+    local color = lines.look(k)
     local points, band = curves.over(list[1], function(line) return line.failed[name] end)
     add(panel, name, color, ({ nil, "6 3", "2 3" })[k], points, band)
   end

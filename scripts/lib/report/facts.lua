@@ -5,6 +5,7 @@ local choice = require "limax.choice"
 local curves = require "limax.report.curves"
 local defaults = require "limax.defaults"
 local failure = require "limax.failure"
+local flat = require "limax.flat"
 local host = require "limax.host"
 local progress = require "limax.progress"
 local robot = require "limax.robot"
@@ -115,31 +116,23 @@ function facts.cost(list)
   return columns, rows
 end
 
-local function flatten(value, path, into)
-  if type(value) ~= "table" then
-    into[path] = value == host.json.null and "null" or schema.show(value)
-    return into
+-- A value of a configuration in a table; a list of values is one.
+local function shown(value)
+  if value == host.json.null then return "null" end
+  if type(value) ~= "table" or #value == 0 then return flat.text(value) end
+  local texts = {}
+  for k, entry in ipairs(value) do
+    if type(entry) == "table" then return nil end
+    texts[k] = schema.show(entry)
   end
-  local scalars = #value > 0
-  for _, entry in ipairs(value) do scalars = scalars and type(entry) ~= "table" end
-  if next(value) == nil then into[path] = "{}" end
-  if scalars then
-    local texts = {}
-    for k, entry in ipairs(value) do texts[k] = schema.show(entry) end
-    into[path] = table.concat(texts, ", ")
-    return into
-  end
-  for key, entry in pairs(value) do
-    flatten(entry, path == "" and tostring(key) or path .. "." .. tostring(key), into)
-  end
-  return into
+  return table.concat(texts, ", ")
 end
 
 --- A configuration as rows of path and value.
 ---@param config table
 ---@return any[][]
 function facts.configuration(config)
-  local fields, rows = flatten(config, "", {}), {}
+  local fields, rows = flat.add(config, "", {}, shown), {}
   for _, path in ipairs(choice.sorted_keys(fields)) do rows[#rows + 1] = { path, fields[path] } end
   return rows
 end
@@ -151,7 +144,7 @@ end
 function facts.differences(folders)
   local all, paths, columns, rows = {}, {}, { "field" }, {}
   for k, folder in ipairs(folders) do
-    all[k], columns[k + 1] = flatten(folder.config, "", {}), folder.path
+    all[k], columns[k + 1] = flat.add(folder.config, "", {}, shown), folder.path
     for path in pairs(all[k]) do paths[path] = true end
   end
   for _, path in ipairs(choice.sorted_keys(paths)) do

@@ -6,6 +6,7 @@ local csv = require "limax.csv"
 local curves = require "limax.report.curves"
 local failure = require "limax.failure"
 local host = require "limax.host"
+local lines = require "limax.chart.lines"
 local parameters = require "limax.report.parameters"
 local plate = require "limax.chart.plate"
 local robots = require "limax.report.robots"
@@ -75,7 +76,7 @@ local function first_last(list, label)
     y = { label = label, linear = true }, x = { label = "", linear = true, low = -0.15, high = 1.1,
       text = function(value) return ENDS[value] end } }
   for k, arm in ipairs(list) do
-    local color, dash = curves.look(k)
+    local color, dash = lines.look(k)
     local first, last = {}, {}
     for i, run in ipairs(arm.runs) do
       first[i] = runs.score(run.lines[1]) or 0

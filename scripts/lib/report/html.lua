@@ -27,7 +27,6 @@ local function number_text(value)
   if value == math.floor(value) and math.abs(value) < 1e9 then return ("%d"):format(value) end
   return ("%.4g"):format(value)
 end
-html.number = number_text
 
 --- A table with a head; numbers stand at the right. The first column names its row.
 ---@param columns string[]

@@ -13,8 +13,8 @@ local lineage = {}
 ---@field generation integer that it first appeared in
 ---@field fitness number|nil
 ---@field parents integer[]
----@field hash string of its body
----@field voxels integer
+---@field hash string of its body, "-" where the file does not say
+---@field voxels integer|string that are not empty, or "-"
 
 -- Every robot of a repetition by id, as it was when it first appeared. Files that are missing or
 -- damaged leave their robots out.
@@ -56,9 +56,10 @@ function lineage.of(run)
       end
     end
   end
-  local line, at, passed = {}, first, {}
+  -- from the champion back
+  local back, at, passed = {}, first, {}
   while at do
-    table.insert(line, 1, at)
+    back[#back + 1] = at
     passed[at.id] = true
     local better
     for _, id in ipairs(at.parents) do
@@ -70,6 +71,8 @@ function lineage.of(run)
     end
     at = better
   end
+  local line = {}
+  for k = #back, 1, -1 do line[#line + 1] = back[k] end
   table.sort(ancestors, function(a, b)
     if a.generation ~= b.generation then return a.generation < b.generation end
     return a.id < b.id

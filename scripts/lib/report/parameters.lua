@@ -41,13 +41,12 @@ function parameters.setter(config, line, entry)
   return "other", bound
 end
 
--- The value of a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
-local function value_of(line, path)
+-- What reads the value of a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
+local function reader_of(path)
   local material, field = path:match "^materials%.(.*)%.([^.]*)$"
-  if not material then return line.parameters[path] end
-  return line.materials[material] and line.materials[material][field]
+  if not material then return function(line) return line.parameters[path] end end
+  return function(line) return line.materials[material] and line.materials[material][field] end
 end
-parameters.value_of = value_of
 
 --- Fields that changed in any run of these arms, and those that did not: the four parameters first,
 --- then materials by name.
@@ -65,12 +64,12 @@ function parameters.fields(list)
   end
   for _, path in ipairs(choice.sorted_keys(of_materials)) do names[#names + 1] = path end
   for _, path in ipairs(names) do
-    local changed = false
+    local value_of, changed = reader_of(path), false
     for _, arm in ipairs(list) do
       for _, run in ipairs(arm.runs) do
-        local first = value_of(run.lines[1], path)
+        local first = value_of(run.lines[1])
         for _, line in ipairs(run.lines) do
-          changed = changed or value_of(line, path) ~= first
+          changed = changed or value_of(line) ~= first
         end
       end
     end
@@ -100,11 +99,11 @@ function parameters.panel(arm, path)
   local panel = { title = path:gsub("^materials%.", ""), curves = {},
     x = { label = "generation", linear = true },
     y = { label = parameters.label(path), linear = true } }
-  local by_setter, seen = {}, {}
+  local value_of, by_setter, seen = reader_of(path), {}, {}
   for _, run in ipairs(arm.runs) do
     local points, at = {}, {}
     for k, line in ipairs(run.lines) do
-      points[k] = { line.generation, value_of(line, path) }
+      points[k] = { line.generation, value_of(line) }
       at[line.generation] = points[k]
     end
     panel.curves[#panel.curves + 1] = { points = points, color = "#8c9198", width = 1.1,

@@ -6,20 +6,8 @@
 --- is drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
 --- offspring are not among the best die out, as in SAMR-GA.
 
+local metrics = require "limax.metrics"
 local schema = require "limax.schema"
-
--- Robots with a score, best first; of equal ones the first.
-local function ranked(robots)
-  local list = {}
-  for i = 1, #robots do
-    if robots[i].fitness then list[#list + 1] = i end
-  end
-  table.sort(list, function(i, j)
-    if robots[i].fitness ~= robots[j].fitness then return robots[i].fitness > robots[j].fitness end
-    return i < j
-  end)
-  return list
-end
 
 return {
   options = {
@@ -32,7 +20,7 @@ return {
     return function(history, random)
       local now = history[#history]
       if not now then return nil, "nothing is scored yet" end
-      local best = ranked(now.population)
+      local best = metrics.rank(now.population)
       if #best == 0 then return nil, "nobody has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
       local parent = now.population[best[random:integer(math.min(count, #best))]]

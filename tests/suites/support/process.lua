@@ -59,8 +59,8 @@ function process.start(folder, arguments, environment)
   process.write(job, ("cd %s\nenv %s %s </dev/null >%s 2>&1 &\n"
     .. "echo $!\nwait $!\nstatus=$?\necho >%s\necho $status\n"):format(process.quote(folder),
     environment or "", table.concat(words, " "), process.quote(output), process.quote(over)))
+  -- what an earlier process of this folder left would be taken for this one's
   os.remove(over)
-  -- else what the process before has said would be read before this one opens the file
   os.remove(output)
   -- the shell says that a killed process was killed
   local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s 2>/dev/null"):format(LIMIT,
