@@ -1,5 +1,5 @@
-// guard.h: the wall between C++ exceptions and Lua errors. Every function that Lua can call is
-// `guarded<body>`. Includes Lua and the standard library only.
+// guard.h: the wall between C++ exceptions and Lua errors, and the texts that cross it. Every
+// function that Lua can call is `guarded<body>`. Includes Lua and the standard library only.
 #pragma once
 
 #include <cstdio>

@@ -23,10 +23,28 @@ function object.end_views(life, why)
   life.why = ("%s (%s)"):format(why, fault.where())
 end
 
+-- the metatable of every class, as a set
+local classes = {}
+
 ---@class limax.object
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
----@field free fun(self: limax.object, why: string|nil) ends it now; see object.class
+local shared = {}
+
+--- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views of
+--- it end.
+---@param why string|nil completes "this view ended when ..."
+function shared:free(why)
+  if type(self) ~= "table" or not classes[getmetatable(self)] then
+    fault.raise(("free: expected an object, got %s; call it with a colon"):format(type(self)))
+  end
+  if not self.handle then return end
+  ffi.gc(self.handle, nil)
+  self.end_handle(self.handle)
+  self.handle = nil
+  self.freed = fault.where()
+  object.end_views(self.life, why or ("its %s was freed"):format(self.kind_name))
+end
 
 local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end
 
@@ -48,18 +66,8 @@ end
 ---@param end_handle ffi.cdata* the C function that frees a handle
 ---@return table class methods go into class.__index
 function object.class(kind_name, end_handle)
-  local class = { __index = { kind_name = kind_name, end_handle = end_handle } }
-  -- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views
-  -- of it end; `why` completes "this view ended when ...".
-  function class.__index:free(why)
-    object.require("free", self, class)
-    if not self.handle then return end
-    ffi.gc(self.handle, nil)
-    end_handle(self.handle)
-    self.handle = nil
-    self.freed = fault.where()
-    object.end_views(self.life, why or ("its %s was freed"):format(kind_name))
-  end
+  local class = { __index = { kind_name = kind_name, end_handle = end_handle, free = shared.free } }
+  classes[class] = true
   function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end
   return class
 end

@@ -1,5 +1,5 @@
 // material.cpp: reading and checking the material table. The only place of the engine that reads
-// JSON.
+// JSON from outside.
 #include "body/material.h"
 
 #include <algorithm>

@@ -11,11 +11,14 @@ namespace limax::test {
 
 // By their names below engine/, sorted.
 inline std::vector<std::string> law_headers() {
-    std::vector<std::string> names = {
-        "base/portable.h",   "base/math.h",          "base/random.h",        "body/lattice.h",
-        "body/body_laws.h",  "body/spring_laws.h",   "genome/network.h",     "genome/breeding.h",
-        "physics/bound.h",   "physics/held.h",       "physics/integrator.h", "physics/origin.h",
-        "physics/summary.h", "physics/rigid_body.h", "physics/solid.h"};
+    std::vector<std::string> names = {"base/portable.h",      "base/math.h",
+                                      "base/random.h",        "body/lattice.h",
+                                      "body/body_laws.h",     "body/spring_laws.h",
+                                      "genome/network.h",     "genome/breeding.h",
+                                      "physics/bound.h",      "physics/held.h",
+                                      "physics/integrator.h", "physics/origin.h",
+                                      "physics/summary.h",    "physics/rigid_body.h",
+                                      "physics/solid.h",      "physics/scripted/operations.h"};
     for (const auto& entry : std::filesystem::directory_iterator(
              std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
         names.push_back("physics/effects/" + entry.path().filename().string());

@@ -134,7 +134,7 @@ misuse:test("of scenes, options and materials too", function(t)
   there("materials:table: expected a material table, got a number",
     function() MATERIALS.table(3) end)
   there("free: expected a population, got a scene", function() p.free(scene) end)
-  there("free: expected a scene, got nil", function() scene.free() end)
+  there("free: expected an object, got nil", function() scene.free() end)
   there("view:copy: expected a view (call it with a colon), got 3",
     function() p:genome(1).copy(3) end)
   there("view:size: expected a view", function() p:genome(1).size() end)
