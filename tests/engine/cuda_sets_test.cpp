@@ -189,6 +189,24 @@ TEST_CASE("the common scenes run without a compiler") {
     for (const char* entry : {"express", "describe", "breed", "diversity"}) built({entry, {}});
 }
 
+TEST_CASE("a scene that no kernel serves is named") {
+    const fake_machine machine;
+    cuda::gpu_team team(*machine.api);
+    const cuda::context& gpu = team.places().front()->gpu;
+    cuda::kernel_library none(gpu, {false, false, false});
+    const simulation_setup setup =
+        setup_of(effects::bit<effects::springs> | effects::bit<effects::wind>, LIMAX_MIXED,
+                 LIMAX_LEAPFROG, {4, 3, 6});
+    const std::string text =
+        failure(LIMAX_NO_DEVICE, [&] { cuda::load_scene(setup, 1, team, gpu, none); });
+    const std::string begin =
+        "springs, wind on 4x3x6 voxels in mixed: device 'cuda': no kernel "
+        "for compute capability 9.0: 'step LIMAX_";
+    CHECK(text.substr(0, begin.size()) == begin);
+    CHECK(text.find("Let LIMAX_KERNELS name 'compiled' too, or use device 'cpu'") !=
+          std::string::npos);
+}
+
 TEST_CASE("scripted effects are text of the kernels that step robots, and compile there") {
     asking_machine machine;
     for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {

@@ -342,7 +342,10 @@ scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_
                 } catch (const error& other) {
                     if (other.status() != LIMAX_NO_DEVICE) throw;
                 }
-        throw;
+        fail(LIMAX_NO_DEVICE,
+             format("%s on %dx%dx%d voxels in %s: %s", names_of_effects(wanted).c_str(),
+                    setup.grid.nx, setup.grid.ny, setup.grid.nz,
+                    name_of_precision(setup.options.precision), problem.what()));
     }
 }
 

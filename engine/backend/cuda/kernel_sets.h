@@ -114,7 +114,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
 
 // Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
 // from lattice and precision alone. Where nothing can be compiled, kernels built with limax for
-// more effects, silenced, in whatever form, serve with the same bits.
+// more effects, silenced, in whatever form, serve with the same bits; where none does, it raises
+// LIMAX_NO_DEVICE, naming the scene and the kernel.
 scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
                          const context& gpu, kernel_library& kernels);
 

@@ -20,8 +20,9 @@ static_assert(offsetof(body_record, masses) == offsetof(limax_body, masses));
 static_assert(offsetof(body_record, size) == offsetof(limax_body, size));
 static_assert(offsetof(body_record, hash) == offsetof(limax_body, hash));
 
-// Shared memory of a block that every GPU has without asking, bytes.
-constexpr std::size_t block_memory = 48 * 1024;
+// Shared memory of a block that every GPU has without asking, and what the describe kernel keeps
+// there besides its links at most, bytes.
+constexpr std::size_t block_memory = 48 * 1024, counts_of_describe = 1024;
 // Global memory that blocks take instead where that is not enough, bytes: as many blocks at a time.
 constexpr std::size_t scratch_memory = std::size_t(128) << 20;
 constexpr int64_t most_blocks = 1 << 30;
@@ -262,7 +263,7 @@ device_memory<int32_t> gpu_residence::launch_describe(int32_t first, int32_t cou
     arguments.count = count;
     const std::size_t bytes = 2 * sizeof(int32_t) * std::size_t(voxels);
     launch_shape shape{0, whole_warps(voxels, most_threads)};
-    const bool large = bytes > block_memory - 1024;  // the kernel has counts of its own there
+    const bool large = bytes > block_memory - counts_of_describe;
     device_memory<int32_t> scratch;
     if (large) {
         shape.blocks = blocks_with(count, bytes);

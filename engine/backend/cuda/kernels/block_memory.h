@@ -7,13 +7,12 @@
 
 namespace limax::cuda {
 
-// Vectors of a real as wide as one access of shared memory likes them.
+// Two of a real, as wide as one access of shared memory likes them.
 template <class R>
 struct wide;
 template <>
 struct wide<float> {
     using two = float2;
-    using four = float4;
 };
 template <>
 struct wide<double> {
