@@ -265,6 +265,7 @@ end
 ---@param film limax.motion.film
 ---@param frame limax.picture.frame
 function scene.flows(canvas, film, frame)
+  if #film.stage.flows == 0 then return end
   local right = frame.left + frame.count * (frame.panel + frame.gap)
   canvas:clip(frame.left, frame.top, right, frame.top + frame.height)
   flow.draw(canvas, film.stage, frame, frame.top + (frame.head - frame.flow_room) * frame.text)
