@@ -49,8 +49,9 @@ end
 ---@return table class methods go into class.__index
 function object.class(kind_name, end_handle)
   local class = { __index = { kind_name = kind_name, end_handle = end_handle } }
-  -- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views
-  -- of it end; `why` completes "this view ended when ...".
+  --- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views
+  --- of it end.
+  ---@param why string|nil completes "this view ended when ..."
   function class.__index:free(why)
     object.require("free", self, class)
     if not self.handle then return end

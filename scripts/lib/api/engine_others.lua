@@ -18,6 +18,6 @@ return {
     entry("encoding:features", "1", "encoding:features()", "encoding"),
     entry("scene:table", "each field's own", "scene:table()", "scene"),
     { "object:free", false, "device:free()", file = "bindings/engine/object.lua",
-      at = "shared:free" },
+      at = "class.__index:free" },
   },
 }
