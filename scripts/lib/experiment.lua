@@ -8,6 +8,7 @@ local failure = require "limax.failure"
 local host = require "limax.host"
 local ledger = require "limax.ledger"
 local overrides = require "limax.overrides"
+local plausible = require "limax.plausible"
 local schema = require "limax.schema"
 local settings = require "limax.settings"
 local source = require "limax.source"
@@ -210,6 +211,7 @@ local function resolve(given, origin)
     notes[#notes + 1] = ("scene.friction: static %.6g is below kinetic %.6g; the law is then plain"
       .. " Coulomb friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
   end
+  for _, doubt in ipairs(plausible.doubts(config)) do notes[#notes + 1] = doubt end
 
   local base = origin and source.folder_of(origin)
   config.schema = "limax.config/1"

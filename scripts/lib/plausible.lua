@@ -1,0 +1,59 @@
+--- plausible.lua: what an experiment may say and hardly means: other units, another sign. Each is
+--- said once, before the first generation; nothing is refused. SI units.
+
+local plausible = {}
+
+-- A spring that one site's weight shortens by more of its length is no body any more: a quarter is
+-- what the paper's muscles do.
+local MOST_SAG = 0.25
+
+-- Gravity that lifts bodies off the ground.
+local function upwards(scene)
+  local up = scene.gravity and scene.ground and scene.gravity.acceleration[3] or 0
+  if up <= 0 then return nil end
+  return ("scene.gravity: its acceleration points up, away from scene.ground (z is %.6g m/s^2):"
+    .. " bodies fly off"):format(up)
+end
+
+-- Bodies that cannot bear a single site of their own.
+local function collapse(config)
+  local gravity = config.scene.gravity
+  if not gravity then return nil end
+  local x, y, z = unpack(gravity.acceleration)
+  local strength, softest, most = math.sqrt(x * x + y * y + z * z), nil, 0
+  for _, material in ipairs(config.materials.materials) do
+    local sag = material.stiffness and material.mass_per_site * strength / material.stiffness or 0
+    if sag > most then softest, most = material, sag end
+  end
+  if most <= MOST_SAG * config.simulation.edge then return nil end
+  return ("simulation.edge is %.4g m, and the weight of one site of %s (%.4g kg) shortens its"
+    .. " spring of %.4g N/m by %.4g m: bodies collapse; are lengths in m, masses in kg, stiffnesses"
+    .. " in N/m?"):format(config.simulation.edge, softest.name, softest.mass_per_site,
+    softest.stiffness, most)
+end
+
+-- A fall that is longer than the run.
+local function falling(config)
+  local scene, simulation = config.scene, config.simulation
+  local down = scene.gravity and -scene.gravity.acceleration[3] or 0
+  if down <= 0 or not scene.ground then return nil end
+  local height, speed = simulation.position[3] - scene.ground.height, simulation.velocity[3]
+  local time = (speed + math.sqrt(speed * speed + 2 * down * math.max(0, height))) / down
+  local whole = simulation.settle + simulation.duration
+  if height <= 0 or time <= whole then return nil end
+  return ("simulation.position: from %.4g m above scene.ground a body falls for %.4g s, and a run"
+    .. " takes %.4g s: it never lands"):format(height, time, whole)
+end
+
+--- What a user should look at again, as texts that name field, value and consequence.
+---@param config table a resolved configuration
+---@return string[]
+function plausible.doubts(config)
+  local list = {}
+  list[#list + 1] = upwards(config.scene)
+  list[#list + 1] = collapse(config)
+  list[#list + 1] = falling(config)
+  return list
+end
+
+return plausible
