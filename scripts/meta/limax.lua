@@ -199,7 +199,6 @@ function limax_materials:table() end
 ---@class limax.object
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
----@field free fun(self: limax.object, why: string|nil) ends it now; see object.class
 
 ---@class limax.outcome
 ---@field status "skipped"|"running"|"done"|"invalid"|"diverged"

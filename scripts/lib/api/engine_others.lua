@@ -18,8 +18,6 @@ return {
     entry("encoding:features", "1", "encoding:features()", "encoding"),
     entry("scene:table", "each field's own", "scene:table()", "scene"),
     { "object:free", false, "device:free()", file = "bindings/engine/object.lua",
-      signature = "object:free(why?)",
-      what = "Ends the object now; what the engine held for it is returned. Freeing twice is "
-        .. 'allowed. Views of it end; `why` completes "this view ended when ...".' },
+      at = "shared:free" },
   },
 }
