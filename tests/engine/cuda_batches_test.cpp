@@ -2,7 +2,10 @@
 // robots, with the fake driver (fake/driver.cpp): who is where, what is kept, what is given back.
 // Its kernels do nothing, so robots stay where they are put.
 #include <algorithm>
+#include <memory>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "backend/cuda/robots.h"
 #include "cuda_sets.h"
@@ -35,10 +38,28 @@ struct pretended {
         full.setup.options.time_step = 1e-4;
         return checked_setup(full);
     }
+    // Robots of a setup, which must outlive them, on the first GPU.
+    std::unique_ptr<cuda::gpu_robots> make(const simulation_setup& setup,
+                                           std::vector<int32_t> which) {
+        outcomes.assign(robots, {});
+        return cuda::make_robots(setup, std::move(which), team, *team->places().front(),
+                                 outcomes.data());
+    }
+    std::unique_ptr<cuda::gpu_robots> make_all(const simulation_setup& setup) {
+        std::vector<int32_t> all(robots);
+        std::iota(all.begin(), all.end(), 0);
+        return make(setup, std::move(all));
+    }
+    // Ends the GPUs' use, once the robots are gone.
+    void check_given_back() {
+        team->places().clear();
+        machine.check_given_back();
+    }
 
     environment_variable origins;
     fake_machine machine;
     std::shared_ptr<cuda::gpu_team> team;
+    std::vector<limax_outcome> outcomes;
 };
 
 // Where a robot is put: its own place, exact in single precision.
@@ -75,15 +96,11 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
         CAPTURE(given.of_limax);
         const environment_variable most("LIMAX_CUDA_MEMORY");
         most.set(given.of_limax);
-        const pretended on(given.memory);
+        pretended on(given.memory);
         const std::size_t room = std::min(given.memory, std::size_t(240000));
         {
             const simulation_setup setup = on.setup();
-            std::vector<limax_outcome> outcomes(robots);
-            std::vector<int32_t> all(robots);
-            std::iota(all.begin(), all.end(), 0);
-            auto some =
-                cuda::make_robots(setup, all, on.team, *on.team->places().front(), outcomes.data());
+            const auto some = on.make_all(setup);
             put_all(*some);
             CHECK(on.machine.fake->held > least_of_robot);
             CHECK(on.machine.fake->held <= room);
@@ -97,34 +114,28 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
             CHECK(on.machine.fake->held == 0);
             check_places(*some);
         }
-        on.team->places().clear();
-        on.machine.check_given_back();
+        on.check_given_back();
     }
 }
 
 TEST_CASE("robots take turns also where only their traces have no room") {
     // 10 s at 10 kHz, three numbers of 8 bytes a sample
     constexpr std::size_t trace = 100000 * 3 * 8;
-    const pretended on(4 * trace);
+    pretended on(4 * trace);
     {
         simulation_setup setup = on.setup();
         setup.options.duration = 10;
         setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 10000;
-        std::vector<limax_outcome> outcomes(robots);
-        std::vector<int32_t> all(robots);
-        std::iota(all.begin(), all.end(), 0);
-        auto some =
-            cuda::make_robots(setup, all, on.team, *on.team->places().front(), outcomes.data());
+        const auto some = on.make_all(setup);
         put_all(*some);
         CHECK(on.machine.fake->held > trace);
         check_places(*some);
     }
-    on.team->places().clear();
-    on.machine.check_given_back();
+    on.check_given_back();
 }
 
 TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
-    const pretended on(100000000);
+    pretended on(100000000);
     {
         simulation_setup setup = on.setup();
         setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
@@ -132,9 +143,7 @@ TEST_CASE("a robot that was refused at any allocation runs once when there is ro
         for (bool woken = false; !woken; ++refused) {
             REQUIRE(refused < 100);
             CAPTURE(refused);
-            std::vector<limax_outcome> outcomes(robots);
-            auto some =
-                cuda::make_robots(setup, {4}, on.team, *on.team->places().front(), outcomes.data());
+            const auto some = on.make(setup, {4});
             on.machine.fake->allocations_left = refused;
             try {
                 some->wake();
@@ -150,27 +159,23 @@ TEST_CASE("a robot that was refused at any allocation runs once when there is ro
         // records, springs, state, the plan, traces
         CHECK(refused > 5);
     }
-    on.team->places().clear();
-    on.machine.check_given_back();
+    on.check_given_back();
 }
 
 TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
-    const pretended on(least_of_robot / 2);
+    pretended on(least_of_robot / 2);
     {
         const simulation_setup setup = on.setup();
-        std::vector<limax_outcome> outcomes(robots);
-        auto some = cuda::make_robots(setup, {0, 3, 5}, on.team, *on.team->places().front(),
-                                      outcomes.data());
+        const auto some = on.make(setup, {0, 3, 5});
         const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->wake(); });
         CHECK(text.find("of 1 robots: ") != std::string::npos);
         CHECK(on.machine.fake->held == 0);
     }
-    on.team->places().clear();
-    on.machine.check_given_back();
+    on.check_given_back();
 }
 
 TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
-    const pretended on(100000000, 3);
+    pretended on(100000000, 3);
     {
         const auto simulation = cuda::make_simulation(on.setup(), on.team);
         put_all(*simulation);
@@ -184,6 +189,5 @@ TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
               }).find("stepping robots of 5x5x5 voxels with springs") != std::string::npos);
         CHECK_FALSE(simulation->advance(0, 1).finished);
     }
-    on.team->places().clear();
-    on.machine.check_given_back();
+    on.check_given_back();
 }
