@@ -305,7 +305,7 @@ local function aftermath(session, value, trace)
     mend = "when it is mended, continue with: " .. folder:resume_command() .. " --changed"
   end
   local status = failure.status(value)
-  if status == 1 and mend and session.progress and not value:find("continue with", 1, true) then
+  if status == 1 and mend and session.progress and not failure.of_machine(value) then
     failure.raise(1, value .. "\n" .. mend)
   end
   if status then error(value, 0) end

@@ -41,14 +41,14 @@ end
 local machine = {}
 
 --- Remembers that an error is the machine's: "memory" that it has not, a "device" that is not to be
---- had or that failed, a "defect" of the engine. nil: it is not.
+--- had or that failed, a "disk" that takes no more, a "defect" of the engine. nil: it is not.
 ---@param message string
----@param what "memory"|"device"|"defect"|nil
+---@param what "memory"|"device"|"disk"|"defect"|nil
 function failure.note_machine(message, what) machine[message] = what end
 
 --- What failed on this machine; nil for an error that script or input are to blame for.
 ---@param value any
----@return "memory"|"device"|"defect"|nil
+---@return "memory"|"device"|"disk"|"defect"|nil
 function failure.of_machine(value)
   return type(value) == "string" and machine[value] or nil
 end

@@ -63,7 +63,9 @@ function Folder:check(ok, message)
     whole = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
   end
-  failure.raise(1, message .. "; " .. whole)
+  message = message .. "; " .. whole
+  failure.note_machine(message, "disk")
+  failure.raise(1, message)
 end
 
 -- Waits until all that was given to the writer is on disk.

@@ -216,6 +216,8 @@ suite:test("a disk that takes no more: one message, and whole generations stay",
       { before = "trap '' XFSZ; ulimit -f 60;" })
     refused(t, done, 1, "cannot append to r/")
     t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
+    -- nothing is wrong with the script
+    t:ok(not done.stderr:find("mended", 1, true), done.stderr)
     local text = source.read(folder .. "/r/metrics.jsonl")
     t:ok(#text > 0 and text:sub(-1) == "\n")
     -- with room again it goes on
