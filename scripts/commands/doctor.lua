@@ -182,10 +182,10 @@ local function cuda_lines(facts, line)
   end
   line("ok", "CUDA", "%s, %d GPU%s; --device auto takes %s", facts.cuda, #facts.gpus,
     #facts.gpus == 1 and "" or "s", #facts.gpus == 1 and "it" or "them all")
-  for i, gpu in ipairs(facts.gpus) do
-    -- numbered as CUDA does
-    line("", ("GPU %d"):format(i - 1), "%s, compute capability %s, %d multiprocessors, %.1f GiB",
-      gpu.name, gpu.capability, gpu.multiprocessors, gpu.memory / 2 ^ 30)
+  for _, gpu in ipairs(facts.gpus) do
+    line("", ("GPU %d"):format(gpu.ordinal),
+      "%s, compute capability %s, %d multiprocessors, %.1f GiB", gpu.name, gpu.capability,
+      gpu.multiprocessors, gpu.memory / 2 ^ 30)
   end
   for _, gpu in ipairs(facts.gpus_too_old or {}) do
     line("", "GPU left out", "%s, compute capability %s is too old", gpu.name, gpu.capability)

@@ -22,7 +22,8 @@ public:
         nlohmann::ordered_json gpus = nlohmann::ordered_json::array();
         for (const auto& place : team_->places()) {
             const gpu& one = place->gpu.device();
-            gpus.push_back({{"name", one.name},
+            gpus.push_back({{"ordinal", one.ordinal},
+                            {"name", one.name},
                             {"uuid", one.uuid},
                             {"capability", version_of(one.capability)},
                             {"multiprocessors", one.multiprocessors},
