@@ -3,7 +3,7 @@
 
 local ffi = require "ffi"
 local host = require "limax.host"
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
 
 local abi = {}

@@ -3,7 +3,7 @@
 --- the engine.
 
 local fault = require "limax.engine.fault"
-local suggest = require "limax.suggest"
+local suggest = require "limax.base.suggest"
 
 local arguments = {}
 

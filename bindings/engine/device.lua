@@ -5,7 +5,7 @@ local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
 local arguments = require "limax.engine.arguments"
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 

@@ -9,7 +9,7 @@ local fault = require "limax.engine.fault"
 local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
-local suggest = require "limax.suggest"
+local suggest = require "limax.base.suggest"
 
 local C = abi.C
 local class = object.class("material table", C.limax_materials_free)

@@ -4,7 +4,7 @@
 
 #include "api/api.h"
 #if defined(LIMAX_WITH_CUDA)
-#include "backend/cuda/memory.h"
+#include "backend/cuda/driver/memory.h"
 #endif
 #include "base/memory.h"
 #include "base/random.h"

@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "physics/time_step.h"
 #if defined(LIMAX_WITH_CUDA)
-#include "backend/cuda/reconstruction.h"
+#include "backend/cuda/run/reconstruction.h"
 #endif
 
 namespace {

@@ -7,7 +7,7 @@
 
 #include "backend/cpu/device.h"
 #if defined(LIMAX_WITH_CUDA)
-#include "backend/cuda/device.h"
+#include "backend/cuda/run/device.h"
 #endif
 
 namespace limax {

@@ -1,17 +1,17 @@
 --- bench.lua: `limax bench NAME`: measurements that anyone can repeat. Each is a module under
---- scripts/lib/bench that first checks what it is about to time, then measures, and returns rows;
+--- scripts/lib/tools/bench that first checks what it is about to time, then measures, and returns rows;
 --- this file runs it and writes them.
 
-local choice = require "limax.choice"
-local csv = require "limax.csv"
+local choice = require "limax.base.choice"
+local csv = require "limax.base.csv"
 local engine = require "limax.engine"
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local suggest = require "limax.suggest"
+local suggest = require "limax.base.suggest"
 
 local exit_usage = 2
 
--- modules of scripts/lib/bench that measure; the other files there are what they share
+-- modules of scripts/lib/tools/bench that measure; the other files there are what they share
 local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 
 -- options of one bench alone
@@ -47,7 +47,7 @@ local function run(arguments)
       failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option, ONLY[option]))
     end
   end
-  local bench = require("limax.bench." .. name:gsub("-", "_"))
+  local bench = require("limax.tools.bench." .. name:gsub("-", "_"))
   local result = bench.run {
     out = arguments.out,
     sections = arguments.section,

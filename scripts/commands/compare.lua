@@ -1,15 +1,15 @@
 --- compare.lua: `limax compare RUN...`: do the arms of these runs differ? One outcome, exact tests,
 --- and what their number can show.
 
-local arms = require "limax.compare.arms"
+local arms = require "limax.tools.compare.arms"
 local engine = require "limax.engine"
-local failure = require "limax.failure"
-local outcome = require "limax.compare.outcome"
-local pages = require "limax.compare.pages"
-local runs = require "limax.compare.runs"
-local tables = require "limax.compare.tables"
-local terminal = require "limax.terminal"
-local verdict = require "limax.compare.verdict"
+local failure = require "limax.base.failure"
+local outcome = require "limax.tools.compare.outcome"
+local pages = require "limax.tools.compare.pages"
+local runs = require "limax.tools.compare.runs"
+local tables = require "limax.tools.compare.tables"
+local terminal = require "limax.base.terminal"
+local verdict = require "limax.tools.compare.verdict"
 
 local command = {
   summary = "compare finished runs: what can be claimed, and what cannot",

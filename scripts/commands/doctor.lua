@@ -2,15 +2,15 @@
 --- whether a body falls as it should.
 
 local engine = require "limax.engine"
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local llm_check = require "limax.llm.check"
-local passes = require "limax.passes"
-local scene_report = require "limax.scene_report"
-local script = require "limax.script"
-local settings = require "limax.settings"
-local terminal = require "limax.terminal"
-local tiers = require "limax.tiers"
+local llm_check = require "limax.supervise.llm.check"
+local passes = require "limax.tools.console.passes"
+local scene_report = require "limax.tools.console.scene_report"
+local script = require "limax.base.script"
+local settings = require "limax.settings.settings"
+local terminal = require "limax.base.terminal"
+local tiers = require "limax.settings.tiers"
 
 -- programs that limax or its developers use where they are found
 local TOOLS = {

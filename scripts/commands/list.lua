@@ -1,10 +1,10 @@
 --- list.lua: `limax list [DIR]`: the runs in a folder with state, best and arm.
 
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local runs = require "limax.report.runs"
-local shape = require "limax.report.shape"
-local terminal = require "limax.terminal"
+local runs = require "limax.tools.report.runs"
+local shape = require "limax.tools.report.shape"
+local terminal = require "limax.base.terminal"
 
 local command = {
   summary = "list runs with state, best and arm",

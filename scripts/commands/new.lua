@@ -1,10 +1,10 @@
 --- new.lua: `limax new NAME`: writes an experiment, or a suite of tests, with comments, to be
 --- changed.
 
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local shell = require "limax.shell"
-local source = require "limax.source"
+local shell = require "limax.base.shell"
+local source = require "limax.base.source"
 
 local command = {
   summary = "write an experiment with comments, to be changed",
@@ -35,7 +35,7 @@ function command.run(arguments)
   end
   local kind = arguments.suite and "suite" or "experiment"
   local text, message =
-    source.read(("%s/scripts/lib/new/%s.lua"):format(host.home, kind))
+    source.read(("%s/scripts/lib/tools/new/%s.lua"):format(host.home, kind))
   if not text then failure.raise(1, message) end
   text = text:gsub("%f[%w]NAME%f[%W]", name)
   local fine

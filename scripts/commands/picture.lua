@@ -1,17 +1,17 @@
 --- picture.lua: `limax picture ROBOT|RUN --out FILE`: stills, film strips and animations, drawn by
 --- the CPU without a display.
 
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local motion = require "limax.motion"
-local pixels = require "limax.picture.pixels"
-local robot = require "limax.robot"
-local runs = require "limax.report.runs"
-local scene = require "limax.picture.scene"
-local shell = require "limax.shell"
-local vectors = require "limax.picture.vectors"
-local view = require "limax.picture.view"
-local world = require "limax.picture.world"
+local motion = require "limax.draw.motion"
+local pixels = require "limax.draw.picture.pixels"
+local robot = require "limax.robot.robot"
+local runs = require "limax.tools.report.runs"
+local scene = require "limax.draw.picture.scene"
+local shell = require "limax.base.shell"
+local vectors = require "limax.draw.picture.vectors"
+local view = require "limax.draw.picture.view"
+local world = require "limax.draw.picture.world"
 
 local command = {
   summary = "draw a robot: still, film strip or animation",

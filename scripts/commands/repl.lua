@@ -1,12 +1,12 @@
 --- repl.lua: `limax repl`: a prompt for Lua. Reads lines from the terminal, or a script from a pipe
 --- or file.
 
-local failure = require "limax.failure"
-local follow = require "limax.repl.follow"
+local failure = require "limax.base.failure"
+local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
-local names = require "limax.repl.names"
-local session = require "limax.repl.session"
-local words = require "limax.repl.words"
+local names = require "limax.tools.repl.names"
+local session = require "limax.tools.repl.session"
+local words = require "limax.tools.repl.words"
 
 -- The file that runs before the first prompt, if there is one.
 local function startup_file()

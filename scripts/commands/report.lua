@@ -1,11 +1,11 @@
 --- report.lua: `limax report RUN...`: one self-contained page about runs, done or going on.
 
-local failure = require "limax.failure"
-local figures = require "limax.report.figures"
+local failure = require "limax.base.failure"
+local figures = require "limax.tools.report.figures"
 local host = require "limax.host"
-local page = require "limax.report.page"
-local runs = require "limax.report.runs"
-local shell = require "limax.shell"
+local page = require "limax.tools.report.page"
+local runs = require "limax.tools.report.runs"
+local shell = require "limax.base.shell"
 
 local command = {
   summary = "write one page about runs: curves, robots in 3D, parameters, lineage, cost",

@@ -1,22 +1,22 @@
 --- run.lua: `limax run FILE`: runs an experiment to its end, keeps every generation in a run
 --- folder, and goes on where an earlier run stopped.
 
-local budget = require "limax.budget"
+local budget = require "limax.experiment.budget"
 local engine = require "limax.engine"
-local evolve = require "limax.evolve"
-local experiments = require "limax.experiment"
-local failure = require "limax.failure"
-local history = require "limax.history"
+local evolve = require "limax.evolution.evolve"
+local experiments = require "limax.experiment.experiment"
+local failure = require "limax.base.failure"
+local history = require "limax.run.history"
 local host = require "limax.host"
-local passes = require "limax.passes"
-local progress = require "limax.progress"
-local resume = require "limax.resume"
-local run_configuration = require "limax.run_configuration"
-local run_folder = require "limax.run_folder"
-local script = require "limax.script"
-local tally = require "limax.tally"
-local tiers = require "limax.tiers"
-local together = require "limax.together"
+local passes = require "limax.tools.console.passes"
+local progress = require "limax.tools.console.progress"
+local resume = require "limax.run.resume"
+local run_configuration = require "limax.run.run_configuration"
+local run_folder = require "limax.run.run_folder"
+local script = require "limax.base.script"
+local tally = require "limax.tools.console.tally"
+local tiers = require "limax.settings.tiers"
+local together = require "limax.evolution.together"
 
 local command = {
   summary = "run an experiment, or continue one",
@@ -205,7 +205,7 @@ local function show_end(session, device)
   session.done = true
   local terminal = host.terminal()
   -- quiet or not, it draws the champion
-  require("limax.summary").show(session.folder.path, { width = terminal.columns, device = device,
+  require("limax.tools.console.summary").show(session.folder.path, { width = terminal.columns, device = device,
     color = terminal.stdout and terminal.color,
     write = session.quiet and function() end or function(text) io.stdout:write(text) end })
   if session.quiet then return end

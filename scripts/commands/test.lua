@@ -1,15 +1,15 @@
 --- test.lua: `limax test`: runs suites of scripted regressions.
 
-local child = require "limax.test.child"
+local child = require "limax.tools.test.child"
 local engine = require "limax.engine"
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local junit = require "limax.test.junit"
-local lines = require "limax.test.lines"
-local processes = require "limax.test.processes"
-local report = require "limax.test.report"
-local runner = require "limax.test.runner"
-local terminal = require "limax.terminal"
+local junit = require "limax.tools.test.junit"
+local lines = require "limax.tools.test.lines"
+local processes = require "limax.tools.test.processes"
+local report = require "limax.tools.test.report"
+local runner = require "limax.tools.test.runner"
+local terminal = require "limax.base.terminal"
 
 local command = {
   summary = "run suites of scripted regressions",
@@ -69,12 +69,12 @@ end
 local function paths_of(arguments)
   local paths = { unpack(arguments) }
   if #paths == 0 then
-    paths[1] = host.home .. "/tests/suites"
-    if not host.file.exists(paths[1]) then
+    local suites = host.home .. "/tests/suites"
+    if not host.file.exists(suites) then
       failure.raise(2, ("limax's own suites are in its source tree and not in %s; name a file or "
         .. "folder of yours: limax test FILE.lua"):format(host.home))
     end
-    paths[2] = paths[1] .. "/hard"
+    for i, room in ipairs(host.file.list(suites)) do paths[i] = suites .. "/" .. room end
   end
   for _, path in ipairs(paths) do
     if not host.file.exists(path) then

@@ -1,15 +1,15 @@
 --- watch.lua: `limax watch RUN`: how a run is doing, in the terminal, from its files alone: curves,
 --- the current best, what failed. It takes no lock and writes nothing, so the run does not notice.
 
-local body_picture = require "limax.body_picture"
-local chart = require "limax.chart.text"
-local curves = require "limax.report.curves"
+local body_picture = require "limax.draw.body_picture"
+local chart = require "limax.draw.chart.text"
+local curves = require "limax.tools.report.curves"
 local host = require "limax.host"
-local page = require "limax.report.page"
-local runs = require "limax.report.runs"
-local shape = require "limax.report.shape"
-local sample = require "limax.statistics.sample"
-local terminal = require "limax.terminal"
+local page = require "limax.tools.report.page"
+local runs = require "limax.tools.report.runs"
+local shape = require "limax.tools.report.shape"
+local sample = require "limax.base.statistics.sample"
+local terminal = require "limax.base.terminal"
 
 local command = {
   summary = "watch a run while it goes on: curves and the current best",

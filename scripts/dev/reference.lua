@@ -3,7 +3,7 @@
 
 local host = require "limax.host"
 
-for _, made in ipairs { require "limax.api.page", require "limax.api.stub" } do
+for _, made in ipairs { require "limax.tools.reference.page", require "limax.tools.reference.stub" } do
   local path = host.home .. "/" .. made.path
   assert(host.file.mkdir(path:match "^(.*)/"))
   assert(host.file.write_atomic(path, made.text()))

@@ -7,7 +7,7 @@
 --- cores, and goes on where it was stopped; --quick takes a minute and shows the tables alone.
 --- Run it with: limax scripts/experiments/supervision_study.lua [--quick]
 
-local study = require "limax.study"
+local study = require "limax.tools.study.study"
 
 study.main({
   repetitions = 10, evaluations = 2100, -- 30 robots, then 21 a generation: a hundred generations

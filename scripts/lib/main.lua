@@ -1,10 +1,10 @@
 --- main.lua: the command line. `limax NAME ...` runs scripts/commands/NAME.lua, and
 --- `limax FILE.lua ...` a script.
 
-local failure = require "limax.failure"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local options = require "limax.options"
-local suggest = require "limax.suggest"
+local options = require "limax.base.options"
+local suggest = require "limax.base.suggest"
 
 local main = {}
 
@@ -57,7 +57,7 @@ end
 
 -- a script, and the experiment that it may return
 local function run_script(argv)
-  local value = require("limax.script").run(unpack(argv))
+  local value = require("limax.base.script").run(unpack(argv))
   if type(value) ~= "table" then return nil end
   local run = load_command "run"
   if not run.is_experiment(value) then return nil end

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "backend/cuda/compiler.h"
+#include "backend/cuda/driver/compiler.h"
 
 namespace limax::test {
 

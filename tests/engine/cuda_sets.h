@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "backend/cuda/kernel_sets.h"
+#include "backend/cuda/plan/kernel_sets.h"
 #include "cuda_compiler.h"
 #include "environment.h"
 #include "failure.h"

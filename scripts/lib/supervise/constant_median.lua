@@ -5,7 +5,7 @@
 --- (2015).
 
 local donor = require "limax.supervise.donor"
-local sample = require "limax.statistics.sample"
+local sample = require "limax.base.statistics.sample"
 
 -- The median of a field over the bred generations.
 local function median_of(settings, read)

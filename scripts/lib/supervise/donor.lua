@@ -3,11 +3,11 @@
 --- `constant_median`. What they read is metrics.jsonl and ledger.jsonl of a finished run; what they
 --- propose is what was applied there.
 
-local choice = require "limax.choice"
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local schema = require "limax.schema"
-local source = require "limax.source"
+local schema = require "limax.base.schema"
+local source = require "limax.base.source"
 
 local donor = {}
 

@@ -2,8 +2,8 @@
 --- place are options; README.md has a section on them. The first such loop over an evolution
 --- strategy's step size is Custode et al., arXiv 2408.02451; the paper's is arXiv 2405.00698.
 
-local client_options = require "limax.llm.options"
-local schema = require "limax.schema"
+local client_options = require "limax.supervise.llm.options"
+local schema = require "limax.base.schema"
 
 local function text_or_function(expected)
   return function(given, path)
@@ -58,5 +58,5 @@ for name, rule in pairs(client_options.rules) do options[name] = rule end
 
 return {
   options = options,
-  start = function(given, run) return require("limax.llm.supervisor").start(run, given) end,
+  start = function(given, run) return require("limax.supervise.llm.supervisor").start(run, given) end,
 }

@@ -6,8 +6,8 @@
 --- is drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
 --- offspring are not among the best die out, as in SAMR-GA.
 
-local metrics = require "limax.metrics"
-local schema = require "limax.schema"
+local metrics = require "limax.run.metrics"
+local schema = require "limax.base.schema"
 
 return {
   options = {

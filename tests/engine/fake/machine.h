@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "backend/cuda/memory.h"
+#include "backend/cuda/driver/memory.h"
 #include "driver.h"
 
 namespace limax::test {

@@ -1,13 +1,13 @@
 --- benches.lua: `limax bench stability` prints what the hard cases gave, and `limax bench blow-ups`
 --- means the same robot by the same number.
 
-local blow_ups = require "limax.bench.blow_ups"
+local blow_ups = require "limax.tools.bench.blow_ups"
 local engine = require "limax.engine"
-local hard_cases = require "limax.hard_cases"
+local hard_cases = require "limax.tools.bench.hard_cases"
 local host = require "limax.host"
-local process = require "limax.test.process"
-local source = require "limax.source"
-local stability = require "limax.bench.stability"
+local process = require "limax.tools.test.process"
+local source = require "limax.base.source"
+local stability = require "limax.tools.bench.stability"
 
 local suite = require("limax.test").suite "benches of hard cases"
 
@@ -70,7 +70,7 @@ suite:test("a case that fails is a failure, with what fails, and so is a differi
   end)
 
 suite:test("general checks see a robot that diverges and energy from nowhere", function(t)
-  local stage = require "limax.hard_cases.stage"
+  local stage = require "limax.tools.bench.hard_cases.stage"
   local c = stage.context { device = engine.device "cpu", integrator = "leapfrog",
     precision = "double" }
   t:raises("robot 1 diverged %(speed%)", function()

@@ -1,2 +1,2 @@
---- contact.lua: the hard cases of this kind; scripts/lib/hard_cases/contact.lua holds them.
-require "limax.hard_cases.suite" "contact"
+--- contact.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/contact.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "contact"

@@ -1,2 +1,2 @@
---- extremes.lua: the hard cases of this kind; scripts/lib/hard_cases/extremes.lua holds them.
-require "limax.hard_cases.suite" "extremes"
+--- extremes.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/extremes.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "extremes"

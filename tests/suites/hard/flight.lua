@@ -1,2 +1,2 @@
---- flight.lua: the hard cases of this kind; scripts/lib/hard_cases/flight.lua holds them.
-require "limax.hard_cases.suite" "flight"
+--- flight.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/flight.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "flight"

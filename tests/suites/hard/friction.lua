@@ -1,2 +1,2 @@
---- friction.lua: the hard cases of this kind; scripts/lib/hard_cases/friction.lua holds them.
-require "limax.hard_cases.suite" "friction"
+--- friction.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/friction.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "friction"

@@ -1,2 +1,2 @@
---- loads.lua: the hard cases of this kind; scripts/lib/hard_cases/loads.lua holds them.
-require "limax.hard_cases.suite" "loads"
+--- loads.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/loads.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "loads"

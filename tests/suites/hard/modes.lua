@@ -1,2 +1,2 @@
---- modes.lua: the hard cases of this kind; scripts/lib/hard_cases/modes.lua holds them.
-require "limax.hard_cases.suite" "modes"
+--- modes.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/modes.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "modes"

@@ -1,2 +1,2 @@
---- muscles.lua: the hard cases of this kind; scripts/lib/hard_cases/muscles.lua holds them.
-require "limax.hard_cases.suite" "muscles"
+--- muscles.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/muscles.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "muscles"

@@ -1,2 +1,2 @@
---- sameness.lua: the hard cases of this kind; scripts/lib/hard_cases/sameness.lua holds them.
-require "limax.hard_cases.suite" "sameness"
+--- sameness.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/sameness.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "sameness"

@@ -1,2 +1,2 @@
---- shapes.lua: the hard cases of this kind; scripts/lib/hard_cases/shapes.lua holds them.
-require "limax.hard_cases.suite" "shapes"
+--- shapes.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/shapes.lua holds them.
+require "limax.tools.bench.hard_cases.suite" "shapes"

@@ -1,0 +1,159 @@
+// protect.cpp: protected calls of the host, and the traceback that a person reads: Lua frames only,
+// file and line first, without the files that merely launch a script.
+#include "protect.h"
+
+#include <cstring>
+#include <string>
+
+#include "guard.h"
+#include "signals.h"
+
+namespace limax::host {
+namespace {
+
+// A deep recursion is shown by its ends: so many frames first, so many levels (C and launching
+// frames among them) last.
+constexpr int frames_first = 12;
+constexpr int levels_last = 16;
+
+const char home_key = 0;  // its address is the registry key of the home folder
+
+// Whether the frame belongs to the way from the command line to a script, which says nothing about
+// a mistake.
+bool launches(const std::string& home, const char* source) {
+    static const char* const places[] = {"/scripts/lib/main.lua", "/scripts/lib/base/script.lua",
+                                         "/scripts/commands/repl.lua", "/scripts/lib/tools/repl/"};
+    if (*source != '@' || std::strncmp(source + 1, home.c_str(), home.size()) != 0) return false;
+    const char* const rest = source + 1 + home.size();
+    for (const char* place : places)
+        if (std::strncmp(rest, place, std::strlen(place)) == 0) return true;
+    return false;
+}
+
+std::string describe(const lua_Debug& frame) {
+    const char* const file = *frame.source == '@' ? frame.source + 1 : frame.short_src;
+    std::string line =
+        "\n  " + std::string(file) + ":" + std::to_string(frame.currentline) + ": in ";
+    if (*frame.what == 'm') return line + "main chunk";
+    if (frame.name != nullptr) return line + "function '" + frame.name + "'";
+    return line + "the function of line " + std::to_string(frame.linedefined);
+}
+
+// Number of levels of the stack, by bisection: asking for one level costs time in proportion to it.
+int depth(lua_State* L) {
+    lua_Debug frame{};
+    int beyond = 1;
+    while (lua_getstack(L, beyond, &frame) != 0) beyond *= 2;
+    int within = beyond / 2;
+    while (beyond - within > 1) {
+        const int middle = within + (beyond - within) / 2;
+        (lua_getstack(L, middle, &frame) != 0 ? within : beyond) = middle;
+    }
+    return beyond;
+}
+
+// Lines of the Lua frames from `level` outwards, each after a line break.
+std::string frames(lua_State* L, int level) {
+    lua_pushlightuserdata(L, const_cast<char*>(&home_key));
+    lua_rawget(L, LUA_REGISTRYINDEX);
+    const char* const known = lua_tostring(L, -1);
+    const std::string home = known == nullptr ? "" : known;
+    lua_pop(L, 1);
+
+    std::string text;
+    int shown = 0;
+    const int all = depth(L);
+    for (lua_Debug frame{}; lua_getstack(L, level, &frame) != 0; ++level) {
+        if (shown == frames_first && all - level > levels_last) {
+            text += "\n  ... " + std::to_string(all - level - levels_last) + " more";
+            level = all - levels_last;
+            lua_getstack(L, level, &frame);
+        }
+        lua_getinfo(L, "Sln", &frame);
+        // C frames have no line
+        if (*frame.what == 'C' || frame.currentline < 1 || launches(home, frame.source)) continue;
+        text += describe(frame);
+        ++shown;
+    }
+    return text;
+}
+
+// The message handler: wraps the error and its traceback into one table, since a handler returns
+// one value.
+int wrap_error(lua_State* L) {
+    lua_settop(L, 1);
+    lua_createtable(L, 2, 0);
+    lua_pushvalue(L, 1);
+    lua_rawseti(L, -2, 1);
+    push_error_text(L, 1);
+    std::string text = lua_tostring(L, -1);
+    lua_pop(L, 1);
+    text += frames(L, 1);
+    lua_pushlstring(L, text.data(), text.size());
+    lua_rawseti(L, -2, 2);
+    return 1;
+}
+
+// protect(f, ...) -> true, results... | false, error, traceback
+int protect(lua_State* L) {
+    luaL_checktype(L, 1, LUA_TFUNCTION);
+    const bool fine = protected_call(L, lua_gettop(L) - 1);
+    lua_pushboolean(L, fine);
+    lua_insert(L, 1);
+    return lua_gettop(L);
+}
+
+}  // namespace
+
+bool protected_call(lua_State* L, int arguments) {
+    const int base = lua_gettop(L) - arguments;
+    lua_pushcfunction(L, guarded<wrap_error>);
+    lua_insert(L, base);
+    const int status = lua_pcall(L, arguments, LUA_MULTRET, base);
+    lua_remove(L, base);
+    // whatever the interrupt left behind on its way (an error in a script's own message handler, or
+    // the result of a read that it cut short), it is the cause
+    const bool stopped = interrupted();
+    if (status == 0 && !stopped) return true;
+    // the hook must be gone before any further Lua runs
+    if (stopped) acknowledge_interrupt();
+
+    if (status == LUA_ERRRUN && lua_istable(L, base)) {
+        lua_rawgeti(L, base, 1);
+        lua_rawgeti(L, base, 2);
+        lua_remove(L, base);
+    } else {
+        // the handler did not run, or not to its end; or there was no error at all
+        if (status == 0) {
+            lua_settop(L, base - 1);
+            push_interrupt(L);
+        }
+        push_error_text(L, base);
+    }
+    if (status == LUA_ERRMEM) lua_gc(L, LUA_GCCOLLECT, 0);
+    if (stopped) {
+        push_interrupt(L);
+        lua_replace(L, base);
+    }
+    return false;
+}
+
+void push_error_text(lua_State* L, int index) {
+    if (luaL_callmeta(L, index, "__tostring") != 0) {
+        if (lua_isstring(L, -1) != 0) return;
+        lua_pop(L, 1);
+    }
+    if (lua_isstring(L, index) != 0)
+        lua_pushvalue(L, index);
+    else
+        lua_pushfstring(L, "(an error that is a %s)", luaL_typename(L, index));
+}
+
+void open_protect(lua_State* L, const char* home) {
+    lua_pushlightuserdata(L, const_cast<char*>(&home_key));
+    lua_pushstring(L, home);
+    lua_rawset(L, LUA_REGISTRYINDEX);
+    add_function<protect>(L, "protect");
+}
+
+}  // namespace limax::host

@@ -1,0 +1,278 @@
+// driver.cpp: opens the CUDA driver, asks it for the GPUs, and turns what it refuses into texts.
+#include "backend/cuda/driver/driver.h"
+
+#include <cctype>
+
+namespace limax::cuda {
+
+namespace {
+
+constexpr const char* driver_library = "libcuda.so.1";
+
+// Newer than the oldest cuda.h that this is built with, of CUDA 12.0.
+constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contained = CUresult(226),
+                   error_tensor_memory_leak = CUresult(721);
+
+// What a person can do about an error: a clause without a capital and a full stop.
+const char* remedy_for(CUresult result) {
+    switch (int(result)) {
+        case CUDA_ERROR_OUT_OF_MEMORY:
+            return "simulate fewer robots at once, or end other programs that hold the GPU's "
+                   "memory";
+        case CUDA_ERROR_NO_DEVICE:
+        case CUDA_ERROR_INVALID_DEVICE:
+            return "see which GPUs nvidia-smi lists and what CUDA_VISIBLE_DEVICES lets through";
+        case CUDA_ERROR_STUB_LIBRARY:
+            return "the libcuda.so.1 found is the toolkit's stub and no driver: take its folder "
+                   "out of LD_LIBRARY_PATH";
+        case CUDA_ERROR_SYSTEM_DRIVER_MISMATCH:
+            return "the driver's library and its kernel module differ in version, often after an "
+                   "update: reboot";
+        case CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE:
+            return "this GPU does not work with a compatibility package: install a newer driver";
+        case CUDA_ERROR_SYSTEM_NOT_READY:
+            return "wait for the system's GPU services, such as nvidia-fabricmanager, or start "
+                   "them";
+        case CUDA_ERROR_DEVICE_UNAVAILABLE:
+            return "another program holds the GPU for itself: end it, or choose another GPU with "
+                   "CUDA_VISIBLE_DEVICES";
+        case CUDA_ERROR_NOT_PERMITTED:
+        case CUDA_ERROR_OPERATING_SYSTEM:
+            return "see whether this user, or this container, may open /dev/nvidia*";
+        case CUDA_ERROR_NO_BINARY_FOR_GPU:
+        case CUDA_ERROR_INVALID_IMAGE:
+        case CUDA_ERROR_INVALID_PTX:
+            return "the GPU needs compute capability 7.5 or newer, and a driver at least as new as "
+                   "the CUDA that the kernel was compiled with";
+        case error_call_requires_newer_driver:
+        case CUDA_ERROR_UNSUPPORTED_PTX_VERSION:
+        case CUDA_ERROR_JIT_COMPILER_NOT_FOUND: return "update the NVIDIA driver";
+        case CUDA_ERROR_JIT_COMPILATION_DISABLED: return "unset CUDA_DISABLE_PTX_JIT";
+        case CUDA_ERROR_LAUNCH_TIMEOUT:
+            return "a display hangs on this GPU and its watchdog ends long kernels: use a GPU "
+                   "without a display, or end the desktop";
+        case CUDA_ERROR_ILLEGAL_ADDRESS:
+        case CUDA_ERROR_MISALIGNED_ADDRESS:
+        case CUDA_ERROR_INVALID_ADDRESS_SPACE:
+        case CUDA_ERROR_INVALID_PC:
+        case CUDA_ERROR_ILLEGAL_INSTRUCTION:
+        case CUDA_ERROR_HARDWARE_STACK_ERROR:
+        case CUDA_ERROR_LAUNCH_FAILED:
+        case CUDA_ERROR_ASSERT:
+        case error_tensor_memory_leak:
+            return "this is a defect of limax: please report it with what "
+                   "'compute-sanitizer limax run ...' prints";
+        case CUDA_ERROR_ECC_UNCORRECTABLE:
+        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
+        case error_contained:
+            return "the GPU's hardware failed: see 'nvidia-smi -q -d ECC', reset the GPU or use "
+                   "another one, and resume the run";
+        case CUDA_ERROR_MPS_CONNECTION_FAILED:
+        case CUDA_ERROR_MPS_RPC_FAILURE:
+        case CUDA_ERROR_MPS_SERVER_NOT_READY:
+        case CUDA_ERROR_MPS_MAX_CLIENTS_REACHED:
+        case CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED:
+        case CUDA_ERROR_MPS_CLIENT_TERMINATED:
+            return "see the log of the CUDA MPS server, or run without it";
+        case CUDA_ERROR_DEINITIALIZED:
+        case CUDA_ERROR_CONTEXT_IS_DESTROYED:
+            return "the GPU's context has ended: start the program again";
+        case CUDA_ERROR_UNKNOWN:
+            return "see the kernel's log (dmesg) for messages of the NVIDIA driver";
+        default: return "this is a defect of limax: please report it with this text";
+    }
+}
+
+limax_status status_of(CUresult result) {
+    switch (int(result)) {
+        case CUDA_ERROR_OUT_OF_MEMORY: return LIMAX_OUT_OF_MEMORY;
+        case CUDA_ERROR_STUB_LIBRARY:
+        case error_call_requires_newer_driver:
+        case CUDA_ERROR_DEVICE_UNAVAILABLE:
+        case CUDA_ERROR_NO_DEVICE:
+        case CUDA_ERROR_INVALID_DEVICE:
+        case CUDA_ERROR_DEVICE_NOT_LICENSED:
+        case CUDA_ERROR_INVALID_IMAGE:
+        case CUDA_ERROR_NO_BINARY_FOR_GPU:
+        case CUDA_ERROR_INVALID_PTX:
+        case CUDA_ERROR_UNSUPPORTED_PTX_VERSION:
+        case CUDA_ERROR_JIT_COMPILER_NOT_FOUND:
+        case CUDA_ERROR_JIT_COMPILATION_DISABLED:
+        case CUDA_ERROR_ECC_UNCORRECTABLE:
+        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
+        case error_contained:
+        case CUDA_ERROR_LAUNCH_TIMEOUT:
+        case CUDA_ERROR_NOT_PERMITTED:
+        case CUDA_ERROR_OPERATING_SYSTEM:
+        case CUDA_ERROR_SYSTEM_NOT_READY:
+        case CUDA_ERROR_SYSTEM_DRIVER_MISMATCH:
+        case CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE:
+        case CUDA_ERROR_MPS_CONNECTION_FAILED:
+        case CUDA_ERROR_MPS_RPC_FAILURE:
+        case CUDA_ERROR_MPS_SERVER_NOT_READY:
+        case CUDA_ERROR_MPS_MAX_CLIENTS_REACHED:
+        case CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED:
+        case CUDA_ERROR_MPS_CLIENT_TERMINATED: return LIMAX_NO_DEVICE;
+        default: return LIMAX_INTERNAL;
+    }
+}
+
+// Functions whose versions differ in behaviour alone: an older driver's one does as well.
+bool any_version_does(const std::string& function) {
+    return function == "cuEventElapsedTime" || function == "cuDeviceGetUuid";
+}
+
+std::string version_text(int version) {
+    return format("%d.%d", version / 1000, version % 1000 / 10);
+}
+
+std::string uuid_text(const CUuuid& uuid) {
+    std::string text = "GPU-";
+    for (int i = 0; i < 16; ++i) {
+        if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+        text += format("%02x", unsigned(static_cast<unsigned char>(uuid.bytes[i])));
+    }
+    return text;
+}
+
+}  // namespace
+
+bool sticky(CUresult result) {
+    switch (int(result)) {
+        case CUDA_ERROR_DEINITIALIZED:
+        case CUDA_ERROR_ECC_UNCORRECTABLE:
+        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
+        case error_contained:
+        case CUDA_ERROR_ILLEGAL_ADDRESS:
+        case CUDA_ERROR_LAUNCH_TIMEOUT:
+        case CUDA_ERROR_CONTEXT_IS_DESTROYED:
+        case CUDA_ERROR_ASSERT:
+        case CUDA_ERROR_HARDWARE_STACK_ERROR:
+        case CUDA_ERROR_ILLEGAL_INSTRUCTION:
+        case CUDA_ERROR_MISALIGNED_ADDRESS:
+        case CUDA_ERROR_INVALID_ADDRESS_SPACE:
+        case CUDA_ERROR_INVALID_PC:
+        case CUDA_ERROR_LAUNCH_FAILED:
+        case error_tensor_memory_leak:
+        case CUDA_ERROR_MPS_CLIENT_TERMINATED:
+        case CUDA_ERROR_EXTERNAL_DEVICE:
+        case CUDA_ERROR_UNKNOWN: return true;
+        default: return false;
+    }
+}
+
+const driver* driver::get(std::string* why) {
+    struct attempt {
+        std::string why;
+        // never closed: owners that end after main() still call it
+        const driver* found = open(driver_library, &why).release();
+    };
+    static const attempt once;
+    if (!once.found && why) *why = once.why;
+    return once.found;
+}
+
+std::unique_ptr<const driver> driver::open(const char* library, std::string* why) {
+    std::unique_ptr<driver> made(new driver);
+    const std::string problem = made->load(library);
+    if (problem.empty()) return made;
+    if (why) *why = problem;
+    return nullptr;
+}
+
+std::string driver::load(const char* library) {
+    std::string reason;
+    library_ = shared_library(library, &reason);
+    if (!library_) return "no NVIDIA driver: " + reason;
+    // the version first: it explains why a function is missing
+    if (!library_.find("cuDriverGetVersion", driver_get_version) ||
+        driver_get_version(&version_) != CUDA_SUCCESS)
+        return format("%s does not tell its version: it is no NVIDIA driver", library);
+    if (version_ < oldest_driver)
+        return format("the NVIDIA driver is for CUDA %s; CUDA %s or newer is needed: update it",
+                      version_text(version_).c_str(), version_text(oldest_driver).c_str());
+    if (const std::string missing = missing_function(); !missing.empty())
+        return format("the NVIDIA driver for CUDA %s has no %s: update it",
+                      version_text(version_).c_str(), missing.c_str());
+    if (const CUresult result = init(0); result != CUDA_SUCCESS)
+        return "the NVIDIA driver does not start: " + describe(result) + ": " + remedy_for(result);
+    try {
+        int count = 0;
+        check(device_get_count(&count), "cuDeviceGetCount", "counting the GPUs");
+        for (int ordinal = 0; ordinal < count; ++ordinal) {
+            const gpu shown = describe_gpu(ordinal);
+            (shown.capability < oldest_capability ? old_gpus_ : gpus_).push_back(shown);
+        }
+    } catch (const cuda_error& problem) {
+        return problem.what();
+    }
+    if (!gpus_.empty()) return "";
+    if (old_gpus_.empty())
+        return std::string("the NVIDIA driver shows no GPU: ") + remedy_for(CUDA_ERROR_NO_DEVICE);
+    const gpu& old = old_gpus_.front();
+    return format("GPU %d (%s) has compute capability %d.%d; %d.%d or newer is needed", old.ordinal,
+                  old.name.c_str(), old.capability / 10, old.capability % 10,
+                  oldest_capability / 10, oldest_capability % 10);
+}
+
+std::string driver::missing_function() {
+// cuda.h's macro gives the versioned name through the second level, the plain one through the first
+#define LIMAX_CUDA_TEXT(function) #function
+#define LIMAX_CUDA_VERSIONED(function) LIMAX_CUDA_TEXT(function)
+#define LIMAX_CUDA_FIND(member, function)                                   \
+    if (!library_.find(LIMAX_CUDA_VERSIONED(function), member) &&           \
+        !(any_version_does(#function) && library_.find(#function, member))) \
+    return LIMAX_CUDA_VERSIONED(function)
+    LIMAX_CUDA_FUNCTIONS(LIMAX_CUDA_FIND);
+#undef LIMAX_CUDA_FIND
+#undef LIMAX_CUDA_VERSIONED
+#undef LIMAX_CUDA_TEXT
+    return "";
+}
+
+std::string driver::describe(CUresult result) const {
+    const char *name = nullptr, *text = nullptr;
+    if (get_error_name(result, &name) != CUDA_SUCCESS || !name)
+        return format("error %d", int(result));
+    if (get_error_string(result, &text) != CUDA_SUCCESS || !text) return name;
+    return format("%s (%s)", name, text);
+}
+
+void driver::refuse(CUresult result, const char* call, const std::string& doing) const {
+    std::string remedy = remedy_for(result);
+    remedy[0] = char(std::toupper(static_cast<unsigned char>(remedy[0])));
+    if (sticky(result)) remedy += ". Only a new process can use this GPU again";
+    throw cuda_error(status_of(result),
+                     format("CUDA: %s failed while %s: %s. %s", call, doing.c_str(),
+                            describe(result).c_str(), remedy.c_str()),
+                     result);
+}
+
+gpu driver::describe_gpu(int ordinal) const {
+    const std::string doing = format("asking what GPU %d is", ordinal);
+    CUdevice device = 0;
+    check(device_get(&device, ordinal), "cuDeviceGet", doing);
+    const auto attribute = [&](CUdevice_attribute which) {
+        int value = 0;
+        check(device_get_attribute(&value, which, device), "cuDeviceGetAttribute", doing);
+        return value;
+    };
+    gpu g;
+    g.ordinal = ordinal;
+    char name[256] = "";
+    check(device_get_name(name, int(sizeof name), device), "cuDeviceGetName", doing);
+    g.name = name;
+    CUuuid uuid{};
+    check(device_get_uuid(&uuid, device), "cuDeviceGetUuid", doing);
+    g.uuid = uuid_text(uuid);
+    check(device_total_mem(&g.memory, device), "cuDeviceTotalMem", doing);
+    g.capability = 10 * attribute(CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR) +
+                   attribute(CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR);
+    g.multiprocessors = attribute(CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT);
+    g.shared_memory_of_block =
+        std::size_t(attribute(CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN));
+    g.clusters = attribute(CU_DEVICE_ATTRIBUTE_CLUSTER_LAUNCH) != 0;
+    return g;
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,242 @@
+// memory.cpp: the owners' calls. A destructor ignores what the driver answers: after a sticky error
+// nothing can be given back any more, and the error itself was raised where it showed.
+#include "backend/cuda/driver/memory.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace limax::cuda {
+
+std::atomic<uint64_t>& gpu_bytes_held() {
+    static std::atomic<uint64_t> bytes{0};
+    return bytes;
+}
+
+namespace {
+
+const gpu& gpu_at(const driver& driver, int ordinal) {
+    for (const gpu& one : driver.gpus())
+        if (one.ordinal == ordinal) return one;
+    fail(LIMAX_NO_DEVICE, format("device 'cuda': GPU %d was asked for; it is none of the %zu that "
+                                 "can be used",
+                                 ordinal, driver.gpus().size()));
+}
+
+// LIMAX_CUDA_MEMORY: the most that limax takes of each GPU, in GB; all that there is without it.
+double memory_limit_of_environment() {
+    const char* text = secure_getenv("LIMAX_CUDA_MEMORY");
+    if (!text || !*text) return HUGE_VAL;
+    char* end = nullptr;
+    const double limit = std::strtod(text, &end);
+    if (*end != 0 || !(limit > 0))
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("LIMAX_CUDA_MEMORY is '%s'; it must be a number of GB above 0", text));
+    return 1e9 * limit;
+}
+
+std::string title(const gpu& gpu) { return format("GPU %d (%s)", gpu.ordinal, gpu.name.c_str()); }
+
+// Gives something back with the context current; a context that cannot be is lost, and took it
+// along.
+template <class Give>
+void release(const context& context, const Give& give) noexcept {
+    try {
+        const auto here = context.current();
+        give(context.api());
+    } catch (const cuda_error&) {
+    }
+}
+
+}  // namespace
+
+// ---- context ----
+
+context::context(const driver& driver, int ordinal)
+    : driver_(driver), gpu_(gpu_at(driver, ordinal)), memory_limit_(memory_limit_of_environment()) {
+    const std::string doing = "opening " + title(gpu_);
+    CUdevice device = 0;
+    driver_.check(driver_.device_get(&device, ordinal), "cuDeviceGet", doing);
+    driver_.check(driver_.primary_ctx_retain(&handle_, device), "cuDevicePrimaryCtxRetain", doing);
+}
+
+context::~context() {
+    CUdevice device = 0;
+    if (driver_.device_get(&device, gpu_.ordinal) == CUDA_SUCCESS)
+        (void)driver_.primary_ctx_release(device);
+}
+
+std::size_t context::free_memory() const {
+    const scope here = current();
+    std::size_t free = 0, total = 0;
+    driver_.check(driver_.mem_get_info(&free, &total), "cuMemGetInfo",
+                  "asking " + title(gpu_) + " for its free memory");
+    return free;
+}
+
+context::scope::scope(const context& context) : driver_(context.driver_), handle_(context.handle_) {
+    driver_.check(driver_.ctx_get_current(&before_), "cuCtxGetCurrent", "turning to a GPU");
+    if (before_ != handle_)
+        driver_.check(driver_.ctx_set_current(handle_), "cuCtxSetCurrent", "turning to a GPU");
+}
+
+context::scope::~scope() {
+    if (before_ != handle_) (void)driver_.ctx_set_current(before_);
+}
+
+// ---- stream ----
+
+stream::stream(const context& context) : context_(&context) {
+    const auto here = context.current();
+    const driver& api = context.api();
+    api.check(api.stream_create(&handle_, CU_STREAM_NON_BLOCKING), "cuStreamCreate",
+              "making a stream of " + title(context.device()));
+}
+
+stream::~stream() {
+    if (handle_) release(*context_, [&](const driver& api) { (void)api.stream_destroy(handle_); });
+}
+
+void stream::synchronize(const std::string& doing) const {
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.stream_synchronize(handle_), "cuStreamSynchronize", doing);
+}
+
+// ---- event ----
+
+event::event(const context& context) : context_(&context) {
+    const auto here = context.current();
+    const driver& api = context.api();
+    api.check(api.event_create(&handle_, CU_EVENT_DEFAULT), "cuEventCreate",
+              "making an event of " + title(context.device()));
+}
+
+event::~event() {
+    if (handle_) release(*context_, [&](const driver& api) { (void)api.event_destroy(handle_); });
+}
+
+void event::record(const stream& stream) {
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.event_record(handle_, stream.handle()), "cuEventRecord", "recording an event");
+}
+
+double event::seconds_since(const event& start) const {
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    float milliseconds = 0;
+    api.check(api.event_elapsed_time(&milliseconds, start.handle_, handle_), "cuEventElapsedTime",
+              "reading a time");
+    return double(milliseconds) * 1e-3;
+}
+
+// ---- memory of a GPU ----
+
+device_block::device_block(const context& context, std::size_t bytes, const std::string& what)
+    : context_(&context) {
+    if (bytes == 0) return;
+    const auto here = context.current();
+    const driver& api = context.api();
+    const double held = double(context.bytes_held_);
+    if (held + double(bytes) > context.memory_limit_)
+        throw cuda_error(LIMAX_OUT_OF_MEMORY,
+                         format("CUDA: out of memory: %s: %.3g GB were needed; LIMAX_CUDA_MEMORY "
+                                "allows %.3g GB of %s, of which %.3g GB are taken",
+                                what.c_str(), double(bytes) / 1e9, context.memory_limit_ / 1e9,
+                                title(context.device()).c_str(), held / 1e9),
+                         CUDA_ERROR_OUT_OF_MEMORY);
+    const CUresult result = api.mem_alloc(&address_, bytes);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY)
+        throw cuda_error(
+            LIMAX_OUT_OF_MEMORY,
+            format("CUDA: out of memory: %s: %.3g GB were needed; %s has %.3g GB, of which %.3g GB "
+                   "are free",
+                   what.c_str(), double(bytes) / 1e9, title(context.device()).c_str(),
+                   double(context.device().memory) / 1e9, double(context.free_memory()) / 1e9),
+            result);
+    api.check(result, "cuMemAlloc", "making room for " + what);
+    bytes_ = bytes;
+    context.bytes_held_ += bytes;
+    gpu_bytes_held() += bytes;
+}
+
+device_block::~device_block() {
+    if (!address_) return;
+    release(*context_, [&](const driver& api) { (void)api.mem_free(address_); });
+    context_->bytes_held_ -= bytes_;
+    gpu_bytes_held() -= bytes_;
+}
+
+void device_block::require_inside(std::size_t offset, std::size_t bytes) const {
+    if (offset > bytes_ || bytes > bytes_ - offset)
+        fail(LIMAX_INTERNAL, format("a copy of %zu bytes at %zu leaves a block of %zu on the GPU",
+                                    bytes, offset, bytes_));
+}
+
+void device_block::clear(const stream& stream) {
+    if (bytes_ == 0) return;
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.memset_d8_async(address_, 0, bytes_, stream.handle()), "cuMemsetD8Async",
+              format("clearing %.3g MB", double(bytes_) / 1e6));
+}
+
+void device_block::upload(std::size_t offset, const void* from, std::size_t bytes,
+                          const stream& stream) {
+    require_inside(offset, bytes);
+    if (bytes == 0) return;
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.memcpy_htod_async(address_ + offset, from, bytes, stream.handle()),
+              "cuMemcpyHtoDAsync", format("sending %.3g MB to the GPU", double(bytes) / 1e6));
+}
+
+void device_block::download(std::size_t offset, void* to, std::size_t bytes,
+                            const stream& stream) const {
+    require_inside(offset, bytes);
+    if (bytes == 0) return;
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.memcpy_dtoh_async(to, address_ + offset, bytes, stream.handle()),
+              "cuMemcpyDtoHAsync", format("fetching %.3g MB from the GPU", double(bytes) / 1e6));
+}
+
+void device_block::copy(std::size_t offset, const device_block& from, std::size_t from_offset,
+                        std::size_t bytes, const stream& stream) {
+    require_inside(offset, bytes);
+    from.require_inside(from_offset, bytes);
+    if (bytes == 0) return;
+    const auto here = context_->current();
+    const driver& api = context_->api();
+    api.check(api.memcpy_dtod_async(address_ + offset, from.address_ + from_offset, bytes,
+                                    stream.handle()),
+              "cuMemcpyDtoDAsync", format("copying %.3g MB on the GPU", double(bytes) / 1e6));
+}
+
+// ---- pinned memory of the host ----
+
+pinned_block::pinned_block(const context& context, std::size_t bytes, const std::string& what)
+    : context_(&context) {
+    if (bytes == 0) return;
+    const auto here = context.current();
+    const driver& api = context.api();
+    const CUresult result = api.mem_alloc_host(&data_, bytes);
+    if (result == CUDA_ERROR_OUT_OF_MEMORY)
+        throw cuda_error(
+            LIMAX_OUT_OF_MEMORY,
+            format("CUDA: out of memory: %s: %.3g GB of this machine's memory were needed where "
+                   "the GPU can read them",
+                   what.c_str(), double(bytes) / 1e9),
+            result);
+    api.check(result, "cuMemAllocHost", "making room for " + what);
+    bytes_ = bytes;
+    limax::bytes_held() += bytes;
+}
+
+pinned_block::~pinned_block() {
+    if (!data_) return;
+    release(*context_, [&](const driver& api) { (void)api.mem_free_host(data_); });
+    limax::bytes_held() -= bytes_;
+}
+
+}  // namespace limax::cuda

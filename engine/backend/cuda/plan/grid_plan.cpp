@@ -1,0 +1,80 @@
+// grid_plan.cpp: tiles as large as shared memory likes them and as equal as the lattice allows.
+#include "backend/cuda/plan/grid_plan.h"
+
+#include <algorithm>
+
+#include "backend/cuda/kernels/cells.h"
+#include "limax.h"
+
+namespace limax::cuda {
+
+namespace {
+
+// Sites of a tile along an axis: 9 leave room for two blocks on a multiprocessor of the largest
+// GPUs; each side computes one layer of cells for its neighbour.
+constexpr int most_tile = 9;
+// What fits the 64 KB of the smallest GPUs, in fp32 and in fp64.
+constexpr int any_tile = 7, any_tile_of_double = 5;
+constexpr int fewest_threads = 128, most_threads = 256, lanes = 32;
+constexpr std::size_t shared_slack = 512;
+
+int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
+
+std::array<int, 3> sites_along(const lattice& grid) {
+    return {grid.nx + 1, grid.ny + 1, grid.nz + 1};
+}
+
+grid_shape shape_of(const std::array<int, 3>& along, const std::array<int, 3>& tile,
+                    const kernel_needs& needs) {
+    grid_shape shape;
+    shape.tile = tile;
+    shape.tiles = 1;
+    std::size_t window = 1;
+    int masses = 1, cells = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        shape.tiles *= rounds(along[axis], tile[axis]);
+        window *= std::size_t(tile[axis] + 2);
+        masses *= tile[axis];
+        cells *= tile[axis] + 1;
+    }
+    // the number of threads that leaves the fewest without a cell
+    double best = 0;
+    for (int threads = most_threads; threads >= fewest_threads; threads -= lanes) {
+        const double share = double(cells) / (threads * rounds(cells, threads));
+        if (share <= best) continue;
+        best = share;
+        shape.threads = threads;
+    }
+    const bool double_springs = needs.precision == LIMAX_DOUBLE;
+    shape.blocks = double_springs ? 1 : 512 / shape.threads;
+    const std::size_t spring_real = double_springs ? 8 : 4;
+    // tile_memory of kernels/tiles.h, which asserts that this suffices
+    shape.shared_bytes =
+        (window * (needs.shares_velocity ? 6 : 3) + std::size_t(masses) * 3 * corners) *
+            spring_real +
+        std::size_t(shape.threads / lanes) * grid_sums * sizeof(int64_t) + sizeof(robot_record) +
+        shared_slack;
+    return shape;
+}
+
+}  // namespace
+
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
+                      std::size_t most_shared_bytes) {
+    const auto along = sites_along(grid);
+    for (int most = most_tile;; --most) {
+        // as equal as the lattice allows
+        std::array<int, 3> tile;
+        for (int axis = 0; axis < 3; ++axis)
+            tile[axis] = rounds(along[axis], rounds(along[axis], most));
+        const grid_shape shape = shape_of(along, tile, needs);
+        if (shape.shared_bytes <= most_shared_bytes || most == 1) return shape;
+    }
+}
+
+grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs) {
+    const int tile = needs.precision == LIMAX_DOUBLE ? any_tile_of_double : any_tile;
+    return shape_of(sites_along(grid), {tile, tile, tile}, needs);
+}
+
+}  // namespace limax::cuda

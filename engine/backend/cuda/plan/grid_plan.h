@@ -1,0 +1,27 @@
+// grid_plan.h: how a lattice that no block could hold is cut into tiles. No bit of a trajectory
+// hangs on it.
+#pragma once
+
+#include <array>
+
+#include "backend/cuda/plan/block_plan.h"
+
+namespace limax::cuda {
+
+struct grid_shape {
+    std::array<int, 3> tile{};  // sites along x, y, z
+    int tiles = 0;              // of a robot
+    int threads = 0;            // of a block
+    int blocks = 0;             // of a multiprocessor that its registers are shared out for
+    std::size_t shared_bytes = 0;
+};
+
+// Tiles for a kernel that is compiled for this lattice, on a GPU whose blocks have at most
+// `most_shared_bytes`.
+grid_shape shape_grid(const lattice& grid, const kernel_needs& needs,
+                      std::size_t most_shared_bytes);
+
+// The tiles of a kernel that serves every lattice on every GPU, here for this lattice.
+grid_shape shape_any_grid(const lattice& grid, const kernel_needs& needs);
+
+}  // namespace limax::cuda

@@ -1,0 +1,352 @@
+// kernel_sets.cpp: from a scene to the defines of its kernels.
+#include "backend/cuda/plan/kernel_sets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "body/springs.h"
+
+namespace limax::cuda {
+
+namespace {
+
+// Voxels of a block beyond which no plan is worth making: it would not fit.
+constexpr int64_t most_cubes_of_block = 512;
+// Blocks that every GPU with clusters can put into one.
+constexpr int most_blocks_of_cluster = 8;
+
+// LIMAX_CUDA_PATH=grid sends small lattices over the grid path too, so that tests can compare both.
+bool grid_path_asked_for() {
+    const char* path = std::getenv("LIMAX_CUDA_PATH");
+    if (!path || !*path || std::string(path) == "auto") return false;
+    if (std::string(path) == "grid") return true;
+    fail(LIMAX_INVALID_ARGUMENT, format("LIMAX_CUDA_PATH is '%s'; it must be auto or grid", path));
+}
+
+std::string names_of_effects(unsigned mask) {
+    std::string names;
+    effects::for_each([&]<class E>(E) {
+        if (mask & effects::bit<E>) names += (names.empty() ? "" : ", ") + std::string(E::name);
+    });
+    return names;
+}
+
+// Effects that a kernel may have and a scene lack: with these values, and with springs that have no
+// damping and no amplitude, they change no bit. Null for an effect that cannot be silenced.
+const double* silent_values(int effect) {
+    using namespace effects;
+    // a plane far below everything; no acceleration; no friction; any frequency
+    static constexpr double ground_below[] = {1.0, 0.0, -1e30}, none[] = {0.0, 0.0, 0.0},
+                            muscles[] = {1.0, 0.0};
+    if (effect == index_of<ground>) return ground_below;
+    if (effect == index_of<actuation>) return muscles;
+    if (effect == index_of<damping> || effect == index_of<gravity> || effect == index_of<friction>)
+        return none;
+    return nullptr;
+}
+
+// Effects of kernels built with limax that include those of `wanted`, and otherwise only such as
+// can be silenced: the fewest first.
+std::vector<unsigned> covering_masks(unsigned wanted) {
+    std::set<unsigned> found;
+    for (const kernel_set& set : ahead_of_time_sets()) {
+        if (set.entry != "step" && set.entry != "grid") continue;
+        const auto mask = unsigned(std::stoul(set.defines.at("LIMAX_EFFECTS")));
+        bool fits = (mask & wanted) == wanted;
+        for (int effect = 0; effect < effects::all::count; ++effect)
+            fits &= !((mask & ~wanted) >> effect & 1u) || silent_values(effect) != nullptr;
+        if (fits) found.insert(mask);
+    }
+    std::vector<unsigned> masks(found.begin(), found.end());
+    std::stable_sort(masks.begin(), masks.end(), [](unsigned a, unsigned b) {
+        return __builtin_popcount(a) < __builtin_popcount(b);
+    });
+    return masks;
+}
+
+// What a scene's scripted effects are in the kernels that step robots and that prepare them. Their
+// parameters stand in the text: another value is another kernel.
+void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
+    if (scene.scripts().empty()) return;
+    std::vector<const scripted::program*> laws;
+    for (const scripted_effect& script : scene.scripts()) laws.push_back(&script.law);
+    int registers = 0;
+    step.defines.emplace("LIMAX_SCRIPTED", scripted::kernel_text(laws, registers));
+    step.defines.emplace("LIMAX_SCRIPTED_REGISTERS", std::to_string(registers));
+    const effects::stiffness_damping bound = scene.script_bound();
+    prepare.defines.emplace("LIMAX_SCRIPTED_STIFFNESS", format("%a", bound.stiffness));
+    prepare.defines.emplace("LIMAX_SCRIPTED_DAMPING", format("%a", bound.damping));
+}
+
+const char* name_of(kernel_form form) {
+    switch (form) {
+        case kernel_form::many: return "many";
+        case kernel_form::alone: return "alone";
+        case kernel_form::any_lattice: return "any lattice";
+    }
+    return "";
+}
+
+const char* name_of_precision(int32_t precision) {
+    static const char* const names[] = {"single", "compensated", "mixed", "double"};
+    return names[precision];
+}
+
+}  // namespace
+
+template <class R>
+step_launch<R> scene_kernels::step_arguments() const {
+    const simulation_setup& setup = *setup_;
+    step_launch<R> launch{};
+    const double origin[3] = {0, 0, 0};
+    for (int kind = 0; kind < 3; ++kind) {
+        launch.rest[kind] = setup.options.edge * std::sqrt(double(kind + 1));
+        launch.rest_single[kind] = float(launch.rest[kind]);
+    }
+    launch.max_speed = setup.options.max_speed;
+    launch.max_stretch = setup.options.max_stretch;
+    // who owns the memory says where they lie
+    launch.scene.heights = setup.scene.heights();
+    launch.scene.heights.heights = nullptr;
+    effects::for_each([&]<class E>(E) {
+        constexpr int index = effects::index_of<E>;
+        constexpr int components = effects::components<E>;
+        launch.scene.count[index] = setup.scene.instances(index);
+        for (int i = 0; i < setup.scene.instances(index); ++i)
+            std::copy_n(setup.scene.values(index, i), components, launch.scene.of(index, i));
+        if (!setup.scene.has(index) && silent_values(index))
+            std::copy_n(silent_values(index), components, launch.scene.of(index));
+        if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
+            launch.params.template of<E>() = E::template make<R>(launch.scene.of(index), origin);
+    });
+    return launch;
+}
+
+template <class R>
+measure_launch<R> scene_kernels::measure_arguments() const {
+    const step_launch<R> step = step_arguments<R>();
+    measure_launch<R> launch{};
+    launch.grid = setup_->grid;
+    std::copy_n(step.rest, 3, launch.rest);
+    launch.scene = step.scene;
+    return launch;
+}
+
+template <class R>
+prepare_launch<R> scene_kernels::prepare_arguments() const {
+    const limax_simulation_options& options = setup_->options;
+    prepare_launch<R> launch{};
+    launch.grid = setup_->grid;
+    launch.summed = options.sharing == LIMAX_SHARING_SUM;
+    launch.effects = int32_t(setup_->scene.mask());
+    launch.edge = options.edge;
+    for (int axis = 0; axis < 3; ++axis) {
+        launch.position[axis] = options.position[axis];
+        launch.origin[axis] = whole_origin_steps(options.position[axis]);
+        launch.velocity[axis] = options.velocity[axis];
+    }
+    launch.scene = step_arguments<R>().scene;
+    static_assert(sizeof launch.materials / sizeof *launch.materials >= LIMAX_MAX_MATERIALS);
+    for (std::size_t i = 0; i < setup_->materials.size(); ++i)
+        launch.materials[i] = law_of(setup_->materials[i]);
+    return launch;
+}
+
+template prepare_launch<float> scene_kernels::prepare_arguments<float>() const;
+template prepare_launch<double> scene_kernels::prepare_arguments<double>() const;
+template step_launch<float> scene_kernels::step_arguments<float>() const;
+template step_launch<double> scene_kernels::step_arguments<double>() const;
+template measure_launch<float> scene_kernels::measure_arguments<float>() const;
+template measure_launch<double> scene_kernels::measure_arguments<double>() const;
+
+std::string scene_kernels::describe() const {
+    const function_facts facts = step_->facts("limax_advance");
+    nlohmann::ordered_json text;
+    text["device"] = "cuda";
+    text["path"] = on_grid_ ? "grid" : plan->cluster > 1 ? "cluster" : "block";
+    if (!on_grid_ && plan->cluster > 1) text["blocks_of_cluster"] = plan->cluster;
+    text["effects"] = names_of_effects(setup_->scene.mask());
+    if (mask_ != setup_->scene.mask()) text["made_for"] = names_of_effects(mask_);
+    text["form"] = name_of(form_);
+    text["precision"] = name_of_precision(setup_->options.precision);
+    text["origin"] = name_of(step_->binary().origin);
+    text["seconds"] = step_->binary().seconds;
+    text["architecture"] = step_->binary().architecture;
+    text["threads"] = on_grid_ ? grid_.threads : shape_.threads;
+    text["registers"] = facts.registers;
+    text["spilled"] = facts.spilled;
+    const std::size_t shared = on_grid_ ? grid_.shared_bytes : shape_.shared_bytes;
+    text["shared_bytes"] = shared + std::size_t(facts.shared);
+    text["blocks_of_multiprocessor"] = step_->blocks_of_multiprocessor(
+        "limax_advance", on_grid_ ? grid_.threads : shape_.threads, shared);
+    if (on_grid_) text["tiles"] = grid_.tiles;
+    text["instructions"] = facts.instructions;
+    return text.dump();
+}
+
+bool scene_kernels::double_springs() const { return setup_->options.precision == LIMAX_DOUBLE; }
+
+scene_kernels::robot_memory scene_kernels::memory_of_robot() const {
+    const auto sites = std::size_t(setup_->grid.sites());
+    robot_memory memory;
+    if (on_grid_) {
+        // values of a mass, as `exchanged` of kernels/tiles.h
+        const std::size_t seen = damped || has_faces || meets ? 6 : 3;
+        memory.exchange = 2 * seen * sites;
+        memory.sums = 2 * grid_sums;
+        memory.arrived = 1;
+        if (has_faces || has_solid) memory.after = 6 * sites;
+    }
+    if (has_faces) memory.faces = 3 * sites;
+    if (meets) {
+        memory.surface = sites;
+        memory.partners = (1 + most_partners) * sites;
+        memory.listed_at = 3 * sites;
+        memory.moved = 1;
+    }
+    if (has_solid) {
+        int contacts = 0;
+        effects::for_each([&]<class E>(E) {
+            if (effects::is_contact<E>) contacts += setup_->scene.instances(effects::index_of<E>);
+        });
+        memory.solids = 1;
+        memory.solid_marks = std::size_t(marks_of(int64_t(sites)));
+        memory.solid_touches = 2 * sites;
+        memory.solid_corners = std::size_t(corners_of_solid(contacts));
+        if (!on_grid_) memory.solid_after = 3 * sites;
+    }
+    return memory;
+}
+
+unsigned scene_kernels::most_robots() const { return blocks_at_once_; }
+
+int scene_kernels::blocks_of_robot(unsigned robots) const {
+    return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
+}
+
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
+                           gpu_team& team, const context& gpu, kernel_library& kernels) {
+    scene_kernels out;
+    out.setup_ = &setup;
+    out.mask_ = mask;
+    out.form_ = form;
+    out.damped = mask & effects::bit<effects::damping>;
+    out.actuated = mask & effects::bit<effects::actuation>;
+    out.has_faces = mask & effects::face_bits;
+    out.meets = mask & effects::meeting_bits;
+    out.has_solid = mask & effects::solid_bits;
+    out.spring_columns = 1 + (out.damped ? 1 : 0) + (out.actuated ? 2 : 0);
+    out.state_columns = setup.options.precision == LIMAX_COMPENSATED ? 15 : 9;
+    out.doing_ = format("stepping robots of %dx%dx%d voxels with %s in %s", setup.grid.nx,
+                        setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
+                        name_of_precision(setup.options.precision));
+
+    // The path hangs on no effect but one on faces, which needs more memory: it is chosen for all
+    // others.
+    const kernel_needs needs{setup.options.precision, out.spring_columns,
+                             out.damped || out.has_faces || out.meets, out.has_faces};
+    const kernel_needs most{setup.options.precision, 4, true, out.has_faces};
+    const std::size_t shared = gpu.device().shared_memory_of_block;
+    const int most_cluster =
+        std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
+    out.on_grid_ = true;
+    const bool grid_path = form == kernel_form::any_lattice || grid_path_asked_for();
+    for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
+        const int layers = (setup.grid.nz + cluster - 1) / cluster;
+        if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
+        const auto plan = team.plan_of(setup.grid, cluster);
+        if (!shape_block(*plan, most, shared)) continue;
+        out.on_grid_ = false;
+        out.plan = plan;
+        const auto many = shape_block(*plan, needs, shared);
+        out.shape_ = form == kernel_form::alone
+                         ? shape_block(*plan, needs, shared, company::alone).value_or(*many)
+                         : *many;
+    }
+    if (out.on_grid_)
+        out.grid_ = form == kernel_form::any_lattice ? shape_any_grid(setup.grid, needs)
+                                                     : shape_grid(setup.grid, needs, shared);
+
+    const auto number = [](auto value) { return std::to_string(value); };
+    const std::map<std::string, std::string> of_scene = {
+        {"LIMAX_EFFECTS", number(mask)},
+        {"LIMAX_PRECISION", number(setup.options.precision)},
+        {"LIMAX_LEAPFROG", number(setup.options.integrator == LIMAX_LEAPFROG ? 1 : 0)}};
+    kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
+    if (const uint64_t code = instances_code(setup.scene))
+        step.defines.emplace("LIMAX_INSTANCES", number(code));
+    kernel_set prepare{"prepare", of_scene};
+    add_scripts(setup.scene, step, prepare);
+    const auto define = [&](const char* name, auto value) {
+        step.defines.emplace(name, number(value));
+    };
+    if (form != kernel_form::any_lattice) {
+        define("LIMAX_NX", setup.grid.nx);
+        define("LIMAX_NY", setup.grid.ny);
+        define("LIMAX_NZ", setup.grid.nz);
+    }
+    if (out.on_grid_) {
+        define("LIMAX_TILE_X", out.grid_.tile[0]);
+        define("LIMAX_TILE_Y", out.grid_.tile[1]);
+        define("LIMAX_TILE_Z", out.grid_.tile[2]);
+        define("LIMAX_THREADS", out.grid_.threads);
+        define("LIMAX_BLOCKS", out.grid_.blocks);
+        define("LIMAX_SHARED_BYTES", out.grid_.shared_bytes);
+    } else {
+        define("LIMAX_ROW", out.plan->row);
+        define("LIMAX_PLANE", out.plan->plane);
+        define("LIMAX_CLUSTER", out.plan->cluster);
+        define("LIMAX_LAYERS", out.plan->layers);
+        define("LIMAX_CUBE_SLOTS", out.plan->cube_slots);
+        define("LIMAX_RIM_SLOTS", out.plan->rim_slots);
+        define("LIMAX_MASS_SLOTS", out.plan->mass_slots);
+        define("LIMAX_THREADS", out.shape_.threads);
+        define("LIMAX_BLOCKS", out.shape_.blocks);
+        define("LIMAX_CUBE_HELD", out.shape_.cube_held);
+        define("LIMAX_SHARED_BYTES", out.shape_.shared_bytes);
+    }
+    out.step_ = kernels.load(step);
+    out.step_->allow_shared_memory("limax_advance",
+                                   out.on_grid_ ? out.grid_.shared_bytes : out.shape_.shared_bytes);
+    if (out.on_grid_)
+        out.blocks_at_once_ =
+            unsigned(gpu.device().multiprocessors) *
+            unsigned(std::max(1, out.step_->blocks_of_multiprocessor(
+                                     "limax_advance", out.grid_.threads, out.grid_.shared_bytes)));
+    out.summarize_ = kernels.load(kernel_set{"summarize", {}});
+    out.prepare_ = kernels.load(prepare);
+    bool measures = false;
+    for (int kind = 0; kind < sample_kinds; ++kind)
+        measures |= !taken_by_step(kind) && setup.options.record[kind] > 0;
+    if (measures) out.measure_ = kernels.load(measure);
+    return out;
+}
+
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
+                         const context& gpu, kernel_library& kernels) {
+    const unsigned wanted = setup.scene.mask();
+    const bool alone = robots <= std::size_t(gpu.device().multiprocessors);
+    const kernel_form best = alone ? kernel_form::alone : kernel_form::many;
+    try {
+        return load_kernels(setup, wanted, best, team, gpu, kernels);
+    } catch (const error& problem) {
+        if (problem.status() != LIMAX_NO_DEVICE) throw;
+        // Nothing can be compiled: what was built with limax for more effects, more robots or
+        // more lattices will do.
+        for (const kernel_form form : {best, kernel_form::many, kernel_form::any_lattice})
+            for (const unsigned mask : covering_masks(wanted)) try {
+                    return load_kernels(setup, mask, form, team, gpu, kernels);
+                } catch (const error& other) {
+                    if (other.status() != LIMAX_NO_DEVICE) throw;
+                }
+        fail(LIMAX_NO_DEVICE,
+             format("%s on %dx%dx%d voxels in %s: %s", names_of_effects(wanted).c_str(),
+                    setup.grid.nx, setup.grid.ny, setup.grid.nz,
+                    name_of_precision(setup.options.precision), problem.what()));
+    }
+}
+
+}  // namespace limax::cuda

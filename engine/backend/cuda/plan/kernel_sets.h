@@ -1,0 +1,122 @@
+// kernel_sets.h: which kernels serve a scene on a lattice, and how they are launched.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "backend/cuda/run/device.h"
+#include "backend/cuda/plan/grid_plan.h"
+#include "backend/cuda/kernels/records.h"
+
+namespace limax::cuda {
+
+// What a kernel for steps is made for: many robots of this lattice on each multiprocessor, one of
+// them, or robots of any lattice, on the grid path.
+enum class kernel_form { many, alone, any_lattice };
+
+// The kernels of one simulation on one GPU.
+class scene_kernels {
+public:
+    bool damped = false, actuated = false, has_faces = false, meets = false, has_solid = false;
+    int spring_columns = 0;  // parameters of a spring
+    int state_columns = 0;   // of a robot's state
+    std::shared_ptr<const block_plan> plan;
+
+    // Arguments with everything that follows from the scene alone.
+    template <class R>
+    step_launch<R> step_arguments() const;
+    template <class R>
+    measure_launch<R> measure_arguments() const;
+
+    template <class R>
+    prepare_launch<R> prepare_arguments() const;
+    template <class R>
+    void launch_prepare(const context& gpu, const stream& stream,
+                        const prepare_launch<R>& arguments, unsigned robots) const {
+        launch(gpu, prepare_->function("limax_prepare"), {robots, prepare_threads}, stream, doing_,
+               arguments);
+    }
+
+    void launch_summarize(const context& gpu, const stream& stream,
+                          const summarize_launch& arguments) const {
+        const unsigned blocks = unsigned(arguments.count - 1) / summarize_threads + 1;
+        launch(gpu, summarize_->function("limax_summarize"), {blocks, summarize_threads}, stream,
+               "summarizing traces", arguments);
+    }
+
+    // Elements of what one robot needs besides, as step_launch and grid_launch name it; 0 where the
+    // path or the scene has no use for it.
+    struct robot_memory {
+        std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
+        std::size_t faces = 0;                                            // where laws act on faces
+        std::size_t surface = 0, partners = 0, listed_at = 0, moved = 0;  // where masses meet
+        // of solid_columns, where there is a solid
+        std::size_t solids = 0, solid_marks = 0, solid_touches = 0, solid_corners = 0,
+                    solid_after = 0;
+    };
+    robot_memory memory_of_robot() const;
+    // Whether springs are computed in double.
+    bool double_springs() const;
+    // Robots that one launch can step.
+    unsigned most_robots() const;
+
+    template <class R>
+    void launch_step(const context& gpu, const stream& stream, const step_launch<R>& arguments,
+                     unsigned robots) const {
+        const auto cluster = unsigned(plan->cluster);
+        launch_shape shape{robots * cluster, unsigned(shape_.threads), shape_.shared_bytes};
+        shape.cluster = cluster;
+        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
+    }
+    // The same on the grid path, where `robots` are at most most_robots() and arguments.arrived is
+    // all 0.
+    template <class R, class F>
+    void launch_grid(const context& gpu, const stream& stream, grid_launch<R, F> arguments,
+                     unsigned robots) const {
+        arguments.blocks_of_robot = blocks_of_robot(robots);
+        launch_shape shape{robots * unsigned(arguments.blocks_of_robot), unsigned(grid_.threads),
+                           grid_.shared_bytes};
+        shape.cooperative = true;
+        launch(gpu, step_->function("limax_advance"), shape, stream, doing_, arguments);
+    }
+    bool on_grid() const { return on_grid_; }
+    template <class R>
+    void launch_measure(const context& gpu, const stream& stream,
+                        const measure_launch<R>& arguments, unsigned robots) const {
+        launch(gpu, measure_->function("limax_measure"), {robots, measure_threads}, stream, doing_,
+               arguments);
+    }
+
+    // JSON object: see limax_simulation_describe().
+    std::string describe() const;
+
+private:
+    friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, gpu_team&,
+                                      const context&, kernel_library&);
+
+    int blocks_of_robot(unsigned robots) const;
+
+    const simulation_setup* setup_ = nullptr;
+    unsigned mask_ = 0;  // effects that the kernels were made for
+    bool on_grid_ = false;
+    kernel_form form_ = kernel_form::many;
+    unsigned blocks_at_once_ = 0;  // of the grid path, on the whole GPU
+    std::shared_ptr<const kernel_module> step_, measure_, prepare_, summarize_;
+    block_shape shape_;
+    grid_shape grid_;
+    std::string doing_;
+};
+
+// The kernels made for the effects of `mask`, which include the scene's, in this form. Raises
+// LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
+scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
+                           gpu_team& team, const context& gpu, kernel_library& kernels);
+
+// Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
+// from lattice and precision alone. Where nothing can be compiled, kernels built with limax for
+// more effects, silenced, in whatever form, serve with the same bits; where none does, it raises
+// LIMAX_NO_DEVICE, naming the scene and the kernel.
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
+                         const context& gpu, kernel_library& kernels);
+
+}  // namespace limax::cuda

@@ -1,0 +1,108 @@
+// device.cpp: what the GPUs of this host say of themselves, and who works for them on the host.
+#include "backend/cuda/run/device.h"
+
+#include <nlohmann/json.hpp>
+
+#include "backend/cpu/device.h"
+#include "backend/cuda/run/residence.h"
+
+namespace limax::cuda {
+
+namespace {
+
+// "9.0" for 90.
+std::string version_of(int capability) { return format("%d.%d", capability / 10, capability % 10); }
+
+class cuda_device final : public device {
+public:
+    cuda_device(const driver& driver, int threads, const char* isa)
+        : host_(cpu::make_cpu_device(threads, isa, "")), team_(std::make_shared<gpu_team>(driver)) {
+        auto text = nlohmann::ordered_json::parse(host_->describe());
+        text["kind"] = "cuda";
+        nlohmann::ordered_json gpus = nlohmann::ordered_json::array();
+        for (const auto& place : team_->places()) {
+            const gpu& one = place->gpu.device();
+            gpus.push_back({{"ordinal", one.ordinal},
+                            {"name", one.name},
+                            {"uuid", one.uuid},
+                            {"capability", version_of(one.capability)},
+                            {"multiprocessors", one.multiprocessors},
+                            {"memory", one.memory}});
+        }
+        text["gpus"] = gpus;
+        for (const gpu& old : driver.old_gpus())
+            text["gpus_too_old"].push_back(
+                {{"name", old.name}, {"capability", version_of(old.capability)}});
+        text["cuda"] =
+            format("driver %d.%d", driver.version() / 1000, driver.version() % 1000 / 10);
+        std::string why;
+        const compiler* nvrtc = compiler::get(&why);
+        text["nvrtc"] = nvrtc ? nvrtc->version() : why;
+        text["kernel_cache"] = kernel_cache::users().folder();
+        description_ = text.dump();
+    }
+    const char* describe() const override { return description_.c_str(); }
+    const parallel_for& each() const override { return host_->each(); }
+    express_pass express() const override { return host_->express(); }
+    std::unique_ptr<simulation> simulate(simulation_setup setup) override {
+        check_beyond_cpu(setup.options);
+        return make_simulation(std::move(setup), team_);
+    }
+    std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& code,
+                                      int32_t count) override {
+        return make_residence(team_, code, count);
+    }
+    bool houses(const residence& home) const override { return lives_with(home, *team_); }
+
+private:
+    std::unique_ptr<device> host_;
+    std::shared_ptr<gpu_team> team_;
+    std::string description_;
+};
+
+}  // namespace
+
+gpu_team::gpu_team(const driver& driver) : threads_(int(driver.gpus().size())) {
+    for (const gpu& one : driver.gpus())
+        places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
+}
+
+std::shared_ptr<const block_plan> gpu_team::plan_of(const lattice& grid, int cluster) {
+    std::lock_guard lock(mutex_);
+    auto& plan = plans_[{grid.nx, grid.ny, grid.nz, cluster}];
+    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid, cluster));
+    return plan;
+}
+
+std::shared_ptr<const resident_encoding> gpu_team::encoding_on_gpu(
+    const std::shared_ptr<const encoding>& code) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(encodings_, [](const auto& known) { return known.second.expired(); });
+    std::weak_ptr<const resident_encoding>& known = encodings_[code.get()];
+    if (auto there = known.lock()) return there;
+    const context& gpu = places_.front()->gpu;
+    auto made = std::make_shared<resident_encoding>();
+    made->code = code;
+    const std::size_t size = 2 * std::size_t(code->options().features) * code->grid().voxels();
+    made->features = device_memory<float>(gpu, size, "the features of an encoding");
+    const stream queue(gpu);
+    made->features.upload(code->features(), size, queue);
+    queue.synchronize("sending the features of an encoding to the GPU");
+    known = made;
+    return made;
+}
+
+std::string why_no_cuda_device() {
+    std::string why;
+    driver::get(&why);
+    return why;
+}
+
+std::unique_ptr<device> make_cuda_device(int threads, const char* isa) {
+    std::string why;
+    const driver* driver = driver::get(&why);
+    if (!driver) fail(LIMAX_NO_DEVICE, "device 'cuda': " + why + "; use 'cpu' or 'auto'");
+    return std::make_unique<cuda_device>(*driver, threads, isa);
+}
+
+}  // namespace limax::cuda

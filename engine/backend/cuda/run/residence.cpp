@@ -1,0 +1,334 @@
+// residence.cpp: launches of the kernels between two simulations. Every function waits for its
+// work, so populations need no order among themselves and a simulation may read bodies at once.
+#include "backend/cuda/run/residence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "backend/cuda/kernels/generation.h"
+#include "body/grid.h"
+
+namespace limax::cuda {
+
+namespace {
+
+static_assert(most_materials == LIMAX_MAX_MATERIALS);
+static_assert(sizeof(body_record) == sizeof(limax_body));
+static_assert(offsetof(body_record, counts) == offsetof(limax_body, counts));
+static_assert(offsetof(body_record, masses) == offsetof(limax_body, masses));
+static_assert(offsetof(body_record, size) == offsetof(limax_body, size));
+static_assert(offsetof(body_record, hash) == offsetof(limax_body, hash));
+
+// Shared memory of a block that every GPU has without asking, and what the describe kernel keeps
+// there besides its links at most, bytes.
+constexpr std::size_t block_memory = 48 * 1024, counts_of_describe = 1024;
+// Global memory that blocks take instead where that is not enough, bytes: as many blocks at a time.
+constexpr std::size_t scratch_memory = std::size_t(128) << 20;
+constexpr int64_t most_blocks = 1 << 30;
+constexpr int most_threads = 1024, warp = 32;
+
+unsigned whole_warps(int64_t threads, int most) {
+    return unsigned(std::min<int64_t>((threads + warp - 1) / warp * warp, most));
+}
+unsigned blocks_for(int64_t items) { return unsigned(std::min(items, most_blocks)); }
+// Blocks that `scratch_memory` allows, each taking `bytes`; at least one.
+unsigned blocks_with(int64_t items, std::size_t bytes) {
+    return unsigned(std::min<int64_t>(items, std::max<std::size_t>(scratch_memory / bytes, 1)));
+}
+
+}  // namespace
+
+// ---- bodies ----
+
+gpu_bodies::gpu_bodies(std::shared_ptr<gpu_team> team, gpu_place& place, int64_t voxels,
+                       int32_t count)
+    : team_(std::move(team)),
+      place_(place),
+      voxels_(place.gpu, std::size_t(voxels) * std::size_t(count),
+              format("the voxels of %d robots", count)),
+      weights_(place.gpu, weight_kinds * std::size_t(voxels) * std::size_t(count),
+               format("the weights of %d robots", count)) {}
+
+void gpu_bodies::fetch(uint8_t* voxels, float* weights) const {
+    const stream queue(place_.gpu);
+    voxels_.download(voxels, voxels_.size(), queue);
+    weights_.download(weights, weights_.size(), queue);
+    queue.synchronize("fetching bodies");
+}
+
+// ---- populations ----
+
+class gpu_residence final : public residence {
+public:
+    gpu_residence(std::shared_ptr<gpu_team> team, const std::shared_ptr<const encoding>& code,
+                  int32_t count)
+        : team_(std::move(team)),
+          place_(*team_->places().front()),
+          code_(team_->encoding_on_gpu(code)),
+          grid_(code->grid()),
+          count_(count),
+          genes_(code->genes()),
+          stream_(place_.gpu),
+          genomes_(place_.gpu, std::size_t(genes_) * std::size_t(count),
+                   format("the genomes of %d robots", count)),
+          described_(place_.gpu, std::size_t(count), format("the bodies of %d robots", count)),
+          pairs_(place_.gpu, 2 * std::size_t(count), format("the parents of %d robots", count)),
+          bodies_(new_bodies()) {}
+
+    const gpu_team& team() const { return *team_; }
+
+    void clear_genomes() override;
+    void clear_bodies() override;
+    void send_genomes(const float* genomes) override;
+    void send_bodies(const uint8_t* voxels, const float* weights) override;
+    void fetch_genomes(float* genomes, int32_t first, int32_t count) const override;
+    void initialize(int32_t first, int32_t count) override;
+    void breed(const residence& parents, const int32_t* pairs, const limax_breeding& breeding,
+               int32_t first, int32_t count) override;
+    void express(int32_t first, int32_t count, limax_body* bodies) override;
+    void count_same(const int32_t* robots, int32_t count, int64_t* same) const override;
+    void sum_squares(const int32_t* robots, int32_t count, double* squares) const override;
+    std::shared_ptr<const resident_bodies> bodies() const override { return bodies_; }
+
+private:
+    std::shared_ptr<gpu_bodies> new_bodies() const {
+        return std::make_shared<gpu_bodies>(team_, place_, grid_.voxels(), count_);
+    }
+    gpu_bodies& bodies_to_write(bool all);
+    device_memory<float> launch_express(int32_t first, int32_t count, gpu_bodies& bodies);
+    device_memory<int32_t> launch_describe(int32_t first, int32_t count, gpu_bodies& bodies);
+    template <class Launch>
+    void run(const char* entry, const char* function, const launch_shape& shape,
+             const std::string& doing, const Launch& arguments) const;
+
+    const std::shared_ptr<gpu_team> team_;  // outlives everything below
+    gpu_place& place_;
+    const std::shared_ptr<const resident_encoding> code_;
+    const lattice grid_;
+    const int32_t count_, genes_;
+    const stream stream_;
+    device_memory<float> genomes_;          // [robot][gene]
+    device_memory<body_record> described_;  // [robot]
+    device_memory<int32_t> pairs_;          // [robot][2]
+    std::shared_ptr<gpu_bodies> bodies_;
+};
+
+template <class Launch>
+void gpu_residence::run(const char* entry, const char* function, const launch_shape& shape,
+                        const std::string& doing, const Launch& arguments) const {
+    const auto module = place_.kernels.load({entry, {}});
+    launch(place_.gpu, module->function(function), shape, stream_, doing, arguments);
+}
+
+// Those that nobody else holds. With `all` nothing of what is there has to stay.
+gpu_bodies& gpu_residence::bodies_to_write(bool all) {
+    if (bodies_.use_count() > 1) {
+        auto fresh = new_bodies();
+        if (!all) {
+            fresh->voxels_.copy(bodies_->voxels_, bodies_->voxels_.size(), stream_);
+            fresh->weights_.copy(bodies_->weights_, bodies_->weights_.size(), stream_);
+            stream_.synchronize("copying bodies");
+        }
+        bodies_ = std::move(fresh);
+    }
+    return *bodies_;
+}
+
+void gpu_residence::clear_genomes() {
+    genomes_.clear(stream_);
+    stream_.synchronize("clearing genomes");
+}
+
+void gpu_residence::clear_bodies() {
+    gpu_bodies& bodies = bodies_to_write(true);
+    bodies.voxels_.clear(stream_);
+    bodies.weights_.clear(stream_);
+    stream_.synchronize("clearing bodies");
+}
+
+void gpu_residence::send_genomes(const float* genomes) {
+    genomes_.upload(genomes, genomes_.size(), stream_);
+    stream_.synchronize("sending genomes to the GPU");
+}
+
+void gpu_residence::send_bodies(const uint8_t* voxels, const float* weights) {
+    gpu_bodies& bodies = bodies_to_write(true);
+    bodies.voxels_.upload(voxels, bodies.voxels_.size(), stream_);
+    bodies.weights_.upload(weights, bodies.weights_.size(), stream_);
+    stream_.synchronize("sending bodies to the GPU");
+}
+
+void gpu_residence::fetch_genomes(float* genomes, int32_t first, int32_t count) const {
+    genomes_.download(genomes, std::size_t(genes_) * std::size_t(count), stream_,
+                      std::size_t(genes_) * std::size_t(first));
+    stream_.synchronize("fetching genomes");
+}
+
+void gpu_residence::initialize(int32_t first, int32_t count) {
+    const limax_encoding_options& options = code_->code->options();
+    initialize_launch arguments{};
+    arguments.shape = code_->code->shape();
+    for (int32_t layer = 0; layer < arguments.shape.layers; ++layer)
+        arguments.deviation[layer] =
+            initial_deviation(options.initial_scale, arguments.shape.width[layer]);
+    arguments.key = {options.seed, options.repetition, LIMAX_STREAM_INITIAL, 0, 0};
+    arguments.genomes = genomes_.data() + int64_t(first) * genes_;
+    arguments.first = first;
+    arguments.count = count;
+    arguments.genes = genes_;
+    run("breed", "limax_initialize",
+        {blocks_for(int64_t(count) * ((genes_ - 1) / gene_threads + 1)), gene_threads},
+        format("drawing the genomes of %d robots", count), arguments);
+    stream_.synchronize("drawing genomes");
+}
+
+void gpu_residence::breed(const residence& parents, const int32_t* pairs,
+                          const limax_breeding& breeding, int32_t first, int32_t count) {
+    pairs_.upload(pairs, 2 * std::size_t(count), stream_);
+    breed_launch arguments{};
+    arguments.rates = {breeding.mutation_rate, breeding.mutation_scale, breeding.crossover_rate};
+    arguments.key = {breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING, breeding.generation,
+                     0};
+    arguments.parents = dynamic_cast<const gpu_residence&>(parents).genomes_.data();
+    arguments.pairs = pairs_.data();
+    arguments.genomes = genomes_.data() + int64_t(first) * genes_;
+    arguments.first = first;
+    arguments.count = count;
+    arguments.genes = genes_;
+    arguments.elites = breeding.elites;
+    run("breed", "limax_breed",
+        {blocks_for(int64_t(count) * ((genes_ - 1) / gene_threads + 1)), gene_threads},
+        format("breeding %d robots", count), arguments);
+    stream_.synchronize("breeding");
+}
+
+void gpu_residence::express(int32_t first, int32_t count, limax_body* bodies) {
+    gpu_bodies& written = bodies_to_write(count == count_);
+    const auto columns = launch_express(first, count, written);
+    const auto numbers = launch_describe(first, count, written);
+    // both have the same layout, checked above
+    described_.download(reinterpret_cast<body_record*>(bodies), std::size_t(count), stream_,
+                        std::size_t(first));
+    stream_.synchronize("expressing robots");
+}
+
+// Returns what the kernel needs until it has ended, as the next does.
+device_memory<float> gpu_residence::launch_express(int32_t first, int32_t count,
+                                                   gpu_bodies& bodies) {
+    const int64_t voxels = grid_.voxels();
+    express_launch arguments{};
+    arguments.shape = code_->code->shape();
+    for (int32_t layer = 1; layer <= arguments.shape.layers; ++layer)
+        arguments.units = std::max(arguments.units, arguments.shape.width[layer]);
+    arguments.features = code_->features.data();
+    arguments.genomes = genomes_.data() + int64_t(first) * genes_;
+    arguments.genes = genes_;
+    arguments.voxels = bodies.voxels_.data() + first * voxels;
+    arguments.weights = bodies.weights_.data() + weight_kinds * first * voxels;
+    arguments.voxel_count = int32_t(voxels);
+
+    // as wide a tile as the columns of a block's threads leave
+    const std::size_t thread_bytes = 2 * sizeof(float) * std::size_t(arguments.units);
+    launch_shape shape{0, whole_warps(voxels, 4 * warp)};
+    while (shape.threads > warp && shape.threads * thread_bytes > block_memory)
+        shape.threads = whole_warps(shape.threads / 2, 4 * warp);
+    const std::size_t bytes = shape.threads * thread_bytes;
+    arguments.tiles_of_robot = int32_t((voxels - 1) / shape.threads + 1);
+    arguments.tiles = int64_t(count) * arguments.tiles_of_robot;
+    const bool wide = bytes > block_memory;
+    device_memory<float> scratch;
+    if (wide) {
+        shape.blocks = blocks_with(arguments.tiles, bytes);
+        scratch = device_memory<float>(place_.gpu, shape.blocks * bytes / sizeof(float),
+                                       "the units of a wide network");
+        arguments.scratch = scratch.data();
+    } else {
+        shape.blocks = blocks_for(arguments.tiles);
+        shape.shared_bytes = bytes;
+    }
+    run("express", wide ? "limax_express_wide" : "limax_express", shape,
+        format("expressing %d robots of %dx%dx%d voxels", count, grid_.nx, grid_.ny, grid_.nz),
+        arguments);
+    return scratch;
+}
+
+device_memory<int32_t> gpu_residence::launch_describe(int32_t first, int32_t count,
+                                                      gpu_bodies& bodies) {
+    const int64_t voxels = grid_.voxels();
+    describe_launch arguments{};
+    arguments.grid = grid_;
+    arguments.voxels = bodies.voxels_.data() + first * voxels;
+    arguments.bodies = described_.data() + first;
+    arguments.count = count;
+    const std::size_t bytes = 2 * sizeof(int32_t) * std::size_t(voxels);
+    launch_shape shape{0, whole_warps(voxels, most_threads)};
+    const bool large = bytes > block_memory - counts_of_describe;
+    device_memory<int32_t> scratch;
+    if (large) {
+        shape.blocks = blocks_with(count, bytes);
+        scratch = device_memory<int32_t>(place_.gpu, shape.blocks * bytes / sizeof(int32_t),
+                                         "the components of large bodies");
+        arguments.scratch = scratch.data();
+    } else {
+        shape.blocks = blocks_for(count);
+        shape.shared_bytes = bytes;
+    }
+    run("describe", large ? "limax_describe_large" : "limax_describe", shape,
+        format("describing %d robots of %dx%dx%d voxels", count, grid_.nx, grid_.ny, grid_.nz),
+        arguments);
+    return scratch;
+}
+
+void gpu_residence::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
+    const auto voxels = std::size_t(grid_.voxels());
+    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
+    device_memory<int64_t> sums(place_.gpu, voxels, "the voxels that a set shares");
+    members.upload(robots, std::size_t(count), stream_);
+    diversity_launch arguments{};
+    arguments.robots = members.data();
+    arguments.members = count;
+    arguments.voxels = bodies_->voxels_.data();
+    arguments.same = sums.data();
+    arguments.voxel_count = int32_t(voxels);
+    run("diversity", "limax_hamming",
+        {unsigned((voxels - 1) / set_voxels + 1), set_voxels * set_warps},
+        format("comparing the voxels of %d robots", count), arguments);
+    sums.download(same, voxels, stream_);
+    stream_.synchronize("comparing voxels");
+}
+
+void gpu_residence::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
+    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
+    device_memory<double> sums(place_.gpu, std::size_t(genes_), "the deviations of genes");
+    members.upload(robots, std::size_t(count), stream_);
+    diversity_launch arguments{};
+    arguments.robots = members.data();
+    arguments.members = count;
+    arguments.genomes = genomes_.data();
+    arguments.squares = sums.data();
+    arguments.genes = genes_;
+    run("diversity", "limax_genotype",
+        {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
+        format("comparing the genomes of %d robots", count), arguments);
+    sums.download(squares, std::size_t(genes_), stream_);
+    stream_.synchronize("comparing genomes");
+}
+
+std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
+                                          const std::shared_ptr<const encoding>& code,
+                                          int32_t count) {
+    try {
+        return std::make_shared<gpu_residence>(std::move(team), code, count);
+    } catch (const cuda_error& problem) {
+        if (problem.result() != CUDA_ERROR_OUT_OF_MEMORY) throw;
+        return nullptr;
+    }
+}
+
+bool lives_with(const residence& home, const gpu_team& team) {
+    const auto* here = dynamic_cast<const gpu_residence*>(&home);
+    return here && &here->team() == &team;
+}
+
+}  // namespace limax::cuda

@@ -1,0 +1,52 @@
+// robots.h: the robots of one simulation that one GPU steps: their memory there, and slices of
+// their runs. SI units.
+#pragma once
+
+#include <vector>
+
+#include "backend/cuda/run/device.h"
+#include "physics/time_step.h"
+
+namespace limax::cuda {
+
+class gpu_robots {
+public:
+    virtual ~gpu_robots() = default;
+
+    // Sees to it that the robots are on the GPU: at the first time makes their springs and finds
+    // their time steps. Refuses (LIMAX_OUT_OF_MEMORY) what the GPU has no room for.
+    virtual void wake() = 0;
+    // Gives the GPU's memory back and keeps everything that wake() needs to go on, bit for bit.
+    virtual void sleep() = 0;
+    // Steps for about `seconds`, or `steps` of each robot when above 0.
+    virtual void advance(double seconds, int64_t steps) = 0;
+    // The same for others at the same time: enqueue() sends a slice of about `seconds` to the GPU
+    // and returns, collect() waits for it. Each enqueue() is followed by one collect().
+    virtual void enqueue(double seconds) = 0;
+    virtual void collect() = 0;
+    // Every robot has ended.
+    virtual bool finished() const = 0;
+
+    // `robot` is an index into the setup.
+    virtual int64_t samples(int32_t robot, int32_t kind) const = 0;
+    virtual const double* trace(int32_t robot, int32_t kind) = 0;  // [sample][width]
+    virtual const int32_t* sites(int32_t robot) = 0;               // [mass]
+    virtual void place(int32_t robot, const double* positions, const double* velocities) = 0;
+    virtual void state(int32_t robot, double* positions, double* velocities) = 0;
+    virtual void block(int32_t robot, double* out) = 0;  // [LIMAX_BLOCK_STATE]
+    // JSON object: the kernel that steps them, where it came from, what it takes.
+    virtual std::string describe() = 0;
+};
+
+// `robots` are indices into the setup; their outcomes are written as they run. Where the GPU has no
+// room for all of them at once they take turns.
+std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
+                                        std::shared_ptr<gpu_team> team, gpu_place& place,
+                                        limax_outcome* outcomes);
+
+// The same for robots that are all on the GPU at once or not at all.
+std::unique_ptr<gpu_robots> make_batch(const simulation_setup& setup, std::vector<int32_t> robots,
+                                       std::shared_ptr<gpu_team> team, gpu_place& place,
+                                       limax_outcome* outcomes);
+
+}  // namespace limax::cuda

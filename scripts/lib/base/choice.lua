@@ -1,0 +1,54 @@
+--- choice.lua: how an experiment names a piece of the library: a name, or { name, option = value }.
+--- Options are checked, and given their defaults, by the rules that the piece declares.
+
+local engine = require "limax.engine"
+local schema = require "limax.base.schema"
+local suggest = require "limax.base.suggest"
+
+local choice = {}
+
+---@class limax.choice.entry
+---@field options? table<string, schema.rule>
+
+--- Keys of a table as a sorted list.
+---@param t table<string, any>
+---@return string[]
+function choice.sorted_keys(t)
+  local keys = {}
+  for key in pairs(t) do keys[#keys + 1] = key end
+  table.sort(keys)
+  return keys
+end
+
+--- Reads a name, or { name, option = value }; whatever is wrong raises at the user's line.
+---@param kind string "fitness", "selection", "supervisor": how messages call it
+---@param spec string|table
+---@param entries table<string, limax.choice.entry>
+---@return string name
+---@return table options defaults filled in
+function choice.read(kind, spec, entries)
+  local name, given = spec, {}
+  if type(spec) == "table" then
+    name = spec[1]
+    for key, value in pairs(spec) do
+      if key ~= 1 then given[key] = value end
+    end
+  end
+  local names = choice.sorted_keys(entries)
+  if type(name) ~= "string" then
+    local came = type(spec) == "table" and "a table that does not begin with a name"
+      or schema.show(spec)
+    engine.fail(('%s: expected a name (%s), { "name", option = value } or a function, got %s')
+      :format(kind, table.concat(names, ", "), came))
+  end
+  if not entries[name] then
+    engine.fail(("%s: unknown name %s%s")
+      :format(kind, schema.show(name), suggest.ending(name, names)))
+  end
+  local check = schema.fields(entries[name].options or {})
+  local options, message = check(given, ("%s %q"):format(kind, name))
+  if not options then engine.fail(message) end
+  return name, options
+end
+
+return choice

@@ -1,0 +1,240 @@
+--- options.lua: the words after a command's name, read by the command's own table of options, which
+--- also makes its help page.
+
+local failure = require "limax.base.failure"
+local suggest = require "limax.base.suggest"
+
+local options = {}
+
+---@class limax.option
+---@field name string the long form, without "--"; also the name of its value, with "_" for "-"
+---@field short? string one letter, without "-"
+---@field argument? string what the help page calls the value ("DIR"); nil for a switch
+---@field text? string one line of help
+---@field many? boolean may come several times: the value is a list
+---@field kind? "number"|"integer" the value is converted and checked
+---@field minimum? number
+---@field maximum? number
+---@field choices? string[] the only legal values
+---@field value? any what it is when it is not given
+
+---@class limax.positional
+---@field name string what messages call it ("FILE")
+---@field least? integer smallest number of words that are no options (0)
+---@field most? integer largest number of them (no limit)
+
+---@class limax.command
+---@field name? string set by whoever loads the command
+---@field summary string one line
+---@field usage? string the line after "usage:", "limax run FILE [options]"
+---@field text? string further paragraphs of the help page
+---@field options? limax.option[]
+---@field positional? limax.positional absent: no such words
+---@field run fun(arguments: table): integer|nil exit status, 0 if nil
+
+local help = { name = "help", short = "h", text = "show this page" }
+
+local exit_usage = 2
+local largest_integer = 2 ^ 53
+
+local function known(command)
+  local list = {}
+  for i, option in ipairs(command.options or {}) do list[i] = option end
+  list[#list + 1] = help
+  return list
+end
+
+local function refuse(command, message)
+  failure.raise(exit_usage, ("%s; see limax %s --help"):format(message, command.name))
+end
+
+local function convert(command, option, text)
+  local shown = "--" .. option.name
+  if option.choices then
+    for _, choice in ipairs(option.choices) do
+      if choice == text then return text end
+    end
+    local legal = table.concat(option.choices, ", ")
+    refuse(command, ('%s is "%s"; it must be one of %s'):format(shown, text, legal))
+  end
+  if not option.kind then return text end
+  local value = tonumber(text)
+  local whole = option.kind == "integer"
+  -- tonumber reads "nan" and "inf" too
+  local fine = value and value == value and math.abs(value) < math.huge
+  if fine and whole then
+    fine = value == math.floor(value) and math.abs(value) <= largest_integer
+  end
+  if not fine then
+    local wanted = whole and "whole number" or "number"
+    refuse(command, ('%s is "%s"; it must be a %s'):format(shown, text, wanted))
+  end
+  local least, most = option.minimum or -math.huge, option.maximum or math.huge
+  if value < least or value > most then
+    local range
+    if most == math.huge then
+      range = ("at least %g"):format(least)
+    elseif least == -math.huge then
+      range = ("at most %g"):format(most)
+    else
+      range = ("%g to %g"):format(least, most)
+    end
+    refuse(command, ("%s is %s; it must be %s"):format(shown, text, range))
+  end
+  return value
+end
+
+local function field(option) return (option.name:gsub("-", "_")) end
+
+local function store(command, arguments, option, text)
+  local value = true
+  if option.argument then value = convert(command, option, text) end
+  if option.many then
+    table.insert(arguments[field(option)], value)
+  else
+    arguments[field(option)] = value
+  end
+end
+
+local function find(list, key, word)
+  for _, option in ipairs(list) do
+    if option[key] == word then return option end
+  end
+end
+
+-- the word after an option that wants one; another option in its place means that it was forgotten
+local function value_after(command, list, argv, i, shown, option)
+  local word = argv[i + 1]
+  local letter = word and word:match "^-(.)$"
+  local missing = not word or word:sub(1, 2) == "--" or (letter and find(list, "short", letter))
+  if missing then refuse(command, ("%s needs %s"):format(shown, option.argument)) end
+  return word
+end
+
+local function parse_long(command, list, arguments, argv, i)
+  local name, value = argv[i]:match "^%-%-([^=]*)=(.*)$"
+  name = name or argv[i]:sub(3)
+  local option = find(list, "name", name)
+  if not option then
+    local names = {}
+    for k, each in ipairs(list) do names[k] = "--" .. each.name end
+    refuse(command, ("unknown option --%s%s"):format(name, suggest.ending("--" .. name, names)))
+  end
+  if option.argument then
+    if not value then
+      value = value_after(command, list, argv, i, "--" .. name, option)
+      i = i + 1
+    end
+  elseif value then
+    refuse(command, ("--%s takes no value"):format(name))
+  end
+  store(command, arguments, option, value)
+  return i
+end
+
+-- several switches in one word ("-qv"), the last of which may take a value ("-oDIR", "-o DIR")
+local function parse_short(command, list, arguments, argv, i)
+  local word = argv[i]
+  local at = 2
+  while at <= #word do
+    local letter = word:sub(at, at)
+    local option = find(list, "short", letter)
+    if not option then refuse(command, ("unknown option -%s"):format(letter)) end
+    local value
+    if option.argument then
+      value = word:sub(at + 1)
+      at = #word
+      if value == "" then
+        value = value_after(command, list, argv, i, "-" .. letter, option)
+        i = i + 1
+      end
+    end
+    store(command, arguments, option, value)
+    at = at + 1
+  end
+  return i
+end
+
+local function check_positional(command, arguments)
+  local rule = command.positional or { most = 0 }
+  local count = #arguments
+  if count < (rule.least or 0) then
+    refuse(command, ("limax %s needs %s"):format(command.name, rule.name))
+  end
+  if count > (rule.most or math.huge) then
+    refuse(command, ('unexpected "%s"'):format(arguments[rule.most + 1]))
+  end
+end
+
+--- Reads `argv` by the table of `command` (its `name` must be set). A mistake ends the command with
+--- status 2. Switches are true or nil; `many` options are lists, empty ones too; words that are no
+--- options are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
+--- true.
+---@param command limax.command
+---@param argv string[]
+---@return table arguments
+function options.parse(command, argv)
+  local list = known(command)
+  local arguments = {}
+  for _, option in ipairs(list) do
+    if option.many then
+      arguments[field(option)] = {}
+    else
+      arguments[field(option)] = option.value
+    end
+  end
+  local i, only_words = 1, false
+  while i <= #argv do
+    local word = argv[i]
+    if only_words or word == "-" or word:sub(1, 1) ~= "-" then
+      arguments[#arguments + 1] = word
+    elseif word == "--" then
+      only_words = true
+    elseif word == "--help" or word == "-h" then
+      return { help = true }
+    elseif word:sub(1, 2) == "--" then
+      i = parse_long(command, list, arguments, argv, i)
+    else
+      i = parse_short(command, list, arguments, argv, i)
+    end
+    i = i + 1
+  end
+  check_positional(command, arguments)
+  return arguments
+end
+
+--- Rows of two columns, the first as wide as its widest cell.
+---@param rows string[][]
+---@return string
+function options.columns(rows)
+  local width = 0
+  for _, row in ipairs(rows) do width = math.max(width, #row[1]) end
+  local lines = {}
+  for i, row in ipairs(rows) do
+    lines[i] = ("  %-" .. width .. "s  %s"):format(row[1], row[2]):gsub("%s+$", "")
+  end
+  return table.concat(lines, "\n") .. "\n"
+end
+
+--- The help page of a command.
+---@param command limax.command
+---@return string
+function options.help(command)
+  local rows = {}
+  for i, option in ipairs(known(command)) do
+    local form = (option.short and "-" .. option.short .. ", " or "    ") .. "--" .. option.name
+    if option.argument then form = form .. " " .. option.argument end
+    local text = option.text or ""
+    if option.value ~= nil then text = text .. " [" .. tostring(option.value) .. "]" end
+    rows[i] = { form, text }
+  end
+  local usage = command.usage or ("limax " .. command.name .. " [options]")
+  local parts = { "usage: ", usage, "\n\n", command.summary, "\n" }
+  if command.text then
+    parts[#parts + 1] = "\n" .. command.text .. "\n"
+  end
+  parts[#parts + 1] = "\noptions:\n" .. options.columns(rows)
+  return table.concat(parts)
+end
+
+return options

@@ -1,0 +1,41 @@
+--- script.lua: runs a user's file: its own folder is where its `require` looks, and a syntax error
+--- is one message.
+
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+
+local script = {}
+
+local exit_failed, exit_usage = 1, 2
+
+--- The compiled file. From here on `require` also finds Lua files in its folder.
+---@param file string
+---@return function chunk
+function script.load(file)
+  local kind = host.file.exists(file)
+  if kind ~= "file" then
+    local what = kind and "%s is a folder, not a script" or "there is no file %s"
+    failure.raise(exit_usage, what:format(file))
+  end
+  local chunk, message = loadfile(file)
+  if not chunk then
+    -- Lua shortens a long path in front of the line
+    local line, what = message:match "^[^\n]-:(%d+): (.*)$"
+    failure.raise(exit_failed, line and ("%s:%s: %s"):format(file, line, what) or message)
+  end
+  local folder = file:match "^(.*)/[^/]*$" or "."
+  package.path = ("%s/?.lua;%s/?/init.lua"):format(folder, folder)
+  return chunk
+end
+
+--- Runs a file with `...` as its arguments, which it also finds in the global `arg`.
+---@param file string
+---@param ... string
+---@return any ... whatever the file returns
+function script.run(file, ...)
+  local chunk = script.load(file)
+  rawset(_G, "arg", { [0] = file, ... })
+  return chunk(...)
+end
+
+return script

@@ -1,0 +1,95 @@
+--- rank_sum.lua: Mann and Whitney's test of two independent samples, exact with ties too: the
+--- distribution over all C(n+m, n) splits of the mid-ranks at hand, by dynamic programming; and the
+--- effect size A12. Sources: Mann, Whitney, "On a test of whether one of two random variables is
+--- stochastically larger than the other" (1947); Vargha, Delaney, "A critique and improvement of
+--- the CL common language effect size statistics" (2000).
+
+local midranks = require "limax.base.statistics.midranks"
+
+local rank_sum = {}
+
+-- How many choices of n of the doubled ranks have each sum, from 0: counts[n][sum]. Doubles hold
+-- them to 16 digits, up to about 1000 ranks.
+local function choices(doubled, n)
+  local counts, total = {}, 0
+  for _, rank in ipairs(doubled) do total = total + rank end
+  for k = 0, n do
+    counts[k] = {}
+    for s = 0, total do counts[k][s] = 0 end
+  end
+  counts[0][0] = 1
+  local sofar = 0
+  for i, rank in ipairs(doubled) do
+    sofar = sofar + rank
+    for k = math.min(i, n), 1, -1 do
+      local into, from = counts[k], counts[k - 1]
+      for s = sofar, rank, -1 do into[s] = into[s] + from[s - rank] end
+    end
+  end
+  return counts[n], total
+end
+
+---@class limax.statistics.rank_sum
+---@field p number two-sided
+---@field u number pairs in which the first is larger, equal ones half
+---@field a12 number u / (n m): chance that one of the first is larger than one of the second
+---@field n integer
+---@field m integer
+---@field ties boolean
+
+--- The exact two-sided test: the chance, over all splits, of a U at least as far from its mean.
+---@param first number[] not empty
+---@param second number[] not empty
+---@return limax.statistics.rank_sum
+function rank_sum.test(first, second)
+  local n, m, all = #first, #second, {}
+  for _, value in ipairs(first) do all[#all + 1] = value end
+  for _, value in ipairs(second) do all[#all + 1] = value end
+  local doubled, ties = midranks.doubled(all)
+  local sum = 0
+  for i = 1, n do sum = sum + doubled[i] end
+  -- the mean of the doubled sum is a whole number
+  local mean = n * (n + m + 1)
+  local counts, total = choices(doubled, n)
+  local far, whole = 0, 0
+  for s = 0, total do
+    whole = whole + counts[s]
+    if math.abs(s - mean) >= math.abs(sum - mean) then far = far + counts[s] end
+  end
+  local u = sum / 2 - n * (n + 1) / 2
+  return { p = far / whole, u = u, a12 = u / (n * m), n = n, m = m, ties = ties }
+end
+
+-- C(n + m, n)
+local function splits(n, m)
+  local count = 1
+  for k = 1, n do count = count * (m + k) / k end
+  return count
+end
+
+--- The smallest p that samples of n and m can give: 2 of C(n+m, n) splits.
+---@param n integer
+---@param m integer
+---@return number
+function rank_sum.smallest_p(n, m) return math.min(1, 2 / splits(n, m)) end
+
+--- The largest smaller U for which p is at most `level`, for samples without ties; nil where there
+--- is none. Samples reject if min(U, n m - U) is at most that.
+---@param n integer
+---@param m integer
+---@param level number
+---@return integer|nil
+function rank_sum.critical(n, m, level)
+  local doubled = {}
+  for i = 1, n + m do doubled[i] = 2 * i end
+  local counts = choices(doubled, n)
+  local p, found = 0, nil
+  for u = 0, n * m / 2 do
+    p = p + 2 * counts[2 * u + n * (n + 1)] / splits(n, m)
+    if p > level then break end
+    found = u
+  end
+  return found
+end
+
+return rank_sum

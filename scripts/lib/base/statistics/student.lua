@@ -1,0 +1,52 @@
+--- student.lua: Student's t distribution of a whole number of degrees of freedom, and the interval
+--- of a mean. Sources: Student, "The probable error of a mean" (1908); Abramowitz and Stegun,
+--- "Handbook of mathematical functions" (1964), 26.7.3 and 26.7.4, the finite series used here.
+
+local sample = require "limax.base.statistics.sample"
+
+local student = {}
+
+--- The chance that |T| stays below t.
+---@param t number at least 0
+---@param freedom integer degrees of freedom, 1 or more
+---@return number
+function student.within(t, freedom)
+  local angle = math.atan(t / math.sqrt(freedom))
+  local cosine, sine = math.cos(angle), math.sin(angle)
+  local odd = freedom % 2 == 1
+  local term, sum = odd and cosine or 1, 0
+  for k = odd and 1 or 0, freedom - 2, 2 do
+    sum = sum + term
+    term = term * cosine * cosine * (k + 1) / (k + 2)
+  end
+  if odd then return 2 / math.pi * (angle + sine * sum) end
+  return sine * sum
+end
+
+--- The t that |T| stays below with this chance.
+---@param chance number above 0, below 1
+---@param freedom integer
+---@return number
+function student.quantile(chance, freedom)
+  local low, high = 0, 1
+  while student.within(high, freedom) < chance do high = 2 * high end
+  -- halving to the last bit
+  for _ = 1, 60 do
+    local middle = (low + high) / 2
+    if student.within(middle, freedom) < chance then low = middle else high = middle end
+  end
+  return (low + high) / 2
+end
+
+--- The mean of a list, and how far from it the true one may lie.
+---@param list number[] two or more
+---@param chance number with which the interval holds it
+---@return number mean
+---@return number half_width
+function student.interval(list, chance)
+  local mean, sum, n = sample.mean(list), 0, #list
+  for _, value in ipairs(list) do sum = sum + (value - mean) ^ 2 end
+  return mean, student.quantile(chance, n - 1) * math.sqrt(sum / (n - 1) / n)
+end
+
+return student

@@ -1,0 +1,105 @@
+--- terrain.lua: a height field as pieces to paint: patches of its surface, and the walls where a
+--- slab of space cuts it. Metres, along, away, up.
+
+local palette = require "limax.draw.palette"
+local polygon = require "limax.draw.picture.polygon"
+local skin = require "limax.draw.skin"
+local world = require "limax.draw.picture.world"
+
+local terrain = {}
+
+-- Patches along the longer side of a slab, at most; each is as long as it is wide.
+local PATCHES = 14
+-- m of soil below the lowest place
+local DEPTH = 0.02
+
+local dot = polygon.dot
+
+-- The corners of a slab's floor, in the world, and what they span there.
+local function footprint(stage, slab)
+  local low, high = { math.huge, math.huge }, { -math.huge, -math.huge }
+  for _, along in ipairs { slab.low[1], slab.high[1] } do
+    for _, away in ipairs { slab.low[2], slab.high[2] } do
+      local p = stage.back { along, away, slab.low[3] }
+      for c = 1, 2 do low[c], high[c] = math.min(low[c], p[c]), math.max(high[c], p[c]) end
+    end
+  end
+  return low, high
+end
+
+-- Adds a piece with four corners, counter-clockwise seen from outside, if it looks at the eye.
+local function add(patches, points, edges, within, sight)
+  local one, other, center = {}, {}, {}
+  for c = 1, 3 do
+    one[c], other[c] = points[3][c] - points[1][c], points[4][c] - points[2][c]
+    center[c] = (points[1][c] + points[2][c] + points[3][c] + points[4][c]) / 4
+  end
+  local normal = polygon.cross(one, other)
+  local length = math.sqrt(dot(normal, normal))
+  if length == 0 or dot(normal, sight) >= 0 then return end
+  for c = 1, 3 do normal[c] = normal[c] / length end
+  patches[#patches + 1] = polygon.within({ points = points, edges = edges,
+    look = { fill = palette.shade(world.soil, skin.brightness(normal)), ink = world.furrow,
+      center = center, depth = dot(center, sight), place = #patches } }, within)
+end
+
+-- Adds the walls below the slab's four sides, from the surface down to `floor`.
+local function add_walls(patches, stage, slab, step, floor, sight)
+  local low, high = slab.low, slab.high
+  -- around the slab counter-clockwise seen from above: what is outside lies at the right
+  local corners = { { low[1], low[2] }, { high[1], low[2] }, { high[1], high[2] },
+    { low[1], high[2] } }
+  for side, from in ipairs(corners) do
+    local to = corners[side % 4 + 1]
+    local reach = math.abs(to[1] - from[1]) + math.abs(to[2] - from[2])
+    local count, before = math.ceil(reach / step), nil
+    for k = 0, count do
+      local along = from[1] + (to[1] - from[1]) * k / count
+      local away = from[2] + (to[2] - from[2]) * k / count
+      local p = stage.back { along, away, floor }
+      local top = stage.turn { p[1], p[2], world.height(stage.terrain, p[1], p[2]) }
+      if before then
+        add(patches, { { before[1], before[2], floor }, { top[1], top[2], floor }, top, before },
+          { true, false, true, false }, {}, sight)
+      end
+      before = top
+    end
+  end
+end
+
+--- Pieces that look at the eye. Where heights are finer than a picture can show some are left out,
+--- where they are coarse the surface between them is followed.
+---@param stage limax.picture.stage
+---@param slab limax.picture.slab
+---@param within limax.picture.space[] the slab; its first four sides stand upright
+---@param sight number[] away from the eye
+---@return limax.picture.polygon[]
+---@return number thickness m, about the size of a patch
+function terrain.patches(stage, slab, within, sight)
+  local given, low, high = stage.terrain, footprint(stage, slab)
+  local wanted = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2]) / PATCHES
+  local step = given.spacing * math.max(1, math.floor(wanted / given.spacing))
+  if given.spacing > wanted then step = given.spacing / math.ceil(given.spacing / wanted) end
+  local first, last = {}, {}
+  for c = 1, 2 do
+    first[c] = math.floor((low[c] - given.origin[c]) / step)
+    last[c] = math.floor((high[c] - given.origin[c]) / step)
+  end
+  local function at(i, j)
+    local x, y = given.origin[1] + i * step, given.origin[2] + j * step
+    return stage.turn { x, y, world.height(given, x, y) }
+  end
+  -- heights do not limit the surface
+  local upright, patches, lowest = { unpack(within, 1, 4) }, {}, math.huge
+  for i = first[1], last[1] do
+    for j = first[2], last[2] do
+      local points = { at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1) }
+      for _, p in ipairs(points) do lowest = math.min(lowest, p[3]) end
+      add(patches, points, { true, true, true, true }, upright, sight)
+    end
+  end
+  add_walls(patches, stage, slab, step, lowest - DEPTH, sight)
+  return patches, step
+end
+
+return terrain

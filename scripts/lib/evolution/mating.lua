@@ -1,0 +1,89 @@
+--- mating.lua: which robots of a scored generation go on as they are, and which become parents.
+--- What a script's selection or own loop names is checked here, so that nothing out of range
+--- reaches the engine.
+
+local failure = require "limax.base.failure"
+
+local mating = {}
+
+local function check_index(index, robots, what)
+  if type(index) ~= "number" or index ~= math.floor(index) or index < 1 or index > #robots then
+    failure.raise(1, ("%s is %s; expected an index from 1 to %d%s"):format(what, tostring(index),
+      #robots, index == nil and " (a selection returns two)" or ""))
+  end
+  return index
+end
+
+-- How many robots are copied: a share of the population, one at least, one offspring at least.
+local function elite_count(robots, fraction)
+  local wanted = math.floor(fraction * #robots + 0.5)
+  return math.min(math.max(wanted, 1), #robots - 1, #robots.ranked)
+end
+
+--- The elites: the best robots, or those that the script names, which must have a score.
+---@param robots limax.population.scored
+---@param fraction number of the population
+---@param named? integer[]
+---@return integer[] indices
+function mating.elites(robots, fraction, named)
+  local elites = {}
+  if not named then
+    for k = 1, elite_count(robots, fraction) do elites[k] = robots.ranked[k] end
+    return elites
+  end
+  for k, index in ipairs(named) do
+    check_index(index, robots, ("breed: elites[%d]"):format(k))
+    if not robots.records[index].fitness then
+      failure.raise(1, ("breed: elites[%d] = %d has no score: a robot that failed is never"
+        .. " an elite"):format(k, index))
+    end
+    elites[k] = index
+  end
+  return elites
+end
+
+--- One pair of indices per robot of the next generation: an elite twice, then two parents for each
+--- offspring, by `select(child)` or as the script names them.
+---@param robots limax.population.scored
+---@param elites integer[]
+---@param named? integer[][]
+---@param select fun(child: integer): integer, integer
+---@param place? string of the script's own selection: FILE:LINE
+---@return integer[][]
+function mating.pairs(robots, elites, named, select, place)
+  local wanted = #robots - #elites
+  if named and #named ~= wanted then
+    failure.raise(1, ("breed: %d elites and %d pairs of parents make %d robots; the population"
+      .. " is %d"):format(#elites, #named, #elites + #named, #robots))
+  end
+  local list = {}
+  for k, index in ipairs(elites) do list[k] = { index, index } end
+  for k = 1, wanted do
+    local child = #elites + k
+    local what = ("the selection's choice%s for robot %d of generation %d")
+      :format(place and (" (%s)"):format(place) or "", child, robots.generation + 1)
+    local pair = named and named[k]
+    if pair then what = ("breed: a parent in parents[%d]"):format(k) end
+    pair = pair or { select(child) }
+    list[child] = { check_index(pair[1], robots, what), check_index(pair[2], robots, what) }
+  end
+  return list
+end
+
+--- The record of an elite in the next generation: it is the same robot, and its score goes on too
+--- while what gave it is unchanged.
+---@param record table
+---@param kept boolean
+---@return table
+function mating.elite_record(record, kept)
+  local copy = {}
+  for key, value in pairs(record) do copy[key] = value end
+  copy.origin = "elite"
+  if not kept then
+    copy.fitness, copy.cases, copy.measures = nil, nil, nil
+    copy.outcome, copy.status, copy.reason = nil, nil, nil
+  end
+  return copy
+end
+
+return mating

@@ -1,0 +1,303 @@
+--- experiment.lua: `limax.experiment { ... }` checks a table against the fields of an experiment,
+--- fills in the defaults and resolves names (materials, tier, fitness, selection, supervisor). The
+--- result holds a plain `config` that can be written as JSON.
+
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local ledger = require "limax.supervise.ledger"
+local overrides = require "limax.experiment.overrides"
+local plausible = require "limax.settings.plausible"
+local schema = require "limax.base.schema"
+local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
+
+---@class limax.experiment
+---@field config table the resolved configuration, plain values only (schema limax.config/1)
+---@field fitness { name: string, call: function, record: table }
+---@field selection fun(population: table, random: table): integer, integer
+---@field supervisor { name: string, call: function }
+---@field notes string[] what the resolution changed and a user should know
+---@field scripts string[] absolute paths of the script files that it is made of
+---@field origin string|nil absolute path of the file that made it
+local Experiment = {}
+Experiment.__index = Experiment
+
+local experiment = {}
+
+-- ---- rules --------------------------------------------------------------------------------------
+
+local fields = defaults.fields
+
+local function numbers(group)
+  local rules = {}
+  for name, field in pairs(group) do rules[name] = schema.number(field) end
+  return schema.fields(rules)
+end
+
+-- A seed: a whole number up to 2^53, or its digits as text up to 2^64 - 1. Digits that a number
+-- holds exactly become one.
+local function seed(given, path)
+  if type(given) ~= "string" then return schema.number(fields.experiment.seed)(given, path) end
+  local digits = given:match "^0*(%d+)$"
+  local most = "18446744073709551615"
+  if not digits or #digits > #most or #digits == #most and digits > most then
+    return nil, ("%s: expected a whole number from 0 to 2^53, or its digits as text up to %s,"
+      .. " got %s"):format(path, most, schema.show(given))
+  end
+  local number = tonumber(digits)
+  return number < 2 ^ 53 and number or digits
+end
+
+-- Checked later, by the part of the library that it names.
+local function anything(given) return given end
+
+-- An experiment may narrow what a proposal reaches: `ranges = { mutation_rate = { 0.01, 0.2 } }`.
+local function ranges(given, path)
+  if given == nil then return nil end
+  local rules, limits = {}, {}
+  for _, limit in ipairs(ledger.limits(fields.experiment.population.maximum)) do
+    limits[#limits + 1] = limit
+    rules[limit.field] = schema.list(schema.number { unit = "" },
+      { count = 2, expected = "a list { least, most }" })
+  end
+  local result, message = schema.fields(rules)(given, path)
+  if not result then return nil, message end
+  for _, limit in ipairs(limits) do
+    local range = result[limit.field]
+    if range and (range[1] < limit.minimum or range[2] > limit.maximum or range[1] > range[2]) then
+      return nil, ("%s.%s: { %.6g, %.6g } does not lie within %.6g to %.6g; a range may be"
+        .. " narrowed, never widened"):format(path, limit.field, range[1], range[2], limit.minimum,
+        limit.maximum)
+    end
+  end
+  return result
+end
+
+-- Robots that a repetition may simulate. No default: generations are the limit.
+local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9, integer = true }
+
+local five = fields.experiment.lattice.value
+local rules = schema.fields {
+  name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
+  lattice = schema.list(schema.number(fields.experiment.lattice), { count = 3,
+    default = { five, five, five }, expected = "a list { nx, ny, nz } of voxels" }),
+  materials = anything,
+  seed = seed,
+  genome = schema.fields {
+    features = schema.number(fields.genome.features),
+    sigma = schema.number(fields.genome.sigma),
+    hidden = schema.list(schema.number(fields.genome.hidden), { most = 8,
+      default = { fields.genome.hidden.value, fields.genome.hidden.value },
+      expected = "a list of up to 8 layer widths" }),
+    initial_scale = schema.number(fields.genome.initial_scale),
+    require_muscle = schema.boolean(fields.genome.require_muscle.value),
+  },
+  scene = anything,
+  simulation = settings.simulation,
+  record = settings.record,
+  population = schema.number(fields.experiment.population),
+  generations = schema.number(fields.experiment.generations),
+  evaluations = evaluations,
+  repetitions = schema.number(fields.experiment.repetitions),
+  breeding = numbers(fields.breeding),
+  fitness = anything,
+  selection = anything,
+  supervisor = anything,
+  supervision = schema.fields {
+    hyperparameters = schema.boolean(fields.supervision.hyperparameters.value),
+    materials = schema.boolean(fields.supervision.materials.value),
+    ranges = ranges,
+  },
+  not_in_paper = schema.list(schema.text(".*", "a text"), { expected = "a list of texts" }),
+}
+
+-- ---- resolution ---------------------------------------------------------------------------------
+
+-- Calls a piece of the library on a user's value; its complaint becomes ours, under the field's
+-- name.
+local function resolved(field, call, value)
+  local ok, result = failure.attempt(call, value)
+  if ok then return result end
+  if type(result) ~= "string" then error(result, 0) end
+  -- the place is the experiment's own, and stands in front of the whole message already
+  local message = result:gsub("^[^\n]-:%d+: ", "", 1)
+  if message:find(field, 1, true) ~= 1 then message = field .. ": " .. message end
+  return nil, message
+end
+
+-- A material file may lie beside the experiment that names it.
+local function material_source(given, origin)
+  if given == nil then return defaults.materials end
+  if type(given) == "string" and given:match "%.json$" and origin
+    and host.file.exists(given) ~= "file" then
+    local beside = source.folder_of(origin) .. "/" .. given
+    if host.file.exists(beside) == "file" then return beside end
+  end
+  return given
+end
+
+local function default_name(given, origin)
+  if not origin then return type(given.fitness) == "string" and given.fitness or "experiment" end
+  local name = source.name_of(origin):gsub("%.lua$", ""):gsub("[^%w_%-%.]", "_")
+  return (name:gsub("^[^%w]", "x"))
+end
+
+-- What a script said of selection or supervisor; false is as good as silence.
+local function chosen(given, default) return given or default end
+
+-- The named parts of the library: fitness, selection, supervisor.
+local function resolve_parts(given)
+  -- asked for here: these modules stand on neighbours of this one
+  local fitness, wrong_fitness =
+    resolved("fitness", require("limax.fitness").get, given.fitness)
+  local selection, wrong_selection = resolved("selection", require("limax.selection").get,
+    chosen(given.selection, defaults.selection))
+  local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
+    chosen(given.supervisor, defaults.supervisor))
+  local message = wrong_fitness or wrong_selection or wrong_supervisor
+  if message then return nil, message end
+  return { fitness = fitness, selection = selection, supervisor = supervisor }
+end
+
+-- Script files that an experiment names: the parser of a language model's answers.
+local function named_scripts(given, base)
+  local parser = type(given.supervisor) == "table" and given.supervisor.parse
+  if type(parser) ~= "string" then return {} end
+  return { host.file.absolute(source.beside(parser, base)) }
+end
+
+-- Turns what a script gave into an experiment; `nil, message` on the first thing that is wrong.
+local function resolve(given, origin)
+  if type(given) ~= "table" then
+    return nil, "limax.experiment: expected a table, got " .. schema.show(given)
+  end
+  local config, message = rules(given, "")
+  if not config then return nil, message end
+  if given.fitness == nil then
+    return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
+      .. " it is the one field without a default"
+  end
+  if config.evaluations and config.evaluations < config.population then
+    return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
+      config.population, config.evaluations)
+  end
+  local materials, scene, parts
+  materials, message =
+    resolved("materials", engine.materials, material_source(given.materials, origin))
+  if message then return nil, message end
+  config.materials = materials:table()
+  materials:free()
+  local effects = given.scene == nil and defaults.scene or given.scene
+  scene, message = resolved("scene", engine.scene, effects)
+  if message then return nil, message end
+  config.scene = scene:table()
+  scene:free()
+  parts, message = resolve_parts(given)
+  if message then return nil, message end
+
+  if given.record == nil then
+    for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
+  end
+  -- what a fitness of the library reads is recorded without being asked for; a rate that is stated
+  -- stands
+  for kind, rate in pairs(parts.fitness.record or {}) do
+    if config.record[kind] == 0 then config.record[kind] = rate end
+  end
+  local notes = settings.finish(config.simulation, config.record)
+  local friction = config.scene.friction
+  if friction and friction.static < friction.kinetic then
+    notes[#notes + 1] = ("scene.friction: static %.6g is below kinetic %.6g; the law is then plain"
+      .. " Coulomb friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
+  end
+  for _, doubt in ipairs(plausible.doubts(config)) do notes[#notes + 1] = doubt end
+
+  local base = origin and source.folder_of(origin)
+  config.schema = "limax.config/1"
+  config.name = config.name or default_name(given, origin)
+  config.fitness = source.describe(given.fitness, base)
+  config.selection = source.describe(chosen(given.selection, defaults.selection), base)
+  config.supervisor = source.describe(chosen(given.supervisor, defaults.supervisor), base)
+  local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
+  if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
+
+  return setmetatable({ config = config, given = given, origin = origin, notes = notes,
+    fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
+    scripts = source.scripts(origin, given, named_scripts(given, base)) }, Experiment)
+end
+
+-- ---- the module ---------------------------------------------------------------------------------
+
+--- Checks and resolves an experiment. Whatever is wrong raises at the caller's line, with exit
+--- status 2. Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
+--- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
+--- supervisor, supervision, not_in_paper.
+---@param given table
+---@return limax.experiment
+function experiment.new(given)
+  local file, line = source.caller()
+  local result, message = resolve(source.copy(given), file)
+  if result then return result end
+  local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
+  failure.raise(2, place .. message)
+end
+
+--- Is this value an experiment?
+---@param value any
+---@return boolean
+function experiment.is(value) return getmetatable(value) == Experiment end
+
+-- The values that fields have where the script says nothing, with those of effects that the scene
+-- lacks: a path into a list changes one of its numbers.
+local function resolved_lists(config)
+  local lists = source.copy(config)
+  for _, effect in ipairs(engine.effects()) do
+    local own = lists.scene[effect.name] or {}
+    lists.scene[effect.name] = own
+    for _, field in ipairs(effect.fields) do
+      -- of an effect that may be there several times, the first: it may be written without a list
+      local first = type(own[1]) == "table" and own[1][field.name]
+      if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
+    end
+  end
+  local allowed = lists.supervision.ranges or {}
+  lists.supervision.ranges = allowed
+  for _, limit in ipairs(ledger.limits(config.population)) do
+    allowed[limit.field] = allowed[limit.field] or { limit.minimum, limit.maximum }
+  end
+  return lists
+end
+
+--- The same experiment with fields changed by `path=value` texts, checked again as a whole.
+---@param changes string[]
+---@return limax.experiment
+function Experiment:override(changes)
+  if #changes == 0 then return self end
+  local list, message = overrides.parse_all(changes)
+  local given = source.copy(self.given)
+  -- fields whose default is a whole: a path into one changes it and does not begin an empty one
+  local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
+    supervisor = defaults.supervisor }
+  for name, value in pairs(whole) do
+    if given[name] == nil then given[name] = source.copy(value) end
+  end
+  local result
+  local function read_materials(named)
+    return resolved("materials", function(from)
+      local materials = engine.materials(from)
+      local plain = materials:table()
+      materials:free()
+      return plain
+    end, material_source(named, self.origin))
+  end
+  if list then
+    list, message = overrides.apply(given, list,
+      { resolved = resolved_lists(self.config), materials = read_materials })
+  end
+  if list then result, message = resolve(given, self.origin) end
+  if not result then failure.raise(2, message) end
+  return result
+end
+
+return setmetatable(experiment, { __call = function(_, given) return experiment.new(given) end })

@@ -1,0 +1,186 @@
+--- fitness.lua: the library of fitness functions. Each takes a scored robot and gives one number to
+--- be maximised. SI units; x and y are horizontal; t = 0 is when actuation starts; r is the centre
+--- of mass in the x-y plane, z its height, T the duration.
+
+local choice = require "limax.base.choice"
+local schema = require "limax.base.schema"
+
+local fitness = {}
+
+-- m/s^2: only normalises `efficiency`, so that the number means the same in every scene.
+local standard_gravity = 9.81
+
+local idle_power = { value = 0.1, unit = "W/kg", minimum = 0, maximum = 1000,
+  reason = "a tenth of a resting mammal's, far below what a gait costs" }
+local least_path = { value = 0.1, unit = "m", minimum = 0, maximum = 1e6,
+  reason = "one voxel of the default edge" }
+
+---@class limax.fitness.entry: limax.choice.entry
+---@field unit string
+---@field formula string
+---@field record fun(options: table): table traces that it reads, samples per second
+
+local axis = schema.choice { "x", "y", "z" }
+local case_rule = schema.number { unit = "equal parts of the run", minimum = 1, maximum = 1000,
+  integer = true }
+
+local function no_traces() return {} end
+local function path_trace() return { center_of_mass = 50 } end
+
+---@type table<string, limax.fitness.entry>
+fitness.entries = {
+  walk = {
+    unit = "m",
+    formula = "2 |r(T) - r(T/2)|",
+    options = { axis = axis },
+    record = no_traces,
+  },
+  carry = {
+    unit = "m",
+    formula = "2 |b(T) - b(T/2)|, b the centre of the scene's block in the x-y plane",
+    options = { axis = axis },
+    record = no_traces,
+  },
+  distance = {
+    unit = "m",
+    formula = "|r(T) - r(0)|",
+    options = { axis = axis, cases = case_rule },
+    record = function(options) return options.cases and path_trace() or {} end,
+  },
+  speed = {
+    unit = "m/s; with body_lengths = true, body lengths per second",
+    formula = "|r(T) - r(0)| / T, divided by the longer horizontal side of the body at rest",
+    options = { axis = axis, body_lengths = schema.boolean(false) },
+    record = no_traces,
+  },
+  height = {
+    unit = "m",
+    formula = "max over samples of z(t) - z(0)",
+    record = path_trace,
+  },
+  efficiency = {
+    unit = "1",
+    formula = "m g |r(T) - r(0)| / (W + idle_power m T), W the positive work of the muscles",
+    options = { idle_power = schema.number(idle_power) },
+    record = function() return { energy = 200 } end,
+  },
+  straightness = {
+    unit = "1",
+    formula = "|r(T) - r(0)| / s, s the length of the path of r; 0 while s < least_path",
+    options = { least_path = schema.number(least_path) },
+    record = path_trace,
+  },
+}
+
+--- Twice the horizontal distance of the run's second half, m, so that falling over or one jump is
+--- no gait. With `axis`, its signed part along x, y or z.
+---@param robot limax.scored_robot
+---@param options? { axis?: "x"|"y"|"z" }
+---@return number
+function fitness.walk(robot, options)
+  return 2 * robot:distance { from = "middle", axis = options and options.axis }
+end
+
+--- Twice the horizontal way of the scene's block in the run's second half, m, so that falling
+--- against it once is not enough. With `axis`, its signed part along x, y or z.
+---@param robot limax.scored_robot
+---@param options? { axis?: "x"|"y"|"z" }
+---@return number
+function fitness.carry(robot, options)
+  local block = robot:block { from = "middle" }
+  local along = options and ({ x = 1, y = 2, z = 3 })[options.axis]
+  return 2 * (along and block.displacement[along] or block.distance)
+end
+
+-- Distance covered in each of `count` equal parts of the run, m; `along` is 1, 2, 3 or nil for the
+-- x-y plane.
+local function parts(robot, count, along)
+  local path = robot:trace "center_of_mass"
+  local samples, list = path:size(), {}
+  for part = 1, count do
+    local first = 1 + math.floor((part - 1) * (samples - 1) / count)
+    local last = 1 + math.floor(part * (samples - 1) / count)
+    local dx, dy = path[last][1] - path[first][1], path[last][2] - path[first][2]
+    list[part] = along and path[last][along] - path[first][along] or math.sqrt(dx * dx + dy * dy)
+  end
+  return list
+end
+
+--- Horizontal distance from t = 0 to the end, m. With `axis`, its signed part. With `cases = n`,
+--- also the distances of n equal parts of the run, for lexicase selection.
+---@param robot limax.scored_robot
+---@param options? { axis?: "x"|"y"|"z", cases?: integer }
+---@return number
+---@return number[]? cases
+function fitness.distance(robot, options)
+  local along = options and options.axis
+  local whole = robot:distance { axis = along }
+  if not (options and options.cases) then return whole end
+  return whole, parts(robot, options.cases, ({ x = 1, y = 2, z = 3 })[along])
+end
+
+--- Mean horizontal speed of the whole run, m/s, or body lengths per second.
+---@param robot limax.scored_robot
+---@param options? { axis?: "x"|"y"|"z", body_lengths?: boolean }
+---@return number
+function fitness.speed(robot, options)
+  local speed = robot:distance { axis = options and options.axis } / robot:duration()
+  if not (options and options.body_lengths) then return speed end
+  return speed / robot:length()
+end
+
+--- Highest rise of the centre of mass above its place at t = 0, m.
+---@param robot limax.scored_robot
+---@return number
+function fitness.height(robot) return robot:height() end
+
+--- Weight times distance for each joule that the muscles put in: the inverse of a cost of
+--- transport, 1. Being alive costs `idle_power` too, else a body that hardly moves divides two tiny
+--- numbers.
+---@param robot limax.scored_robot
+---@param options? { idle_power?: number } W/kg
+---@return number
+function fitness.efficiency(robot, options)
+  local idle = options and options.idle_power or idle_power.value
+  local mass = robot:mass()
+  local paid = robot:energy().muscle_work + idle * mass * robot:duration()
+  local gained = mass * standard_gravity * robot:distance()
+  return paid > 0 and gained / paid or 0
+end
+
+--- Distance over the length of the path, 0 to 1. Trembling in place has no direction: below
+--- `least_path` it is 0.
+---@param robot limax.scored_robot
+---@param options? { least_path?: number } m
+---@return number
+function fitness.straightness(robot, options)
+  local least = options and options.least_path or least_path.value
+  local path = robot:path_length()
+  return path > 0 and path >= least and robot:distance() / path or 0
+end
+
+---@class limax.fitness
+---@field name string a library name, or "function"
+---@field call fun(robot: limax.scored_robot): number, number[]?
+---@field record table<string, number> traces that it reads, samples per second
+---@field options table resolved options of a library fitness
+
+--- The fitness that an experiment names: a library name, { name, option = value }, or a function,
+--- which says itself through the experiment's `record` what it reads.
+---@param spec string|table|fun(robot: limax.scored_robot): number, number[]?
+---@return limax.fitness
+function fitness.get(spec)
+  if type(spec) == "function" then
+    return { name = "function", call = spec, record = {}, options = {} }
+  end
+  local name, options = choice.read("fitness", spec, fitness.entries)
+  local law = fitness[name]
+  return {
+    name = name,
+    call = function(robot) return law(robot, options) end,
+    record = fitness.entries[name].record(options),
+    options = options,
+  }
+end
+
+return fitness

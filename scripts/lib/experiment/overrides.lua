@@ -1,0 +1,138 @@
+--- overrides.lua: `--set path=value`, which changes any field of an experiment before it is
+--- checked. Paths are field names joined by dots (`scene.actuation.frequency`, `lattice.3`), a
+--- material is named by its name or letter (`materials.bone.stiffness`); values are JSON where they
+--- parse as JSON, else text.
+
+local host = require "limax.host"
+local schema = require "limax.base.schema"
+local source = require "limax.base.source"
+local suggest = require "limax.base.suggest"
+
+local overrides = {}
+
+--- Splits "path=value".
+---@param text string
+---@return { path: string[], value: any, text: string }|nil
+---@return string|nil message
+function overrides.parse(text)
+  local path, value = text:match "^([^=]+)=(.*)$"
+  if not path then
+    return nil, ("--set %s: expected path=value, such as population=50 or"
+      .. " scene.actuation.frequency=3"):format(text)
+  end
+  local steps = {}
+  for step in (path .. "."):gmatch "(.-)%." do
+    if step == "" then
+      return nil, ("--set %s: the path %s has an empty step"):format(text, path)
+    end
+    steps[#steps + 1] = step
+  end
+  local decoded = host.json.decode(value, "--set")
+  if decoded == nil then decoded = value end
+  return { path = steps, value = decoded, text = text }
+end
+
+--- Splits a list of such texts.
+---@param texts string[]
+---@return table[]|nil
+---@return string|nil message
+function overrides.parse_all(texts)
+  local list = {}
+  for i, text in ipairs(texts) do
+    local parsed, message = overrides.parse(text)
+    if not parsed then return nil, message end
+    list[i] = parsed
+  end
+  return list
+end
+
+-- JSON's null inside a value: an absent field.
+local function without_null(value)
+  if value == host.json.null then return nil end
+  if type(value) ~= "table" then return value end
+  local copy = {}
+  for key, entry in pairs(value) do copy[key] = without_null(entry) end
+  return copy
+end
+
+-- The table at `key` of `holder` that a longer path enters. A switch becomes its table (`actuation
+-- = true`), a name the table that names it (`selection = "tournament"`), and an absent list begins
+-- with the numbers that it has without the change.
+local function entered(holder, key, resolved)
+  local value = holder[key]
+  if type(value) ~= "table" then
+    if type(value) == "string" then value = { value }
+    elseif value ~= nil and type(value) ~= "boolean" then return nil
+    elseif (schema.list_size(resolved) or 0) > 0 then value = source.copy(resolved)
+    else value = {} end
+    holder[key] = value
+  end
+  return value
+end
+
+-- Entries of a table of materials beside the materials themselves.
+local of_table = { schema = true, name = true, note = true, fields = true, materials = true }
+
+local material_fields = { "name", "letter", "kind", "stiffness", "mass_per_site", "damping_ratio",
+  "amplitude", "phase", "stiffness_floor" }
+
+-- A path into a table of materials: the name or letter of a material becomes its place in the list.
+local function material_path(materials, path)
+  if of_table[path[2]] or type(materials.materials) ~= "table" then return path end
+  local names, found = {}, nil
+  for i, material in ipairs(materials.materials) do
+    if path[2] == material.name or path[2] == material.letter then found = i end
+    names[i] = tostring(material.name)
+  end
+  if not found then
+    return nil, ("materials: there is no material %q%s"):format(path[2],
+      suggest.ending(path[2], names))
+  end
+  local field, known = path[3], false
+  for _, name in ipairs(material_fields) do known = known or name == field end
+  if field and not known then
+    return nil, ("materials.%s.%s: unknown field%s"):format(path[2], field,
+      suggest.ending(field, material_fields))
+  end
+  return { "materials", "materials", tostring(found), unpack(path, 3) }
+end
+
+-- A step of a path as the key of a table.
+local function key_of(step) return step:match "^%d+$" and tonumber(step) or step end
+
+---@class overrides.context
+---@field resolved table the values that absent fields have, for the lists among them
+---@field materials fun(given: any): table|nil, string|nil reads a table of materials that is named
+
+--- Applies parsed overrides to a table in place, in their order.
+---@param given table
+---@param list { path: string[], value: any, text: string }[]
+---@param context overrides.context
+---@return true|nil
+---@return string|nil message
+function overrides.apply(given, list, context)
+  for _, override in ipairs(list) do
+    local holder, path, resolved = given, override.path, context.resolved
+    if path[1] == "materials" and path[2] then
+      local materials, message = given.materials, nil
+      if type(materials) ~= "table" then materials, message = context.materials(materials) end
+      if not materials then return nil, message end
+      given.materials = materials
+      path, message = material_path(materials, path)
+      if not path then return nil, ("--set %s: %s"):format(override.text, message) end
+    end
+    for i = 1, #path - 1 do
+      local key = key_of(path[i])
+      resolved = type(resolved) == "table" and resolved[key] or nil
+      holder = entered(holder, key, resolved)
+      if not holder then
+        return nil, ("--set %s: %s has no fields")
+          :format(override.text, table.concat(path, ".", 1, i))
+      end
+    end
+    holder[key_of(path[#path])] = without_null(override.value)
+  end
+  return true
+end
+
+return overrides

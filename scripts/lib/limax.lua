@@ -1,0 +1,58 @@
+--- limax.lua: what `require "limax"` gives: the public face of the library. Its pieces are read
+--- from their rooms when they are first used; a name that does not exist raises, with the nearest
+--- that does.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local suggest = require "limax.base.suggest"
+
+-- where each public name comes from: a module, and the field of it that is meant
+local public = {
+  defaults = { "limax.settings.defaults" },
+  diversity = { "limax.run.diversity" },
+  experiment = { "limax.experiment.experiment" },
+  fitness = { "limax.fitness" },
+  rescore = { "limax.evolution.rescore" },
+  robot = { "limax.robot.robot" },
+  scenes = { "limax.scenes" },
+  selection = { "limax.selection" },
+  start = { "limax.evolution.evolve", "start" },
+  supervise = { "limax.supervise" },
+  test = { "limax.test" },
+}
+
+---@class limax
+---@field version string
+---@field home string folder of scripts, materials and prompts
+---@field engine limax.engine the low-level objects
+---@field defaults table every default of an experiment
+---@field diversity table measures of how different the robots of a population are
+---@field experiment fun(given: table): limax.experiment checks and completes an experiment
+---@field fitness table fitness functions by name
+---@field rescore table robots of a population scored again under another accuracy
+---@field robot fun(given: table|string): limax.robot a robot by hand, or from a robot file
+---@field scenes table ready scenes
+---@field selection table selection schemes by name
+---@field start fun(experiment: limax.experiment, options: table|nil): table a run, looped by hand
+---@field supervise table supervisors by name
+---@field test table suites of scripted regressions
+local limax = { version = host.version, home = host.home, engine = engine }
+
+local names = { "version", "home", "engine" }
+for name in pairs(public) do names[#names + 1] = name end
+table.sort(names)
+
+return setmetatable(limax, {
+  -- the public names, for completion and help
+  __fields = names,
+  __index = function(self, name)
+    local place = public[name]
+    if not place then
+      engine.fail(("limax has no %q%s"):format(tostring(name), suggest.ending(name, names)))
+    end
+    local value = require(place[1])
+    if place[2] then value = value[place[2]] end
+    rawset(self, name, value)
+    return value
+  end,
+})

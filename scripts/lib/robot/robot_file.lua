@@ -1,0 +1,237 @@
+--- robot_file.lua: one robot as a JSON file, schema limax.robot/1, read and written without loss:
+--- lattice, edge, voxels as layers of letters, weights, the material table, and what it takes to
+--- simulate it again to the same score.
+
+local body = require "limax.robot.body"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local schema = require "limax.base.schema"
+
+local robot_file = {}
+
+robot_file.schema = "limax.robot/1"
+
+--- The three weights of a voxel, in the engine's order. Each multiplies the material's own number.
+robot_file.weights = { "stiffness", "amplitude", "phase" }
+
+---@class limax.robot.description the plain table that a file holds
+---@field schema string
+---@field lattice integer[] voxels along x, y, z
+---@field edge number m
+---@field voxels string[][] letters, [z][y], lowest layer first, letters along x
+---@field weights table<string, number|number[][][]> one number for all voxels, or [z][y][x]; 0 to 1
+---@field materials table as a material file holds it
+---@field scene? table
+---@field simulation? table settings, with the rates of the recorded traces as `record`
+---@field fitness? any name, { name = ... } or the record of a function
+---@field score? number what that fitness gave
+---@field outcome? table what the simulation measured
+---@field id? integer
+---@field generation? integer
+---@field parents? integer[]
+---@field origin? string
+
+-- ---- numbers ------------------------------------------------------------------------------------
+
+-- Nine digits are enough to read a 32-bit float back to the same bits.
+local function short(number) return tonumber(("%.9g"):format(number)) end
+
+-- [x][y][z] of the engine as [z][y][x] of a file, or as one number where all are equal.
+local function as_layers(grid)
+  local layers, same, first = {}, true, short(grid[1][1][1])
+  for z = 1, #grid[1][1] do
+    layers[z] = {}
+    for y = 1, #grid[1] do
+      layers[z][y] = {}
+      for x = 1, #grid do
+        local value = short(grid[x][y][z])
+        layers[z][y][x] = value
+        same = same and value == first
+      end
+    end
+  end
+  return same and first or layers
+end
+
+local function as_grid(value)
+  if type(value) == "number" then return value end
+  local grid = {}
+  for x = 1, #value[1][1] do
+    grid[x] = {}
+    for y = 1, #value[1] do
+      grid[x][y] = {}
+      for z = 1, #value do grid[x][y][z] = value[z][y][x] end
+    end
+  end
+  return grid
+end
+
+-- ---- describing and building --------------------------------------------------------------------
+
+--- One robot of an engine's population as a plain table.
+---@param population limax.population
+---@param i integer
+---@param materials limax.materials
+---@param edge number m
+---@return limax.robot.description
+function robot_file.describe(population, i, materials, edge)
+  local layers = body.layers(body.letters(population, i, materials))
+  local weights, grids = {}, population:weights(i):table()
+  for k, name in ipairs(robot_file.weights) do weights[name] = as_layers(grids[k]) end
+  return { schema = robot_file.schema, lattice = { #layers[1][1], #layers[1], #layers },
+    edge = edge, voxels = layers, weights = weights, materials = materials:table() }
+end
+
+--- Puts the body of a description into an engine's population, as its robot i.
+---@param population limax.population of the description's lattice
+---@param i integer
+---@param description limax.robot.description
+---@param materials limax.materials
+function robot_file.place(population, i, description, materials)
+  local weights = {}
+  for _, name in ipairs(robot_file.weights) do
+    weights[name] = as_grid(description.weights[name])
+  end
+  population:set_body(i, body.lattice(description.voxels, description.lattice), weights, materials)
+end
+
+--- The body of a description as an engine's population of one robot, checked.
+---@param description limax.robot.description
+---@param materials limax.materials
+---@return limax.population
+function robot_file.build(description, materials)
+  local population = engine.population { lattice = description.lattice, count = 1 }
+  robot_file.place(population, 1, description, materials)
+  population:check(materials, { require_muscle = false })
+  return population
+end
+
+-- ---- rules of the file --------------------------------------------------------------------------
+
+local function must(rule, expected)
+  return function(given, path)
+    if given == nil then return nil, ("%s: is missing; expected %s"):format(path, expected) end
+    return rule(given, path)
+  end
+end
+
+local function table_rule(given, path)
+  if given ~= nil and type(given) ~= "table" then
+    return nil, ("%s: expected a table, got %s"):format(path, schema.show(given))
+  end
+  return given
+end
+
+local function schema_rule(given, path)
+  if given == robot_file.schema then return given end
+  return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(given))
+end
+
+local function anything(given) return given end
+
+local weight = schema.number { value = 1, unit = "1", minimum = 0, maximum = 1,
+  reason = "the material's own number" }
+local count = schema.number { unit = "", minimum = 0, maximum = 2 ^ 53, integer = true }
+local number = schema.number { unit = "" }
+local letters = schema.list(schema.text("[^%s]+", "a line of letters"),
+  { expected = "a layer: a list of lines of letters" })
+
+local rules = {
+  schema = schema_rule,
+  lattice = must(schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
+    expected = "a list { nx, ny, nz } of voxels" }), "a list { nx, ny, nz } of voxels"),
+  edge = schema.number(defaults.fields.simulation.edge),
+  voxels = must(schema.list(letters, { expected = "a list of layers" }), "a list of layers"),
+  weights = must(table_rule, "a table of stiffness, amplitude and phase"),
+  materials = must(table_rule, "a table of materials"),
+  scene = table_rule,
+  simulation = table_rule,
+  fitness = anything,
+  score = function(given, path) return given and number(given, path) end,
+  outcome = table_rule,
+  id = function(given, path) return given and count(given, path) end,
+  generation = function(given, path) return given and count(given, path) end,
+  parents = schema.list(count, { most = 2, expected = "a list of ids" }),
+  origin = schema.text("[%w_ ]+", "a word"),
+}
+local check_fields = schema.fields(rules)
+
+-- One weight of every voxel: a number, or [z][y][x] of the lattice's size.
+local function weight_rule(lattice)
+  local function list(rule, axis, what)
+    local count_of = lattice[axis]
+    return schema.list(rule, { count = count_of, expected = what:format(count_of) })
+  end
+  local line = list(weight, 1, "%d numbers along x")
+  local layers = list(list(line, 2, "%d lines along y"), 3, "%d layers along z")
+  return function(given, path)
+    if type(given) == "table" then return layers(given, path) end
+    return weight(given, path)
+  end
+end
+
+--- Checks a decoded file as a whole; `nil, message` on the first field that is wrong.
+---@param given any
+---@return limax.robot.description|nil
+---@return string|nil message
+---@return limax.materials|nil
+function robot_file.check(given)
+  local description, message = check_fields(given, "robot")
+  if not description then return nil, message end
+  local lattice = description.lattice
+  local rule = weight_rule(lattice)
+  local check_weights = schema.fields { stiffness = rule, amplitude = rule, phase = rule }
+  description.weights, message = check_weights(description.weights, "robot.weights")
+  if not description.weights then return nil, message end
+
+  local ok, materials = pcall(engine.materials, description.materials)
+  -- the place that an error names is this check's, which is nobody's fault
+  if not ok then return nil, "robot." .. tostring(materials):gsub("^[^\n]-:%d+: ", "") end
+  local size
+  size, message = body.measure_layers(description.voxels, materials)
+  if not size then return nil, "robot.voxels: " .. message end
+  for axis = 1, 3 do
+    if size[axis] ~= lattice[axis] then
+      return nil, ("robot.voxels: the lattice is %d x %d x %d voxels, the letters %d x %d x %d")
+        :format(lattice[1], lattice[2], lattice[3], size[1], size[2], size[3])
+    end
+  end
+  return description, nil, materials
+end
+
+-- ---- files --------------------------------------------------------------------------------------
+
+--- Reads a robot file; what is wrong raises at the user's line: file, field, value and legal range.
+---@param path string
+---@return limax.robot.description
+---@return limax.materials
+function robot_file.read(path)
+  local file, refusal = io.open(path, "rb")
+  if not file then engine.fail(("robot file %s"):format(refusal)) end
+  local text = file:read "*a"
+  file:close()
+  if not text then engine.fail(("robot file %s: cannot be read (is it a folder?)"):format(path)) end
+  local decoded, message = host.json.decode(text, path)
+  if decoded == nil then engine.fail(message) end
+  local description, wrong, materials = robot_file.check(decoded)
+  if not description then engine.fail(("%s: %s"):format(path, wrong)) end
+  return description, materials
+end
+
+--- The text of a robot file.
+---@param description limax.robot.description
+---@return string
+function robot_file.text(description)
+  return host.json.encode(description, { indent = 2 }) .. "\n"
+end
+
+--- Writes a robot file: the whole file or, where that fails, nothing.
+---@param path string
+---@param description limax.robot.description
+function robot_file.write(path, description)
+  local ok, message = host.file.write_atomic(path, robot_file.text(description))
+  if not ok then engine.fail(message) end
+end
+
+return robot_file

@@ -1,0 +1,122 @@
+--- robot_in_motion.lua: a robot whose simulation is taken step by step: `robot:begin { ... }`.
+--- Ctrl-C between steps leaves it whole, and it can be stepped on. SI units; t = 0 is when
+--- actuation starts.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local schema = require "limax.base.schema"
+
+local robot_in_motion = {}
+
+-- s of wall time of one slice: Ctrl-C is noticed between slices
+local SLICE = 0.05
+
+---@class limax.robot_in_motion
+---@field simulation limax.simulation
+---@field time number s since t = 0, negative while the body settles
+---@field steps integer done
+---@field status "running"|"done"|"invalid"|"diverged"
+local Moving = {}
+
+local lazy = {}
+
+-- read from the engine whenever they are asked for
+function lazy.time(self) return self.simulation:outcome(1).time end
+function lazy.steps(self) return self.simulation:outcome(1).step end
+function lazy.status(self) return self.simulation:outcome(1).status end
+
+local class = {}
+
+function class.__index(self, key)
+  local value = lazy[key]
+  if value then return value(self) end
+  return Moving[key]
+end
+
+function class.__tostring(self)
+  local now = self.simulation:outcome(1)
+  local center = self:center()
+  return ("robot in motion: %s, step %d of %d, t = %.4g s, centre of mass %.4g %.4g %.4g m"):format(
+    now.status, now.step, now.steps, now.time or 0, center[1], center[2], center[3])
+end
+
+--- Makes the object. `finish` makes a scored robot of a simulation that has ended.
+---@param simulation limax.simulation
+---@param finish fun(): limax.scored_robot
+---@return limax.robot_in_motion
+function robot_in_motion.new(simulation, finish)
+  -- a robot is prepared when it is first looked at
+  simulation:state(1)
+  return setmetatable({ simulation = simulation, finished = finish }, class)
+end
+
+-- Advances by whole steps, by slices of wall time.
+local function advance(simulation, steps)
+  local target = simulation:outcome(1).step + steps
+  while true do
+    local left = target - simulation:outcome(1).step
+    if left <= 0 then return end
+    local progress = simulation:advance(SLICE, left)
+    if progress.interrupted then
+      host.raise_if_interrupted()
+      error(host.interrupt, 0)
+    end
+    if progress.finished then return end
+  end
+end
+
+--- Takes whole steps, or fewer where the simulation ends.
+---@param steps? integer 1 if absent
+---@return limax.robot_in_motion self
+function Moving:step(steps)
+  steps = steps == nil and 1 or steps
+  if type(steps) ~= "number" or steps < 1 or steps % 1 ~= 0 then
+    engine.fail(("step: expected a whole number of steps from 1, got %s"):format(
+      schema.show(steps)))
+  end
+  advance(self.simulation, steps)
+  return self
+end
+
+--- Goes on for a time of the simulation, rounded up to whole steps.
+---@param seconds number s
+---@return limax.robot_in_motion self
+function Moving:go(seconds)
+  if type(seconds) ~= "number" or not (seconds > 0) then
+    engine.fail(("go: expected seconds above 0, got %s"):format(schema.show(seconds)))
+  end
+  local time_step = self.simulation:outcome(1).time_step
+  -- a hair less, so that rounding adds no step
+  advance(self.simulation, math.ceil(seconds / time_step - 1e-6))
+  return self
+end
+
+--- Positions of the masses now, world coordinates, as a copy.
+---@return limax.view positions [mass][3] m
+function Moving:positions() return (self.simulation:state(1)) end
+
+--- Velocities of the masses now, as a copy.
+---@return limax.view velocities [mass][3] m/s
+function Moving:velocities() return (select(2, self.simulation:state(1))) end
+
+--- The mean of the masses' places now: the centre of mass where all weigh the same, as in the
+--- paper's materials.
+---@return number[] { x, y, z } m
+function Moving:center()
+  local positions = self:positions()
+  local sum, count = { 0, 0, 0 }, positions:size()
+  for mass = 1, count do
+    for axis = 1, 3 do sum[axis] = sum[axis] + positions[mass][axis] end
+  end
+  return { sum[1] / count, sum[2] / count, sum[3] / count }
+end
+
+--- Goes on to the end.
+---@param progress? fun(progress: table)
+---@return limax.scored_robot
+function Moving:finish(progress)
+  self.simulation:run(progress)
+  return self.finished()
+end
+
+return robot_in_motion

@@ -1,0 +1,83 @@
+--- robot_of_genome.lua: the body that a genome describes: `limax.robot { genome = "random", seed =
+--- 3 }`, or one of given numbers under the encoding that they were evolved with.
+
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local ffi = require "ffi"
+local robot_file = require "limax.robot.robot_file"
+local schema = require "limax.base.schema"
+
+local robot_of_genome = {}
+
+local function anything(given) return given end
+
+local fields = defaults.fields
+local individual = { value = 1, unit = "of the initial population", minimum = 1, maximum = 1e6,
+  integer = true }
+
+local rules = schema.fields {
+  genome = anything,
+  lattice = schema.list(schema.number(fields.experiment.lattice),
+    { count = 3, default = { 5, 5, 5 }, expected = "a list { nx, ny, nz } of voxels" }),
+  materials = anything,
+  edge = schema.number(fields.simulation.edge),
+  features = schema.number(fields.genome.features),
+  sigma = schema.number(fields.genome.sigma),
+  hidden = schema.list(schema.number(fields.genome.hidden),
+    { most = 8, default = { 32, 32 }, expected = "a list of widths" }),
+  initial_scale = schema.number(fields.genome.initial_scale),
+  seed = anything,
+  repetition = schema.number(fields.experiment.repetitions, 1),
+  individual = schema.number(individual),
+}
+
+-- Genes of a script (a view or a list of numbers) as the engine takes them.
+local function bytes_of(genome, genes)
+  local list = engine.is_view(genome) and genome:table() or genome
+  if type(list) ~= "table" or #list ~= genes then
+    engine.fail(('limax.robot: genome: expected "random" or %d numbers, got %s'):format(genes,
+      type(list) == "table" and ("%d"):format(#list) or schema.show(list)))
+  end
+  local numbers = ffi.new("float[?]", genes)
+  for i = 1, genes do
+    -- NaN is no gene
+    if type(list[i]) ~= "number" or list[i] ~= list[i] then
+      engine.fail(("limax.robot: genome[%d]: expected a number, got %s"):format(i,
+        schema.show(list[i])))
+    end
+    numbers[i - 1] = list[i]
+  end
+  return ffi.string(numbers, ffi.sizeof(numbers))
+end
+
+--- The description of the robot that a genome describes.
+---@param given limax.robot.of_genome
+---@return limax.robot.description
+---@return limax.materials
+function robot_of_genome.describe(given)
+  local checked, message = rules(given, "limax.robot")
+  if not checked then engine.fail(message) end
+  local materials = checked.materials or defaults.materials
+  if not (type(materials) == "table" and materials.get) then
+    materials = engine.materials(materials)
+  end
+  local encoding = engine.encoding { lattice = checked.lattice, features = checked.features,
+    sigma = checked.sigma, hidden = checked.hidden, materials = materials.count,
+    initial_scale = checked.initial_scale, seed = checked.seed or 1,
+    repetition = checked.repetition }
+  local random = checked.genome == "random"
+  local which = random and checked.individual or 1
+  local population = engine.population { lattice = checked.lattice, count = which,
+    encoding = encoding }
+  if random then
+    population:initialize(which, 1)
+  else
+    population:set_genomes(bytes_of(checked.genome, population.genes))
+  end
+  population:express(materials, { require_muscle = false }, which, 1)
+  local description = robot_file.describe(population, which, materials, checked.edge)
+  population:free()
+  return description, materials
+end
+
+return robot_of_genome

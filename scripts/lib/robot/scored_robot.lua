@@ -1,0 +1,394 @@
+--- scored_robot.lua: the `robot` that fitness, selection and supervisors see: its body, what its
+--- simulation measured, and its traces, over a line of the run's record and, while it lives, the
+--- simulation. SI units; t = 0 is when actuation starts.
+
+local body = require "limax.robot.body"
+local choice = require "limax.base.choice"
+local defaults = require "limax.settings.defaults"
+local drive = require "limax.settings.drive"
+local engine = require "limax.engine"
+local robot_file = require "limax.robot.robot_file"
+local schema = require "limax.base.schema"
+local suggest = require "limax.base.suggest"
+
+local scored_robot = {}
+
+local function fail(pattern, ...) engine.fail(pattern:format(...)) end
+
+--- Where a record comes from. Without `simulation` there are no traces, without `population` there
+--- is no genome.
+---@class limax.robot.context
+---@field population? limax.population of the engine
+---@field index? integer in it
+---@field simulation? limax.simulation of the engine
+---@field materials limax.materials
+---@field scene table
+---@field options table settings of the simulation, with `record` and `edge`
+---@field fitness? any as robot files keep it
+
+---@class limax.scored_robot
+---@field id integer
+---@field parents integer[] ids, none or two
+---@field generation integer that it first appeared in
+---@field origin string "initial", "elite", "bred" or "hand"
+---@field status "done"|"invalid"|"diverged"|"failed"
+---@field reason string|nil why not "done"
+---@field fitness number|nil
+---@field cases number[]|nil
+---@field measures table<string, number>|nil
+---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
+---@field undersampled boolean a period of the muscles has fewer than 20 steps
+---@field genome any view of the genes, nil for a robot made by hand
+---@field body limax.robot.body
+---@field record table
+---@field context limax.robot.context
+local methods = {}
+
+local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
+  reason = true, fitness = true, cases = true, measures = true }
+
+local lazy = {}
+
+function lazy.body(self) return body.view(self.record.body) end
+
+function lazy.genome(self)
+  if self.record.origin == "hand" then return nil end
+  local population = self.context.population
+  if not population then
+    fail("robot %s: its genome is gone: genomes are kept for the last three generations",
+      self.record.id)
+  end
+  return population:genome(self.context.index)
+end
+
+local class = {}
+
+function class.__index(self, key)
+  if of_record[key] then return self.record[key] end
+  if key == "coarse" then
+    local outcome = self.record.outcome
+    return outcome ~= nil and outcome.coarse == true
+  end
+  if key == "undersampled" then
+    local outcome = self.record.outcome
+    return outcome ~= nil and outcome.time_step ~= nil
+      and drive.problem(self.context.scene, outcome.time_step) ~= nil
+  end
+  if lazy[key] then
+    local value = lazy[key](self)
+    rawset(self, key, value)
+    return value
+  end
+  return methods[key]
+end
+
+function class.__newindex(self, key, value)
+  if of_record[key] then
+    self.record[key] = value
+  else
+    rawset(self, key, value)
+  end
+end
+
+function class.__tostring(self)
+  local record = self.record
+  local size = record.body.size
+  local said = record.fitness and (", fitness %.6g"):format(record.fitness) or ""
+  return ("robot %s: %s%s%s, %d voxels, %dx%dx%d, %.4g kg"):format(record.id, record.status,
+    record.reason and " (" .. record.reason .. ")" or "", said, record.body.voxels,
+    size[1], size[2], size[3], record.body.mass)
+end
+
+--- Makes the object over a record, one line of a run's population file, and where it comes from.
+---@param record table
+---@param context limax.robot.context
+---@return limax.scored_robot
+function scored_robot.new(record, context)
+  return setmetatable({ record = record, context = context }, class)
+end
+
+--- Is this the name of a method that robots have once they are simulated?
+---@param name any
+---@return boolean
+function scored_robot.measures_by(name) return methods[name] ~= nil end
+
+--- Names of the methods of a robot that was simulated.
+---@return string[]
+function scored_robot.methods() return choice.sorted_keys(methods) end
+
+--- Is this value a scored robot?
+---@param value any
+---@return boolean
+function scored_robot.is(value) return getmetatable(value) == class end
+
+-- ---- measures -----------------------------------------------------------------------------------
+
+-- The outcome of a robot that ended well: nobody else has measures.
+local function outcome_of(self, what)
+  local record = self.record
+  local outcome = record.outcome
+  if outcome and outcome.status == "done" then return outcome end
+  local when = outcome and outcome.status == "diverged" and outcome.time
+    and (" at t = %.4g s"):format(outcome.time) or ""
+  fail("robot %s has no %s: it is %s%s%s", record.id, what, record.status,
+    record.reason and " (" .. record.reason .. ")" or "", when)
+end
+
+-- The experiment's `record`, with one more entry.
+local function entry_to_add(self, kind)
+  local parts, record = {}, self.context.options.record or {}
+  for _, name in ipairs(defaults.traces) do
+    local rate = record[name] or 0
+    if name == kind then rate = 50 end
+    if rate > 0 then parts[#parts + 1] = ("%s = %d"):format(name, rate) end
+  end
+  return "record = { " .. table.concat(parts, ", ") .. " }"
+end
+
+local function is_recorded(self, kind)
+  local record = self.context.options.record
+  return record ~= nil and (record[kind] or 0) > 0
+end
+
+-- A number that the engine sums up from a trace.
+local function summary(self, what, field, kind)
+  local value = outcome_of(self, what)[field]
+  if value then return value end
+  fail("%s reads the trace %q, which was not recorded; add the entry %s (samples per second)", what,
+    kind, entry_to_add(self, kind))
+end
+
+local axes = { x = 1, y = 2, z = 3 }
+local starts = { start = "center_start", middle = "center_middle" }
+
+local axis_rule, from_rule = schema.choice { "x", "y", "z" }, schema.choice { "start", "middle" }
+local axis_and_from = schema.fields { axis = axis_rule, from = from_rule }
+local axis_alone = schema.fields { axis = axis_rule }
+local from_alone = schema.fields { from = from_rule }
+
+-- The options of a measure: along which axis, and from when.
+local function read_options(options, what, known)
+  if options == nil then return {} end
+  local checked, message = known(options, what)
+  if not checked then engine.fail(message) end
+  return checked
+end
+
+local function moved(self, what, from)
+  local outcome = outcome_of(self, what)
+  local first, last = outcome[starts[from or "start"]], outcome.center_end
+  return last[1] - first[1], last[2] - first[2], last[3] - first[3]
+end
+
+--- Seconds from t = 0 to the end.
+---@return number s
+function methods:duration() return outcome_of(self, "duration").time end
+
+--- Horizontal length between the centres of mass at t = 0 and at the end, m; with `axis`, its
+--- signed part along x, y or z; with `from = "middle"`, from half of the time on.
+---@param options? { axis?: "x"|"y"|"z", from?: "start"|"middle" }
+---@return number m
+function methods:distance(options)
+  options = read_options(options, "distance", axis_and_from)
+  local dx, dy, dz = moved(self, "distance", options.from)
+  if options.axis then return ({ dx, dy, dz })[axes[options.axis]] end
+  return math.sqrt(dx * dx + dy * dy)
+end
+
+--- The vector between the centres of mass at t = 0 (or from the middle) and at the end, m.
+---@param options? { from?: "start"|"middle" }
+---@return number[] { dx, dy, dz }
+function methods:displacement(options)
+  options = read_options(options, "displacement", from_alone)
+  return { moved(self, "displacement", options.from) }
+end
+
+--- Distance over duration, m/s; `axis` as in distance.
+---@param options? { axis?: "x"|"y"|"z" }
+---@return number m/s
+function methods:speed(options)
+  options = read_options(options, "speed", axis_alone)
+  return self:distance { axis = options.axis } / self:duration()
+end
+
+--- Horizontal length of the path of the centre of mass, m. Reads the trace "center_of_mass".
+---@return number m
+function methods:path_length()
+  return summary(self, "path_length", "path_length", "center_of_mass")
+end
+
+--- Highest rise of the centre of mass above its place at t = 0, m. Reads the trace
+--- "center_of_mass".
+---@return number m
+function methods:height() return summary(self, "height", "height", "center_of_mass") end
+
+--- Mean share of the masses that touch the ground or another contact, 0 to 1. Reads the
+--- trace "contact".
+---@return number
+function methods:contact() return summary(self, "contact", "contact", "contact") end
+
+--- Means of kinetic and elastic energy, and the muscles' positive work in all, J. Reads the trace
+--- "energy".
+---@return { kinetic: number, elastic: number, muscle_work: number } J
+function methods:energy()
+  local function part(field) return summary(self, "energy", field, "energy") end
+  return { kinetic = part "kinetic", elastic = part "elastic", muscle_work = part "muscle_work" }
+end
+
+---@class limax.robot.block
+---@field displacement number[] from t = 0, or the middle, to the end, { dx, dy, dz }, m
+---@field distance number horizontal length of that, m
+---@field position number[] of its centre at the end, in the world, m
+---@field velocity number[] at the end, m/s
+---@field tilt number angle between its own z axis and the world's at the end, rad
+
+--- What became of the rigid block of the scene. `from = "middle"` counts its way from half of the
+--- time on.
+---@param options? { from?: "start"|"middle" }
+---@return limax.robot.block
+function methods:block(options)
+  options = read_options(options, "block", from_alone)
+  local outcome = outcome_of(self, "block")
+  local last = outcome.block_end
+  if not last then
+    fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
+  end
+  local first = options.from == "middle" and outcome.block_middle or outcome.block_start
+  local way = { last[1] - first[1], last[2] - first[2], last[3] - first[3] }
+  return {
+    displacement = way, distance = math.sqrt(way[1] ^ 2 + way[2] ^ 2),
+    position = { last[1], last[2], last[3] },
+    velocity = { unpack(outcome.block_velocity) },
+    -- a rotation's cosine may be off by a rounding
+    tilt = math.acos(math.max(-1, math.min(1, outcome.block_upright))),
+  }
+end
+
+local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
+  "contact_damping", "friction", "other" }
+local first_work = 5
+
+---@class limax.robot.ledger
+---@field kinetic number energy at the end, J; this and the following
+---@field elastic number of the springs
+---@field contact number in what touches
+---@field gravitational number from the world's origin
+---@field muscles number work from t = 0 to the end, J, positive into the body; this and the next
+---@field damping number of the dashpots along springs
+---@field contact_damping number
+---@field friction number
+---@field other number of every effect that has no entry of its own
+---@field change number of the energy since t = 0, J
+---@field closure number 1: how far off the books are at the worst sample: the energy since t = 0
+--- less all works, over what went through (the sizes of the works at the end, the largest energy)
+
+--- The books of the robot's energy: what it holds at the end, what put energy in or took it out
+--- since t = 0, and how well the two agree. Reads the trace "ledger" (CPU only).
+---@return limax.robot.ledger
+function methods:ledger()
+  outcome_of(self, "ledger")
+  local trace = self:trace "ledger"
+  local last, held, worst, largest = trace:size(), nil, 0, 0
+  local result = {}
+  for sample = 1, last do
+    local row = trace[sample]
+    local energy, works = 0, 0
+    for k = 1, #accounts do
+      if k < first_work then energy = energy + row[k] else works = works + row[k] end
+    end
+    -- gravity's zero is a convention: only its change counts as energy that goes through
+    largest = math.max(largest, row[1] + row[2] + row[3] + math.abs(row[4] - trace[1][4]))
+    held = held or energy
+    worst = math.max(worst, math.abs(energy - held - works))
+    result.change = energy - held
+  end
+  local through = largest
+  for k, name in ipairs(accounts) do
+    result[name] = trace[last][k]
+    if k >= first_work then through = through + math.abs(result[name]) end
+  end
+  result.closure = through > 0 and worst / through or 0
+  return result
+end
+
+--- Mean strain |r - L0| / L0 over springs and time, and the largest of any spring at any sample.
+--- Reads the trace "strain".
+---@return number mean
+---@return number largest
+function methods:strain()
+  local mean = summary(self, "strain", "strain", "strain")
+  return mean, summary(self, "strain", "strain_most", "strain")
+end
+
+--- Mass of the body, kg.
+---@return number kg
+function methods:mass() return self.record.body.mass end
+
+local function edge_of(self)
+  return self.context.options.edge or defaults.fields.simulation.edge.value
+end
+
+--- Longer horizontal side of the body at rest: one body length, m.
+---@return number m
+function methods:length()
+  local size = self.record.body.size
+  return math.max(size[1], size[2]) * edge_of(self)
+end
+
+--- A recorded trace from t = 0: "center_of_mass" [sample][3] m, "position" [sample][mass][3] m,
+--- "velocity" [sample][mass][3] m/s, "contact" [sample][1], "energy" [sample][4], "strain"
+--- [sample][2], "ledger" [sample][9], "block" [sample][7] (centre, m, and quaternion w, x, y, z);
+--- with `.rate` (Hz) and `.unit`.
+---@param kind string
+---@return any view
+function methods:trace(kind)
+  local known = false
+  for _, name in ipairs(defaults.traces) do known = known or name == kind end
+  if not known then
+    fail("trace: unknown name %s%s", schema.show(kind), suggest.ending(kind, defaults.traces))
+  end
+  if not is_recorded(self, kind) then
+    fail("trace %q was not recorded; add the entry %s (samples per second)", kind,
+      entry_to_add(self, kind))
+  end
+  local simulation = self.context.simulation
+  if not simulation then
+    fail("robot %s: its trace %q is gone: it lived until its population was bred; copy() keeps one",
+      self.record.id, kind)
+  end
+  return simulation:trace(self.context.index, kind)
+end
+
+-- ---- keeping and repeating ----------------------------------------------------------------------
+
+--- Everything that it takes to simulate this robot again: the plain table that a robot file holds.
+---@return limax.robot.description
+function methods:table()
+  local context, record = self.context, self.record
+  if not context.population then
+    fail("robot %s: its body is gone: weights are kept for the last three generations", record.id)
+  end
+  local description =
+    robot_file.describe(context.population, context.index, context.materials, edge_of(self))
+  description.scene, description.simulation = context.scene, context.options
+  description.fitness, description.score = context.fitness, record.fitness
+  description.outcome = record.outcome
+  for _, name in ipairs { "id", "generation", "parents", "origin" } do
+    description[name] = record[name]
+  end
+  return description
+end
+
+--- Writes this robot as a file that `limax.robot(file)` reads, and that replays to the same score.
+---@param path string
+function methods:save(path) robot_file.write(path, self:table()) end
+
+--- Simulates the same body again: scene and settings as they were, but for what `options` names
+--- (limax.robot has the list).
+---@param options? table
+---@return limax.scored_robot
+function methods:simulate(options)
+  return require("limax.robot.robot").of(self:table()):simulate(options)
+end
+
+return scored_robot

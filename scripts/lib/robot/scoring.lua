@@ -1,0 +1,163 @@
+--- scoring.lua: how a user's fitness function is called, and what becomes of a robot when it goes
+--- wrong. In the first generation an error or a value that is no number stops the run: the script
+--- is wrong. Later, and for NaN or infinity always, that robot fails; more than a tenth of a
+--- generation stops the run too.
+
+local failure = require "limax.base.failure"
+local schema = require "limax.base.schema"
+local scored_robot = require "limax.robot.scored_robot"
+local suggest = require "limax.base.suggest"
+
+local scoring = {}
+
+--- Share of a generation that may fail in the fitness before the run stops.
+scoring.most_failed = 0.1
+
+local function is_finite(value) return value == value and math.abs(value) < math.huge end
+
+-- Pairs of a table, numbers before names, so that the first complaint is the same in every process.
+local function sorted(given)
+  local keys = {}
+  for key in pairs(given) do keys[#keys + 1] = key end
+  table.sort(keys, function(a, b)
+    if type(a) ~= type(b) then return type(a) == "number" end
+    if type(a) == "number" then return a < b end
+    return tostring(a) < tostring(b)
+  end)
+  local k = 0
+  return function()
+    k = k + 1
+    return keys[k], given[keys[k]]
+  end
+end
+
+-- What is wrong with one entry of a fitness's second result, which has so many cases; nil when all
+-- is well.
+local function fault(key, number, count)
+  local is_case = type(key) == "number"
+  local problem, excusable
+  if is_case and (key < 1 or key > count or key ~= math.floor(key)) then
+    problem = (" is beyond its %d cases: a list has no gaps"):format(count)
+  elseif not is_case and not tostring(key):find "^[%a_][%w_]*$" then
+    problem = ": a name has letters, digits and _ alone"
+  elseif type(number) ~= "number" then
+    problem = (" is %s, expected a number"):format(schema.show(number))
+  elseif not is_finite(number) then
+    problem, excusable = " is " .. tostring(number), true
+  else
+    return nil
+  end
+  local what = is_case and ("case %s"):format(key) or ("measure %s"):format(schema.show(key))
+  return ("the fitness's %s%s"):format(what, problem), excusable
+end
+
+-- What is wrong with a fitness's results; nil when all is well. NaN and infinity are `excusable`:
+-- they come from a robot, not from the script.
+local function complaint(value, beside)
+  if type(value) ~= "number" then
+    return "the fitness returned " .. schema.show(value) .. ", expected a number"
+  end
+  if value ~= value then
+    -- the usual cause: Lua 5.1 has no length operator for tables like ours
+    return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
+  end
+  if not is_finite(value) then return "the fitness returned " .. tostring(value), true end
+  if beside == nil then return nil end
+  if type(beside) ~= "table" then
+    return "the fitness's second result is " .. schema.show(beside)
+      .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
+  end
+  local count, is_faulty = #beside, false
+  for key, number in pairs(beside) do is_faulty = is_faulty or fault(key, number, count) ~= nil end
+  if not is_faulty then return nil end
+  for key, number in sorted(beside) do
+    local message, excusable = fault(key, number, count)
+    if message then return message, excusable end
+  end
+end
+
+--- The parts of a fitness's second result: its list are the cases, its named numbers the measures;
+--- nil for what there is none of.
+---@param beside table|nil
+---@return number[]|nil cases
+---@return table<string, number>|nil measures
+function scoring.parts(beside)
+  if beside == nil then return nil, nil end
+  local cases, measures = {}, {}
+  for key, number in pairs(beside) do
+    if type(key) == "number" then cases[key] = number else measures[key] = number end
+  end
+  return #cases > 0 and cases or nil, next(measures) and measures or nil
+end
+
+-- What a method that no robot has may have been meant as, as the end of Lua's own message.
+local function misspelt(message)
+  local name = tostring(message):match "attempt to call method '([%w_]+)' %(a nil value%)"
+  local nearest = name and suggest(name, scored_robot.methods())
+  return nearest and (" (did you mean robot:%s?)"):format(nearest) or ""
+end
+
+--- Calls a fitness for one robot: fitness and what it returned beside it, or `nil, nil, message,
+--- excusable`. The message of an error comes with its traceback as fifth result.
+---@param call function
+---@param robot table
+---@return number|nil fitness
+---@return table|nil beside as `scoring.parts` takes it
+---@return string|nil message
+---@return boolean|nil excusable
+---@return string|nil trace
+function scoring.call(call, robot)
+  local ok, value, beside = failure.attempt(call, robot)
+  -- a fitness may simulate: that the device failed is nothing that a robot is to blame for
+  if not ok and failure.of_machine(value) then error(value, 0) end
+  if not ok then
+    local slip = misspelt(value)
+    -- the traceback begins with the message
+    local trace = tostring(beside):gsub("^[^\n]*", function(line) return line .. slip end)
+    return nil, nil, "the fitness failed: " .. tostring(value) .. slip, false, trace
+  end
+  local message, excusable = complaint(value, beside)
+  if message then return nil, nil, message, excusable end
+  return value, beside
+end
+
+---@class scoring.request
+---@field call function the fitness
+---@field robots table[] objects handed to the fitness
+---@field records table[] their records; fitness, cases, measures, status and reason are written
+--- here
+---@field wanted boolean[] which robots to score
+---@field generation integer
+---@field say fun(text: string, message: string) told of every robot that fails; `message` is the
+--- part of the text that names no robot and no generation
+
+--- Scores the robots that ended well. Raises a failure with status 1 where the run must stop.
+---@param request scoring.request
+function scoring.score(request)
+  local failed = 0
+  for i, record in ipairs(request.records) do
+    if request.wanted[i] and record.status == "done" then
+      local value, beside, message, excusable, trace =
+        scoring.call(request.call, request.robots[i])
+      record.fitness = value
+      record.cases, record.measures = scoring.parts(beside)
+      if message then
+        if request.generation == 0 and not excusable then
+          failure.raise(1, ("robot %s of the first generation: %s"):format(record.id,
+            trace and "the fitness failed: " .. trace or message))
+        end
+        record.status, record.reason = "failed", "fitness"
+        failed = failed + 1
+        request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
+          request.generation, message), message)
+        if failed > scoring.most_failed * #request.records then
+          failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
+            .. " the fitness; last: %s"):format(request.generation, failed, #request.records,
+            message))
+        end
+      end
+    end
+  end
+end
+
+return scoring

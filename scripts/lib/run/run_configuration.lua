@@ -1,0 +1,45 @@
+--- run_configuration.lua: what a run folder says of its experiment: the configuration, how the run
+--- was started, and the scripts as they were.
+
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local run_configuration = {}
+
+-- Names under which scripts are kept: their path below the experiment's folder, else the file's own
+-- name.
+local function copies(experiment)
+  local base = experiment.origin and source.folder_of(experiment.origin) .. "/"
+  local list, taken = {}, {}
+  for _, path in ipairs(experiment.scripts) do
+    local inside = base and path:find(base, 1, true) == 1
+    local name = inside and path:sub(#base + 1) or source.name_of(path)
+    while taken[name] do name = "_" .. name end
+    taken[name] = true
+    local text, message = source.read(path)
+    if not text then failure.raise(1, message) end
+    list[#list + 1] = { file = name, path = path, sha256 = host.sha256(text), text = text }
+  end
+  return list
+end
+
+--- The configuration that a run folder holds, and the scripts.
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+---@return table config
+---@return table[] scripts file, path, sha256, text
+function run_configuration.of(experiment, options)
+  local config = source.copy(experiment.config)
+  local scripts, kept = copies(experiment), host.json.array {}
+  local script
+  for i, copy in ipairs(scripts) do
+    kept[i] = { file = copy.file, sha256 = copy.sha256 }
+    if copy.path == experiment.origin then script = copy.file end
+  end
+  config.run = { repetition = options.repetition, path = experiment.origin, script = script,
+    scripts = kept, overrides = host.json.array(options.overrides or {}) }
+  return config, scripts
+end
+
+return run_configuration

@@ -1,0 +1,344 @@
+--- ledger.lua: what became of a proposal. Each field that a supervisor may set is bound by a range
+--- and by its largest change per generation, and ends as accepted, clamped, rate-limited, kept or
+--- rejected, with the reason; one that a script's own loop sets, as set. Nothing in a proposal can
+--- raise an error.
+
+local choice = require "limax.base.choice"
+local schema = require "limax.base.schema"
+local suggest = require "limax.base.suggest"
+
+local ledger = {}
+
+--- What binds one field of a proposal.
+---@class limax.limit
+---@field field string mutation_rate, ..., stiffness
+---@field minimum number
+---@field maximum number
+---@field factor? number largest ratio between two generations
+---@field step? number largest difference between two generations
+---@field unit string
+---@field material? boolean a field of materials; for stiffness the range is in first values
+---@field allowed boolean may a supervisor set it in this experiment?
+
+-- What may be proposed: DESIGN's table of ranges and largest changes.
+local proposable = {
+  { field = "mutation_rate", minimum = 0.001, maximum = 0.5, factor = 2, unit = "per gene" },
+  { field = "mutation_scale", minimum = 0.001, maximum = 1, factor = 2, unit = "1" },
+  { field = "crossover_rate", minimum = 0, maximum = 1, step = 0.2, unit = "per gene" },
+  { field = "elite_fraction", minimum = 0, maximum = 0.5, step = 0.1, unit = "of the population" },
+  { field = "stiffness", minimum = 0.2, maximum = 5, factor = 1.25, unit = "first value (N/m)",
+    material = true },
+  { field = "amplitude", minimum = 0, maximum = 0.3, step = 0.05, unit = "1", material = true },
+  { field = "phase", minimum = 0, maximum = math.pi, step = 0.5, unit = "rad", material = true },
+}
+
+-- Fields of an experiment that a proposal never reaches.
+local fixed = { "population", "generations", "repetitions", "seed", "scene", "lattice", "genome",
+  "simulation", "accuracy", "fitness", "selection", "supervisor", "record", "mass_per_site",
+  "damping_ratio", "stiffness_floor", "friction", "name", "letter", "kind" }
+local is_fixed = {}
+for _, name in ipairs(fixed) do is_fixed[name] = true end
+
+--- The limits that bind proposals in a population of this size, narrowed by an experiment's ranges.
+---@param population integer
+---@param ranges? table<string, number[]> field -> { least, most }
+---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
+---@return limax.limit[]
+function ledger.limits(population, ranges, allowed)
+  local list = {}
+  for i, given in ipairs(proposable) do
+    local limit = {}
+    for key, value in pairs(given) do limit[key] = value end
+    limit.allowed = not allowed or allowed[given.material and "materials" or "hyperparameters"]
+    -- one robot at least is kept
+    if limit.field == "elite_fraction" then limit.minimum = 1 / population end
+    local range = ranges and ranges[limit.field]
+    if range then
+      limit.minimum = math.max(limit.minimum, range[1])
+      limit.maximum = math.min(limit.maximum, range[2])
+    end
+    list[i] = limit
+  end
+  return list
+end
+
+--- Names of the fields of a material that may be proposed: amplitude and phase belong to muscles.
+---@param material table an entry of engine materials: kind, stiffness, ...
+---@return string[]
+function ledger.material_fields(material)
+  if material.kind == "empty" then return {} end
+  if material.kind == "passive" then return { "stiffness" } end
+  return { "amplitude", "phase", "stiffness" }
+end
+
+--- What the largest change per generation lets a value become, the range aside.
+---@param limit limax.limit
+---@param before number
+---@param unit number what the limit's range is in: the first value of a stiffness, else 1
+---@return number least
+---@return number most
+function ledger.reach(limit, before, unit)
+  if not limit.factor then return before - limit.step, before + limit.step end
+  -- a value of 0 could never grow by a factor: the change counts from the range's low end
+  local from = math.max(before, limit.minimum * unit)
+  return from / limit.factor, from * limit.factor
+end
+
+-- One value within its range and its largest change from `before`: value, outcome, reason.
+local function bound(limit, before, proposed, unit)
+  local low, high = limit.minimum * unit, limit.maximum * unit
+  local value, outcome, reason = proposed, "accepted", nil
+  if value < low or value > high then
+    value = math.min(math.max(value, low), high)
+    outcome, reason = "clamped", ("the range is %.6g to %.6g"):format(low, high)
+  end
+  local least, most = ledger.reach(limit, before, unit)
+  if limit.factor then
+    reason = reason or ("at most x%.6g per generation"):format(limit.factor)
+  else
+    reason = reason or ("at most %.6g per generation"):format(limit.step)
+  end
+  if value < least or value > most then
+    value = math.min(math.max(value, least), most)
+    if outcome == "clamped" then
+      reason = ("%s, and at most %s per generation"):format(reason,
+        limit.factor and ("x%.6g"):format(limit.factor) or ("%.6g"):format(limit.step))
+    end
+    outcome = "rate-limited"
+  end
+  if outcome == "accepted" then reason = nil end
+  return value, outcome, reason
+end
+
+-- What a ledger line shows of a value that JSON cannot hold as it is.
+local function shown(value)
+  if type(value) == "number" and value == value and math.abs(value) < math.huge then
+    return value
+  end
+  if type(value) == "string" or type(value) == "boolean" then return schema.show(value) end
+  return type(value) == "number" and tostring(value) or "a " .. type(value)
+end
+
+local function is_number(value)
+  return type(value) == "number" and value == value and math.abs(value) < math.huge
+end
+
+-- The key of a table as an entry names it. Not `tostring`: it may raise, and an address would
+-- differ between runs.
+local function key_text(key)
+  if type(key) == "string" then return key end
+  if type(key) == "number" or type(key) == "boolean" then return ("[%s]"):format(tostring(key)) end
+  return ("[a %s]"):format(type(key))
+end
+
+-- A proposal as plain tables, `depth` deep, so that what is read from here on calls nothing of the
+-- script: `next` and `rawget` know no metamethod. nil for what is no table.
+local function plain(value, depth)
+  if type(value) ~= "table" then return nil end
+  local copy = {}
+  for key, entry in next, value do
+    local named = type(key) == "string" or type(key) == "number" or type(key) == "boolean"
+    -- several keys that are tables share one text: what they hold must not tell which came last
+    if not named then entry = {} end
+    copy[key_text(key)] = depth > 1 and plain(entry, depth - 1) or entry
+  end
+  return copy
+end
+
+-- A refusal's reason for a name that is no proposable field.
+local function unknown(name, known)
+  if is_fixed[name] then return "is not for a supervisor to change" end
+  return "unknown field" .. suggest.ending(name, known)
+end
+
+-- Finds a proposed table for each material, by name or letter; entries for names that match none.
+local function match_materials(proposed, list, entries)
+  local by_material = {}
+  local names = {}
+  for i, material in ipairs(list) do names[i] = material.name end
+  for _, key in ipairs(choice.sorted_keys(proposed)) do
+    local value, found = proposed[key], nil
+    for _, material in ipairs(list) do
+      if key == material.name or key == material.letter then found = material end
+    end
+    if not found or type(value) ~= "table" then
+      entries[#entries + 1] = { field = "materials." .. key, outcome = "rejected",
+        proposed = shown(value), reason = found and "expected a table of fields"
+          or "materials are neither added nor renamed" .. suggest.ending(key, names) }
+    else
+      by_material[found.name] = value
+    end
+  end
+  return by_material
+end
+
+-- Judges one field of parameters or of a material and writes its entry.
+local function judge_field(request)
+  local entry = { field = request.path, before = request.before, applied = request.before,
+    outcome = "kept", reason = nil }
+  local proposed = request.proposed
+  if proposed ~= nil then
+    entry.proposed = shown(proposed)
+    if not request.allowed then
+      entry.outcome, entry.reason = "rejected", request.refusal
+    elseif not is_number(proposed) then
+      entry.outcome, entry.reason = "rejected", "expected a finite number"
+    else
+      entry.applied, entry.outcome, entry.reason =
+        bound(request.limit, request.before, proposed, request.unit or 1)
+    end
+  end
+  request.entries[#request.entries + 1] = entry
+  return entry
+end
+
+-- Lowers what was raised in stiffness until a full body's `auto` step is at least half of its first
+-- value: a stiffer set would make every later generation slower. `cost(fields)` is that step, s.
+local function limit_cost(fields, raised, cost, first_step)
+  local least = first_step / 2
+  local wanted = cost(fields)
+  if wanted >= least or #raised == 0 then return end
+  local function set(share)
+    for _, change in ipairs(raised) do
+      local before, target = change.entry.before, change.target
+      fields[change.material].stiffness = before * (target / before) ^ share
+    end
+    return cost(fields)
+  end
+  -- 20 halvings: a millionth of the proposed change
+  local low, high = 0, 1
+  for _ = 1, 20 do
+    local middle = (low + high) / 2
+    if set(middle) >= least then low = middle else high = middle end
+  end
+  set(low)
+  for _, change in ipairs(raised) do
+    change.entry.applied = fields[change.material].stiffness
+    change.entry.outcome = "clamped"
+    change.entry.reason = ("cost: the step of a full body would fall from %.3g s to %.3g s")
+      :format(first_step, wanted)
+  end
+end
+
+---@class ledger.request
+---@field proposal any what the supervisor returned
+---@field reason? any its second result
+---@field supervisor string its name
+---@field source? string whose proposal it is, where that may be another's: "model", "rules", "keep"
+---@field limits limax.limit[]
+---@field parameters table<string, number> of the generation just scored
+---@field materials table[] all materials now, as `engine.materials` gives them, in index order
+---@field first table<string, table<string, number>> first values: material name -> field -> value
+---@field allowed { hyperparameters: boolean, materials: boolean }
+---@field cost fun(fields: table): number least `auto` step of a full body, s
+---@field first_step number the same under the first materials
+
+--- Judges a proposal. Returns the next parameters, the next material fields (name -> field ->
+--- value) and the ledger record: supervisor, reason and one entry per field, in a fixed order.
+---@param request ledger.request
+---@return table<string, number> parameters
+---@return table<string, table<string, number>> materials
+---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
+function ledger.judge(request)
+  local proposal, entries = request.proposal, {}
+  local reason = type(request.reason) == "string" and request.reason or nil
+  if proposal ~= nil and type(proposal) ~= "table" then
+    reason = "the supervisor returned " .. schema.show(proposal) .. ", expected a table"
+    proposal = nil
+  end
+  -- parameters; materials; fields of a material
+  proposal = plain(proposal, 3) or {}
+
+  local parameters, known, limit_of = {}, { "materials" }, {}
+  for _, limit in ipairs(request.limits) do
+    limit_of[limit.field] = limit
+    if not limit.material then
+      known[#known + 1] = limit.field
+      local entry = judge_field { entries = entries, path = limit.field, limit = limit,
+        before = request.parameters[limit.field], proposed = proposal[limit.field],
+        allowed = request.allowed.hyperparameters,
+        refusal = "supervision.hyperparameters is false in this experiment" }
+      parameters[limit.field] = entry.applied
+    end
+  end
+
+  local refused = {}
+  local proposed_materials = proposal.materials
+  if proposed_materials ~= nil and type(proposed_materials) ~= "table" then
+    refused[1] = { field = "materials", proposed = shown(proposed_materials), outcome = "rejected",
+      reason = "expected a table of materials" }
+    proposed_materials = nil
+  end
+  local by_material = match_materials(proposed_materials or {}, request.materials, refused)
+
+  local fields, raised = {}, {}
+  for _, material in ipairs(request.materials) do
+    local proposed = by_material[material.name] or {}
+    local names = ledger.material_fields(material)
+    if #names > 0 then fields[material.name] = {} end
+    local mine = {}
+    for _, name in ipairs(names) do
+      mine[name] = true
+      local unit = name == "stiffness" and request.first[material.name].stiffness or 1
+      local entry = judge_field { entries = entries, limit = limit_of[name], unit = unit,
+        path = ("materials.%s.%s"):format(material.name, name),
+        before = material[name], proposed = proposed[name], allowed = request.allowed.materials,
+        refusal = "supervision.materials is false in this experiment" }
+      fields[material.name][name] = entry.applied
+      if name == "stiffness" and entry.applied > entry.before then
+        raised[#raised + 1] = { material = material.name, entry = entry, target = entry.applied }
+      end
+    end
+    for _, key in ipairs(choice.sorted_keys(proposed)) do
+      if not mine[key] then
+        refused[#refused + 1] = { field = ("materials.%s.%s"):format(material.name, key),
+          proposed = shown(proposed[key]), outcome = "rejected", reason = unknown(key, names) }
+      end
+    end
+  end
+  if #raised > 0 then limit_cost(fields, raised, request.cost, request.first_step) end
+
+  local accepted = {}
+  for _, name in ipairs(known) do accepted[name] = true end
+  for _, key in ipairs(choice.sorted_keys(proposal)) do
+    if not accepted[key] then
+      refused[#refused + 1] = { field = key, proposed = shown(proposal[key]), outcome = "rejected",
+        reason = unknown(key, known) }
+    end
+  end
+  for _, entry in ipairs(refused) do entries[#entries + 1] = entry end
+  return parameters, fields, { supervisor = request.supervisor, source = request.source,
+    reason = reason, entries = entries }
+end
+
+--- How much of what was proposed came to what: the number of proposed fields, and the shares of
+--- them by outcome.
+---@param record { entries: table[] }
+---@return table<string, number>
+function ledger.shares(record)
+  local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
+  local proposed = 0
+  for _, entry in ipairs(record.entries) do
+    if counts[entry.outcome] then
+      counts[entry.outcome] = counts[entry.outcome] + 1
+      proposed = proposed + 1
+    end
+  end
+  local function share(outcome) return proposed > 0 and counts[outcome] / proposed or nil end
+  return { proposed = proposed, accepted = share "accepted", clamped = share "clamped",
+    rate_limited = share "rate-limited", rejected = share "rejected" }
+end
+
+--- Notes that a script's own loop sets a parameter, whatever was proposed for it.
+---@param record { entries: table[] } of `ledger.judge`
+---@param field string
+---@param value number
+function ledger.set(record, field, value)
+  for _, entry in ipairs(record.entries) do
+    if entry.field == field then
+      entry.applied, entry.outcome, entry.reason = value, "set", "by the script's own loop"
+    end
+  end
+end
+
+return ledger

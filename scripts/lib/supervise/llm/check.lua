@@ -1,0 +1,67 @@
+--- check.lua: what `limax doctor` says of the language model: which endpoint is configured, whether
+--- a key is found and where, and, if asked, whether it answers.
+
+local client = require "limax.supervise.llm.client"
+
+local check = {}
+
+-- A local server may have to load its model first.
+local BUDGET = 120 -- s
+local QUESTION = { { role = "user",
+  content = 'Answer with this JSON object and nothing else: {"mutation_rate": 0.1}' } }
+local SCHEMA = { type = "object", additionalProperties = false, required = { "mutation_rate" },
+  properties = { mutation_rate = { type = "number" } } }
+
+---@class limax.llm.facts
+---@field configured boolean
+---@field missing string|nil why no endpoint can be asked
+---@field endpoint string|nil
+---@field model string|nil
+---@field provider string|nil
+---@field key string|nil where the key comes from
+---@field answered boolean|nil only if it was asked
+---@field seconds number|nil
+---@field form "json_schema"|"json_object"|"plain"|nil what the endpoint takes
+---@field usage { input_tokens: integer, output_tokens: integer }|nil
+---@field failure string|nil why it did not answer
+
+--- Facts of the endpoint that the environment names. With `ask` one short question is sent; without
+--- it nothing is.
+---@param ask boolean
+---@param given? limax.llm.given
+---@return limax.llm.facts
+function check.gather(ask, given)
+  local made, missing = client.new({ budget = BUDGET }, given)
+  if not made then return { configured = false, missing = missing } end
+  local facts = made:describe()
+  facts.configured = true
+  if not ask then return facts end
+  local answer, failure = made:ask(QUESTION, { schema = SCHEMA, name = "proposal" })
+  facts.answered, facts.seconds = answer ~= nil, (answer or failure).seconds
+  if failure then
+    facts.failure = ("%s: %s"):format(failure.class, failure.message)
+  else
+    facts.form, facts.usage = made.capabilities.format, answer.usage
+  end
+  return facts
+end
+
+--- The line of `limax doctor`: a mark, "ok", "bad" or "", and a text.
+---@param facts limax.llm.facts
+---@return string mark
+---@return string text
+function check.line(facts)
+  if not facts.configured then return "", "none: " .. facts.missing end
+  local text = ("%s, model %s, %s"):format(facts.endpoint, facts.model,
+    facts.key and "key from " .. facts.key or "no key")
+  if facts.answered == nil then return "ok", text .. "; not asked (--llm asks it)" end
+  if not facts.answered then
+    return "bad", ("%s; no answer after %.1f s: %s"):format(text, facts.seconds, facts.failure)
+  end
+  local usage = facts.usage
+  return "ok", ("%s; answered in %.1f s, form %s, %s"):format(text, facts.seconds, facts.form,
+    usage and ("%d + %d tokens"):format(usage.input_tokens, usage.output_tokens)
+    or "tokens not told")
+end
+
+return check

@@ -1,0 +1,169 @@
+--- transcript.lua: the file that keeps every exchange with a model: a line per attempt, on disk
+--- before anything is made of its answer, and a line per generation that says what became of it.
+--- A line that cannot be written is kept and tried again; until then no answer counts.
+
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local transcript = {}
+
+transcript.FILE = "transcript.jsonl"
+transcript.SCHEMA = "limax.transcript/1"
+
+---@class limax.llm.transcript
+---@field path string|nil nil: a run without a folder, which keeps nothing
+---@field problem string|nil why the last line could not be written
+local Transcript = {}
+Transcript.__index = Transcript
+
+-- ---- reading ------------------------------------------------------------------------------------
+
+-- The last line of a process that was killed may lack its end: it counts as not written.
+local function whole_lines(text)
+  local last_break = text:match ".*()\n" or 0
+  return text:sub(1, last_break), #text > last_break
+end
+
+local function key_of(repetition, generation) return repetition .. ":" .. generation end
+
+local function check(line, place)
+  if type(line) ~= "table" then return place .. ": expected an object" end
+  if line.schema ~= transcript.SCHEMA then
+    return ("%s: expected schema %s, got %s"):format(place, transcript.SCHEMA,
+      tostring(line.schema))
+  end
+  for _, name in ipairs { "repetition", "generation" } do
+    if type(line[name]) ~= "number" then
+      return ("%s: expected a number as %s"):format(place, name)
+    end
+  end
+  if line.kind ~= "attempt" and line.kind ~= "outcome" then
+    return ("%s: expected kind attempt or outcome, got %s"):format(place, tostring(line.kind))
+  end
+  if line.kind == "outcome" and type(line.asks) ~= "table" then
+    return place .. ": expected a list as asks"
+  end
+end
+
+---@class limax.llm.recorded
+---@field outcomes table<string, table> "repetition:generation" -> its last outcome line
+---@field attempts table<string, integer> likewise, number of attempts
+---@field by_request table<string, table> "repetition:SHA-256" of a first request -> the last one
+
+--- Reads the outcome lines of a transcript; raises with file and line where it is no transcript.
+---@param path string
+---@return limax.llm.recorded
+function transcript.read(path)
+  local text, message = source.read(path)
+  if not text then failure.raise(2, message) end
+  local recorded = { outcomes = {}, attempts = {}, by_request = {} }
+  local number = 0
+  for row in (whole_lines(text)):gmatch "([^\n]*)\n" do
+    number = number + 1
+    local place = ("%s: line %d"):format(path, number)
+    local line, wrong = host.json.decode(row, place)
+    wrong = line == nil and wrong or check(line, place)
+    if wrong then failure.raise(2, wrong) end
+    local key = key_of(line.repetition, line.generation)
+    if line.kind == "attempt" then
+      recorded.attempts[key] = (recorded.attempts[key] or 0) + 1
+    else
+      recorded.outcomes[key] = line
+      local first = line.asks[1]
+      if first and first.messages_sha256 then
+        recorded.by_request[key_of(line.repetition, first.messages_sha256)] = line
+      end
+    end
+  end
+  return setmetatable(recorded, { __index = transcript.recorded })
+end
+
+transcript.recorded = {}
+
+--- The outcome of a generation; nil if there is none.
+---@param repetition integer
+---@param generation integer
+---@return table|nil
+function transcript.recorded:outcome(repetition, generation)
+  return self.outcomes[key_of(repetition, generation)]
+end
+
+--- The outcome of the generation that began with this request; nil if there is none.
+---@param repetition integer
+---@param sha256 string
+---@return table|nil
+function transcript.recorded:of_request(repetition, sha256)
+  return self.by_request[key_of(repetition, sha256)]
+end
+
+-- ---- writing ------------------------------------------------------------------------------------
+
+--- The transcript of a run folder, at its end. What a killed process left of a line is cut.
+---@param folder limax.run_folder|nil
+---@return limax.llm.transcript
+function transcript.open(folder)
+  local self = setmetatable({ waiting = {}, attempts = {} }, Transcript)
+  if not folder then return self end
+  self.path = folder.path .. "/" .. transcript.FILE
+  local text = source.read(self.path)
+  if text then
+    local whole, more = whole_lines(text)
+    if more then self:note(host.file.truncate(self.path, #whole)) end
+    self.recorded = transcript.read(self.path)
+    self.attempts = self.recorded.attempts
+  end
+  return self
+end
+
+function Transcript:note(ok, message) self.problem = not ok and message or nil end
+
+--- Writes what waits. False while it cannot be written; `problem` says why.
+---@return boolean
+function Transcript:flush()
+  if not self.path then return true end
+  while self.waiting[1] do
+    self:note(host.file.append(self.path, self.waiting[1]))
+    if self.problem then return false end
+    table.remove(self.waiting, 1)
+  end
+  return true
+end
+
+function Transcript:append(line)
+  if not self.path then return true end
+  line.schema = transcript.SCHEMA
+  self.waiting[#self.waiting + 1] = host.json.encode(line) .. "\n"
+  return self:flush()
+end
+
+--- Adds an attempt: on disk when this returns true.
+---@param repetition integer
+---@param generation integer
+---@param line table the client's record, and what was asked
+---@return boolean
+function Transcript:attempt(repetition, generation, line)
+  local key = key_of(repetition, generation)
+  self.attempts[key] = (self.attempts[key] or 0) + 1
+  line.kind, line.repetition, line.generation = "attempt", repetition, generation
+  line.attempt = self.attempts[key]
+  return self:append(line)
+end
+
+--- Adds the line that says what became of a generation.
+---@param repetition integer
+---@param generation integer
+---@param line table
+---@return boolean
+function Transcript:outcome(repetition, generation, line)
+  line.kind, line.repetition, line.generation = "outcome", repetition, generation
+  return self:append(line)
+end
+
+--- Puts another line in the place of the last one that waits.
+---@param line table
+function Transcript:replace_waiting(line)
+  self.waiting[#self.waiting] = host.json.encode(line) .. "\n"
+end
+
+return transcript

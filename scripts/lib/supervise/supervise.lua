@@ -1,0 +1,75 @@
+--- supervise.lua: the library of supervisors: what sets the next generation's parameters. Each is
+--- a pure function of (history, random, limits) that returns a proposal, or nil to keep what is,
+--- and a reason in words.
+
+local choice = require "limax.base.choice"
+
+local supervise = {}
+
+---@class limax.proposal what a supervisor may ask for; the ledger says what became of it
+---@field mutation_rate? number per gene
+---@field mutation_scale? number
+---@field crossover_rate? number per gene
+---@field elite_fraction? number of the population
+---@field materials? table<string, { stiffness?: number, amplitude?: number, phase?: number }>
+
+-- `limits` are the run's, as `ledger.limits` gives them: narrowed by the experiment's ranges.
+---@alias limax.supervisor.law
+---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
+
+---@class limax.supervisor.entry
+---@field options table<string, schema.rule>
+---@field make? fun(options: table): limax.supervisor.law
+---@field start? fun(options: table, run: limax.run): limax.supervisor.session of those that keep
+--- something between generations, in the place of `make`
+---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
+
+---@class limax.supervisor.session
+---@field decide fun(self: any, given: limax.supervision.given): table, table, table, table
+
+-- Each is one file in supervise/.
+---@type table<string, limax.supervisor.entry>
+supervise.entries = {
+  bandit = require "limax.supervise.bandit",
+  constant_median = require "limax.supervise.constant_median",
+  fixed = require "limax.supervise.fixed",
+  llm = require "limax.supervise.llm",
+  one_fifth = require "limax.supervise.one_fifth",
+  random = require "limax.supervise.random",
+  replay = require "limax.supervise.replay",
+  rules = require "limax.supervise.rules",
+  schedule = require "limax.supervise.schedule",
+  self_adaptive = require "limax.supervise.self_adaptive",
+  shuffled = require "limax.supervise.shuffled",
+  yoked = require "limax.supervise.yoked",
+}
+
+--- The four parameters, in the order of DESIGN's table.
+supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+
+---@class limax.supervisor
+---@field name string a library name, or "function"
+---@field call limax.supervisor.law|nil
+---@field start (fun(run: limax.run): limax.supervisor.session)|nil in the place of `call`
+---@field own boolean|nil is it the user's own function?
+---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
+
+--- The supervisor that an experiment names: a name, { name, option = value }, or a function.
+---@param spec string|table|limax.supervisor.law
+---@return limax.supervisor
+function supervise.get(spec)
+  if type(spec) == "function" then return { name = "function", call = spec, own = true } end
+  local name, options = choice.read("supervisor", spec, supervise.entries)
+  local entry = supervise.entries[name]
+  local supervisor = { name = name, unfit = entry.unfit and function(config)
+    return entry.unfit(options, config)
+  end }
+  if entry.start then
+    supervisor.start = function(run) return entry.start(options, run) end
+  else
+    supervisor.call = entry.make(options)
+  end
+  return supervisor
+end
+
+return supervise

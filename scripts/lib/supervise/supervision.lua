@@ -1,0 +1,89 @@
+--- supervision.lua: the step between two generations of a run: the experiment's supervisor is
+--- asked, the ledger binds what it says, and a supervisor that fails costs a generation's change,
+--- never the run.
+
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local full_body = require "limax.robot.full_body"
+local ledger = require "limax.supervise.ledger"
+local schema = require "limax.base.schema"
+local user_call = require "limax.base.user_call"
+
+local supervision = {}
+
+---@class limax.supervision.given what a supervisor that keeps something between generations gets
+---@field generation integer that is to be bred
+---@field history limax.generation[]
+---@field random table
+---@field limits limax.limit[]
+---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
+--- table, table, table as `ledger.judge`
+
+-- What the ledger makes of a proposal for the generation after `robots`.
+local function judge(run, robots, proposal, reason, about)
+  local materials = {}
+  for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
+  local cost = function(fields)
+    local candidate = run:materials_with(fields)
+    local bound = full_body.bound(run.config.lattice, candidate, run.scene, run.options, run.device)
+    candidate:free()
+    return bound
+  end
+  return ledger.judge { proposal = proposal, reason = reason, supervisor = about.supervisor,
+    source = about.source, limits = run.limits, parameters = robots.parameters,
+    materials = materials, first = run.first_fields, allowed = run.config.supervision,
+    cost = cost, first_step = run.first_step }
+end
+
+-- Asks a supervisor that is a function of history.
+local function ask(run, robots, generation, random)
+  local supervisor = run.experiment.supervisor
+  local attempt = supervisor.own and user_call.attempt or failure.attempt
+  local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits)
+  if not ok then
+    if failure.of_machine(proposal) then error(proposal, 0) end
+    local message = "the supervisor failed: " .. failure.bare(proposal)
+    run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
+    proposal, reason = nil, message
+  elseif proposal ~= nil and type(proposal) ~= "table" then
+    -- the ledger says so too, where nobody looks while a run goes on
+    local message = ("the supervisor returned %s, expected a table")
+      :format(schema.show(proposal))
+    run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
+    proposal, reason = nil, message
+  end
+  return judge(run, robots, proposal, reason, { supervisor = supervisor.name })
+end
+
+--- Decides about the generation after `robots`: its parameters, the fields of its materials, its
+--- ledger record, and numbers for timing.jsonl.
+---@param run limax.run
+---@param robots limax.population.scored
+---@return table<string, number> parameters
+---@return table<string, table<string, number>> fields
+---@return table record
+---@return table numbers
+function supervision.decide(run, robots)
+  local generation = robots.generation + 1
+  local random = engine.random(run.config.seed, run.repetition, "supervision", generation, 0)
+  local parameters, fields, record, numbers
+  if run.session then
+    parameters, fields, record, numbers = run.session:decide { generation = generation,
+      history = run.history, random = random, limits = run.limits,
+      judge = function(...) return judge(run, robots, ...) end }
+  else
+    parameters, fields, record = ask(run, robots, generation, random)
+  end
+  -- a misspelt field would else be found in the ledger alone
+  for _, entry in ipairs(record.entries) do
+    if entry.outcome == "rejected" then
+      local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)
+      run:say(("before generation %d %s"):format(generation, message), message)
+    end
+  end
+  local shares = ledger.shares(record)
+  for name, value in pairs(numbers or {}) do shares[name] = value end
+  return parameters, fields, record, shares
+end
+
+return supervision

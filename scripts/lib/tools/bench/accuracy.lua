@@ -1,0 +1,186 @@
+--- accuracy.lua: what accuracy costs: the sections of `limax bench accuracy`, their sizes, and what
+--- they leave behind.
+
+local earlier = require "limax.tools.bench.accuracy.earlier"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local methods = require "limax.tools.bench.accuracy.methods"
+local pages = require "limax.tools.bench.accuracy.pages"
+local ranking = require "limax.tools.bench.accuracy.ranking"
+local suggest = require "limax.base.suggest"
+local targets = require "limax.tools.bench.accuracy.targets"
+local terminal = require "limax.base.terminal"
+local tiers = require "limax.settings.tiers"
+local tune = require "limax.tools.bench.accuracy.tune"
+
+local accuracy = {}
+
+--- Sections in the order in which they run.
+accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions",
+  "robustness" }
+
+-- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first above the limit of
+-- stiff bodies.
+local STEPS = { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 }
+local FINER = { unpack(STEPS) }
+FINER[#FINER + 1] = 2e-6
+
+local LEAPFROG, EULER, XPBD = "leapfrog", "symplectic_euler", "xpbd"
+
+-- Two minutes on two cores, most of them in the finest setting of the rankings.
+local QUICK = {
+  work_precision = { lattice = { 4, 4, 4 }, steps = STEPS, reference = 2e-6,
+    effort = { seconds = 0.1, runs = 3 } },
+  rounding = { lattice = { 3, 3, 3 }, duration = 0.4, reference = 2e-6,
+    steps = { 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 },
+    way = 20, way_steps = { 2e-4, 1e-4 }, way_reference = 5e-5, way_bodies = 4 },
+  conservation = { lattice = { 3, 3, 3 }, vibration = 1e5, spin = 1e5 },
+  ranking = { cases = 2, robots = 16, generations = 6, reference = 1e-5, seconds = 0.04,
+    set = { "simulation.duration=1.5", "simulation.settle=0.3", "record={}" },
+    settings = ranking.settings({ "preview", "evolve", "publish" }, {
+      { LEAPFROG, "compensated", 1e-3 }, { LEAPFROG, "compensated", 5e-4 },
+      { LEAPFROG, "compensated", 1e-4 }, { LEAPFROG, "single", 2e-4 },
+      { LEAPFROG, "single", 5e-5 }, { EULER, "compensated", 1e-3 },
+      { EULER, "compensated", 5e-4 }, { EULER, "compensated", 2e-4 },
+      { EULER, "compensated", 5e-5 }, { XPBD, "compensated", 1e-3 },
+      { XPBD, "compensated", 2e-4 },
+    }) },
+}
+
+-- Every integrator that bodies on the ground can have, every precision, five steps; XPBD, which is
+-- there for its long ones, in one precision.
+local function all_settings()
+  local list = {}
+  for _, time_step in ipairs { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4 } do
+    list[#list + 1] = { XPBD, "compensated", time_step }
+  end
+  for _, integrator in ipairs { LEAPFROG, EULER } do
+    for _, precision in ipairs(methods.PRECISIONS) do
+      for _, time_step in ipairs { 1e-3, 5e-4, 2e-4, 1e-4, 5e-5 } do
+        list[#list + 1] = { integrator, precision, time_step }
+      end
+    end
+  end
+  return list
+end
+
+local FULL = {
+  work_precision = { lattice = { 5, 5, 5 }, steps = FINER, reference = 2e-6,
+    effort = { seconds = 2, runs = 20 } },
+  rounding = { lattice = { 4, 4, 4 }, duration = 0.4, reference = 2e-6, steps = FINER,
+    way = 100, way_steps = { 2e-4, 1e-4, 5e-5 }, way_reference = 5e-5, way_bodies = 8 },
+  conservation = { lattice = { 3, 3, 3 }, vibration = 1e7, spin = 1e6 },
+  ranking = { cases = 4, robots = 48, generations = 15, reference = 5e-6, seconds = 0.2,
+    set = { "record={}" }, settings = ranking.settings(tiers.NAMES, all_settings()),
+    -- some fitnesses read what their scripts record
+    rest = { set = {}, reference = 1e-5,
+      settings = ranking.settings({ "preview", "evolve", "publish" },
+        { { XPBD, "compensated", 1e-3 } }) } },
+  evolutions = { case = 1, seeds = 5, robots = 20, generations = 15, reference = 1e-5,
+    set = { "simulation.duration=2", "record={}" },
+    settings = { "paper", "preview", "evolve", "publish" } },
+  robustness = { blow_ups = 1e5, seconds = 0.5, rounds = 10 },
+}
+
+-- Rows of several sections as one table, for CSV: a row says which section it is of.
+local function joined(results, sections)
+  local columns, known, rows = { "section" }, {}, {}
+  for _, name in ipairs(sections) do
+    for _, column in ipairs(results[name].columns) do
+      if not known[column] then
+        known[column] = true
+        columns[#columns + 1] = column
+      end
+    end
+    for _, row in ipairs(results[name].rows) do
+      local copy = { section = name }
+      for key, value in pairs(row) do copy[key] = value end
+      rows[#rows + 1] = copy
+    end
+  end
+  return columns, rows
+end
+
+-- The sections to run: those asked for, in the usual order, or all that this size has. `targets`
+-- judges what other calls left and runs nothing.
+local function chosen(wanted, sizes)
+  local sections, asked = {}, {}
+  for _, name in ipairs(wanted or {}) do
+    local known = false
+    local names = { unpack(accuracy.SECTIONS) }
+    names[#names + 1] = "targets"
+    for _, each in ipairs(names) do known = known or each == name end
+    if not known then
+      failure.raise(2, ('--section "%s": unknown%s'):format(name, suggest.ending(name, names)))
+    end
+    if not sizes[name] and name ~= "targets" then
+      failure.raise(2, ("--section %s needs --full"):format(name))
+    end
+    asked[name] = true
+  end
+  for _, name in ipairs(accuracy.SECTIONS) do
+    if sizes[name] and (next(asked) == nil or asked[name]) then sections[#sections + 1] = name end
+  end
+  return sections
+end
+
+-- Tiers with what was found of them, as said and kept.
+local function tell_tiers(how, results)
+  local measured = tiers.summary(results)
+  if not measured then return end
+  for _, name in ipairs(tiers.NAMES) do
+    how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
+  end
+  -- some sections know a part of the price, and other sizes another one
+  if how.sizes or not (results.ranking and results.work_precision) then return end
+  local path, message = tiers.keep(how.device, measured)
+  how.say(path and "kept for limax run and limax doctor: " .. path
+    or "not kept for limax run and limax doctor: " .. message)
+end
+
+---@class limax.accuracy.how: limax.bench_how
+---@field sections string[]|nil
+---@field out string|nil a folder for pictures, tables and the page
+---@field sizes table|nil by section, in the place of the usual ones
+---@field with string[]|nil JSON files of other calls of limax bench, which the targets count too
+---@field tune string|nil an experiment's file: try its steps instead
+---@field champions string[]|nil robot files that are tried with it
+
+--- Runs the sections. With `out`, that folder gets accuracy.html, .csv, .json and the figures.
+---@param how limax.accuracy.how
+---@return limax.bench_result
+function accuracy.run(how)
+  if how.tune then return tune.run(how) end
+  if how.champions and #how.champions > 0 then
+    failure.raise(2, "--champion belongs to --tune FILE")
+  end
+  local sizes = how.sizes or how.full and FULL or QUICK
+  local style, results = terminal.style {}, {}
+  local sections = chosen(how.sections, sizes)
+  local judged = how.full or how.sizes ~= nil or #(how.with or {}) > 0
+  for _, name in ipairs(how.sections or {}) do judged = judged or name == "targets" end
+  -- a file that cannot be read is said before hours are spent
+  local others = earlier.read(how.with or {})
+  if how.out then pages.folder(how.out) end
+  for _, name in ipairs(sections) do
+    local section = require("limax.tools.bench.accuracy." .. name)
+    local began = host.clock()
+    how.say ""
+    results[name] = section.run { device = how.device, size = sizes[name], say = how.say }
+    how.say(("\n%s\n(%s: %.0f s)"):format(section.text(results[name], style), name,
+      host.clock() - began))
+  end
+  how.say ""
+  tell_tiers(how, results)
+  if judged then
+    results.targets = targets.judge(earlier.joined(others, results))
+    sections[#sections + 1] = "targets"
+    how.say("\n" .. targets.text(results.targets, style))
+  end
+  local columns, rows = joined(results, sections)
+  local result = { columns = columns, rows = rows, sections = results }
+  if how.out then pages.write(how.out, result, sections, how.device, how.say) end
+  return result
+end
+
+return accuracy

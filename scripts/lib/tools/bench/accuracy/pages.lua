@@ -1,0 +1,151 @@
+--- pages.lua: the folder that `limax bench accuracy --out DIR` leaves: every figure as SVG and,
+--- where rsvg-convert is found, as PNG; all rows as CSV and JSON; and accuracy.html, one page of
+--- figures and tables that needs nothing else.
+
+local csv = require "limax.base.csv"
+local failure = require "limax.base.failure"
+local figure = require "limax.draw.chart.figure"
+local figures = require "limax.tools.bench.accuracy.figures"
+local host = require "limax.host"
+local shell = require "limax.base.shell"
+
+local pages = {}
+
+-- Figures by section.
+local FIGURES = {
+  work_precision = { "work_precision" }, rounding = { "rounding" },
+  conservation = { "conservation" }, ranking = { "elite_regret", "kendall_tau" },
+  evolutions = { "evolutions" },
+}
+
+local TITLES = {
+  work_precision = "Work and precision", rounding = "Rounding", conservation = "Conservation",
+  ranking = "What a researcher pays", evolutions = "Whole evolutions",
+  targets = "Asked, measured, met",
+}
+
+local STYLE = [[
+body { font: 15px/1.5 "DejaVu Sans", Verdana, Helvetica, sans-serif; color: #26282b;
+  background: #ffffff; max-width: 1240px; margin: 32px auto; padding: 0 16px; }
+h1 { font-size: 26px; margin-bottom: 4px; } h2 { font-size: 20px; margin: 40px 0 8px; }
+p.about { color: #6b7076; margin-top: 0; } svg { max-width: 100%; height: auto; }
+details { margin: 8px 0 24px; } summary { cursor: pointer; color: #1a6fae; }
+table { border-collapse: collapse; font-size: 12.5px; margin-top: 8px; }
+th, td { text-align: left; padding: 3px 10px 3px 0; border-bottom: 1px solid #e4e6e9; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.met { color: #0f8a66; font-weight: bold; } td.missed { color: #b3261e; font-weight: bold; }
+]]
+
+local function escaped(value)
+  local entities = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
+  return (tostring(value):gsub("[&<>\"]", entities))
+end
+
+local function write(path, text)
+  local written, message = host.file.write_atomic(path, text)
+  if not written then failure.raise(1, message) end
+end
+
+--- Makes the folder, or says why not, before hours are spent.
+---@param path string
+function pages.folder(path)
+  local made, message = host.file.mkdir(path)
+  if not made then failure.raise(1, "--out: " .. message) end
+end
+
+local function cell(name, value)
+  if value == nil then return "<td></td>" end
+  if name == "met" or name == "aim_met" then
+    return value and '<td class="met">met</td>' or '<td class="missed">missed</td>'
+  end
+  if type(value) == "number" then
+    return ('<td class="number">%s</td>'):format(("%.4g"):format(value))
+  end
+  return ("<td>%s</td>"):format(escaped(value))
+end
+
+local function html_table(result)
+  local used, parts = {}, { "<table><tr>" }
+  for _, row in ipairs(result.rows) do
+    for name in pairs(row) do used[name] = true end
+  end
+  for _, name in ipairs(result.columns) do
+    if used[name] then parts[#parts + 1] = ("<th>%s</th>"):format(name:gsub("_", " ")) end
+  end
+  parts[#parts + 1] = "</tr>\n"
+  for _, row in ipairs(result.rows) do
+    parts[#parts + 1] = "<tr>"
+    for _, name in ipairs(result.columns) do
+      if used[name] then parts[#parts + 1] = cell(name, row[name]) end
+    end
+    parts[#parts + 1] = "</tr>\n"
+  end
+  parts[#parts + 1] = "</table>"
+  return table.concat(parts)
+end
+
+-- Where and by what it was measured.
+local function about(device)
+  local facts, environment = device:describe(), host.environment()
+  local on = facts.gpus and ("%d x %s"):format(#facts.gpus, facts.gpus[1].name)
+    or ("%s, %s, %d threads"):format(facts.cpu, facts.isa, device.threads)
+  return ("limax %s, %s build by %s, on %s"):format(host.version, environment.build,
+    environment.compiler, on)
+end
+
+-- Every figure of a section, as files; its SVG texts.
+local function draw(folder, section, result, foot, converter, made)
+  local texts = {}
+  for _, name in ipairs(FIGURES[section] or {}) do
+    local given = figures[name](result)
+    given.foot = foot
+    local text = figure.svg(given)
+    texts[#texts + 1] = text
+    local base = ("%s/%s"):format(folder, given.name)
+    write(base .. ".svg", text)
+    made[#made + 1] = given.name .. ".svg"
+    if converter then
+      -- twice the pixels, for screens and slides
+      local done = os.execute(("rsvg-convert --zoom 2 %s --output %s"):format(
+        shell.quoted(base .. ".svg"), shell.quoted(base .. ".png")))
+      if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
+      made[#made + 1] = given.name .. ".png"
+    end
+  end
+  return texts
+end
+
+--- Writes the folder.
+---@param folder string
+---@param result limax.bench_result with `sections`
+---@param sections string[]
+---@param device limax.device
+---@param say fun(text: string)
+function pages.write(folder, result, sections, device, say)
+  local converter = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
+  local foot, made = about(device), {}
+  local parts = { "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">",
+    "<title>What accuracy costs</title><style>", STYLE, "</style></head><body>",
+    "<h1>What accuracy costs</h1>", ('<p class="about">%s</p>'):format(escaped(foot)) }
+  for _, name in ipairs(sections) do
+    local section = result.sections[name]
+    parts[#parts + 1] = ("<h2>%s</h2>"):format(TITLES[name])
+    for _, text in ipairs(draw(folder, name, section, foot, converter, made)) do
+      parts[#parts + 1] = text
+    end
+    local open = name == "targets" and " open" or ""
+    parts[#parts + 1] = ("<details%s><summary>%d rows</summary>%s</details>"):format(open,
+      #section.rows, html_table(section))
+  end
+  parts[#parts + 1] = "</body></html>\n"
+  write(folder .. "/accuracy.html", table.concat(parts, "\n"))
+  write(folder .. "/accuracy.csv", csv.encode(result.columns, result.rows))
+  local document = { schema = "limax.bench/1", bench = "accuracy",
+    environment = host.environment(), columns = result.columns, rows = result.rows }
+  write(folder .. "/accuracy.json", host.json.encode(document, { indent = 2 }) .. "\n")
+  say(("\n%s: accuracy.html, accuracy.csv, accuracy.json, %s%s"):format(shell.path(folder),
+    table.concat(made, ", "), converter and ""
+      or "; no PNG: rsvg-convert is not installed"))
+end
+
+return pages

@@ -1,0 +1,192 @@
+--- rounding.lua: the floor that rounding sets: error against step for plain fp32, fp32 with
+--- compensated sums, and double, at the origin, 10 m and 1 km from it, and on a long way at 1 m/s,
+--- where the robot's own origin follows it. The scene is smooth, an actuated body in the air, so
+--- that its errors are the integrator's and the rounding's alone. SI units.
+
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local methods = require "limax.tools.bench.accuracy.methods"
+local references = require "limax.tools.bench.accuracy.references"
+local subjects = require "limax.tools.bench.accuracy.subjects"
+local terminal = require "limax.base.terminal"
+local trial = require "limax.tools.bench.accuracy.trial"
+
+local rounding = {}
+
+rounding.COLUMNS = { "integrator", "precision", "start", "way", "duration", "time_step", "bodies",
+  "status", "error", "same_bits", "reference_error" }
+
+--- m: where bodies start.
+rounding.STARTS = { 0, 10, 1000 }
+
+-- What is tried: the integrator that precisions differ under most, and the paper's.
+local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "leapfrog", "mixed" },
+  { "leapfrog", "double" }, { "symplectic_euler", "single" } }
+
+---@class limax.accuracy.rounding_size
+---@field lattice integer[]
+---@field duration number s
+---@field steps number[] s
+---@field reference number s
+---@field way number m, at 1 m/s
+---@field way_steps number[] s
+---@field way_reference number s
+---@field way_bodies integer bodies that go the way: after so many steps the rounding of one is luck
+
+-- m/s: a good walker's
+local WALK = 1
+
+-- The subject starting at `start` m along x.
+local function placed(given, start)
+  local subject = subjects.get("air", given)
+  subject.position = { start, 0, 0 }
+  return subject
+end
+
+-- Positions without start and way, which change nothing of what the body does.
+local function shifted(positions, distance)
+  local own = {}
+  for i, value in ipairs(positions) do own[i] = i % 3 == 1 and value - distance or value end
+  return own
+end
+
+local function leapfrog(precision, time_step)
+  return { integrator = "leapfrog", precision = precision, time_step = time_step }
+end
+
+--- Does a start so many metres along x change a bit of what becomes of a body? Compares positions
+--- relative to the start, which are exact where the start is a power of two.
+---@param subject limax.accuracy.subject
+---@param setting limax.accuracy.setting
+---@param start number m
+---@param device limax.device
+---@return boolean
+function rounding.same_bits(subject, setting, start, device)
+  local found = {}
+  for k, x in ipairs { 0, start } do
+    subject.position = { x, 0, 0 }
+    local simulation = trial.simulation(subject, trial.options(subject, setting), device)
+    simulation:run()
+    found[k] = shifted(trial.positions(simulation, 1), x)
+    simulation:free "its bits were known"
+  end
+  for i, value in ipairs(found[1]) do
+    if value ~= found[2][i] then return false end
+  end
+  return true
+end
+
+-- Several bodies for as long as the way takes, at rest and on their way: errors are the root mean
+-- square over the bodies.
+local function long_way(given, size, device, cpu, rows)
+  local cases, own = {}, {}
+  for key, value in pairs(given) do own[key] = value end
+  own.duration = size.way / WALK
+  for _, precision in ipairs { "single", "compensated", "mixed" } do
+    for _, time_step in ipairs(size.way_steps) do
+      for _, way in ipairs { 0, size.way } do
+        cases[#cases + 1] = { precision = precision, time_step = time_step, way = way, sum = 0,
+          status = "done" }
+      end
+    end
+  end
+  local reference_sum = 0
+  for number = 1, size.way_bodies do
+    own.number = number
+    local subject = placed(own, 0)
+    local reference = references.of(subject, size.way_reference, cpu)
+    reference_sum = reference_sum + reference.error ^ 2
+    for _, case in ipairs(cases) do
+      host.raise_if_interrupted()
+      subject.velocity = { case.way / own.duration, 0, 0 }
+      local got = trial.run(subject, leapfrog(case.precision, case.time_step), device)
+      if got.positions then
+        case.sum = case.sum + trial.rms(shifted(got.positions, case.way), reference.positions) ^ 2
+      else
+        case.status = got.status
+      end
+    end
+  end
+  for _, case in ipairs(cases) do
+    rows[#rows + 1] = { integrator = "leapfrog", precision = case.precision, start = 0,
+      way = case.way, duration = own.duration, time_step = case.time_step,
+      bodies = size.way_bodies, status = case.status,
+      error = case.status == "done" and math.sqrt(case.sum / size.way_bodies) or nil,
+      reference_error = math.sqrt(reference_sum / size.way_bodies) }
+  end
+end
+
+--- Measures every method at every place.
+---@param how { device: limax.device, size: limax.accuracy.rounding_size, say: fun(text: string) }
+---@return { columns: string[], rows: table[] }
+function rounding.run(how)
+  local size, rows = how.size, {}
+  local cpu = engine.device("cpu", { threads = 1 })
+  local device = how.device.kind == "cpu" and cpu or how.device
+  local given = { materials = engine.materials "paper", lattice = size.lattice, count = 1,
+    duration = size.duration }
+  local reference = references.of(placed(given, 0), size.reference, cpu)
+  how.say(("rounding: reference %s, its own error %.2g m"):format(reference.name, reference.error))
+  for _, method in ipairs(METHODS) do
+    for _, start in ipairs(rounding.STARTS) do
+      local subject = placed(given, start)
+      for _, time_step in ipairs(size.steps) do
+        host.raise_if_interrupted()
+        local got = trial.run(subject, { integrator = method[1], precision = method[2],
+          time_step = time_step }, device)
+        rows[#rows + 1] = { integrator = method[1], precision = method[2], start = start,
+          way = 0, duration = size.duration, time_step = time_step, bodies = 1,
+          status = got.status,
+          error = got.positions and trial.rms(shifted(got.positions, start),
+            reference.positions),
+          reference_error = reference.error }
+      end
+    end
+  end
+  for _, precision in ipairs { "single", "compensated" } do
+    local setting = leapfrog(precision, defaults.tiers.publish.time_step_most)
+    rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
+      duration = size.duration, time_step = setting.time_step, bodies = 1, status = "done",
+      reference_error = reference.error,
+      same_bits = rounding.same_bits(placed(given, 0), setting, 1024, device) }
+  end
+  long_way(given, size, device, cpu, rows)
+  return { columns = rounding.COLUMNS, rows = rows }
+end
+
+-- Where a row's body was.
+local function place_of(row)
+  if row.way > 0 then return ("%g m on the way, %g s"):format(row.way, row.duration) end
+  return ("%g m, %g s"):format(row.start, row.duration)
+end
+
+--- The rows as a table for people.
+---@param result { rows: table[] }
+---@param style limax.terminal.style
+---@return string
+function rounding.text(result, style)
+  local lines, head, columns, of_key, said = {}, { "integrator", "precision", "at" }, {}, {}, {}
+  for _, row in ipairs(result.rows) do
+    if row.same_bits ~= nil then
+      said[#said + 1] = ("%s: a start %g m away %s"):format(row.precision, row.start,
+        row.same_bits and "changes no bit" or "changes bits")
+    else
+      local label, at = methods.LABELS[row.integrator], place_of(row)
+      local key = label .. row.precision .. at
+      if not of_key[key] then
+        of_key[key] = { label, row.precision, at }
+        lines[#lines + 1] = of_key[key]
+      end
+      if not columns[row.time_step] then
+        head[#head + 1] = ("%g s"):format(row.time_step)
+        columns[row.time_step] = #head
+      end
+      of_key[key][columns[row.time_step]] = row.error and ("%.1e"):format(row.error) or row.status
+    end
+  end
+  return "error (m) by start and time step, an actuated body in the air\n"
+    .. terminal.table(head, lines, style) .. "\n" .. table.concat(said, "; ")
+end
+
+return rounding

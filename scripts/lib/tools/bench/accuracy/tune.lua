@@ -1,0 +1,239 @@
+--- tune.lua: the longest step that an experiment bears: some bodies of its first generation, and
+--- champions if any are given, scored at twice the script's own step, at that step, and at shorter
+--- ones, against an eighth of it in double. It prints what to write into the script; a run never
+--- tunes itself. SI units.
+
+local body = require "limax.robot.body"
+local engine = require "limax.engine"
+local evolve = require "limax.evolution.evolve"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local population = require "limax.evolution.population"
+local price = require "limax.tools.bench.accuracy.price"
+local ranking = require "limax.tools.bench.accuracy.ranking"
+local rescore = require "limax.evolution.rescore"
+local robot_file = require "limax.robot.robot_file"
+local script = require "limax.base.script"
+local settings = require "limax.settings.settings"
+local terminal = require "limax.base.terminal"
+
+local tune = {}
+
+tune.COLUMNS = { "setting", "share", "time_step", "bound_fraction", "time_step_most", "robots",
+  "failed", "tau", "overlap", "distance_error", "distance_error_relative", "elite_regret",
+  "relative_price", "fits" }
+
+--- Bodies of the first generation; the most robots of it that are looked at to find them.
+tune.BODIES, tune.LOOKED_AT = 12, 36
+
+--- Shares of the script's own step, and the share of the reference.
+tune.SHARES, tune.REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 1 / 8
+
+--- Elite regret below which a step will do; or twice the chaos floor's, if that is more.
+tune.REGRET = 0.05
+
+--- Share of a body's own limit beyond which no step is tried: hard cases hold up to there.
+tune.MOST_OF_BOUND = 0.99
+
+-- s of wall time of one turn of one setting
+local TURN = 0.1
+
+-- The first generation of repetition 1, without the rest of the run.
+local function first_generation(experiment, device)
+  local small = math.min(experiment.config.population, tune.LOOKED_AT)
+  experiment = experiment:override { "population=" .. small, "generations=1", "repetitions=1" }
+  local function silent() end
+  return evolve.start(experiment, { device = device, say = silent }):generations()()
+end
+
+-- A champion's body for the experiment's lattice, as set_body takes it.
+local function champion_body(path, config)
+  local description = robot_file.read(path)
+  for axis = 1, 3 do
+    if description.lattice[axis] ~= config.lattice[axis] then
+      failure.raise(2, ("--champion %s: its lattice is %dx%dx%d, the experiment's is %dx%dx%d")
+        :format(path, description.lattice[1], description.lattice[2], description.lattice[3],
+          unpack(config.lattice)))
+    end
+  end
+  return description
+end
+
+-- The bodies that are tried, as one population: the first valid ones, then the champions. They live
+-- under the experiment's own materials.
+local function gather(experiment, champions, device)
+  local first = first_generation(experiment, device)
+  local run, chosen = first.run, {}
+  for i = 1, #first do
+    local record = first.engine:body(i)
+    if #chosen < tune.BODIES and record.status == "valid" then chosen[#chosen + 1] = i end
+  end
+  if #chosen + #champions < 2 then
+    failure.raise(1, ("--tune: %d of the first %d bodies can be simulated; two are needed to be "
+      .. "ranked"):format(#chosen, #first))
+  end
+  local together = engine.population { lattice = run.config.lattice,
+    count = #chosen + #champions }
+  for k, i in ipairs(chosen) do
+    together:set_body(k, first.engine:voxels(i), first.engine:weights(i))
+  end
+  for k, path in ipairs(champions) do
+    local description = champion_body(path, run.config)
+    local one = robot_file.build(description, first.materials)
+    together:set_body(#chosen + k, one:voxels(1), one:weights(1))
+  end
+  together:check(first.materials, { require_muscle = run.config.genome.require_muscle })
+  local known = body.known(first.materials)
+  local records = population.records(together, first.materials, function(i)
+    return { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
+      body = body.record(together, i, first.materials, known) }
+  end)
+  return population.new { run = run, engine = together, materials = first.materials,
+    generation = 0, repetition = 1, parameters = run.config.breeding, records = records }
+end
+
+-- The experiment's setting with its step at a share; `more` steps to a sample interval are added.
+local function at_share(simulation, share, rate, more)
+  local setting = { integrator = simulation.integrator, precision = simulation.precision }
+  if type(simulation.time_step) == "number" then
+    local steps = math.max(1, math.floor(1 / (rate * simulation.time_step * share) + 0.5))
+    setting.time_step = 1 / (rate * (steps + (more or 0)))
+    return setting
+  end
+  setting.time_step = "auto"
+  -- a script's own share is tried whatever it is
+  local own = simulation.bound_fraction
+  setting.bound_fraction = math.min(math.max(own, tune.MOST_OF_BOUND), own * share)
+  setting.time_step_most = simulation.time_step_most * share
+  return setting
+end
+
+-- The reference, and the same at a step changed by one part in 1e4, or by the least that whole
+-- samples allow.
+local function references(simulation, rate, longest)
+  local fine = at_share(simulation, tune.REFERENCE, rate)
+  fine.precision = "double"
+  local near
+  if type(fine.time_step) == "number" then
+    local steps = 1 / (rate * fine.time_step)
+    near = at_share(simulation, tune.REFERENCE, rate,
+      math.max(1, math.floor(1e-4 * steps + 0.5)))
+  else
+    -- one step more to every sample interval: the share that does so for the longest step
+    local part = math.max(1e-4, longest * tune.REFERENCE * rate)
+    near = at_share(simulation, tune.REFERENCE * (1 - part), rate)
+  end
+  near.precision = "double"
+  return fine, near
+end
+
+local function longest_step(scores)
+  local longest = 0
+  for _, time_step in pairs(scores.time_step) do longest = math.max(longest, time_step) end
+  return longest
+end
+
+-- The lines to write into the script.
+local function advice(row, simulation)
+  if type(simulation.time_step) == "number" then
+    return ("simulation = { time_step = %.9g }"):format(row.time_step)
+  end
+  local cap = row.time_step_most > 0 and (", time_step_most = %.9g"):format(row.time_step_most)
+    or ""
+  return ("simulation = { time_step = \"auto\", bound_fraction = %.9g%s }"):format(
+    row.bound_fraction, cap)
+end
+
+--- The longest step that fits, where every shorter one fits too; nil where none does.
+---@param rows table[] longest step first, with `elite_regret` and `failed`
+---@param floor number|nil elite regret of the chaos floor
+---@param failed integer robots that fail at the reference
+---@return table|nil row
+---@return number limit of the elite regret
+function tune.choose(rows, floor, failed)
+  local limit, found = math.max(tune.REGRET, 2 * (floor or 0)), nil
+  for k = #rows, 1, -1 do
+    local row = rows[k]
+    row.fits = row.elite_regret ~= nil and row.elite_regret <= limit and row.failed <= failed
+    if not row.fits then break end
+    found = row
+  end
+  return found, limit
+end
+
+-- Rows of all shares, longest step first, and the chaos floor's.
+local function measure(robots, how)
+  local simulation = robots.run.config.simulation
+  local rate = settings.base_rate(robots.run.config.record)
+  local own = at_share(simulation, 1, rate)
+  local list, plain = {}, {}
+  for k, share in ipairs(tune.SHARES) do
+    list[k] = { share = share, setting = at_share(simulation, share, rate) }
+    plain[k] = list[k].setting
+  end
+  local prices = price.measure(robots, plain, TURN)
+  local base
+  for k, share in ipairs(tune.SHARES) do base = share == 1 and prices[k] or base end
+  local own_scores = rescore.population(robots, own)
+  local fine, near = references(simulation, rate, longest_step(own_scores))
+  how.say(("%d bodies against an eighth of the step, in double"):format(#robots))
+  local reference = rescore.population(robots, fine)
+  local function row_of(name, share, setting, scores)
+    local row = ranking.compare(reference, scores, #robots)
+    row.setting, row.share, row.robots, row.failed = name, share, #robots, scores.failed
+    row.time_step, row.bound_fraction = longest_step(scores), setting.bound_fraction
+    row.time_step_most = setting.time_step_most
+    return row
+  end
+  local rows = {}
+  for k, each in ipairs(list) do
+    host.raise_if_interrupted()
+    local scores = each.share == 1 and own_scores or rescore.population(robots, each.setting)
+    local name = each.share == 1 and "the script's own step"
+      or ("%g of the script's step"):format(each.share)
+    if each.share > 1 and each.setting.bound_fraction == tune.MOST_OF_BOUND then
+      name = ("%g of the bound"):format(tune.MOST_OF_BOUND)
+    end
+    rows[k] = row_of(name, each.share, each.setting, scores)
+    rows[k].relative_price = prices[k] and base and prices[k] / base
+  end
+  local floor = row_of("chaos floor", tune.REFERENCE, near, rescore.population(robots, near))
+  return rows, floor, reference.failed
+end
+
+local function text(rows, style)
+  local lines = {}
+  for k, row in ipairs(rows) do
+    lines[k] = { row.setting, row.time_step, row.failed, row.tau or "-",
+      row.elite_regret and ("%.1f %%"):format(100 * row.elite_regret) or "-",
+      row.distance_error and 1e3 * row.distance_error or "-", row.relative_price or "-" }
+  end
+  return terminal.table({ "step", "longest, s", "failed", "tau", "elite regret", "distance, mm",
+    "price" }, lines, style)
+end
+
+--- Tries an experiment's steps and says what to write.
+---@param how { tune: string, champions: string[]|nil, device: limax.device,
+--- say: fun(text: string) }
+---@return limax.bench_result
+function tune.run(how)
+  local experiment = script.run(how.tune)
+  if not require("limax.experiment.experiment").is(experiment) then
+    failure.raise(2, ("--tune %s: it returns no experiment"):format(how.tune))
+  end
+  local robots = gather(experiment, how.champions or {}, how.device)
+  local rows, floor, failed = measure(robots, how)
+  local found, limit = tune.choose(rows, floor.elite_regret, failed)
+  rows[#rows + 1] = floor
+  how.say("\n" .. text(rows, terminal.style {}) .. "\n")
+  if found then
+    how.say(("the elite regret stays below %.1f %% up to %s. Write into %s:\n  %s"):format(
+      100 * limit, found.setting, how.tune, advice(found, experiment.config.simulation)))
+  else
+    how.say(("no step of these keeps the elite regret below %.1f %%: the scene needs a shorter one "
+      .. "than a quarter of its own"):format(100 * limit))
+  end
+  return { columns = tune.COLUMNS, rows = rows }
+end
+
+return tune

@@ -1,0 +1,351 @@
+--- blow_ups.lua: a random search for robots that diverge at the automatic step. Case N is a
+--- function of N alone: scene, materials and settings of its batch of 64, its own body and launch
+--- from the counter-based random numbers. Soft, heavy bodies that hit the ground at 100 m/s are
+--- torn to many times their length, and a torn spring throws a light mass at kilometres a second.
+--- That is physics, and no step mends it: limits are far out here, so that what diverges is what
+--- grows without end. It is run again at an eighth of the step: if it ends well there, the step is
+--- to blame. SI units.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local robot_file = require "limax.robot.robot_file"
+
+local blow_ups = {}
+
+local BATCH = 64
+local SEED, REPETITION = 20240501, 1 -- any; part of what a case's number means
+local DURATION, EDGE = 2, 0.1 -- s, m
+local FASTEST, QUICKEST = 100, 20 -- m/s, Hz
+local STRONGEST = 100 -- m/s^2, of gravity
+-- s: the least sqrt(m / k) of a mass and a spring or the ground. A step is about a fifth of it, so
+-- that two seconds take 10^4 steps; stiffer and lighter is longer and no harder, for only steps
+-- over periods count.
+local LEAST_PERIOD = 1e-3
+local FINER = 8
+-- times L0 and m/s: what the energy of a launch at 100 m/s does to the softest spring and the
+-- lightest mass, many times over
+local LONGEST, WILDEST = 1e6, 1e8
+-- batches that share a device at a time
+local TOGETHER = { cpu = 1, cuda = 32 }
+
+local COLUMNS = { "case", "reason", "step", "time", "time_step", "finer", "blame" }
+
+-- A few, so that a GPU needs few kernels.
+local LATTICES = { { 1, 1, 1 }, { 2, 2, 2 }, { 3, 3, 3 }, { 4, 4, 4 }, { 5, 5, 5 }, { 6, 1, 1 },
+  { 1, 1, 6 }, { 5, 5, 1 } }
+
+local function random_of(batch, individual)
+  return engine.random(SEED, REPETITION, "user", batch, individual)
+end
+
+local function between(random, low, high) return low + (high - low) * random:uniform() end
+local function decades(random, low, high)
+  return math.exp(between(random, math.log(low), math.log(high)))
+end
+
+-- Draws a material table, and how stiff a ground its lightest mass bears. Half of the batches draw
+-- uniformly from the ranges, half by decades.
+local function draw_materials(random)
+  local materials = engine.materials "paper"
+  local draw = random:uniform() < 0.5 and between or decades
+  local ranges = {}
+  for _, field in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase" } do
+    local range = materials:field(field)
+    ranges[field] = { range.minimum, range.maximum }
+  end
+  local stiffest, lightest = 0, math.huge
+  for i = 2, materials.count do
+    local stiffness = draw(random, unpack(ranges.stiffness))
+    stiffest = math.max(stiffest, stiffness)
+    materials:set(i, "stiffness", stiffness)
+  end
+  local least = math.max(ranges.mass_per_site[1], stiffest * LEAST_PERIOD ^ 2)
+  for i = 2, materials.count do
+    local mass = draw(random, least, ranges.mass_per_site[2])
+    lightest = math.min(lightest, mass)
+    materials:set(i, "mass_per_site", mass)
+    materials:set(i, "damping_ratio", between(random, unpack(ranges.damping_ratio)))
+    local kind = materials:get(i).kind
+    if kind == "expanding" or kind == "contracting" then
+      materials:set(i, "amplitude", between(random, unpack(ranges.amplitude)))
+      materials:set(i, "phase", between(random, unpack(ranges.phase)))
+    end
+  end
+  return materials, lightest / LEAST_PERIOD ^ 2
+end
+
+local function chosen(random, list) return list[random:integer(#list)] end
+
+-- A contact's stiffness and damping, within what the lightest mass bears at its step.
+local function surface(random, stiffest, fields)
+  fields.stiffness = decades(random, 1, math.min(1e9, math.max(2, stiffest)))
+  fields.damping_ratio = between(random, 0, 2)
+  return fields
+end
+
+-- A point about where bodies start.
+local function point(random)
+  return { between(random, -2, 2), between(random, -2, 2), between(random, -1, 1) }
+end
+
+-- What is there to touch, by name; a few worlds, for each is a kernel of its own on a GPU.
+local WORLDS = {
+  { "air", function() return {} end },
+  { "land", function(random, stiffest) return { ground = surface(random, stiffest, {}) } end },
+  { "corner", function(random, stiffest)
+    local planes = {}
+    for i = 1, 1 + random:integer(3) do
+      local heading, tilt = between(random, 0, 2 * math.pi), between(random, 0, math.pi / 2)
+      planes[i] = surface(random, stiffest, { offset = between(random, -3, 0.1), normal = {
+        math.sin(tilt) * math.cos(heading), math.sin(tilt) * math.sin(heading), math.cos(tilt) } })
+    end
+    return { planes = planes }
+  end },
+  { "obstacles", function(random, stiffest)
+    local low = point(random)
+    local high = {}
+    for axis = 1, 3 do high[axis] = low[axis] + between(random, 0.1, 2) end
+    return { ground = surface(random, stiffest, {}),
+      spheres = surface(random, stiffest, { center = point(random),
+        radius = between(random, 0.05, 1) }),
+      boxes = surface(random, stiffest, { from = low, to = high }) }
+  end },
+  { "rough land", function(random, stiffest)
+    local heights = {}
+    local height = between(random, 0, 1)
+    for x = 1, 16 do
+      heights[x] = {}
+      for y = 1, 16 do heights[x][y] = height * random:uniform() end
+    end
+    return { terrain = surface(random, stiffest, { heights = heights,
+      spacing = between(random, 0.05, 1), origin = { -2, -2, 0 } }) }
+  end },
+  { "storm", function(random, stiffest)
+    return { ground = surface(random, stiffest, {}), wind = { drag = decades(random, 1e-3, 1e3),
+      velocity = { between(random, -100, 100), between(random, -100, 100), 0 } } }
+  end },
+  { "own surface", function(random, stiffest)
+    return { ground = surface(random, stiffest, {}), self_collision = {
+      stiffness = decades(random, 1, math.min(1e7, math.max(2, stiffest))),
+      damping_ratio = between(random, 0, 2), reach = between(random, 0.1, 1.5) } }
+  end },
+  { "river", function(random)
+    return { drag = { density = decades(random, 1, 1e5), coefficient = between(random, 0, 10),
+      current = { between(random, -100, 100), between(random, -100, 100), 0 } } }
+  end },
+  { "beside a block", function(random, stiffest)
+    local size = {}
+    for axis = 1, 3 do size[axis] = between(random, 0.05, 1) end
+    -- a corner bears a quarter of the block, and is no lighter than the lightest mass
+    return { ground = surface(random, stiffest, {}), block = surface(random, stiffest, {
+      size = size, position = { between(random, -1.5, 1.5), between(random, -1.5, 1.5),
+        between(random, 0, 1) },
+      mass = decades(random, 4 * stiffest * LEAST_PERIOD ^ 2, 1e6) }) }
+  end },
+}
+
+-- Worlds where there is nothing to touch, and so no friction.
+local UNTOUCHED = { air = true, river = true }
+
+-- Whether the engine has every effect of a scene.
+local function possible(scene)
+  local known = {}
+  for _, effect in ipairs(engine.effects()) do known[effect.name] = true end
+  for name in pairs(scene) do
+    if not known[name] then return false end
+  end
+  return true
+end
+
+local function draw_scene(random, stiffest_ground)
+  local world = chosen(random, WORLDS)
+  local scene = world[2](random, stiffest_ground)
+  -- an engine without the world's effects has land in its place
+  if not possible(scene) then scene = WORLDS[2][2](random, stiffest_ground) end
+  if not UNTOUCHED[world[1]] and random:uniform() < 0.8 then
+    scene.friction = { static = between(random, 0, 2), kinetic = between(random, 0, 2) }
+  end
+  if random:uniform() < 0.9 then
+    local strength = between(random, 0, STRONGEST)
+    local tilt, heading = between(random, 0, math.pi / 2), between(random, 0, 2 * math.pi)
+    scene.gravity = { acceleration = { strength * math.sin(tilt) * math.cos(heading),
+      strength * math.sin(tilt) * math.sin(heading), -strength * math.cos(tilt) } }
+  end
+  scene.damping = random:uniform() < 0.8
+  if random:uniform() < 0.8 then
+    scene.actuation = { frequency = between(random, 0.001, QUICKEST),
+      ramp = random:uniform() < 0.5 and 0 or 0.25 }
+  end
+  return scene
+end
+
+---@class limax.bench.blow_ups.batch
+---@field number integer from 0
+---@field lattice integer[]
+---@field materials limax.materials
+---@field scene table
+---@field options table
+
+-- What the cases of a batch share. The number of draws may vary, since nothing else reads the key.
+local function draw_batch(number)
+  local random = random_of(number, 0)
+  local lattice = chosen(random, LATTICES)
+  local materials, stiffest_ground = draw_materials(random)
+  local scene = draw_scene(random, stiffest_ground)
+  local velocity = {}
+  local speed = between(random, 0, FASTEST)
+  local tilt, heading = math.acos(between(random, -1, 1)), between(random, 0, 2 * math.pi)
+  velocity[1] = speed * math.sin(tilt) * math.cos(heading)
+  velocity[2] = speed * math.sin(tilt) * math.sin(heading)
+  velocity[3] = speed * math.cos(tilt)
+  return { number = number, lattice = lattice, materials = materials, scene = scene, options = {
+    integrator = chosen(random, { "symplectic_euler", "leapfrog" }),
+    precision = chosen(random, engine.names.precision.names),
+    sharing = chosen(random, engine.names.sharing.names),
+    time_step = "auto", bound_fraction = 0.9, duration = DURATION, settle = 0, edge = EDGE,
+    max_stretch = LONGEST, max_speed = WILDEST,
+    position = { 0, 0, between(random, 0, 1) }, velocity = velocity } }
+end
+
+-- Writes the body of case `index` of a batch, 1 to 64, as robot `robot` of a population.
+local function draw_body(batch, index, population, robot)
+  local random = random_of(batch.number, index)
+  local n = batch.lattice[1] * batch.lattice[2] * batch.lattice[3]
+  local holes = random:uniform() < 0.5 and 0 or between(random, 0, 0.6)
+  local voxels, stiffness, amplitude, phase = {}, {}, {}, {}
+  local any = random:integer(n)
+  for i = 1, n do
+    local empty = random:uniform() < holes and i ~= any
+    local material = random:integer(batch.materials.count - 1)
+    voxels[i] = empty and 0 or material
+    stiffness[i], amplitude[i], phase[i] = random:uniform(), random:uniform(), random:uniform()
+  end
+  population:set_body(robot, voxels,
+    { stiffness = stiffness, amplitude = amplitude, phase = phase })
+end
+
+-- A population of cases `first` to `last` of a batch.
+local function population_of(batch, first, last)
+  local population = engine.population { lattice = batch.lattice, count = last - first + 1 }
+  for index = first, last do draw_body(batch, index, population, index - first + 1) end
+  population:check(batch.materials, { require_muscle = false })
+  return population
+end
+
+local function simulate(batch, population, device, fraction)
+  local options = {}
+  for name, value in pairs(batch.options) do options[name] = value end
+  options.bound_fraction = fraction or options.bound_fraction
+  return engine.simulation(population, batch.materials, engine.scene(batch.scene), options, device)
+end
+
+-- What a case that diverged does at a finer step.
+local function judge(batch, index, outcome, device)
+  local population = population_of(batch, index, index)
+  local again = simulate(batch, population, device, batch.options.bound_fraction / FINER)
+  again:run()
+  local finer = again:outcome(1)
+  again:free()
+  population:free()
+  return { case = batch.number * BATCH + index, reason = outcome.reason, step = outcome.step,
+    time = outcome.time, time_step = outcome.time_step,
+    finer = finer.status == "done" and "done" or ("%s at %.4g s"):format(finer.reason, finer.time),
+    blame = finer.status == "done" and "step" or "scene" }
+end
+
+-- Batches that hold cases first .. last, as { batch, from, to } with cases of the batch.
+local function plan(first, last)
+  local list = {}
+  for number = math.floor((first - 1) / BATCH), math.floor((last - 1) / BATCH) do
+    local before = number * BATCH
+    list[#list + 1] = { number = number, from = math.max(1, first - before),
+      to = math.min(BATCH, last - before) }
+  end
+  return list
+end
+
+-- Runs some batches at the same time and adds those that diverged to `rows`.
+local function run_batches(parts, device, rows)
+  local simulations = {}
+  for i, part in ipairs(parts) do
+    part.batch = draw_batch(part.number)
+    local population = population_of(part.batch, part.from, part.to)
+    simulations[i] = simulate(part.batch, population, device)
+    population:free()
+  end
+  repeat
+    local finished = true
+    for _, progress in ipairs(engine.advance_together(simulations, 0.05)) do
+      if progress.interrupted then error(host.interrupt, 0) end
+      finished = finished and progress.finished
+    end
+  until finished
+  for i, part in ipairs(parts) do
+    for index = part.from, part.to do
+      local outcome = simulations[i]:outcome(index - part.from + 1)
+      if outcome.status == "diverged" then
+        rows[#rows + 1] = judge(part.batch, index, outcome, device)
+      elseif outcome.status ~= "done" then
+        error(("case %d is %s"):format(part.number * BATCH + index, outcome.status), 0)
+      end
+    end
+    simulations[i]:free()
+  end
+end
+
+--- Case N as a robot that a file holds, with its scene and settings.
+---@param number integer from 1
+---@return table
+function blow_ups.describe(number)
+  local batch = draw_batch(math.floor((number - 1) / BATCH))
+  local index = (number - 1) % BATCH + 1
+  local population = population_of(batch, index, index)
+  local description = robot_file.describe(population, 1, batch.materials, EDGE)
+  description.schema = nil
+  return { case = number, scene = engine.scene(batch.scene):table(), simulation = batch.options,
+    robot = description }
+end
+
+--- Runs cases first .. first + cases - 1.
+---@param how { device: limax.device, first: integer, cases: integer, say: fun(text: string) }
+---@return limax.bench_result failed if the step is to blame for a robot's end
+function blow_ups.search(how)
+  local rows, started = {}, host.clock()
+  local parts = plan(how.first, how.first + how.cases - 1)
+  local together, said, done = TOGETHER[how.device.kind] or 1, 0, 0
+  for at = 1, #parts, together do
+    local some = {}
+    for i = at, math.min(#parts, at + together - 1) do
+      some[#some + 1] = parts[i]
+      done = done + parts[i].to - parts[i].from + 1
+    end
+    run_batches(some, how.device, rows)
+    for i = said + 1, #rows do
+      how.say(("case %d: %s at step %d, %.4g s; at an eighth of the step: %s"):format(rows[i].case,
+        rows[i].reason, rows[i].step, rows[i].time, rows[i].finer))
+    end
+    said = #rows
+    collectgarbage "collect"
+  end
+  local blamed = 0
+  for _, row in ipairs(rows) do blamed = blamed + (row.blame == "step" and 1 or 0) end
+  how.say(("%d cases from %d in %.0f s: %d diverged; for %d of them the step is to blame, %d do so "
+    .. "at an eighth of it too"):format(done, how.first, host.clock() - started, #rows, blamed,
+    #rows - blamed))
+  return { columns = COLUMNS, rows = rows, cases = { first = how.first, count = done,
+    diverged = #rows, step = blamed }, failed = blamed > 0 }
+end
+
+--- The bench: a search, or one case with its description.
+---@param how limax.bench_how `first`, `cases`; `case`: that one alone, printed
+---@return limax.bench_result
+function blow_ups.run(how)
+  if not how.case then return blow_ups.search(how) end
+  local description = blow_ups.describe(how.case)
+  how.say(host.json.encode(description, { indent = 2 }))
+  local result = blow_ups.search { device = how.device, first = how.case, cases = 1, say = how.say }
+  result.description = description
+  return result
+end
+
+return blow_ups

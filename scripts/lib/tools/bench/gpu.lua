@@ -1,0 +1,158 @@
+--- gpu.lua: `limax bench throughput` on a GPU: populations from one robot to many, lattices from
+--- small to large, every precision; with all effects, each row with the kernel that served it. The
+--- last states are held against the CPU and against stored hashes before anything is timed.
+
+local agreement = require "limax.tools.bench.agreement"
+local bodies = require "limax.tools.bench.bodies"
+local cases = require "limax.tools.bench.cases"
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local hashes = require "limax.tools.bench.hashes"
+local paper = require "limax.tools.bench.paper"
+local timing = require "limax.tools.bench.timing"
+
+local gpu = {}
+
+local ROUNDS = 2
+local PRECISIONS = { "single", "compensated", "mixed", "double" }
+-- 132 is one robot for each multiprocessor of an H200
+local POPULATIONS = { 1, 30, 132, 264, 1056, 4224, 16384 }
+-- voxels along each axis, and robots that fill a large GPU
+local LATTICES = { { 3, 16384 }, { 5, 4224 }, { 8, 1056 }, { 10, 528 }, { 20, 66 }, { 50, 1 } }
+local KERNEL = { "path", "origin", "architecture", "threads", "registers", "spilled",
+  "shared_bytes", "blocks_of_multiprocessor", "instructions" }
+
+local COLUMNS = { "device", "lattice", "robots", "masses", "springs", "integrator", "precision",
+  "effects", "springs_per_second", "robot_seconds_per_second", "seconds_per_step", "failed",
+  unpack(KERNEL) }
+
+-- What is timed: every axis alone with the library's default precision, or every combination.
+local function plan(full)
+  local list, taken = {}, {}
+  local function add(edge, robots, precision, effects, scene)
+    local name = ("%d %d %s %s"):format(edge, robots, precision, effects)
+    if taken[name] then return end
+    taken[name] = true
+    list[#list + 1] = { edge = edge, robots = robots, precision = precision, effects = effects,
+      scene = scene }
+  end
+  for _, precision in ipairs(full and PRECISIONS or { "compensated" }) do
+    for _, robots in ipairs(POPULATIONS) do add(5, robots, precision, "all", bodies.ALL) end
+    for _, entry in ipairs(LATTICES) do add(entry[1], entry[2], precision, "all", bodies.ALL) end
+  end
+  for _, precision in ipairs(PRECISIONS) do add(5, 4224, precision, "all", bodies.ALL) end
+  for _, precision in ipairs(full and PRECISIONS or { "single" }) do
+    add(5, 4224, precision, "gravity", { gravity = true })
+  end
+  return list
+end
+
+local function measured(materials, entry, device, seconds)
+  local case = cases.endless(materials, { lattice = { entry.edge, entry.edge, entry.edge },
+    count = entry.robots, scene = entry.scene, integrator = "leapfrog",
+    precision = entry.precision, device = device, seconds = seconds })
+  local rate = timing.best_rates({ case }, ROUNDS)[1]
+  case.free()
+  return case, rate
+end
+
+-- One row. A population that this GPU's memory does not hold is a row that says so.
+local function row_of(materials, entry, device, model, seconds)
+  local size = ("%dx%dx%d"):format(entry.edge, entry.edge, entry.edge)
+  local row = { device = model, lattice = size, robots = entry.robots, integrator = "leapfrog",
+    precision = entry.precision, effects = entry.effects }
+  local fine, case, rate = failure.attempt(measured, materials, entry, device, seconds)
+  if not fine then
+    if failure.of_machine(case) ~= "memory" then error(case, 0) end
+    row.failed = failure.bare(case)
+    return row
+  end
+  row.masses, row.springs = case.masses, case.springs
+  row.springs_per_second = rate
+  row.robot_seconds_per_second = rate / case.springs * cases.TIME_STEP
+  row.seconds_per_step = case.springs * entry.robots / rate
+  for _, name in ipairs(KERNEL) do row[name] = case.facts[name] end
+  return row
+end
+
+local function line_of(row)
+  local head = ("%-8s %6d %-11s %-7s"):format(row.lattice, row.robots, row.precision, row.effects)
+  if row.failed then return head .. "  " .. row.failed end
+  return ("%s %10.3g %10.3g %9.3g  %-5s %4d %4d %6d %2d  %s"):format(head, row.springs_per_second,
+    row.robot_seconds_per_second, 1e6 * row.seconds_per_step, row.path, row.registers, row.spilled,
+    row.instructions, row.blocks_of_multiprocessor, row.origin)
+end
+
+-- A reconstruction of the scheme that the paper sketches, on the same bodies in the same run. It
+-- ends where symplectic Euler in single precision does, or it is not timed.
+local function reconstruction_row(materials, device, model)
+  local robots, steps = 2112, 2000
+  local population = bodies.population(materials, { 5, 5, 5 }, robots)
+  local scene = engine.scene(bodies.ALL)
+  local options = { integrator = "symplectic_euler", precision = "single", settle = 0,
+    time_step = cases.TIME_STEP, duration = steps * cases.TIME_STEP }
+  local seconds, centers =
+    engine.reconstruction(population, materials, scene, options, steps, device)
+  local simulation = engine.simulation(population, materials, scene, options, device)
+  simulation:run()
+  local allowed = agreement.tolerance("single", bodies.ALL)
+  for axis = 1, 3 do
+    local off = math.abs(centers[1][axis] - simulation:outcome(1).center_end[axis])
+    if not (off <= allowed) then
+      error(("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: "
+        .. "it is not timed"):format(off, allowed), 0)
+    end
+  end
+  local masses, springs = simulation:outcome(1).masses, simulation:outcome(1).springs
+  simulation:free()
+  population:free()
+  local rate = springs * robots * steps / seconds
+  return { device = model, lattice = "5x5x5", robots = robots, masses = masses, springs = springs,
+    integrator = "symplectic_euler", precision = "single", effects = "all",
+    springs_per_second = rate, robot_seconds_per_second = rate / springs * cases.TIME_STEP,
+    seconds_per_step = seconds / steps, path = "reconstruction" }
+end
+
+--- Measures a GPU.
+---@param how limax.bench_how with a device of kind "cuda"
+---@return limax.bench_result
+function gpu.run(how)
+  local materials, device = engine.materials "paper", how.device
+  local about = device:describe()
+  local model = about.gpus[1].name
+  how.say(("%d x %s, %s, %s; full voxels; leapfrog; time step %g s"):format(#about.gpus, model,
+    about.cuda, about.nvrtc:match "^%d" and "NVRTC " .. about.nvrtc or "no NVRTC",
+    cases.TIME_STEP))
+  local found, worst =
+    agreement.check(materials, device, { { 5, 5, 5 }, { 8, 8, 8 } }, PRECISIONS)
+  how.say(("checked: after %g s every precision is where the CPU is; %.2g of what is allowed at "
+    .. "most"):format(agreement.SETTLE + agreement.DURATION, worst))
+  if how.store then
+    how.say("stored: " .. hashes.store(model, found))
+  else
+    how.say("checked: " .. hashes.check(model, found))
+  end
+  how.say ""
+  how.say(("%-8s %6s %-11s %-7s %10s %10s %9s  %-5s %4s %4s %6s %2s  %s"):format("lattice",
+    "robots", "precision", "effects", "springs/s", "robot-s/s", "us/step", "path", "reg.", "sp.",
+    "instr.", "b.", "kernel"))
+  local rows, best = {}, 0
+  for _, entry in ipairs(plan(how.full)) do
+    local row = row_of(materials, entry, device, model, how.seconds)
+    rows[#rows + 1] = row
+    how.say(line_of(row))
+    if row.effects == "all" then best = math.max(best, row.springs_per_second or 0) end
+  end
+  how.say "(reg.: registers of a thread; sp.: bytes that it spills; b.: blocks of a multiprocessor)"
+  local plain = reconstruction_row(materials, device, model)
+  rows[#rows + 1] = plain
+  how.say(("a reconstruction of the paper's scheme (a thread per spring, then per mass; "
+    .. "shared-memory float atomics are our assumption), %d robots, symplectic Euler, single: "
+    .. "%.3g springs/s"):format(plain.robots, plain.springs_per_second))
+  how.say(("the fastest row of all effects above is %.1f times that"):format(
+    best / plain.springs_per_second))
+  how.say(paper.beside(best))
+  return { columns = { unpack(COLUMNS) }, rows = rows, hashes = found }
+end
+
+return gpu

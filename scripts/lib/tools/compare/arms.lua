@@ -1,0 +1,187 @@
+--- arms.lua: runs grouped into arms, by configuration without seed and repetition. Arms differ in
+--- how they search; what they search for and how much they may spend must be the same, else nothing
+--- can be said about them together.
+
+local choice = require "limax.base.choice"
+local failure = require "limax.base.failure"
+local flat = require "limax.base.flat"
+local schema = require "limax.base.schema"
+local source = require "limax.base.source"
+
+local arms = {}
+
+-- What says nothing about an arm: who repeats it, what it is called, what it writes down.
+local ASIDE = { seed = true, repetitions = true, run = true, name = true, schema = true,
+  not_in_paper = true, record = true, evaluations = true }
+
+-- What must be equal in all runs: the question (fitness, world, body, time) and the budget.
+local QUESTION = { fitness = true, lattice = true, materials = true, scene = true,
+  population = true, generations = true }
+-- of `simulation` everything but what a tier sets: the outcome is simulated again at one tier
+local OF_TIER = { accuracy = true, integrator = true, precision = true, time_step = true,
+  bound_fraction = true, time_step_most = true }
+
+-- Supervisors that read another run: which one differs between repetitions of one arm.
+local READERS = { yoked = true, shuffled = true, constant_median = true, replay = true }
+
+-- The longest list of differing fields that a message shows.
+local MOST_SHOWN = 12
+
+-- A function is its text: the same one in two files is the same.
+local function shown(value)
+  if type(value) == "table" and value.sha256 and value.first_line then
+    return schema.show(value.sha256)
+  end
+  return flat.text(value)
+end
+
+-- The fields that an arm is told by, and those that all runs share, by path.
+local function fields_of(run)
+  local own, shared = {}, {}
+  local config = source.copy(run.config)
+  local supervisor = config.supervisor
+  if type(supervisor) == "table" and READERS[supervisor.name] then
+    supervisor.run, supervisor.repetition, supervisor.donor = nil, nil, run.donor
+  end
+  for name, value in pairs(config) do
+    if name == "simulation" then
+      for field, entry in pairs(value) do
+        flat.add(entry, "simulation." .. field, OF_TIER[field] and own or shared, shown)
+      end
+    elseif not ASIDE[name] then
+      flat.add(value, name, QUESTION[name] and shared or own, shown)
+    end
+  end
+  -- what was spent on tuning is of the same budget
+  if config.evaluations then
+    shared.evaluations = schema.show(config.evaluations + run.before)
+  end
+  return own, shared
+end
+
+-- Refuses runs that asked another question or had another budget.
+local function check_question(first, shared, run, its)
+  local list, texts = flat.differences(shared, its), {}
+  if #list == 0 then return end
+  for k = 1, math.min(#list, MOST_SHOWN) do
+    texts[k] = ("  %s: %s, %s"):format(list[k].path, list[k].before, list[k].now)
+  end
+  local more = #list - MOST_SHOWN
+  if more > 0 then texts[#texts + 1] = ("  ... and %d more"):format(more) end
+  failure.raise(2, ("%s and %s cannot be compared: another question or budget:\n%s"):format(
+    first.path, run.path, table.concat(texts, "\n")))
+end
+
+local function supervisor_name(config)
+  local supervisor = config.supervisor
+  if type(supervisor) ~= "table" then return tostring(supervisor) end
+  local own = supervisor["function"]
+  if own then return ("%s:%d"):format(own.file, own.first_line) end
+  return supervisor.name or tostring(supervisor[1])
+end
+
+-- The name that the experiments of an arm have, where those of no other arm have it.
+local function own_name(arm, groups)
+  local name = arm.runs[1].config.name
+  for _, other in ipairs(groups) do
+    if name == other.name or name == supervisor_name(other.runs[1].config) then return nil end
+    for _, run in ipairs(other.runs) do
+      if (run.config.name == name) ~= (other == arm) then return nil end
+    end
+  end
+  return name
+end
+
+-- Is a supervisor's name enough to know this arm by: no place in a script, and of no other arm?
+local function is_telling(arm, groups)
+  local config = arm.runs[1].config
+  if type(config.supervisor) == "table" and config.supervisor["function"] then return false end
+  for _, other in ipairs(groups) do
+    local same = supervisor_name(other.runs[1].config) == supervisor_name(config)
+    if other ~= arm and not other.name and same then return false end
+  end
+  return true
+end
+
+-- The name of an arm: its supervisor; where that does not tell it from others, the name of its
+-- experiments; where they have none of their own, what else it differs in from the first arm of
+-- that supervisor.
+local function name_arm(arm, named, own)
+  if own then return own end
+  local base = supervisor_name(arm.runs[1].config)
+  local first = named[base]
+  if not first then
+    named[base] = arm
+    return base
+  end
+  local texts = {}
+  for _, each in ipairs(flat.differences(first.fields, arm.fields)) do
+    texts[#texts + 1] = ("%s=%s"):format(each.path, each.now)
+  end
+  return ("%s (%s)"):format(base, table.concat(texts, ", "))
+end
+
+---@class limax.compare.arm
+---@field name string
+---@field runs limax.compare.run[] by seed and repetition
+---@field by_pair table<string, limax.compare.run> by "seed/repetition"
+---@field donor string|nil
+
+--- What two runs of a pair have in common.
+---@param run limax.compare.run
+---@return string
+function arms.pair(run) return ("%s/%d"):format(run.seed, run.repetition) end
+
+-- Runs in the order of their pairs, none of them twice.
+local function order(arm)
+  table.sort(arm.runs, function(a, b)
+    if a.seed ~= b.seed then return #a.seed < #b.seed or #a.seed == #b.seed and a.seed < b.seed end
+    return a.repetition < b.repetition
+  end)
+  for _, run in ipairs(arm.runs) do
+    local pair = arms.pair(run)
+    local other = arm.by_pair[pair]
+    if other then
+      failure.raise(2, ("%s and %s are the same: arm %s, seed %s, repetition %d"):format(other.path,
+        run.path, arm.name, run.seed, run.repetition))
+    end
+    arm.by_pair[pair] = run
+  end
+end
+
+--- The arms of these runs, in the order in which they first come. A study's runs have the arms that
+--- it gave them; all others are grouped by their configuration.
+---@param list limax.compare.run[]
+---@return limax.compare.arm[]
+function arms.group(list)
+  local groups, by_key, named, shared = {}, {}, {}, nil
+  for _, run in ipairs(list) do
+    local own, its = fields_of(run)
+    if shared then check_question(list[1], shared, run, its) end
+    shared = shared or its
+    local key = run.arm and "study " .. run.arm
+    if not key then
+      local parts = {}
+      for _, path in ipairs(choice.sorted_keys(own)) do
+        parts[#parts + 1] = path .. "=" .. own[path]
+      end
+      key = table.concat(parts, "\n")
+    end
+    if not by_key[key] then
+      by_key[key] = { runs = {}, fields = own, by_pair = {}, name = run.arm, donor = run.donor }
+      groups[#groups + 1] = by_key[key]
+    end
+    table.insert(by_key[key].runs, run)
+  end
+  local own = {}
+  for k, arm in ipairs(groups) do
+    own[k] = not arm.name and not is_telling(arm, groups) and own_name(arm, groups) or nil
+  end
+  for k, arm in ipairs(groups) do
+    arm.name = arm.name or name_arm(arm, named, own[k])
+    order(arm)
+  end
+  return groups
+end
+
+return arms

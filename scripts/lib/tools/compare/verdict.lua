@@ -1,0 +1,184 @@
+--- verdict.lua: what runs tell about their arms: each against the baseline by an exact test of the
+--- one primary outcome, adjusted by Holm; everything else is exploratory. A claim needs enough
+--- runs, equal evaluations and, of a model, that it set nearly all generations.
+
+local arms = require "limax.tools.compare.arms"
+local bootstrap = require "limax.base.statistics.bootstrap"
+local curves = require "limax.tools.compare.curves"
+local failure = require "limax.base.failure"
+local holm = require "limax.base.statistics.holm"
+local model = require "limax.tools.compare.model"
+local power = require "limax.base.statistics.power"
+local proposals = require "limax.tools.compare.proposals"
+local rank_sum = require "limax.base.statistics.rank_sum"
+local sample = require "limax.base.statistics.sample"
+local signed_rank = require "limax.base.statistics.signed_rank"
+local suggest = require "limax.base.suggest"
+
+local verdict = {}
+
+--- A claim's level, after Holm.
+verdict.LEVEL = 0.05
+-- the effect, in standard deviations, for which the needed runs are told
+local EFFECT = 1
+
+local function values_of(list, of)
+  local values = {}
+  for i, run in ipairs(list) do values[i] = of[run] end
+  return values
+end
+
+-- A champion that fails at `publish` has no outcome: it counts as the worst of all that have one.
+local function fill_worst(all, outcomes)
+  local worst, filled = math.huge, 0
+  for _, run in ipairs(all) do worst = math.min(worst, outcomes[run] or math.huge) end
+  if worst == math.huge then failure.raise(1, "no champion of any run ends well at publish") end
+  for _, run in ipairs(all) do
+    if not outcomes[run] then outcomes[run], filled = worst, filled + 1 end
+  end
+  return filled
+end
+
+-- The arm that the others are held against.
+local function find_baseline(list, wanted)
+  local names = {}
+  for i, arm in ipairs(list) do
+    names[i] = arm.name
+    if arm.name == (wanted or "fixed") then return arm end
+  end
+  if not wanted then return list[1] end
+  failure.raise(2, ("--baseline %s: there is no such arm%s"):format(wanted,
+    suggest.ending(wanted, names)))
+end
+
+-- The pairs that one arm has and another lacks, as "seed 1 repetition 3".
+local function lacking(arm, other)
+  for _, run in ipairs(arm.runs) do
+    if not other.by_pair[arms.pair(run)] then
+      return ("%s lacks seed %s, repetition %d of %s"):format(other.name, run.seed, run.repetition,
+        arm.name)
+    end
+  end
+end
+
+-- One arm's outcomes against the baseline's.
+local function test_of(arm, baseline, outcomes)
+  local unpaired = lacking(arm, baseline) or lacking(baseline, arm)
+  local mine, its = values_of(arm.runs, outcomes), values_of(baseline.runs, outcomes)
+  local sums = rank_sum.test(mine, its)
+  local test = { a12 = sums.a12 }
+  if unpaired then
+    test.name, test.why, test.p, test.statistic = "rank_sum", unpaired, sums.p, sums.u
+    test.smallest_p = rank_sum.smallest_p(#mine, #its)
+    return test
+  end
+  local differences = {}
+  -- both arms stand in the order of their pairs
+  for i, value in ipairs(mine) do differences[i] = value - its[i] end
+  local ranks = signed_rank.test(differences)
+  test.name, test.why = "signed_rank", "every seed and repetition is in both arms"
+  test.p, test.zeros = ranks.p, ranks.zeros
+  test.statistic = math.min(ranks.positive, ranks.negative)
+  test.smallest_p = signed_rank.smallest_p(#mine)
+  test.differences = differences
+  test.difference = sample.centre(differences)
+  test.low, test.high = bootstrap.interval(differences, sample.centre)
+  return test
+end
+
+-- What an arm's p says, in one sentence; and whether it is a claim.
+local function sentence(arm, baseline, test, most_apart)
+  for _, each in ipairs { arm, baseline } do
+    local share = each.model and each.model.share
+    if share and share < model.WHOLE then
+      return ("%spartly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
+        each == arm and "" or ("no claim: %s is "):format(baseline.name), 100 * share,
+        100 * model.WHOLE), false
+    end
+  end
+  local apart = math.abs(arm.evaluations - baseline.evaluations)
+  if apart > most_apart then
+    return ("no claim: %g evaluations against %g of %s"):format(arm.evaluations,
+      baseline.evaluations, baseline.name), false
+  end
+  if test.smallest_p_holm > verdict.LEVEL then
+    return ("too few runs for any claim: the smallest p after Holm is %.2g"):format(
+      test.smallest_p_holm), false
+  end
+  if test.p_holm > verdict.LEVEL then
+    return ("no difference from %s was shown (p = %.2g after Holm)"):format(baseline.name,
+      test.p_holm), false
+  end
+  local up = test.name == "signed_rank" and test.difference > 0 or test.name == "rank_sum"
+    and test.a12 > 0.5
+  return ("%s %s (p = %.2g after Holm, A12 = %.2f)"):format(
+    up and "better than" or "worse than", baseline.name, test.p_holm, test.a12), true
+end
+
+-- How many runs an 80 % chance takes, once for each kind of test.
+local function needs(tests)
+  local known = {}
+  for _, test in ipairs(tests) do
+    local level = verdict.LEVEL / #tests
+    known[test.name] = known[test.name] or { power.runs_needed(test.name, EFFECT, level) }
+    test.needed = known[test.name][1]
+  end
+end
+
+---@class limax.compare.options
+---@field baseline? string name of an arm; "fixed" if there is one, else the first arm
+---@field target? number exploratory; the baseline's centre of the last best_standard if left out
+
+--- The comparison of runs whose outcomes were measured, as a table of plain values.
+---@param list limax.compare.arm[]
+---@param outcomes table<limax.compare.run, number> filled up here
+---@param options? limax.compare.options
+---@return table
+function verdict.compare(list, outcomes, options)
+  options = options or {}
+  local all = {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
+  end
+  local filled = fill_worst(all, outcomes)
+  local baseline = find_baseline(list, options.baseline)
+  local last = {}
+  for i, run in ipairs(baseline.runs) do last[i] = curves.last(run) end
+  local target = options.target or sample.centre(last)
+  local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
+    target_given = options.target ~= nil, arms = {} }
+  local tests, most_apart = {}, list[1].runs[1].config.population
+  for i, arm in ipairs(list) do
+    local values = values_of(arm.runs, outcomes)
+    local centre, name = sample.centre(values)
+    local row = { name = arm.name, runs = arm.runs, n = #values, values = values, centre = centre,
+      centre_name = name, donor = arm.donor, model = model.of(arm.runs),
+      evaluations = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "evaluations"))),
+      tuning = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "before"))),
+      exploratory = curves.exploratory(arm.runs, target),
+      proposals = proposals.shares(arm.runs) }
+    if arm ~= baseline then
+      row.test = test_of(arm, baseline, outcomes)
+      tests[#tests + 1] = row.test
+    end
+    result.arms[i] = row
+    if arm == baseline then result.baseline_row = i end
+  end
+  needs(tests)
+  local p = {}
+  for k, test in ipairs(tests) do p[k] = test.p end
+  for k, adjusted in ipairs(holm.adjust(p)) do
+    tests[k].p_holm = adjusted
+    tests[k].smallest_p_holm = math.min(1, #tests * tests[k].smallest_p)
+  end
+  for _, row in ipairs(result.arms) do
+    if row.test then
+      row.claim, row.claimed =
+        sentence(row, result.arms[result.baseline_row], row.test, most_apart)
+    end
+  end
+  result.comparisons = #tests
+  return result
+end
+
+return verdict

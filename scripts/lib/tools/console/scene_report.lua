@@ -1,0 +1,178 @@
+--- scene_report.lua: what a scene will run, for `limax doctor --scene FILE`: its effects with every
+--- parameter, what steps its robots, and what each effect costs, measured on the spot on one CPU
+--- thread with a body of all voxels.
+
+local choice = require "limax.base.choice"
+local drive = require "limax.settings.drive"
+local engine = require "limax.engine"
+local experiment = require "limax.experiment.experiment"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local script = require "limax.base.script"
+local settings = require "limax.settings.settings"
+local timing = require "limax.tools.bench.timing"
+
+local scene_report = {}
+
+-- wall time of one measurement, s, and how often each is taken: the best counts
+local SLICE, ROUNDS = 0.02, 15
+-- s of simulated time: beyond what these measurements reach
+local ENDLESS = 1e4
+
+--- A simulation of one body that has every material, in a scene.
+---@param config table of an experiment: its lattice and materials
+---@param scene table
+---@param device limax.device
+---@param options table of the simulation
+---@return limax.simulation
+function scene_report.simulation(config, scene, device, options)
+  local materials = engine.materials(config.materials)
+  local population = engine.population { lattice = config.lattice, count = 1 }
+  local voxels = {}
+  for i = 1, population.voxels_each do voxels[i] = 1 + i % (materials.count - 1) end
+  population:set_body(1, voxels)
+  population:check(materials)
+  return engine.simulation(population, materials, engine.scene(scene), options, device)
+end
+
+-- The scene without one effect, and without what then lacks all that it needs.
+local function without(infos, scene, left_out)
+  local rest = {}
+  for name, fields in pairs(scene) do
+    if name ~= left_out then rest[name] = fields end
+  end
+  for _, info in ipairs(infos) do
+    local served = #info.needs == 0
+    for _, need in ipairs(info.needs) do served = served or rest[need] ~= nil end
+    if not served then rest[info.name] = nil end
+  end
+  return rest
+end
+
+-- Something that runs a slice of a simulation and returns the steps it did.
+local function timed(config, scene, options)
+  local device = engine.device("cpu", { threads = 1 })
+  local simulation = scene_report.simulation(config, scene, device, options)
+  simulation:advance(SLICE)
+  local before = simulation:advance(SLICE).steps
+  return { run = function()
+    local progress = simulation:advance(SLICE)
+    if progress.finished then
+      failure.raise(1, "a body of all voxels came to its end in this scene: nothing is timed")
+    end
+    local done = progress.steps - before
+    before = progress.steps
+    return done
+  end }
+end
+
+-- Seconds per step of the scene, of the springs alone, and of the scene without each effect.
+local function measure(config, infos, names)
+  local options = settings.engine_options(config.simulation, {})
+  local device = engine.device("cpu", { threads = 1 })
+  local whole = scene_report.simulation(config, config.scene, device, options)
+  whole:advance(0, 1)
+  -- the same step in every case, though fewer effects would allow a longer one
+  options.time_step, options.duration, options.settle = whole:outcome(1).time_step, ENDLESS, 0
+  local cases = { timed(config, config.scene, options), timed(config, {}, options) }
+  for _, name in ipairs(names) do
+    cases[#cases + 1] = timed(config, without(infos, config.scene, name), options)
+  end
+  -- once more, for what the same scene costs another time
+  cases[#cases + 1] = timed(config, config.scene, options)
+  -- time of the processor: a busy machine's other work does not count
+  local rates = timing.best_rates(cases, ROUNDS, os.clock)
+  local first, again = 1 / rates[1], 1 / rates[#cases]
+  local result = { time_step = options.time_step, step = math.min(first, again),
+    noise = math.abs(first - again), springs = 1 / rates[2], effects = {} }
+  for i, name in ipairs(names) do result.effects[name] = result.step - 1 / rates[2 + i] end
+  return result
+end
+
+--- What the scene of an experiment's file will run. An effect's cost is the share of a step that is
+--- saved without it, and without friction where it is the only contact. Raises where the file is no
+--- experiment.
+---@param file string
+---@param device limax.device what would step it
+---@return table facts `effects`, a list of { name, fields, cost }; `springs`; `step`, s; `noise`,
+---the share by which the same scene differed when it was measured again; `runs`
+function scene_report.gather(file, device)
+  local found = script.run(file)
+  if not experiment.is(found) then
+    failure.raise(2, ("%s returns no experiment"):format(file))
+  end
+  local config, infos, names = found.config, engine.effects(), {}
+  for _, info in ipairs(infos) do
+    if config.scene[info.name] then names[#names + 1] = info.name end
+  end
+  -- effects of the script's own
+  for _, name in ipairs(choice.sorted_keys(config.scene)) do
+    if config.scene[name].force then names[#names + 1] = name end
+  end
+  local cost = measure(config, infos, names)
+  local facts = { file = file, lattice = config.lattice, effects = {}, step = cost.step,
+    problem = drive.problem(config.scene, cost.time_step),
+    springs = cost.springs / cost.step, noise = cost.noise / cost.step }
+  for i, name in ipairs(names) do
+    facts.effects[i] = { name = name, fields = config.scene[name],
+      cost = cost.effects[name] / cost.step }
+  end
+  facts.runs = scene_report.simulation(config, config.scene, device,
+    settings.engine_options(config.simulation, config.record)):describe()
+  return facts
+end
+
+-- A value as a line shows it; of a table of heights its size.
+local function shown(value)
+  if type(value) == "table" and type(value[1]) == "table" then
+    return ("%d x %d"):format(#value, #value[1])
+  end
+  return host.json.encode(value)
+end
+
+local function fields_of(info, values)
+  local parts = {}
+  if not info then
+    for _, name in ipairs(choice.sorted_keys(values)) do
+      if name ~= "force" then parts[#parts + 1] = name .. " " .. shown(values[name]) end
+    end
+    return #parts == 0 and "a script's own" or "a script's own: " .. table.concat(parts, ", ")
+  end
+  for i, field in ipairs(info.fields) do
+    parts[i] = ("%s %s%s"):format(field.name, shown(values[field.name]),
+      field.unit == "1" and "" or " " .. field.unit)
+  end
+  return #parts == 0 and "no parameters" or table.concat(parts, ", ")
+end
+
+--- The facts as lines of text.
+---@param facts table
+---@return string[]
+function scene_report.lines(facts)
+  local runs, infos, lines = facts.runs, {}, {}
+  local function line(...) lines[#lines + 1] = (...):format(select(2, ...)) end
+  for _, info in ipairs(engine.effects()) do infos[info.name] = info end
+  line("%s: a body of all %s voxels", facts.file, table.concat(facts.lattice, "x"))
+  if runs.passes then
+    line("runs on the CPU, passes for %s", runs.passes)
+  else
+    line("runs on CUDA: %s path, kernel %s (%s), %d registers, %d bytes spilled", runs.path,
+      runs.origin, runs.architecture, runs.registers, runs.spilled)
+  end
+  line("%.3g us a step on one CPU thread, measured to within %.0f %%; %.0f %% springs",
+    1e6 * facts.step, math.ceil(100 * facts.noise), 100 * facts.springs)
+  -- without gravity nothing touches, and contacts cost less too
+  line("before an effect: what a step saves without it, and without what then does not act")
+  for _, effect in ipairs(facts.effects) do
+    local info = infos[effect.name]
+    local list = info and info.instances > 1 and effect.fields or { effect.fields }
+    for i, values in ipairs(list) do
+      line("%4s  %-10s %s", i == 1 and ("%.0f %%"):format(100 * math.max(0, effect.cost)) or "",
+        effect.name .. (#list > 1 and "[" .. i .. "]" or ""), fields_of(info, values))
+    end
+  end
+  if facts.problem then line("%s", facts.problem) end
+  return lines
+end
+
+return scene_report

@@ -1,0 +1,329 @@
+--- complete.lua: what Tab puts behind the cursor: names, fields, methods behind `:`, the options of
+--- a known function inside its table, and file names inside strings.
+
+local api = require "limax.tools.reference.api"
+local host = require "limax.host"
+local kind = require "limax.tools.repl.kind"
+local terminal = require "limax.base.terminal"
+local tokens = require "limax.tools.repl.tokens"
+
+local complete = {}
+
+-- Names in the keys of a table and of what its metatable looks into.
+local function add_keys(list, value, methods_only)
+  local seen = {}
+  local function take(source)
+    for key, entry in pairs(source) do
+      if type(key) == "string" and key:match "^[%a_][%w_]*$" and not seen[key]
+        and (not methods_only or type(entry) == "function") then
+        seen[key] = true
+        list[#list + 1] = key
+      end
+    end
+  end
+  for _ = 1, 8 do
+    if type(value) ~= "table" then return end
+    take(value)
+    local class = getmetatable(value)
+    if type(class) ~= "table" then return end
+    for _, name in ipairs(rawget(class, "__fields") or {}) do
+      if not seen[name] and not methods_only then list[#list + 1] = name end
+    end
+    value = rawget(class, "__index")
+  end
+end
+
+-- The public names of a value of one of limax's classes.
+local function add_public(list, class, methods_only)
+  for _, group in ipairs(api.groups()) do
+    for _, entry in ipairs(group.class == class and group.list or {}) do
+      if entry.kind == "function" or not methods_only then list[#list + 1] = entry.short end
+    end
+  end
+end
+
+-- What a path such as "a.b[1].c" names; nothing is called but `__index`.
+local function value_of(path, names)
+  local value
+  for name in path:gsub("%[", "."):gsub("%]", ""):gmatch "[^.:]+" do
+    name = tonumber(name) or name
+    if value == nil then
+      value = names:get(name)
+    elseif type(value) == "table" then
+      local within = value
+      local fine, found = pcall(function() return within[name] end)
+      value = fine and found or nil
+    else
+      return nil
+    end
+    if value == nil then return nil end
+  end
+  return value
+end
+
+local function members(path, separator, names)
+  local value = value_of(path, names)
+  local list = {}
+  if type(value) == "string" and separator == ":" then value = string end
+  local class = kind.of(value)
+  if class then
+    -- the public names of an object, where they are known; what it keeps inside is nobody's
+    add_public(list, class, separator == ":")
+    if #list > 0 then return list end
+  end
+  add_keys(list, value, separator == ":")
+  return list
+end
+
+-- ---- inside a table -----------------------------------------------------------------------------
+
+local closing = { [")"] = true, ["}"] = true, ["]"] = true }
+local opening = { ["("] = true, ["{"] = true, ["["] = true }
+
+-- The dotted name that ends at token i.
+local function path_ending(list, i)
+  local parts = {}
+  while list[i] and list[i].kind == "name" do
+    table.insert(parts, 1, list[i].text)
+    local joint = list[i - 1]
+    if not (joint and (joint.text == "." or joint.text == ":")) then break end
+    table.insert(parts, 1, joint.text)
+    i = i - 2
+  end
+  return table.concat(parts)
+end
+
+-- The brackets that are open at the end, the innermost last, each with the commas behind it and the
+-- names that are assigned to there.
+local function open_brackets(list)
+  local open = {}
+  for i, token in ipairs(list) do
+    if opening[token.text] and token.kind == "symbol" then
+      open[#open + 1] = { at = i, text = token.text, commas = 0, taken = {} }
+    elseif closing[token.text] and token.kind == "symbol" then
+      open[#open] = nil
+    elseif open[#open] then
+      local inner = open[#open]
+      if token.text == "," then inner.commas = inner.commas + 1 end
+      if token.kind == "name" and list[i + 1] and list[i + 1].text == "=" then
+        inner.taken[token.text] = true
+      end
+    end
+  end
+  return open
+end
+
+-- Where the cursor stands: the function whose table is open, which argument that table is, the keys
+-- from there inwards, and the names that are taken in the innermost table.
+local function place_of(list)
+  local open = open_brackets(list)
+  local keys, argument = {}, 1
+  if not open[#open] or open[#open].text ~= "{" then return nil end
+  local taken = open[#open].taken
+  for level = #open, 1, -1 do
+    local at = open[level].at
+    if open[level].text == "{" and list[at - 1] and list[at - 1].text == "=" then
+      table.insert(keys, 1, list[at - 2] and list[at - 2].text or "")
+    elseif open[level].text == "{" and list[at - 1] and list[at - 1].text == "("
+      or open[level].text == "{" and list[at - 1] and list[at - 1].text == ","
+      and level > 1 and open[level - 1].text == "(" then
+      argument = open[level - 1].commas + 1
+      return { path = path_ending(list, open[level - 1].at - 1), argument = argument, keys = keys,
+        taken = taken }
+    elseif open[level].text == "{" then
+      return { path = path_ending(list, at - 1), argument = argument, keys = keys, taken = taken }
+    else
+      return nil
+    end
+  end
+end
+
+-- The public function that a typed path means: of the object's class, or under its own name.
+local function function_of(path, names)
+  local base, short = path:match "^(.-)[.:]([^.:]+)$"
+  local class = base and kind.of(value_of(base, names))
+  for _, entry in ipairs(api.entries()) do
+    if entry.doc and (class and entry.group.class == class and entry.short == short
+      or not class and entry.name:gsub(":", ".") == path:gsub(":", ".")) then
+      return entry
+    end
+  end
+end
+
+-- The options of the table that the cursor stands in; nil where it is no known function's.
+local function options_at(list, names)
+  local place = place_of(list)
+  local entry = place and place.path ~= "" and function_of(place.path, names)
+  if not entry then return nil end
+  local options = api.options(entry, place.argument)
+  for _, key in ipairs(place.keys) do
+    local found
+    for _, option in ipairs(options) do
+      if option.name == key then found = option.fields end
+    end
+    if not found then return nil end
+    options = found
+  end
+  return options, place.taken
+end
+
+-- ---- inside a string ----------------------------------------------------------------------------
+
+local function files_at(typed)
+  local folder, beginning = typed:match "^(.*/)([^/]*)$"
+  beginning = beginning or typed
+  local list = {}
+  for _, name in ipairs(host.file.list(folder or ".") or {}) do
+    local hidden = name:sub(1, 1) == "." and beginning:sub(1, 1) ~= "."
+    if not hidden then
+      local path = (folder or "") .. name
+      list[#list + 1] = host.file.exists(path) == "folder" and path .. "/" or path
+    end
+  end
+  return list
+end
+
+-- The words that an option's type names: `"cpu"|"cuda"`; in `key = "` and `key = { "`.
+local function choices_at(list, names)
+  local at = #list - 1
+  if list[at] and list[at].text == "{" then at = at - 1 end
+  local key = list[at - 1]
+  if not (list[at] and list[at].text == "=" and key) then return {} end
+  local before = {}
+  for i = 1, at - 2 do before[i] = list[i] end
+  local words = {}
+  for _, option in ipairs(options_at(before, names) or {}) do
+    if option.name == key.text then
+      for word in (option.type or ""):gmatch '"([^"]*)"' do words[#words + 1] = word end
+    end
+  end
+  return words
+end
+
+-- The words that the type of the argument names which an open string is; of a robot's trace those
+-- that were recorded.
+local function arguments_at(list, names)
+  local before, open = list[#list - 1], open_brackets(list)
+  local inner, path, argument = open[#open], nil, 1
+  if before and before.kind == "name" then
+    path = path_ending(list, #list - 1)
+  elseif inner and inner.text == "(" and (before.text == "(" or before.text == ",") then
+    path, argument = path_ending(list, inner.at - 1), inner.commas + 1
+  end
+  local entry = path and path ~= "" and function_of(path, names)
+  if not entry then return {} end
+  if entry.name == "robot:trace" then
+    local robot, recorded = value_of(path:match "^(.*)[.:]", names), {}
+    local rates = kind.of(robot) == "limax.scored_robot" and robot.context.options.record or {}
+    for name, rate in pairs(rates) do recorded[#recorded + 1] = rate > 0 and name or nil end
+    return recorded
+  end
+  local words = {}
+  for _, param in ipairs(entry.doc.params) do
+    if param.name == entry.doc.arguments[argument] and not param.type:find("{", 1, true) then
+      for word in param.type:gmatch '"([^"]*)"' do words[#words + 1] = word end
+    end
+  end
+  return words
+end
+
+-- ---- the edit -----------------------------------------------------------------------------------
+
+-- What Tab can put in the place of the last word, and that word.
+local function candidates(text, names)
+  local list = tokens.of(text)
+  local last = list[#list]
+  if last and last.kind == "comment" and last.last == #text then return {}, "" end
+  if last and last.open then
+    local typed = last.text:match "^[\"'](.*)$"
+    if last.kind ~= "string" or not typed then return {}, "" end
+    local words = choices_at(list, names)
+    if #words == 0 then words = arguments_at(list, names) end
+    return #words > 0 and words or files_at(typed), typed
+  end
+  local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
+  local base, separator, word = path:match "^(.*)([.:])([%w_]*)$"
+  if path:match "%.%.[%w_]*$" then return {}, "" end
+  if base then return members(base, separator, names), word end
+  if path:find("[", 1, true) then path = path:match "[%w_]*$" end
+  if path ~= "" then list[#list] = nil end
+  local before = list[#list]
+  if before and (before.text == "{" or before.text == ",") then
+    local options, taken = options_at(list, names)
+    local words = {}
+    for _, option in ipairs(options or {}) do
+      local matches = option.name:sub(1, #path) == path
+      if matches and not taken[option.name] then words[#words + 1] = option.name .. " = " end
+    end
+    if #words > 0 then return words, path end
+  end
+  return names:all(), path
+end
+
+local function common(list)
+  local beginning = list[1]
+  for _, word in ipairs(list) do
+    while word:sub(1, #beginning) ~= beginning do beginning = beginning:sub(1, -2) end
+  end
+  return beginning
+end
+
+-- The words in columns.
+local function columns(list)
+  local shown, widest = {}, 0
+  for i, word in ipairs(list) do
+    shown[i] = word:gsub(" = $", ""):gsub("^.*/(.)", "%1")
+    widest = math.max(widest, terminal.width(shown[i]))
+  end
+  local across = math.max(1, math.floor((terminal.style().width + 1) / (widest + 2)))
+  local down = math.ceil(#shown / across)
+  local lines = {}
+  for row = 1, down do
+    local parts = {}
+    for i = row, #shown, down do parts[#parts + 1] = terminal.pad(shown[i], widest) end
+    lines[row] = table.concat(parts, "  "):gsub("%s+$", "")
+  end
+  return table.concat(lines, "\n")
+end
+
+--- Every way to go on, sorted, and the word that stands there.
+---@param text string of the statement so far, up to the cursor
+---@param names limax.repl.names
+---@return string[] words
+---@return string typed
+function complete.words(text, names)
+  local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
+  local all, typed = candidates((text:gsub("^%s*%?%s*", "")), names)
+  -- help knows public names by their last part too
+  if topic then
+    for _, entry in ipairs(api.entries()) do all[#all + 1] = entry.short end
+  end
+  local list, seen = {}, {}
+  for _, word in ipairs(all) do
+    -- names that begin with _ are private, unless asked for
+    local private = word:sub(1, 1) == "_" and typed == ""
+    if word:sub(1, #typed) == typed and not seen[word] and not private then
+      seen[word] = true
+      list[#list + 1] = word
+    end
+  end
+  table.sort(list)
+  return list, typed
+end
+
+--- What Tab does.
+---@param text string of the statement so far, up to the cursor
+---@param names limax.repl.names
+---@return string|nil insert
+---@return string|nil show
+function complete.edit(text, names)
+  -- at the beginning of a line Tab indents
+  if text:match "\n[ \t]*$" or text:match "^[ \t]*$" then return "  ", nil end
+  local list, typed = complete.words(text, names)
+  if #list == 0 then return nil, nil end
+  local insert = common(list):sub(#typed + 1)
+  if insert ~= "" then return insert, nil end
+  return nil, #list > 1 and columns(list) or nil
+end
+
+return complete

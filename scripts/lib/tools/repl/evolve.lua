@@ -1,0 +1,92 @@
+--- evolve.lua: some generations at the prompt, a line for each, and the run to go on with.
+
+local engine = require "limax.engine"
+local experiment = require "limax.experiment.experiment"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local schema = require "limax.base.schema"
+local start = require("limax.evolution.evolve").start
+
+local evolve = {}
+
+local DEFAULT = 5 -- generations
+
+local function run_of(what)
+  if type(what) ~= "table" then
+    engine.fail("evolve: expected an experiment, its fields or a run, got " .. schema.show(what))
+  end
+  if rawget(what, "experiment") and rawget(what, "history") then return what end
+  if not experiment.is(what) then what = experiment.new(what) end
+  return start(what)
+end
+
+local function line_of(robots, seconds)
+  local entry = robots.run.history[#robots.run.history]
+  return ("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
+    entry.generation, entry.best, entry.mean, #robots.ranked, #robots.records, seconds)
+end
+
+-- The newest generation, where it was not bred yet.
+local function unfinished(run)
+  local robots = run.population
+  return robots and not robots.bred and robots or nil
+end
+
+-- The generations, a line for each.
+local function advance(run, generations)
+  local next_robots = run:generations()
+  for done = 1, generations do
+    local began = host.clock()
+    -- one that Ctrl-C has cut short is taken up again
+    local robots = unfinished(run) or next_robots()
+    if not robots then
+      if done == 1 then io.write("the run has ended\n") end
+      break
+    end
+    robots:simulate():score():breed()
+    io.write(line_of(robots, host.clock() - began))
+    io.flush()
+  end
+end
+
+--- Evolves some generations of a run.
+---@param what table|limax.experiment|limax.run
+---@param generations? integer
+---@param keep fun(run: limax.run) is handed a run that Ctrl-C has stopped
+---@return limax.run
+function evolve.some(what, generations, keep)
+  generations = generations or DEFAULT
+  if type(generations) ~= "number" or generations < 1 or generations % 1 ~= 0 then
+    engine.fail(("evolve: expected a whole number of generations from 1, got %s"):format(
+      schema.show(generations)))
+  end
+  local run = run_of(what)
+  local fine, value, trace = host.protect(advance, run, generations)
+  if not fine then
+    if value == host.interrupt then
+      keep(run)
+      io.write(("\nthe run so far is _ (generations: %d); evolve(_) goes on\n"):format(
+        #run.history))
+    end
+    failure.raise_again(value, trace)
+  end
+  return run
+end
+
+--- The best robot of the newest scored generation.
+---@param run limax.run
+---@return limax.scored_robot
+function evolve.champion(run)
+  if type(run) ~= "table" or type(rawget(run, "history")) ~= "table" then
+    engine.fail("champion: expected a run, as evolve gives it, got " .. schema.show(run))
+  end
+  local last = run.history[#run.history]
+  if not last then engine.fail "champion: this run has no scored generation yet" end
+  local best = last.population.ranked[1]
+  if not best then
+    engine.fail(("champion: no robot of generation %d has a score"):format(last.generation))
+  end
+  return last.population[best]
+end
+
+return evolve

@@ -1,0 +1,35 @@
+--- kind.lua: which of limax's classes a value belongs to, by what the class keeps in its objects.
+
+local engine = require "limax.engine"
+local scored_robot = require "limax.robot.scored_robot"
+
+local kind = {}
+
+-- class -> the fields that its objects have themselves
+local marks = {
+  { "limax.robot", "description", "population" },
+  { "limax.robot_in_motion", "simulation", "finished" },
+  { "limax.run", "experiment", "history" },
+  { "limax.experiment", "config", "given" },
+  { "limax.population.scored", "records", "generation" },
+  { "limax.random", "key", "draw" },
+}
+
+--- The class of a value: "limax.robot", "limax.view"; nil for anything that is not limax's.
+---@param value any
+---@return string|nil
+function kind.of(value)
+  if type(value) ~= "table" then return nil end
+  if engine.is_view(value) then return "limax.view" end
+  if scored_robot.is(value) then return "limax.scored_robot" end
+  local class = getmetatable(value)
+  if type(class) ~= "table" then return nil end
+  for _, mark in ipairs(marks) do
+    if rawget(value, mark[2]) ~= nil and rawget(value, mark[3]) ~= nil then return mark[1] end
+  end
+  local methods = rawget(class, "__index")
+  local name = type(methods) == "table" and rawget(methods, "kind_name")
+  return name and "limax." .. name or nil
+end
+
+return kind

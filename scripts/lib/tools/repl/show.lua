@@ -1,0 +1,215 @@
+--- show.lua: a value as the prompt shows it: tables cut at a depth and a length, arrays summarised,
+--- robots as slices of their materials, one layer beside the other.
+
+local array_text = require "limax.tools.repl.array_text"
+local body = require "limax.robot.body"
+local body_picture = require "limax.draw.body_picture"
+local engine = require "limax.engine"
+local kind = require "limax.tools.repl.kind"
+local terminal = require "limax.base.terminal"
+
+local show = {}
+
+local DEEPEST = 3      -- tables in tables that are opened, where that fits in
+local MOST_LINES = 40  -- else fewer
+local MOST_FLAT = 4    -- plain values of a table that is shown at any depth
+local MOST_FIELDS = 24 -- of one table
+local MOST_NUMBERS = 12 -- a list of more is summarised
+local MOST_LETTERS = 400 -- of a string in a table
+
+local function text_of(value, most)
+  local cut = most and #value > most
+  local shown = cut and value:sub(1, most) or value
+  shown = ("%q"):format(shown):gsub("\\\n", "\\n"):gsub("\r", "\\r"):gsub("\27", "\\27")
+  return shown .. (cut and (" .. (%d bytes)"):format(#value) or "")
+end
+
+local function key_text(key)
+  if type(key) == "string" and key:match "^[%a_][%w_]*$" then return key .. " = " end
+  if type(key) == "string" then return "[" .. text_of(key, 40) .. "] = " end
+  return "[" .. tostring(key) .. "] = "
+end
+
+-- Has this table a text of its own?
+local function own_text(value)
+  local class = getmetatable(value)
+  return type(class) == "table" and rawget(class, "__tostring") ~= nil
+end
+
+local short
+
+-- The keys of a table: numbers first, in order, then the others by their text.
+local function sorted_keys(value)
+  local keys = {}
+  for key in pairs(value) do keys[#keys + 1] = key end
+  table.sort(keys, function(a, b)
+    if type(a) == "number" and type(b) == "number" then return a < b end
+    if type(a) ~= type(b) and (type(a) == "number" or type(b) == "number") then
+      return type(a) == "number"
+    end
+    return tostring(a) < tostring(b)
+  end)
+  return keys
+end
+
+-- The entries of a table as texts: the list first, then the other keys, sorted.
+local function entries_of(value, depth, seen)
+  local texts, listed = {}, #value
+  for i = 1, math.min(listed, MOST_FIELDS) do texts[i] = short(value[i], depth + 1, seen) end
+  local rest = {}
+  for _, key in ipairs(sorted_keys(value)) do
+    local in_list = type(key) == "number" and key >= 1 and key <= listed and key % 1 == 0
+    if not in_list then rest[#rest + 1] = key end
+  end
+  for _, key in ipairs(rest) do
+    if #texts >= MOST_FIELDS then break end
+    texts[#texts + 1] = key_text(key) .. short(rawget(value, key), depth + 1, seen)
+  end
+  local left = listed + #rest - #texts
+  if left > 0 then texts[#texts + 1] = ("... %d more"):format(left) end
+  return texts
+end
+
+-- A few plain values need no depth.
+local function is_flat(value)
+  local count = 0
+  for _, entry in pairs(value) do
+    count = count + 1
+    if type(entry) == "table" or count > MOST_FLAT then return false end
+  end
+  return true
+end
+
+local function table_text(value, depth, seen)
+  local class = getmetatable(value)
+  -- a module that reads its parts when they are first used
+  if type(class) == "table" and class.__fields then
+    return "{ " .. table.concat(class.__fields, ", ") .. " }"
+  end
+  if seen[value] then return "{ the table around it }" end
+  if next(value) == nil then return "{}" end
+  local shape = array_text.shape(value)
+  if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MOST_NUMBERS then
+    return array_text.list(value, shape)
+  end
+  if depth >= seen.deepest and not is_flat(value) then return "{ ... }" end
+  seen[value] = true
+  local texts = entries_of(value, depth, seen)
+  seen[value] = nil
+  local line = "{ " .. table.concat(texts, ", ") .. " }"
+  if #line + 2 * depth <= seen.width and not line:find("\n", 1, true) then return line end
+  local indent = ("  "):rep(depth + 1)
+  return "{\n" .. indent .. table.concat(texts, ",\n" .. indent) .. "\n"
+    .. ("  "):rep(depth) .. "}"
+end
+
+-- A value inside a table: in one line where that is possible.
+function short(value, depth, seen)
+  if type(value) == "string" then return text_of(value, MOST_LETTERS) end
+  if type(value) ~= "table" then return tostring(value) end
+  if engine.is_view(value) then return tostring(value) end
+  -- of a robot in a table the first line: what it is
+  if kind.of(value) then return show.value(value, seen.style):match "^[^\n]*" end
+  if own_text(value) then return (tostring(value):gsub("\n+", " ")) end
+  return table_text(value, depth, seen)
+end
+
+-- ---- robots -------------------------------------------------------------------------------------
+
+-- The layers of a body as letters, side by side, with a title.
+local function slices(letters, materials, title, style)
+  local plain = materials:table().materials
+  local picture = body_picture.side_by_side(
+    { { title = title, layers = body.layers(letters), materials = plain } }, style)
+  return picture:gsub("[ ]+\n", "\n"):gsub("[ ]+$", "") .. "\n"
+    .. body_picture.legend(plain, style)
+end
+
+local function robot_text(value, style)
+  local facts = value.body
+  local title = ("robot: %d voxels, %dx%dx%d, %d masses, %d springs, %.4g kg"):format(
+    facts.voxels, facts.size[1], facts.size[2], facts.size[3], facts.masses, facts.springs,
+    facts.mass)
+  return slices(facts.letters, value.materials, title, style)
+end
+
+local function scored_text(value, style)
+  local outcome = value.record.outcome
+  local text = slices(value.body.letters, value.context.materials, tostring(value), style)
+  if not (outcome and outcome.status == "done") then return text end
+  return ("%s\n%.4g m in %.4g s: %.4g m/s"):format(text, value:distance(), value:duration(),
+    value:speed())
+end
+
+-- ---- runs ---------------------------------------------------------------------------------------
+
+-- The last generation's numbers.
+local function run_text(value)
+  local config, last = value.config, value.history[#value.history]
+  local head = ("run of %s, repetition %d: %d of %d generations"):format(config.name,
+    value.repetition, #value.history, config.generations)
+  if not last then return head end
+  return ("%s; best %.4g, mean %.4g in generation %d"):format(head, last.best, last.mean,
+    last.generation)
+end
+
+local function population_text(value)
+  local ranked = value.ranked
+  local head = ("generation %d: %d robots"):format(value.generation, #value.records)
+  if not ranked then return head .. ", not scored" end
+  if #ranked == 0 then return head .. ", none with a score" end
+  local best = value[ranked[1]]
+  return ("%s, %d with a score, best %.4g (robot %d)"):format(head, #ranked, best.fitness, best.id)
+end
+
+local function experiment_text(value)
+  local config = value.config
+  return ("experiment %s: %dx%dx%d voxels, %d robots, %d generations, %d repetitions, %g s at %s")
+    :format(config.name, config.lattice[1], config.lattice[2], config.lattice[3],
+      config.population, config.generations, config.repetitions, config.simulation.duration,
+      config.simulation.accuracy or "its own step")
+end
+
+-- ---- anything -----------------------------------------------------------------------------------
+
+local text_of_class = {
+  ["limax.view"] = array_text.view,
+  ["limax.scored_robot"] = scored_text,
+  ["limax.robot"] = robot_text,
+  ["limax.run"] = run_text,
+  ["limax.experiment"] = experiment_text,
+  ["limax.population.scored"] = population_text,
+}
+
+--- One value as text, of one or several lines.
+---@param value any
+---@param style? limax.terminal.style
+---@return string
+function show.value(value, style)
+  style = style or terminal.style()
+  if type(value) == "string" then return text_of(value) end
+  if type(value) ~= "table" then return tostring(value) end
+  local text = text_of_class[kind.of(value)]
+  if text then return text(value, style) end
+  if own_text(value) then return tostring(value) end
+  for deepest = DEEPEST, 1, -1 do
+    text = table_text(value, 0, { width = style.width, style = style, deepest = deepest })
+    if select(2, text:gsub("\n", "")) < MOST_LINES then break end
+  end
+  return text
+end
+
+--- Several values: in one line, parted by tabs, or one below the other.
+---@param count integer
+---@param ... any
+---@return string
+function show.values(count, ...)
+  local texts, style, separator = {}, terminal.style(), "\t"
+  for i = 1, count do
+    texts[i] = show.value((select(i, ...)), style)
+    if texts[i]:find("\n", 1, true) then separator = "\n" end
+  end
+  return table.concat(texts, separator)
+end
+
+return show

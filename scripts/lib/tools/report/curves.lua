@@ -1,0 +1,285 @@
+--- curves.lua: the curves of runs as panels, which figures, the page and the terminal draw alike:
+--- learning, diversity, failures, time. A line is the centre of an arm's repetitions; its band
+--- tells what they spread over.
+
+local bootstrap = require "limax.base.statistics.bootstrap"
+local by_evaluations = require "limax.tools.compare.curves"
+local choice = require "limax.base.choice"
+local lines = require "limax.draw.chart.lines"
+local runs = require "limax.tools.report.runs"
+local sample = require "limax.base.statistics.sample"
+
+local curves = {}
+
+-- samples drawn again for a band: its ends move by less than a twentieth of its width
+local RESAMPLES = 1000
+-- more bands than these hide each other
+local MOST_BANDS = 4
+-- places of a band: a bootstrap takes 2 ms each
+local BAND_PLACES = 150
+-- places at which curves over evaluations are drawn
+local PLACES = 60
+-- letters of a name beside its curve
+local MOST_LETTERS = 22
+
+-- A name that fits beside a curve; letters of UTF-8 stay whole.
+local function short(name)
+  if #name <= MOST_LETTERS then return name end
+  return name:sub(1, MOST_LETTERS - 1):gsub("[\192-\255][\128-\191]*$", "") .. "…"
+end
+
+--- What the bands of this many repetitions tell; nil for one, which has none, and for more arms
+--- than bands are drawn of.
+---@param count integer
+---@param arms integer
+---@return string|nil
+function curves.band_text(count, arms)
+  if count < 2 or arms > MOST_BANDS then return nil end
+  if count < sample.LEAST_FOR_MEAN then return ("band: lowest to highest of %d"):format(count) end
+  return "band: 95 % bootstrap interval of the interquartile mean"
+end
+
+--- What the lines and bands of these arms tell: "Lines: median of n = 3 runs per arm; band: ...".
+---@param list limax.report.arm[]
+---@return string
+function curves.meaning(list)
+  local texts, seen = {}, {}
+  for _, arm in ipairs(list) do
+    local n = #arm.runs
+    local centre = n == 1 and "Lines: one run (n = 1)" or ("Lines: %s of n = %d runs"):format(
+      n >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", n)
+    local band = curves.band_text(n, #list)
+    local text = centre .. (#list > 1 and " per arm" or "") .. (band and "; " .. band or "")
+    if not seen[text] then
+      seen[text] = true
+      texts[#texts + 1] = text
+    end
+  end
+  return table.concat(texts, ". Or: ") .. "."
+end
+
+-- The interval around a centre, by the rule of `band_text`.
+local function interval(values)
+  if #values < sample.LEAST_FOR_MEAN then
+    return math.min(unpack(values)), math.max(unpack(values))
+  end
+  return bootstrap.interval(values, sample.interquartile_mean, 0.95, RESAMPLES)
+end
+
+-- Does one of these runs go on, or was it stopped?
+local function unfinished(arm)
+  for _, run in ipairs(arm.runs) do
+    if run.status.state ~= "done" then return true end
+  end
+  return false
+end
+
+--- A value of each generation over the repetitions of an arm: the centre, and the band where there
+--- are several. Repetitions that end earlier than others end the curve, so that it never tells of
+--- the longest alone; of runs that are not done those count that have come so far.
+---@param arm limax.report.arm
+---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
+---@param banded? boolean false: the band is left out
+---@return number[][] points { generation, centre }
+---@return number[][] band { generation, low, high }, of some generations of a long run
+function curves.over(arm, value, banded)
+  local points, band, longest, open = {}, {}, 0, unfinished(arm)
+  for _, run in ipairs(arm.runs) do longest = math.max(longest, #run.lines) end
+  local every = math.ceil(longest / BAND_PLACES)
+  for k = 1, longest do
+    local values, generation = {}, nil
+    for _, run in ipairs(arm.runs) do
+      local line = run.lines[k]
+      values[#values + 1] = line and value(line, k, run) or nil
+      generation = line and line.generation or generation
+    end
+    if #values == #arm.runs or #values > 0 and open then
+      points[#points + 1] = { generation, (sample.centre(values)) }
+      local place = (k - 1) % every == 0 or k == longest
+      if #arm.runs > 1 and banded ~= false and place then
+        band[#band + 1] = { generation, interval(values) }
+      end
+    end
+  end
+  return points, band
+end
+
+local function panel_of(title, label)
+  return { title = title, x = { label = "generation", linear = true },
+    y = { label = label, linear = true }, curves = {}, bands = {} }
+end
+
+-- Adds a line, and its band if there is one.
+local function add(panel, name, color, dash, points, band)
+  panel.curves[#panel.curves + 1] = { name = short(name), points = points, color = color,
+    dash = dash, width = 2, marker = #points == 1 and "dot" or "none" }
+  if #band > 1 then
+    panel.bands[#panel.bands + 1] = { name = short(name), points = band, color = color }
+  end
+end
+
+--- A value by generation, a line for each arm.
+---@param list limax.report.arm[]
+---@param title string
+---@param label string with the unit
+---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
+---@return limax.chart.panel
+function curves.panel(list, title, label, value)
+  local panel = panel_of(title, label)
+  for k, arm in ipairs(list) do
+    local color, dash = lines.look(k)
+    local points, band = curves.over(arm, value, #list <= MOST_BANDS)
+    add(panel, arm.name, color, dash, points, band)
+  end
+  return panel
+end
+
+local function quantile(name)
+  return function(line) return line.quantiles and line.quantiles[name] end
+end
+
+--- One arm's population: best, mean and median, over bands from the 10 % to the 90 % and from the
+--- 25 % to the 75 % quantile; of several repetitions the centre of each.
+---@param arm limax.report.arm
+---@param label string
+---@return limax.chart.panel
+function curves.population(arm, label)
+  local panel = panel_of(arm.name, label)
+  for _, pair in ipairs { { "q10", "q90" }, { "q25", "q75" } } do
+    local low = curves.over(arm, quantile(pair[1]), false)
+    local high = curves.over(arm, quantile(pair[2]), false)
+    local points = {}
+    for k, point in ipairs(low) do points[k] = { point[1], point[2], high[k][2] } end
+    panel.bands[#panel.bands + 1] = { points = points, color = "#56b4e9", opacity = 0.22,
+      name = ("%s to %s"):format(pair[1], pair[2]) }
+  end
+  for k, each in ipairs { { "best", runs.score },
+    { "median", function(line) return line.median end },
+    { "mean", function(line) return line.mean end } } do
+    local color = ({ "#d55e00", "#0072b2", "#26282b" })[k]
+    add(panel, each[1], color, ({ nil, "6 3", "2 3" })[k], curves.over(arm, each[2], false), {})
+  end
+  panel.note = "bands: 10 to 90 % and 25 to 75 % of the robots"
+  return panel
+end
+
+--- The best of each generation under the first materials; of one arm its mean too.
+---@param list limax.report.arm[]
+---@param label string
+---@return limax.chart.panel
+function curves.learning(list, label)
+  local panel = curves.panel(list, "best of the generation", label, runs.score)
+  if #list == 1 then
+    panel.title = "best and mean"
+    panel.curves[1].name = "best"
+    if panel.bands[1] then panel.bands[1].name = "best" end
+    local points, band = curves.over(list[1], function(line) return line.mean end)
+    add(panel, "mean", "#d55e00", "6 3", points, band)
+  end
+  return panel
+end
+
+--- The best against the simulations that it took, which is what arms may spend alike; over the part
+--- that all runs of an arm have.
+---@param list limax.report.arm[]
+---@param label string
+---@return limax.chart.panel
+function curves.by_evaluations(list, label)
+  local panel = panel_of("best, by evaluations", label)
+  panel.x.label = "evaluations (robots simulated)"
+  for k, arm in ipairs(list) do
+    local of_runs, low, high = {}, 0, math.huge
+    for i, run in ipairs(arm.runs) do
+      local points = by_evaluations.points(run, runs.score)
+      of_runs[i] = points
+      low = math.max(low, points[1] and points[1][1] or math.huge)
+      high = math.min(high, points[#points] and points[#points][1] or -math.huge)
+    end
+    local points, band = {}, {}
+    for place = 0, low <= high and PLACES or -1 do
+      local x, values = low + (high - low) * place / PLACES, {}
+      for i, of_run in ipairs(of_runs) do values[i] = by_evaluations.at(of_run, x) end
+      points[#points + 1] = { x, (sample.centre(values)) }
+      if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
+    end
+    local color, dash = lines.look(k)
+    add(panel, arm.name, color, dash, points, band)
+  end
+  return panel
+end
+
+local function all_robots(name)
+  return function(line) return line.diversity.all and line.diversity.all[name] end
+end
+
+--- Three measures of diversity over the robots with a score.
+---@param list limax.report.arm[]
+---@return limax.chart.panel[]
+function curves.diversity(list)
+  return {
+    curves.panel(list, "voxels in which two robots differ", "share of voxels (1)",
+      all_robots "hamming"),
+    curves.panel(list, "different bodies", "bodies", all_robots "distinct"),
+    curves.panel(list, "spread of the genes", "standard deviation (1)", all_robots "genotype"),
+  }
+end
+
+--- What the champions have of each number that a fitness names beside its score, in the order of
+--- the names; empty where none is named.
+---@param list limax.report.arm[]
+---@return limax.chart.panel[]
+function curves.measures(list)
+  local named, panels = {}, {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do
+      for _, line in ipairs(run.lines) do
+        for name in pairs(line.measures) do named[name] = true end
+      end
+    end
+  end
+  for k, name in ipairs(choice.sorted_keys(named)) do
+    panels[k] = curves.panel(list, name .. " of the champion", name, function(line)
+      return line.measures[name] and line.measures[name].champion
+    end)
+  end
+  return panels
+end
+
+-- Robots of a generation that came to no score.
+local function failed(line)
+  return line.failed.invalid + line.failed.diverged + line.failed.fitness
+end
+curves.failed = failed
+
+--- Robots that failed, of one arm by how they failed.
+---@param list limax.report.arm[]
+---@return limax.chart.panel
+function curves.failures(list)
+  if #list > 1 then return curves.panel(list, "robots without a score", "robots", failed) end
+  local panel = panel_of("robots without a score", "robots")
+  for k, name in ipairs { "invalid", "diverged", "fitness" } do
+    local color = lines.look(k)
+    local points, band = curves.over(list[1], function(line) return line.failed[name] end)
+    add(panel, name, color, ({ nil, "6 3", "2 3" })[k], points, band)
+  end
+  return panel
+end
+
+--- Seconds that a generation took in all, and those of its simulation.
+---@param list limax.report.arm[]
+---@return limax.chart.panel[]
+function curves.time(list)
+  local function of(parts)
+    return function(_, k, run)
+      local seconds, sum = run.timing[k] and run.timing[k].seconds, 0
+      for name, value in pairs(seconds or {}) do
+        if not parts or parts[name] then sum = sum + value end
+      end
+      return seconds and sum
+    end
+  end
+  return { curves.panel(list, "time of a generation", "seconds (s)", of()),
+    curves.panel(list, "of which simulation", "seconds (s)", of { simulate = true }) }
+end
+
+return curves

@@ -1,0 +1,241 @@
+--- facts.lua: the tables of a report: what each run came to, what it cost, how it was configured
+--- and in what runs differ, what supervisors said.
+
+local choice = require "limax.base.choice"
+local curves = require "limax.tools.report.curves"
+local defaults = require "limax.settings.defaults"
+local failure = require "limax.base.failure"
+local flat = require "limax.base.flat"
+local host = require "limax.host"
+local progress = require "limax.tools.console.progress"
+local robot = require "limax.robot.robot"
+local runs = require "limax.tools.report.runs"
+local schema = require "limax.base.schema"
+local scored_robot = require "limax.robot.scored_robot"
+local tiers = require "limax.settings.tiers"
+
+local facts = {}
+
+-- Rows of what supervisors said: enough to follow a run, little enough to scroll.
+local MOST_SAID = 200
+
+-- Distance and speed of a champion, from its file; nothing where it is missing or damaged.
+local function walk_of(run, line)
+  local description = runs.description(run, line)
+  local outcome = description and description.outcome
+  if not outcome or outcome.status ~= "done" then return nil, nil end
+  local fine, distance, speed = failure.attempt(function()
+    local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
+      body = robot.of(description).body }, { options = { edge = description.edge } })
+    return walked:distance(), walked:speed()
+  end)
+  if fine then return distance, speed end
+end
+
+local function seconds_of(run)
+  local sum, parts = 0, {}
+  for _, line in ipairs(run.timing) do
+    for name, value in pairs(line.seconds) do
+      sum, parts[name] = sum + value, (parts[name] or 0) + value
+    end
+  end
+  return sum, parts
+end
+
+--- One row for each repetition of each run.
+---@param list limax.report.arm[]
+---@return string[] columns
+---@return any[][] rows
+function facts.final(list)
+  local rows = {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do
+      local first, last, failed = run.lines[1], run.lines[#run.lines], 0
+      local most = -math.huge
+      for _, line in ipairs(run.lines) do
+        failed = failed + curves.failed(line)
+        most = math.max(most, runs.score(line) or -math.huge)
+      end
+      local distance, speed = walk_of(run, last)
+      local none = "-"
+      rows[#rows + 1] = { arm.name, run.seed, run.repetition, run.status.state or "unknown",
+        #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
+        most > -math.huge and most or none, last.mean or none,
+        last.diversity.all and last.diversity.all.hamming or none, failed, distance or none,
+        speed or none, (progress.duration((seconds_of(run)))) }
+    end
+  end
+  return { "arm", "seed", "repetition", "state", "generations", "evaluations",
+    "best of generation 0", "best of the last", "best of all", "mean of the last",
+    "diversity of the last", "failed robots", "champion's distance, m", "its speed, m/s",
+    "time" }, rows
+end
+
+-- The parts of a generation's time, in their order.
+local PARTS = { "supervise", "breed", "express", "simulate", "fitness", "write" }
+
+--- Time by part, and what a model cost where there was one.
+---@param list limax.report.arm[]
+---@return string[] columns
+---@return any[][] rows
+function facts.cost(list)
+  local columns, rows, asked = { "arm", "runs", "evaluations" }, {}, false
+  for _, name in ipairs(PARTS) do columns[#columns + 1] = name .. ", s" end
+  for _, name in ipairs { "model's questions", "without its answer", "waiting for it, s",
+    "tokens read", "tokens written", "cost" } do
+    columns[#columns + 1] = name
+  end
+  for _, arm in ipairs(list) do
+    local row, sums, model = { arm.name, #arm.runs, 0 }, {}, {}
+    for _, run in ipairs(arm.runs) do
+      row[3] = row[3] + run.evaluations
+      local _, parts = seconds_of(run)
+      for name, value in pairs(parts) do sums[name] = (sums[name] or 0) + value end
+      for _, line in ipairs(run.timing) do
+        local given = line.supervision or {}
+        for _, name in ipairs { "asks", "model_seconds", "input_tokens", "output_tokens",
+          "cost" } do
+          if type(given[name]) == "number" then
+            model[name] = (model[name] or 0) + given[name]
+          end
+        end
+        if given.fallen_back == true then model.fallen_back = (model.fallen_back or 0) + 1 end
+      end
+    end
+    for _, name in ipairs(PARTS) do row[#row + 1] = sums[name] or 0 end
+    asked = asked or model.asks ~= nil
+    for _, name in ipairs { "asks", "fallen_back", "model_seconds", "input_tokens",
+      "output_tokens", "cost" } do
+      row[#row + 1] = model[name] or "-"
+    end
+    rows[#rows + 1] = row
+  end
+  if not asked then
+    while #columns > 3 + #PARTS do table.remove(columns) end
+  end
+  return columns, rows
+end
+
+-- A value of a configuration in a table; a list of values is one.
+local function shown(value)
+  if value == host.json.null then return "null" end
+  if type(value) ~= "table" or #value == 0 then return flat.text(value) end
+  local texts = {}
+  for k, entry in ipairs(value) do
+    if type(entry) == "table" then return nil end
+    texts[k] = schema.show(entry)
+  end
+  return table.concat(texts, ", ")
+end
+
+--- A configuration as rows of path and value.
+---@param config table
+---@return any[][]
+function facts.configuration(config)
+  local fields, rows = flat.add(config, "", {}, shown), {}
+  for _, path in ipairs(choice.sorted_keys(fields)) do rows[#rows + 1] = { path, fields[path] } end
+  return rows
+end
+
+--- Fields in which configurations differ: a column for each folder.
+---@param folders limax.report.folder[]
+---@return string[] columns
+---@return any[][] rows
+function facts.differences(folders)
+  local all, paths, columns, rows = {}, {}, { "field" }, {}
+  for k, folder in ipairs(folders) do
+    all[k], columns[k + 1] = flat.add(folder.config, "", {}, shown), folder.path
+    for path in pairs(all[k]) do paths[path] = true end
+  end
+  for _, path in ipairs(choice.sorted_keys(paths)) do
+    local row, differs = { path }, false
+    for k = 1, #all do
+      row[k + 1] = all[k][path] or "absent"
+      differs = differs or row[k + 1] ~= row[2]
+    end
+    if differs then rows[#rows + 1] = row end
+  end
+  return columns, rows
+end
+
+--- What supervisors gave as reasons, and what was bound or refused, the newest last.
+---@param list limax.report.arm[]
+---@return string[] columns
+---@return any[][] rows
+---@return integer left out
+function facts.said(list)
+  local rows = {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do
+      for _, line in ipairs(run.ledger) do
+        local changes = {}
+        for _, entry in ipairs(line.entries) do
+          if entry.outcome ~= "kept" then
+            changes[#changes + 1] = ("%s %s %s%s"):format(entry.field or "-", entry.outcome or "-",
+              entry.applied ~= nil and ("%.4g"):format(entry.applied) or "",
+              entry.reason and " (" .. tostring(entry.reason) .. ")" or "")
+          end
+        end
+        if line.reason or #changes > 0 then
+          rows[#rows + 1] = { line.generation, arm.name, run.repetition,
+            line.source or line.supervisor or "-", line.reason or "", table.concat(changes, "; ") }
+        end
+      end
+    end
+  end
+  local out = math.max(0, #rows - MOST_SAID)
+  local kept = { unpack(rows, out + 1) }
+  return { "generation", "arm", "repetition", "by", "reason", "changes" }, kept, out
+end
+
+-- What a run's simulations were, in words, and the tier that they are, if they are one.
+local function setting_of(simulation)
+  if not defaults.tiers[simulation.accuracy] or not simulation.integrator then return "-", nil end
+  local tier = tiers.of(simulation)
+  if tier then return ("%s: %s"):format(tier, tiers.describe(tier)), tier end
+  local step = simulation.time_step
+  return ("%s, %s, %s"):format(simulation.integrator, simulation.precision,
+    type(step) == "number" and step > 0 and ("%g s"):format(step)
+    or ("%g of each body's bound"):format(simulation.bound_fraction)), nil
+end
+
+--- What the accuracy of each run was, what was measured of it where it ran, and how many of its
+--- robots moved too far in a step.
+---@param folders limax.report.folder[]
+---@return string[] columns
+---@return any[][] rows
+function facts.accuracy(folders)
+  local rows = {}
+  for k, folder in ipairs(folders) do
+    local setting, tier = setting_of(folder.config.simulation)
+    local coarse = 0
+    for _, run in ipairs(folder.runs) do
+      for _, line in ipairs(run.lines) do coarse = coarse + (line.coarse or 0) end
+    end
+    local sessions = folder.environment.sessions
+    local measured = #sessions > 0 and tiers.measured_in(sessions[#sessions])
+    rows[k] = { folder.path, setting, coarse,
+      tier and tiers.price(measured and measured[tier]) or "no tier as a whole" }
+  end
+  return { "run", "simulated with", "robots that moved too far in a step",
+    "measured on this machine" }, rows
+end
+
+--- Who wrote the folders: a row for each process.
+---@param folders limax.report.folder[]
+---@return string[] columns
+---@return any[][] rows
+function facts.machines(folders)
+  local rows = {}
+  for _, folder in ipairs(folders) do
+    for _, session in ipairs(folder.environment.sessions) do
+      local device, machine = session.device, session.machine
+      rows[#rows + 1] = { folder.path, session.started or "", session.version or "",
+        device.gpus and device.gpus[1].name or device.cpu or "",
+        device.kind or "", machine.compiler or "", machine.system or "" }
+    end
+  end
+  return { "run", "started", "limax", "processor", "device", "compiler", "system" }, rows
+end
+
+return facts

@@ -1,0 +1,146 @@
+--- figures.lua: `limax report --figures DIR`: learning, diversity, parameters and generation 0
+--- against the last, as numbers and as robots, for a paper: SVG of 85 and 175 mm, the numbers drawn
+--- in it as CSV, and PDF where rsvg-convert is found.
+
+local csv = require "limax.base.csv"
+local curves = require "limax.tools.report.curves"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local lines = require "limax.draw.chart.lines"
+local parameters = require "limax.tools.report.parameters"
+local plate = require "limax.draw.chart.plate"
+local robots = require "limax.tools.report.robots"
+local runs = require "limax.tools.report.runs"
+local sample = require "limax.base.statistics.sample"
+local shell = require "limax.base.shell"
+local strips = require "limax.tools.report.strips"
+
+local figures = {}
+
+-- More panels than these are no figure.
+local MOST_PANELS = 12
+
+local function learning(list, label)
+  return { name = "learning", title = "Learning curves", foot = curves.meaning(list)
+    .. " Best: of each generation, under the run's first materials.", panels = {
+      curves.panel(list, "best of the generation", label, runs.score),
+      curves.by_evaluations(list, label),
+      curves.panel(list, "mean of the population", label, function(line) return line.mean end),
+    } }
+end
+
+local function diversity(list)
+  return { name = "diversity", title = "Diversity curves", panels = curves.diversity(list),
+    foot = curves.meaning(list) .. " Over all robots with a score." }
+end
+
+local function measures(list)
+  local panels = { unpack(curves.measures(list), 1, MOST_PANELS) }
+  if #panels == 0 then return nil end
+  return { name = "measures", title = "What the fitness names beside its score", panels = panels,
+    foot = curves.meaning(list) .. " Of each generation's champion." }
+end
+
+local function supervision(list)
+  local panels, key, seen = {}, {}, {}
+  for _, arm in ipairs(list) do
+    for _, path in ipairs((parameters.fields { arm })) do
+      local panel, setters = parameters.panel(arm, path)
+      if #list > 1 then panel.title = ("%s: %s"):format(arm.name, panel.title) end
+      if #panels < MOST_PANELS then
+        panels[#panels + 1] = panel
+        for name in pairs(setters) do seen[name] = true end
+      end
+    end
+  end
+  if #panels == 0 then return nil end
+  for _, setter in ipairs(parameters.SETTERS) do
+    if seen[setter.name] then
+      key[#key + 1] = { marker = setter.marker, color = setter.color,
+        text = setter.text or setter.name }
+    end
+  end
+  local counts = {}
+  for k, arm in ipairs(list) do
+    counts[k] = ("%s%d"):format(#list > 1 and arm.name .. " " or "", #arm.runs)
+  end
+  return { name = "parameters", title = "Parameters, and who set them", panels = panels, key = key,
+    foot = ("Lines: each run (n = %s), as applied. Markers: who set a value; without one it was"
+      .. " kept."):format(table.concat(counts, ", ")) }
+end
+
+local ENDS = { [0] = "generation 0", [1] = "last" }
+
+local function first_last(list, label)
+  local panel = { title = "best of generation 0 and of the last", curves = {},
+    y = { label = label, linear = true }, x = { label = "", linear = true, low = -0.15, high = 1.1,
+      text = function(value) return ENDS[value] end } }
+  for k, arm in ipairs(list) do
+    local color, dash = lines.look(k)
+    local first, last = {}, {}
+    for i, run in ipairs(arm.runs) do
+      first[i] = runs.score(run.lines[1]) or 0
+      last[i] = runs.score(run.lines[#run.lines]) or 0
+      if #arm.runs > 1 then
+        panel.curves[#panel.curves + 1] = { color = color, width = 0.6, marker = "none",
+          points = { { 0, first[i] }, { 1, last[i] } },
+          title = ("%s, seed %s, repetition %d"):format(arm.name, run.seed, run.repetition) }
+      end
+    end
+    panel.curves[#panel.curves + 1] = { name = arm.name, color = color, dash = dash, width = 2,
+      marker = "dot", points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
+  end
+  return { name = "first_last", title = "Generation 0 against the last", panels = { panel },
+    foot = (curves.meaning(list):gsub("; band[^.]*", "")) .. " Thin lines: single runs." }
+end
+
+local function write(path, text)
+  local written, message = host.file.write_atomic(path, text)
+  if not written then failure.raise(1, message) end
+end
+
+-- One figure of one width as SVG, and as PDF.
+local function write_figure(folder, name, millimetres, text, pdf)
+  local base = ("%s/%s-%d"):format(folder, name, millimetres)
+  write(base .. ".svg", text)
+  if not pdf then return end
+  local done = os.execute(("rsvg-convert --format pdf %s --output %s"):format(
+    shell.quoted(base .. ".svg"), shell.quoted(base .. ".pdf")))
+  if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
+end
+
+--- Writes the figures.
+---@param folder string
+---@param folders limax.report.folder[]
+---@param label string of the fitness, with its unit
+---@param options limax.report.options
+---@return string[] names
+---@return boolean pdf was rsvg-convert found?
+function figures.write(folder, folders, label, options)
+  local made, message = host.file.mkdir(folder)
+  if not made then failure.raise(1, "--figures: " .. message) end
+  local list, names = runs.arms(folders), {}
+  local pdf = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
+  local all = { learning(list, label), diversity(list), first_last(list, label) }
+  all[#all + 1] = measures(list)
+  all[#all + 1] = supervision(list)
+  for k, each in ipairs(all) do
+    names[k] = each.name
+    for _, millimetres in ipairs(plate.WIDTHS) do
+      write_figure(folder, each.name, millimetres, plate.svg(each, millimetres), pdf)
+    end
+    write(("%s/%s.csv"):format(folder, each.name), csv.encode(plate.rows(each)))
+  end
+  local shown = options.robots == false and {} or robots.simulate(list, options)
+  if #shown > 0 then
+    names[#names + 1] = "robots"
+    for _, millimetres in ipairs(plate.WIDTHS) do
+      write_figure(folder, "robots", millimetres, strips.svg(shown, millimetres,
+        "Robots of generation 0 and of the last"), pdf)
+    end
+    write(folder .. "/robots.csv", csv.encode(strips.rows(shown)))
+  end
+  return names, pdf
+end
+
+return figures

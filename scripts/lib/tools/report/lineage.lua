@@ -1,0 +1,104 @@
+--- lineage.lua: where a champion came from: all its ancestors by the parents that the population
+--- files name, and the line from generation 0 through each one's better parent.
+
+local host = require "limax.host"
+local run_folder = require "limax.run.run_folder"
+local shape = require "limax.tools.report.shape"
+local source = require "limax.base.source"
+
+local lineage = {}
+
+---@class limax.report.ancestor
+---@field id integer
+---@field generation integer that it first appeared in
+---@field fitness number|nil
+---@field parents integer[]
+---@field hash string of its body, "-" where the file does not say
+---@field voxels integer|string that are not empty, or "-"
+
+-- Every robot of a repetition by id, as it was when it first appeared. Files that are missing or
+-- damaged leave their robots out.
+local function robots_of(run)
+  local by_id = {}
+  for _, line in ipairs(run.lines) do
+    local path = run.path .. "/" .. run_folder.place(run.repetition, "population", line.generation,
+      ".jsonl")
+    for text in (source.read(path) or ""):gmatch "([^\n]*)\n" do
+      local robot = shape.robot(host.json.decode(text, path))
+      if robot and not by_id[robot.id] then
+        by_id[robot.id] = { id = robot.id, generation = robot.generation,
+          fitness = robot.fitness, parents = robot.parents, hash = robot.body.hash or "-",
+          voxels = robot.body.voxels or "-" }
+      end
+    end
+  end
+  return by_id
+end
+
+--- The ancestors of the last champion, itself included, the oldest first; and the line of its
+--- better parents, the oldest first.
+---@param run limax.report.run
+---@return limax.report.ancestor[] ancestors
+---@return limax.report.ancestor[] line
+function lineage.of(run)
+  local by_id = robots_of(run)
+  local champion = run.lines[#run.lines].champion
+  local first = champion and by_id[champion.id]
+  if not first then return {}, {} end
+  local waiting, seen, ancestors = { first }, { [first.id] = true }, {}
+  while #waiting > 0 do
+    local robot = table.remove(waiting)
+    ancestors[#ancestors + 1] = robot
+    for _, id in ipairs(robot.parents) do
+      if by_id[id] and not seen[id] then
+        seen[id] = true
+        waiting[#waiting + 1] = by_id[id]
+      end
+    end
+  end
+  -- from the champion back
+  local back, at, passed = {}, first, {}
+  while at do
+    back[#back + 1] = at
+    passed[at.id] = true
+    local better
+    for _, id in ipairs(at.parents) do
+      local parent = by_id[id]
+      if parent and parent.fitness and not passed[id]
+        and (not better or parent.fitness > better.fitness) then
+        better = parent
+      end
+    end
+    at = better
+  end
+  local line = {}
+  for k = #back, 1, -1 do line[#line + 1] = back[k] end
+  table.sort(ancestors, function(a, b)
+    if a.generation ~= b.generation then return a.generation < b.generation end
+    return a.id < b.id
+  end)
+  return ancestors, line
+end
+
+--- The ancestors as a panel.
+---@param ancestors limax.report.ancestor[]
+---@param line limax.report.ancestor[]
+---@param label string of the fitness
+---@return limax.chart.panel
+function lineage.panel(ancestors, line, label)
+  local dots, path = {}, {}
+  for _, robot in ipairs(ancestors) do
+    if robot.fitness then dots[#dots + 1] = { robot.generation, robot.fitness } end
+  end
+  for _, robot in ipairs(line) do
+    if robot.fitness then path[#path + 1] = { robot.generation, robot.fitness } end
+  end
+  return { title = "ancestors of the last champion", right = 120,
+    x = { label = "generation that it first appeared in", linear = true },
+    y = { label = label, linear = true }, curves = {
+      { points = dots, color = "#8c9198", dash = "none", marker = "ring", title = "ancestors" },
+      { name = "better parents", points = path, color = "#d55e00", width = 2, marker = "dot" },
+    } }
+end
+
+return lineage

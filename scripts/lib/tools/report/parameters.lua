@@ -1,0 +1,134 @@
+--- parameters.lua: what a supervisor set, generation by generation, and who: a marker for each
+--- field of ledger.jsonl that somebody proposed, in a colour and a shape of its own.
+
+local choice = require "limax.base.choice"
+local supervise = require "limax.supervise"
+
+local parameters = {}
+
+--- Who set a field, in the order of the key.
+parameters.SETTERS = {
+  { name = "model", color = "#cc79a7", marker = "diamond" },
+  { name = "rules", color = "#0072b2", marker = "square" },
+  { name = "replayed", color = "#009e73", marker = "ring" },
+  { name = "other", color = "#26282b", marker = "dot",
+    text = "another supervisor, or the script" },
+  { name = "clamped", color = "#d55e00", marker = "wide ring",
+    text = "clamped, rate-limited or rejected" },
+}
+
+-- Supervisors that repeat what another run did.
+local REPEATS = { replay = true, yoked = true, shuffled = true, constant_median = true }
+
+local function supervisor_of(config)
+  local given = config.supervisor
+  return type(given) == "table" and given.name or given
+end
+
+--- Who set this field in this generation: names of SETTERS; none where it was kept.
+---@param config table
+---@param line table of the ledger
+---@param entry table
+---@return string|nil who
+---@return boolean bound its value is not the one that was proposed
+function parameters.setter(config, line, entry)
+  local bound = entry.outcome == "clamped" or entry.outcome == "rate-limited"
+    or entry.outcome == "rejected"
+  if entry.outcome == "kept" or entry.applied == nil then return nil, false end
+  if REPEATS[supervisor_of(config)] then return "replayed", bound end
+  local who = line.source or line.supervisor
+  if who == "model" or who == "rules" then return who, bound end
+  return "other", bound
+end
+
+-- What reads the value of a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
+local function reader_of(path)
+  local material, field = path:match "^materials%.(.*)%.([^.]*)$"
+  if not material then return function(line) return line.parameters[path] end end
+  return function(line) return line.materials[material] and line.materials[material][field] end
+end
+
+--- Fields that changed in any run of these arms, and those that did not: the four parameters first,
+--- then materials by name.
+---@param list limax.report.arm[]
+---@return string[] moved
+---@return string[] still
+function parameters.fields(list)
+  local names, of_materials, moved, still = { unpack(supervise.parameters) }, {}, {}, {}
+  for _, arm in ipairs(list) do
+    for _, run in ipairs(arm.runs) do
+      for material, fields in pairs(run.lines[1].materials) do
+        for field in pairs(fields) do of_materials["materials." .. material .. "." .. field] = 1 end
+      end
+    end
+  end
+  for _, path in ipairs(choice.sorted_keys(of_materials)) do names[#names + 1] = path end
+  for _, path in ipairs(names) do
+    local value_of, changed = reader_of(path), false
+    for _, arm in ipairs(list) do
+      for _, run in ipairs(arm.runs) do
+        local first = value_of(run.lines[1])
+        for _, line in ipairs(run.lines) do
+          changed = changed or value_of(line) ~= first
+        end
+      end
+    end
+    table.insert(changed and moved or still, path)
+  end
+  return moved, still
+end
+
+-- The unit of a field as the axis shows it.
+local UNITS = { mutation_rate = "per gene", mutation_scale = "1", crossover_rate = "per gene",
+  elite_fraction = "of the population", stiffness = "N/m", amplitude = "of the rest length",
+  phase = "rad" }
+
+--- A field's name with its unit.
+---@param path string
+---@return string
+function parameters.label(path)
+  return ("%s (%s)"):format(path:match "[^.]*$", UNITS[path:match "[^.]*$"] or "1")
+end
+
+--- One field in all repetitions of an arm: thin lines, and a marker where somebody set it.
+---@param arm limax.report.arm
+---@param path string
+---@return limax.chart.panel
+---@return table<string, boolean> seen setters, and "clamped"
+function parameters.panel(arm, path)
+  local panel = { title = path:gsub("^materials%.", ""), curves = {},
+    x = { label = "generation", linear = true },
+    y = { label = parameters.label(path), linear = true } }
+  local value_of, by_setter, seen = reader_of(path), {}, {}
+  for _, run in ipairs(arm.runs) do
+    local points, at = {}, {}
+    for k, line in ipairs(run.lines) do
+      points[k] = { line.generation, value_of(line) }
+      at[line.generation] = points[k]
+    end
+    panel.curves[#panel.curves + 1] = { points = points, color = "#8c9198", width = 1.1,
+      marker = "none", title = ("repetition %d"):format(run.repetition) }
+    for _, line in ipairs(run.ledger) do
+      for _, entry in ipairs(line.entries) do
+        if entry.field == path and at[line.generation] then
+          local who, bound = parameters.setter(run.config, line, entry)
+          for _, name in ipairs { who, bound and "clamped" or nil } do
+            seen[name] = true
+            by_setter[name] = by_setter[name] or {}
+            table.insert(by_setter[name], at[line.generation])
+          end
+        end
+      end
+    end
+  end
+  for _, setter in ipairs(parameters.SETTERS) do
+    if by_setter[setter.name] then
+      panel.curves[#panel.curves + 1] = { points = by_setter[setter.name], color = setter.color,
+        dash = "none", marker = setter.marker, title = "set by: " .. setter.name }
+    end
+  end
+  panel.right = 20
+  return panel, seen
+end
+
+return parameters

@@ -1,0 +1,163 @@
+--- robots.lua: the section of robots: generation 0 against the last, up to four side by side, as
+--- film strips and, where Debian's three.js was found when limax was configured, in 3D.
+
+local failure = require "limax.base.failure"
+local film_strip = require "limax.draw.film_strip"
+local host = require "limax.host"
+local html = require "limax.tools.report.html"
+local replay = require "limax.tools.report.replay"
+local motion = require "limax.draw.motion"
+local robot = require "limax.robot.robot"
+local runs = require "limax.tools.report.runs"
+local source = require "limax.base.source"
+local world = require "limax.draw.picture.world"
+
+local robots = {}
+
+-- More than these do not fit side by side.
+local MOST = 4
+
+-- The files of three.js, in the order in which they run.
+local FILES = { "three.min.js", "OrbitControls.js" }
+
+--- The folder into which three.js was copied when limax was configured; nil if it was not there.
+---@return string|nil
+function robots.javascript()
+  local beside = source.folder_of(host.executable)
+  for _, folder in ipairs { host.home .. "/javascript", beside .. "/share/limax/javascript" } do
+    if host.file.exists(folder .. "/" .. FILES[2]) == "file" then return folder end
+  end
+end
+
+-- Which champions to show: { run, line, arm }.
+local function chosen(list)
+  local picks = {}
+  local function pick(arm, last)
+    local run = runs.leading(arm.runs)
+    picks[#picks + 1] = { arm = arm, run = run, line = last and run.lines[#run.lines]
+      or run.lines[1] }
+  end
+  if #list <= MOST / 2 then
+    for _, arm in ipairs(list) do
+      pick(arm, false)
+      pick(arm, true)
+    end
+    return picks
+  end
+  -- arms of the same seed begin alike: one of generation 0 stands for all
+  pick(list[1], false)
+  for k = 1, MOST - 1 do
+    if list[k] then pick(list[k], true) end
+  end
+  return picks
+end
+
+---@class limax.report.shown one robot
+---@field name string
+---@field walked limax.scored_robot
+---@field description limax.robot.description
+
+--- The champions that a report shows, simulated again. Those that cannot be are left out; `say`
+--- tells why.
+---@param list limax.report.arm[]
+---@param options limax.report.options
+---@return limax.report.shown[]
+function robots.simulate(list, options)
+  local shown = {}
+  for _, pick in ipairs(chosen(list)) do
+    local path = runs.champion(pick.run, pick.line)
+    -- of several repetitions the one that came farthest
+    local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
+      and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
+    local fine, walked, why, description = failure.attempt(function()
+      local text, message = source.read(path)
+      local given = text and host.json.decode(text, path)
+      if not given then return nil, tostring(message) end
+      local simulated, reason = motion.simulate(robot.of(given), { device = options.device })
+      return simulated, reason, given
+    end)
+    if not fine then walked, why = nil, failure.bare(walked) end
+    if walked then
+      shown[#shown + 1] = { name = name, walked = walked, description = description }
+    elseif options.say then
+      options.say(("%s is not shown: %s"):format(name, why))
+    end
+  end
+  return shown
+end
+
+-- A film strip's SVG with names of its own for what it refers to within itself.
+local function strip_of(each, k)
+  local text = film_strip.svg(each.walked, { title = each.name })
+  return (text:gsub('id="', ('id="strip%d-'):format(k)):gsub("url%(#", ("url(#strip%d-"):format(k)))
+end
+
+local CONTROLS = [[
+<div class="controls" role="group" aria-label="playback of all robots">
+<button type="button" id="play" aria-pressed="false">play</button>
+<label for="time">time</label>
+<input id="time" type="range" min="0" max="1" step="0.01" value="0">
+<span id="clock">0.00 s</span>
+<label>speed <select id="speed"><option value="0.25">1/4</option><option value="0.5">1/2</option>
+<option value="1" selected>1</option><option value="2">2</option></select></label>
+<label>colours <select id="colours"><option value="material">material</option>
+<option value="strain">strain</option><option value="phase">phase</option></select></label>
+<label><input id="ground" type="checkbox" checked> ground</label>
+<label><input id="trail" type="checkbox" checked> trail</label>
+<label><input id="follow" type="checkbox" checked> follow</label>
+</div>
+<p class="note" id="key"></p>
+]]
+
+local function viewer(shown)
+  local parts = { '<div class="robots">\n', CONTROLS, '<div class="views">\n' }
+  for _, each in ipairs(shown) do
+    local walked = each.walked
+    local about = ("%.3f m in %.4g s, %.3f m/s"):format(walked:distance(), walked:duration(),
+      walked:speed())
+    local words = world.words(world.of(walked.context.scene))
+    if words ~= "" then about = about .. "; " .. words end
+    local data = replay.of(walked, each.description, each.name, about)
+    if data.note then about = about .. "; " .. data.note end
+    parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
+      .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom."></canvas><p class="note">%s'
+      .. '</p><script type="application/json">%s</script></div>\n'):format(html.escaped(each.name),
+      html.escaped(each.name), html.escaped(about), html.escaped(about), html.json(data))
+  end
+  parts[#parts + 1] = "</div></div>\n"
+  return table.concat(parts)
+end
+
+--- The section's body and the scripts that it needs.
+---@param list limax.report.arm[]
+---@param options limax.report.options
+---@return { body: string, scripts: string[] }
+function robots.section(list, options)
+  local shown = robots.simulate(list, options)
+  if #shown == 0 then return { body = "", scripts = {} } end
+  local strips = {}
+  for k, each in ipairs(shown) do
+    strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">%s</figure>'
+      .. "\n"):format(html.escaped(each.name), strip_of(each, k))
+  end
+  local folder, parts, scripts = robots.javascript(), {}, {}
+  if folder then
+    for k, name in ipairs(FILES) do scripts[k] = assert(source.read(folder .. "/" .. name)) end
+    for _, name in ipairs { "world.js", "viewer.js" } do
+      scripts[#scripts + 1] = assert(source.read(host.home .. "/scripts/lib/tools/report/" .. name))
+    end
+    parts[1] = viewer(shown)
+  else
+    parts[1] = '<p class="note">three.js was not there when limax was configured (on Debian: '
+      .. "libjs-three), so robots are shown as film strips only.</p>\n"
+  end
+  parts[#parts + 1] = html.details("film strips", table.concat(strips), true)
+  if folder then
+    local licence = source.read(folder .. "/three.copyright") or ""
+    parts[#parts + 1] = html.details("three.js draws the robots: its licence",
+      "<pre>" .. html.escaped(licence) .. "</pre>")
+  end
+  return { body = table.concat(parts), scripts = scripts }
+end
+
+return robots

@@ -1,0 +1,128 @@
+--- surroundings.lua: the world around a replay, for the page's viewer: as much of it as the robot
+--- comes near to, in numbers that are small in a page. World coordinates, m.
+
+local polygon = require "limax.draw.picture.polygon"
+local stage = require "limax.draw.picture.stage"
+local world = require "limax.draw.picture.world"
+
+local surroundings = {}
+
+-- m around the way of the body, and what its ends are rounded to
+local BEYOND, ROUND = 1.5, 0.5
+-- heights along a side of the terrain that is kept, and m between them where its own are farther
+local MOST_HEIGHTS, STEP = 96, 0.1
+
+-- lines across a floor, each way
+local MOST_LINES = 200
+
+local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
+
+---@class limax.report.surroundings
+---@field up number[] of length 1
+---@field low number[] m, the part of the world that is shown
+---@field high number[]
+---@field ground number|nil m
+---@field sheets { points: number[][], floor: boolean, lines: number[][]|nil }[]|nil planes; lines
+--- by pairs of points
+---@field boxes { from: number[], to: number[] }[]|nil
+---@field spheres { center: number[], radius: number }[]|nil
+---@field terrain { spacing: number, origin: number[], heights: number[][] }|nil
+---@field flows { name: string, label: string, velocity: number[], hex: string }[]|nil m/s
+---@field hex string of obstacles
+
+-- To a tenth of a millimetre: a twentieth of a pixel where a robot is as wide as a view.
+local function short(value) return tonumber(("%.4f"):format(value)) end
+
+local function shorts(point) return { short(point[1]), short(point[2]), short(point[3]) } end
+
+-- The terrain near the way, at steps that a view can show.
+local function terrain_of(terrain, low, high)
+  local longest = math.max(high[1] - low[1], high[2] - low[2])
+  local step = terrain.spacing
+  if step > STEP then
+    step = step / math.ceil(step / STEP)
+  end
+  step = step * math.max(1, math.ceil(longest / (MOST_HEIGHTS - 2) / step))
+  local first, counts = {}, {}
+  for c = 1, 2 do
+    first[c] = math.floor((low[c] - terrain.origin[c]) / step)
+    counts[c] = math.ceil((high[c] - terrain.origin[c]) / step) - first[c] + 1
+  end
+  local heights = {}
+  for i = 1, counts[1] do
+    heights[i] = {}
+    for j = 1, counts[2] do
+      heights[i][j] = short(world.height(terrain, terrain.origin[1] + (first[1] + i - 1) * step,
+        terrain.origin[2] + (first[2] + j - 1) * step))
+    end
+  end
+  return { spacing = step, heights = heights, origin = {
+    terrain.origin[1] + first[1] * step, terrain.origin[2] + first[2] * step, 0 } }
+end
+
+-- Lines across a floor along x and y, every 0.1 m, as on the ground, but no more than a view needs.
+local function lines_of(sheet, low, high)
+  local lines = {}
+  for axis = 1, 2 do
+    local normal, count = { 0, 0, 0 }, math.min((high[axis] - low[axis]) * 10, MOST_LINES)
+    normal[axis] = 1
+    for k = 1, count do
+      local one, other = polygon.crossing(sheet, normal, low[axis] + k / 10)
+      if one and other then
+        lines[#lines + 1] = shorts(one)
+        lines[#lines + 1] = shorts(other)
+      end
+    end
+  end
+  return lines
+end
+
+--- What is around points that lie between `low` and `high`.
+---@param given limax.world
+---@param low number[] m
+---@param high number[] m
+---@return limax.report.surroundings
+function surroundings.of(given, low, high)
+  local from, to = {}, {}
+  for c = 1, 3 do
+    from[c] = math.floor((low[c] - BEYOND) / ROUND) * ROUND
+    to[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
+  end
+  local result = { up = given.up, low = from, high = to, ground = given.ground, hex = world.hex,
+    sheets = {}, boxes = {}, spheres = {}, flows = {} }
+  for _, sheet in ipairs(stage.sheets(stage.new(given, AXES), { low = from, high = to })) do
+    local points = {}
+    for k, p in ipairs(sheet.points) do points[k] = shorts(p) end
+    table.insert(result.sheets, { points = points, floor = sheet.look.ruled,
+      lines = sheet.look.ruled and lines_of(sheet, from, to) or nil })
+  end
+  for _, box in ipairs(given.boxes) do
+    local cut = { from = {}, to = {} }
+    local seen = true
+    for c = 1, 3 do
+      cut.from[c] = math.max(box.from[c], from[c])
+      cut.to[c] = math.min(box.to[c], to[c])
+      seen = seen and cut.from[c] < cut.to[c]
+    end
+    if seen then table.insert(result.boxes, cut) end
+  end
+  for _, sphere in ipairs(given.spheres) do
+    local seen = true
+    for c = 1, 3 do
+      seen = seen and sphere.center[c] + sphere.radius > from[c]
+        and sphere.center[c] - sphere.radius < to[c]
+    end
+    if seen then table.insert(result.spheres, sphere) end
+  end
+  for k, flow in ipairs(given.flows) do
+    result.flows[k] = { name = flow.kind, label = world.flow_label(flow),
+      velocity = shorts(flow.velocity), hex = world.flow_ink[flow.kind] }
+  end
+  for _, name in ipairs { "sheets", "boxes", "spheres", "flows" } do
+    if #result[name] == 0 then result[name] = nil end
+  end
+  if given.terrain then result.terrain = terrain_of(given.terrain, from, to) end
+  return result
+end
+
+return surroundings

@@ -1,0 +1,348 @@
+--- context.lua: `t`, which a test is given: its checks, its device, its golden values. A check that
+--- fails ends the test, and says the line of the suite that made it, what was expected and what
+--- came.
+
+local host = require "limax.host"
+local compare = require "limax.tools.test.compare"
+local engine = require "limax.engine"
+local golden = require "limax.tools.test.golden"
+local statistics = require "limax.tools.test.statistics"
+local suggest = require "limax.base.suggest"
+
+local context = {}
+
+-- rounding of a few operations: what `near` allows where the test names no tolerance
+local NEAR = 1e-9
+
+---@class limax.test_context
+---@field name string of the test
+---@field suite string
+---@field file string path of the suite's file
+---@field device limax.device|nil where the test names devices or threads
+---@field threads integer|nil where the test names threads
+---@field precision string|nil where the test names precisions
+---@field integrator string|nil where the test names integrators
+---@field seed integer|nil where the test names seeds
+local methods = {}
+local class = { __index = methods }
+
+---@class limax.test_failure
+---@field text string
+---@field where string FILE:LINE of the check
+context.failure = {
+  __tostring = function(self) return ("%s: %s"):format(self.where, self.text) end,
+}
+
+---@class limax.test_skip
+---@field reason string
+context.skipped = { __tostring = function(self) return "skipped: " .. self.reason end }
+
+local function fail(text)
+  local _, line, source = engine.place()
+  error(setmetatable({ text = text, where = ("%s:%d"):format(source, line) }, context.failure), 0)
+end
+
+local function tolerance_of(what, options, known)
+  options = options == nil and {} or options
+  if type(options) ~= "table" then fail(what .. ": expected a table of options") end
+  local names = {}
+  for name in pairs(options) do names[#names + 1] = tostring(name) end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    local is_known = false
+    for _, each in ipairs(known) do is_known = is_known or each == name end
+    if not is_known then
+      fail(("%s: unknown option %q%s"):format(what, name, suggest.ending(name, known)))
+    end
+  end
+  for _, name in ipairs { "rtol", "atol" } do
+    local value = options[name]
+    if value ~= nil and (type(value) ~= "number" or not (value >= 0)) then
+      fail(("%s: %s: expected a number of at least 0, got %s"):format(what, name, tostring(value)))
+    end
+  end
+  return options
+end
+
+local function report(what, differences)
+  if #differences == 0 then return end
+  local text = ("%s: %s"):format(what, compare.text(compare.worst(differences)))
+  if #differences > 1 then text = ("%s (the worst of %d)"):format(text, #differences) end
+  fail(text)
+end
+
+--- Fails unless |got - expected| <= atol + rtol |expected|, for numbers and for every number of
+--- nested tables and views. Without a tolerance, rtol is 1e-9.
+---@param got any
+---@param expected any
+---@param options { rtol: number|nil, atol: number|nil }|nil
+function methods:near(got, expected, options)
+  options = tolerance_of("near", options, { "rtol", "atol" })
+  local rtol, atol = options.rtol, options.atol
+  if rtol == nil and atol == nil then rtol = NEAR end
+  local tolerance = { rtol = rtol or 0, atol = atol or 0 }
+  local what = ("near (rtol %g, atol %g)"):format(tolerance.rtol, tolerance.atol)
+  report(what, compare.near(expected, got, tolerance))
+end
+
+--- Fails unless every number has the same 64 bits, and all else is equal.
+---@param got any
+---@param expected any
+function methods:same_bits(got, expected)
+  report("same_bits", compare.same_bits(expected, got))
+end
+
+--- Calls `draw` for each seed, and fails where chance would explain its values less often than
+--- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
+--- against another sample by Mann and Whitney's test. The mean is printed.
+---@param draw fun(seed: integer): number|boolean
+---@param options limax.test_statistics
+function methods:statistically(draw, options)
+  options = tolerance_of("statistically", options, { "seeds", "expected", "rtol", "atol",
+    "at_least", "at_most", "level" })
+  local failure, text = statistics.check(draw, options)
+  if failure then fail("statistically: " .. failure) end
+  self:note(text)
+end
+
+--- Fails unless both are equal, element by element; NaN equals NaN.
+---@param got any
+---@param expected any
+function methods:equal(got, expected) report("equal", compare.equal(expected, got)) end
+
+--- Fails unless `condition` is true (or anything but nil and false).
+---@param condition any
+---@param text string|nil what should have held
+function methods:ok(condition, text)
+  if not condition then
+    fail(text or ("expected something true, got %s"):format(tostring(condition)))
+  end
+  return condition
+end
+
+--- Fails unless `call` raises a message that contains `pattern`, as it stands or as a Lua pattern.
+---@param pattern string
+---@param call fun()
+---@return string message what was raised
+function methods:raises(pattern, call)
+  local fine, message = pcall(call)
+  if not fine then
+    local class_of = type(message) == "table" and getmetatable(message)
+    if message == host.interrupt or class_of == context.failure or class_of == context.skipped then
+      error(message, 0)
+    end
+  end
+  if fine then fail(("raises: expected an error with %q, and none was raised"):format(pattern)) end
+  message = tostring(message)
+  if not message:find(pattern, 1, true) and not message:find(pattern) then
+    fail(("raises: expected an error with %q, got %q"):format(pattern, message))
+  end
+  return message
+end
+
+--- Ends the test here, neither passed nor failed.
+---@param reason string
+function methods:skip(reason)
+  error(setmetatable({ reason = tostring(reason) }, context.skipped), 0)
+end
+
+-- The tolerance of a golden: rtol, atol, why, and the name of its class.
+local function golden_tolerance(options)
+  local kind = golden.class(options.class, options.rtol, options.atol)
+  if not kind then
+    local names = {}
+    for i, each in ipairs(golden.classes) do names[i] = each.name end
+    fail(("golden: class: %s is none; known are: %s"):format(tostring(options.class),
+      table.concat(names, ", ")))
+  end
+  local rtol, atol, why = options.rtol, options.atol or 0, options.why
+  if rtol == nil then rtol = options.class and kind.rtol or 0 end
+  if rtol > kind.most then
+    fail(("golden: rtol %g is more than the class %q allows, %g"):format(rtol, kind.name,
+      kind.most))
+  end
+  if (rtol > 0 or atol > 0) and (type(why) ~= "string" or why == "") then
+    fail "golden: a tolerance needs its reason: why = \"...\""
+  end
+  return rtol, atol, why or "the same bits", kind.name
+end
+
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and what the
+--- test has simulated so far is what was simulated then: scenes, materials, bodies and settings,
+--- but not the device, nor what the test's matrix varies. A missing golden fails; `limax test
+--- --update-golden` records. `class` names the kind of tolerance ("bits", "rounding", "short
+--- horizon", "statistics"), from which rtol comes where it is left out; `why` says where it comes
+--- from. `configuration` stands for what no simulation shows, such as the options of an expression.
+---@param name string letters, digits, _ and -
+---@param values table numbers, strings, tables and views
+---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
+--- configuration: table|nil }|nil exact if left out
+function methods:golden(name, values, options)
+  options = tolerance_of("golden", options, { "class", "rtol", "atol", "why", "configuration" })
+  if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
+    fail(("golden: a name is made of letters, digits, _ and -, got %s"):format(tostring(name)))
+  end
+  if type(values) ~= "table" then
+    fail(("golden: expected a table of values, got %s"):format(tostring(values)))
+  end
+  local rtol, atol, why, kind = golden_tolerance(options)
+  local goldens = self.state.goldens
+  local owner = goldens[name]
+  if owner and owner ~= self.name then
+    fail(("golden: %q belongs to the test %q of this file"):format(name, owner))
+  end
+  goldens[name] = self.name
+  -- what one instance of a test has just recorded, the others are held to
+  local update = not self.state.recorded[name] and self.state.update or nil
+  local failure, change = golden.check({
+    path = golden.path(self.file, name), suite = self.suite, test = self.name, name = name,
+    values = values, class = kind, rtol = rtol, atol = atol, why = why,
+    configuration = self.witness:hash(options.configuration),
+    device = self.device and tostring(self.device) or "the default",
+  }, update)
+  if failure then fail(failure) end
+  if change then
+    self.state.recorded[name] = true
+    self:note(("golden %s: %s"):format(name, change))
+  end
+end
+
+--- A line printed with the test's result.
+---@param text string
+function methods:note(text) self.notes[#self.notes + 1] = tostring(text) end
+
+--- What the suite's fixture of this name makes: once for this test, or once for the file where it
+--- is shared.
+---@param name string
+---@return any
+function methods:fixture(name)
+  local fixture = self.fixtures[name]
+  if not fixture then
+    local names = {}
+    for each in pairs(self.fixtures) do names[#names + 1] = each end
+    fail(("fixture: the suite has no %q%s"):format(tostring(name), suggest.ending(name, names)))
+  end
+  local shared = fixture.shared
+  local kept = shared and self.state.shared or self.made
+  local key = shared and self.suite .. "\0" .. name or name
+  if kept[key] == nil then
+    local value
+    if shared then
+      value, self.state.shared_seen[key] = self.witness:aside(fixture.make)
+    else
+      value = fixture.make(self)
+    end
+    if value == nil then fail(("fixture: %q made nothing"):format(name)) end
+    kept[key] = value
+    if fixture.close then
+      table.insert(shared and self.state.closing or self.closing,
+        function() fixture.close(value) end)
+    end
+  end
+  -- whichever test made it: what it simulated belongs to the goldens of all that use it
+  if shared and not self.made[key] then
+    self.made[key] = true
+    self.witness:add(self.state.shared_seen[key])
+  end
+  return kept[key]
+end
+
+--- Options of a simulation with what the test's matrix says: device, precision and integrator.
+---@param options table|nil
+---@return table
+function methods:with(options)
+  local merged = { device = self.device, precision = self.precision,
+    integrator = self.integrator }
+  for name, value in pairs(options or {}) do merged[name] = value end
+  return merged
+end
+
+--- A new, empty folder, removed after the test.
+---@return string path
+function methods:folder()
+  local base = os.getenv "TMPDIR"
+  if not base or base == "" then base = "/tmp" end
+  local name = os.tmpname()
+  os.remove(name)
+  local path = ("%s/limax-test-%s"):format(base, name:match "([^/]*)$")
+  local fine, message = host.file.mkdir(path)
+  if not fine then fail(("folder: %s: %s"):format(path, tostring(message))) end
+  self.folders[#self.folders + 1] = path
+  return path
+end
+
+-- A link is removed and never entered: what it points to is not ours.
+local function remove(path)
+  if host.file.remove(path) then return end
+  for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
+  host.file.remove(path)
+end
+
+--- Ends fixtures, the last made first.
+---@param closing fun()[]
+---@return string|nil failure of the first that failed
+function context.close_all(closing)
+  local wrong
+  for i = #closing, 1, -1 do
+    local fine, message = pcall(closing[i])
+    if not fine then wrong = wrong or ("a fixture's close: " .. tostring(message)) end
+  end
+  return wrong
+end
+
+--- Ends what a test has opened: fixtures, the last made first, then its folders and its device.
+---@return string|nil failure of a fixture's end
+function methods:close()
+  local wrong = context.close_all(self.closing)
+  for _, path in ipairs(self.folders) do remove(path) end
+  if self.device then self.device:free "its test was over" end
+  return wrong
+end
+
+-- `t.near(...)` in the place of `t:near(...)`.
+for name, method in pairs(methods) do
+  methods[name] = function(self, ...)
+    if getmetatable(self) ~= class then fail(("write a colon: t:%s(...)"):format(name)) end
+    return method(self, ...)
+  end
+end
+
+---@class limax.test_setting
+---@field name string of the test
+---@field suite string
+---@field file string
+---@field device limax.device|nil
+---@field threads integer|nil
+---@field precision string|nil
+---@field integrator string|nil
+---@field seed integer|nil
+---@field fixtures table<string, limax.test_fixture>
+---@field state limax.test_file_state what the file's tests share
+---@field witness limax.test_witness what the test has simulated
+
+-- What a file's tests share.
+---@class limax.test_file_state
+---@field update limax.golden_update|nil
+---@field goldens table<string, string> the test that owns each golden of the file
+---@field recorded table<string, boolean> goldens that this run has recorded
+---@field shared table<string, any> shared fixtures by suite and name
+---@field shared_seen table<string, string[]> hashes of what each simulated when it was made
+---@field closing fun()[] what ends them
+
+--- Begins a file.
+---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
+---@return limax.test_file_state
+function context.file_state(update)
+  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
+    closing = {} }
+end
+
+--- Makes a `t`.
+---@param fields limax.test_setting
+---@return limax.test_context
+function context.new(fields)
+  fields.notes, fields.folders, fields.made, fields.closing = {}, {}, {}, {}
+  return setmetatable(fields, class)
+end
+
+return context

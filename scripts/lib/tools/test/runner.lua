@@ -1,0 +1,345 @@
+--- runner.lua: reads suite files, makes of each test one instance for every combination of its
+--- matrix, runs the chosen ones in the order in which they were written or in one that is drawn,
+--- and tells a reporter.
+
+local axes = require "limax.tools.test.axes"
+local context = require "limax.tools.test.context"
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local script = require "limax.base.script"
+local test = require "limax.test"
+local witness = require "limax.tools.test.witness"
+
+local runner = {}
+
+---@class limax.test_instance
+---@field suite string
+---@field fixtures table<string, limax.test_fixture> of its suite
+---@field case limax.case
+---@field label string the test's name, with what it names of its matrix
+---@field limit number|nil s of wall time
+---@field values table<string, any> device, precision, integrator, threads, seed
+
+---@class limax.suite_file
+---@field path string as it was given
+---@field instances limax.test_instance[]
+---@field failure string|nil why it does not load
+
+---@class limax.test_result
+---@field status "passed"|"failed"|"skipped"
+---@field text string|nil of a failure or the reason of a skip
+---@field where string|nil FILE:LINE of a failed check
+---@field notes string[]
+---@field seconds number
+
+local function instances_of(suite, case)
+  local list = {}
+  for _, one in ipairs(axes.combinations(case.axes)) do
+    -- threads are the CPU's
+    if one.values.threads and not one.values.device then one.values.device = "cpu" end
+    list[#list + 1] = {
+      suite = suite.name, fixtures = suite.fixtures, case = case, values = one.values,
+      label = one.text == "" and case.name or ("%s [%s]"):format(case.name, one.text),
+    }
+  end
+  return list
+end
+
+-- Files that only lead from the command line to a test and from its checks back.
+local LEADING = { "/bindings/", "/scripts/lib/tools/test/", "/scripts/commands/test.lua:" }
+
+local function leads(line)
+  for _, place in ipairs(LEADING) do
+    if line:find(host.home .. place, 1, true) then return true end
+  end
+  return false
+end
+
+-- A message and the lines of its trace, without those of the binding and of `limax test`.
+local function own_lines(trace)
+  local lines = {}
+  for line in tostring(trace):gmatch "[^\n]+" do
+    if #lines == 0 or not leads(line) then lines[#lines + 1] = line end
+  end
+  return table.concat(lines, "\n")
+end
+
+-- A protected call of a suite's text: one that ended the process would end with a status of its own
+-- choice whatever its tests say.
+local function without_exit(protect, ...)
+  local exit = os.exit
+  rawset(os, "exit", function() error("a suite may not end its process: os.exit", 2) end)
+  local function finish(...)
+    rawset(os, "exit", exit)
+    return ...
+  end
+  return finish(protect(...))
+end
+
+--- "SUITE: TEST", which --only and --filter choose by.
+---@param instance limax.test_instance
+---@return string
+function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
+
+-- Longest time, s, that a file may take to be read: it only collects its tests then.
+local LONGEST_LOAD = 60
+
+-- Runs a file; one of limax's own suites also finds tests/support.
+local function run_file(path)
+  local chunk = script.load(path)
+  local tests = host.home .. "/tests"
+  if host.file.absolute(path):sub(1, #tests + 1) == tests .. "/" then
+    package.path = ("%s;%s/?.lua"):format(package.path, tests)
+  end
+  return chunk()
+end
+
+--- Reads one file. What it requires from its own folder is forgotten afterwards, so that each file
+--- begins afresh.
+---@param path string
+---@param longest? number s that it may take, 60 if absent
+---@return limax.suite_file
+function runner.load(path, longest)
+  local path_before, loaded = package.path, {}
+  for name in pairs(package.loaded) do loaded[name] = true end
+  local message
+  local suites = test.collect(function()
+    local fine, value, trace = without_exit(failure.attempt_within, longest or LONGEST_LOAD,
+      run_file, path)
+    if fine then return end
+    message = failure.status(value) and value or own_lines(trace:gsub("\n\t", "\n  "))
+  end)
+  package.path = path_before
+  for name in pairs(package.loaded) do
+    if not loaded[name] and name:sub(1, 5) ~= "limax" then package.loaded[name] = nil end
+  end
+  local file, titles = { path = path, instances = {}, failure = message }, {}
+  for _, suite in ipairs(message and {} or suites) do
+    for _, case in ipairs(suite.cases) do
+      for _, instance in ipairs(instances_of(suite, case)) do
+        local title = runner.title(instance)
+        if titles[title] then
+          file.failure = ("%s: there are two tests %q"):format(path, title)
+        end
+        titles[title] = true
+        file.instances[#file.instances + 1] = instance
+      end
+    end
+  end
+  if not message and #suites == 0 then
+    file.failure = ("%s begins no suite; its first line should be "
+      .. 'local suite = require("limax.test").suite "NAME"'):format(path)
+  end
+  return file
+end
+
+--- Lua files of the paths: files as they are, of a folder those that lie in it, sorted.
+---@param paths string[]
+---@return string[]
+function runner.files(paths)
+  local files = {}
+  for _, path in ipairs(paths) do
+    if host.file.exists(path) == "folder" then
+      local folder, before = path:gsub("/+$", ""), #files
+      local names, message = host.file.list(path)
+      if not names then failure.raise(2, message) end
+      for _, name in ipairs(names) do
+        if name:match "%.lua$" then files[#files + 1] = folder .. "/" .. name end
+      end
+      if #files == before then failure.raise(2, ("%s holds no .lua file"):format(path)) end
+    else
+      files[#files + 1] = path
+    end
+  end
+  return files
+end
+
+---@class limax.test_choice
+---@field only string[] "SUITE: TEST" in full; where there is one, nothing else runs
+---@field filter string|nil part of "SUITE: TEST", as it stands or as a Lua pattern
+---@field tags string[] at least one of these; "-slow": not this one
+---@field limit number|nil s of tests that name none
+
+-- Tests with this tag take minutes: they run only where it or their name is asked for.
+local LONG = "full"
+
+--- Whether an instance is among the chosen.
+---@param instance limax.test_instance
+---@param choice limax.test_choice
+---@return boolean
+function runner.chosen(instance, choice)
+  local name = runner.title(instance)
+  if #choice.only > 0 then
+    for _, title in ipairs(choice.only) do
+      if title == name then return true end
+    end
+    return false
+  end
+  local filter = choice.filter
+  if filter and not name:find(filter, 1, true) and not name:find(filter) then return false end
+  local has = {}
+  for _, tag in ipairs(instance.case.tags) do has[tag] = true end
+  local wanted, found, long_wanted = false, false, false
+  for _, tag in ipairs(choice.tags) do
+    long_wanted = long_wanted or tag == LONG
+    local refused = tag:match "^%-(.+)$"
+    if refused and has[refused] then return false end
+    if not refused then
+      wanted = true
+      found = found or has[tag] or false
+    end
+  end
+  if has[LONG] and not long_wanted then return false end
+  return found or not wanted
+end
+
+-- The device of an instance; nil and a reason where this machine has none.
+local function open_device(instance)
+  local name = instance.values.device
+  if not name then return nil end
+  local fine, device = pcall(engine.device, name, { threads = instance.values.threads })
+  if fine then return device end
+  if device == host.interrupt then error(device, 0) end
+  -- without the line, which is the runner's
+  return nil, (tostring(device):gsub("^[^\n:]+:%d+: ", ""))
+end
+
+local function outcome(fine, value, trace)
+  if fine then return { status = "passed" } end
+  local class = type(value) == "table" and getmetatable(value)
+  if class == context.skipped then return { status = "skipped", text = value.reason } end
+  if class == context.failure then
+    return { status = "failed", text = value.text, where = value.where }
+  end
+  local first = failure.first_trace(value)
+  return { status = "failed", text = own_lines(first and first:gsub("\n\t", "\n  ")
+    or trace or value) }
+end
+
+-- Why an instance does not run, and with which outcome.
+local function kept_from_running(instance)
+  if instance.case.skip then return nil, { status = "skipped", text = instance.case.skip } end
+  local impossible = axes.impossible(instance.values)
+  if impossible then return nil, { status = "skipped", text = impossible } end
+  local device, reason = open_device(instance)
+  if not reason then return device, nil end
+  -- only an accelerator may be missing; a CPU that does not open is a failure
+  return nil, { status = instance.values.device == "cpu" and "failed" or "skipped", text = reason }
+end
+
+--- Runs one instance.
+---@param file limax.suite_file
+---@param instance limax.test_instance
+---@param state limax.test_file_state
+---@return limax.test_result
+function runner.run(file, instance, state)
+  local started = host.clock()
+  local device, result = kept_from_running(instance)
+  local interrupted
+  local seen = witness.new(instance.case.axes)
+  local t = context.new {
+    name = instance.case.name, suite = instance.suite, file = file.path, device = device,
+    threads = instance.values.threads, precision = instance.values.precision,
+    integrator = instance.values.integrator, seed = instance.values.seed,
+    fixtures = instance.fixtures, state = state, witness = seen,
+  }
+  if not result then
+    -- while goldens are recorded a person is asked, who may take long
+    local limit = not state.update and instance.limit or nil
+    engine.limit_time(limit)
+    seen:begin()
+    local fine, value, trace = without_exit(host.protect, instance.case.run, t)
+    seen:finish()
+    engine.limit_time(nil)
+    interrupted = not fine and value == host.interrupt
+    result = outcome(fine, value, trace)
+    local took = host.clock() - started
+    if fine and limit and took > limit then
+      result = { status = "failed", text = ("took %.3g s; its limit is %g s"):format(took, limit) }
+    end
+  end
+  local wrong = t:close()
+  if interrupted then error(host.interrupt, 0) end
+  if wrong and result.status == "passed" then result = { status = "failed", text = wrong } end
+  result.notes, result.seconds = t.notes, host.clock() - started
+  -- what a test leaves to the collector ends here, and not within the next one
+  collectgarbage "collect"
+  return result
+end
+
+---@class limax.test_counts
+---@field passed integer
+---@field failed integer
+---@field skipped integer
+
+-- A drawn order of a list; the same seed and name give the same.
+local function shuffled(list, seed, name)
+  -- 28 bits of the name's hash tell the files apart
+  local random = engine.random(seed, 1, "user", 0, tonumber(host.sha256(name):sub(1, 7), 16))
+  local drawn = { unpack(list) }
+  for i = #drawn, 2, -1 do
+    local j = random:integer(i)
+    drawn[i], drawn[j] = drawn[j], drawn[i]
+  end
+  return drawn
+end
+
+---@class limax.test_plan
+---@field files { file: limax.suite_file, instances: limax.test_instance[] }[]
+---@field total integer tests, and files that do not load
+
+--- The chosen tests, file by file, in the order in which they run.
+---@param files limax.suite_file[]
+---@param choice limax.test_choice
+---@param seed integer|nil of a drawn order, of the files and of the tests of each
+---@return limax.test_plan
+function runner.plan(files, choice, seed)
+  local plan = { files = {}, total = 0 }
+  for _, file in ipairs(seed and shuffled(files, seed, "files") or files) do
+    local instances = {}
+    -- drawn before they are chosen: those that are left run in the same order
+    for _, instance in ipairs(seed and shuffled(file.instances, seed, file.path)
+      or file.instances) do
+      if runner.chosen(instance, choice) then
+        instance.limit = instance.case.limit or choice.limit
+        table.insert(instances, instance)
+      end
+    end
+    if file.failure then instances = {} end
+    if file.failure or #instances > 0 then
+      table.insert(plan.files, { file = file, instances = instances })
+      plan.total = plan.total + #instances + (file.failure and 1 or 0)
+    end
+  end
+  return plan
+end
+
+--- Runs a plan in this process.
+---@param plan limax.test_plan
+---@param update limax.golden_update|nil
+---@param reporter table see report.lua
+---@return limax.test_counts
+function runner.run_all(plan, update, reporter)
+  local counts = { passed = 0, failed = 0, skipped = 0 }
+  reporter:begin(plan.total)
+  for _, entry in ipairs(plan.files) do
+    local file, state = entry.file, context.file_state(update)
+    reporter:file(file)
+    if file.failure then counts.failed = counts.failed + 1 end
+    for i, instance in ipairs(entry.instances) do
+      reporter:start(instance)
+      local result = runner.run(file, instance, state)
+      local wrong = i == #entry.instances and context.close_all(state.closing)
+      if wrong and result.status == "passed" then
+        result.status, result.text = "failed", wrong
+      end
+      counts[result.status] = counts[result.status] + 1
+      reporter:result(instance, result)
+    end
+  end
+  reporter:finish(counts)
+  return counts
+end
+
+return runner

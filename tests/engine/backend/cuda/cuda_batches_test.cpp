@@ -1,0 +1,193 @@
+// cuda_batches_test.cpp: robots that a GPU has no room for all at once take turns, and GPUs share
+// robots, with the fake driver (fake/driver.cpp): who is where, what is kept, what is given back.
+// Its kernels do nothing, so robots stay where they are put.
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "backend/cuda/run/robots.h"
+#include "cuda_sets.h"
+
+using namespace limax;
+using namespace limax::test;
+
+namespace {
+
+constexpr lattice cube{5, 5, 5};
+constexpr int sites = 216;
+constexpr int robots = 8;
+// What one robot of the walking scene takes of a GPU in `compensated`, bytes: 52 springs and 17
+// numbers of 4 bytes for each site, and its part of what all share.
+constexpr std::size_t least_of_robot = std::size_t(sites) * (4 * 13 + 17) * 4;
+
+// Robots on pretended GPUs, by kernels that were built with limax.
+struct pretended {
+    explicit pretended(std::size_t memory, int gpus = 1)
+        : origins("LIMAX_KERNELS"), machine(fake_driver{.gpus = gpus, .memory = memory}) {
+        origins.set("ahead-of-time");
+        team = std::make_shared<cuda::gpu_team>(*machine.api);
+    }
+    simulation_setup setup() const {
+        stage bodies(cube, robots);
+        bodies.setup = setup_of(walking_effects, LIMAX_COMPENSATED, LIMAX_LEAPFROG, cube);
+        stage full(cube, robots);
+        full.setup.scene = bodies.setup.scene;
+        full.setup.options = bodies.setup.options;
+        full.setup.options.time_step = 1e-4;
+        return checked_setup(full);
+    }
+    // Robots of a setup, which must outlive them, on the first GPU.
+    std::unique_ptr<cuda::gpu_robots> make(const simulation_setup& setup,
+                                           std::vector<int32_t> which) {
+        outcomes.assign(robots, {});
+        return cuda::make_robots(setup, std::move(which), team, *team->places().front(),
+                                 outcomes.data());
+    }
+    std::unique_ptr<cuda::gpu_robots> make_all(const simulation_setup& setup) {
+        std::vector<int32_t> all(robots);
+        std::iota(all.begin(), all.end(), 0);
+        return make(setup, std::move(all));
+    }
+    // Ends the GPUs' use, once the robots are gone.
+    void check_given_back() {
+        team->places().clear();
+        machine.check_given_back();
+    }
+
+    environment_variable origins;
+    fake_machine machine;
+    std::shared_ptr<cuda::gpu_team> team;
+    std::vector<limax_outcome> outcomes;
+};
+
+// Where a robot is put: its own place, exact in single precision.
+std::vector<double> place_of(int robot) {
+    std::vector<double> place(3 * sites);
+    for (std::size_t i = 0; i < place.size(); ++i)
+        place[i] = 0.125 * double(robot) + double(i % 64) / 64 - 0.5;
+    return place;
+}
+
+template <class Robots>
+void put_all(Robots& some) {
+    for (int robot = 0; robot < robots; ++robot) some.place(robot, place_of(robot).data(), nullptr);
+}
+template <class Robots>
+void check_places(Robots& some) {
+    // first those that were put last
+    for (int robot = robots - 1; robot >= 0; --robot) {
+        CAPTURE(robot);
+        std::vector<double> seen(3 * sites), velocities(3 * sites);
+        some.state(robot, seen.data(), velocities.data());
+        CHECK(seen == place_of(robot));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
+    struct limit {
+        std::size_t memory;    // of the GPU, bytes
+        const char* of_limax;  // LIMAX_CUDA_MEMORY
+    };
+    for (const limit& given : {limit{4 * least_of_robot, ""}, limit{100000000, "0.00024"}}) {
+        CAPTURE(given.of_limax);
+        const environment_variable most("LIMAX_CUDA_MEMORY");
+        most.set(given.of_limax);
+        pretended on(given.memory);
+        const std::size_t room = std::min(given.memory, std::size_t(240000));
+        {
+            const simulation_setup setup = on.setup();
+            const auto some = on.make_all(setup);
+            put_all(*some);
+            CHECK(on.machine.fake->held > least_of_robot);
+            CHECK(on.machine.fake->held <= room);
+            check_places(*some);
+            // each part, in turn, is prepared and does its steps; one was awake
+            const int before = on.machine.fake->launches;
+            some->advance(0, 3);
+            CHECK(on.machine.fake->launches - before >= 2 + 1);
+            check_places(*some);
+            some->sleep();
+            CHECK(on.machine.fake->held == 0);
+            check_places(*some);
+        }
+        on.check_given_back();
+    }
+}
+
+TEST_CASE("robots take turns also where only their traces have no room") {
+    // 10 s at 10 kHz, three numbers of 8 bytes a sample
+    constexpr std::size_t trace = 100000 * 3 * 8;
+    pretended on(4 * trace);
+    {
+        simulation_setup setup = on.setup();
+        setup.options.duration = 10;
+        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 10000;
+        const auto some = on.make_all(setup);
+        put_all(*some);
+        CHECK(on.machine.fake->held > trace);
+        check_places(*some);
+    }
+    on.check_given_back();
+}
+
+TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
+    pretended on(100000000);
+    {
+        simulation_setup setup = on.setup();
+        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
+        int refused = 0;
+        for (bool woken = false; !woken; ++refused) {
+            REQUIRE(refused < 100);
+            CAPTURE(refused);
+            const auto some = on.make(setup, {4});
+            on.machine.fake->allocations_left = refused;
+            try {
+                some->wake();
+                woken = true;
+            } catch (const error& problem) {
+                CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
+                CHECK(on.machine.fake->held == 0);
+            }
+            on.machine.fake->allocations_left = -1;
+            some->advance(0, 1);
+            CHECK(on.machine.fake->blocks == 1);
+        }
+        // records, springs, state, the plan, traces
+        CHECK(refused > 5);
+    }
+    on.check_given_back();
+}
+
+TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
+    pretended on(least_of_robot / 2);
+    {
+        const simulation_setup setup = on.setup();
+        const auto some = on.make(setup, {0, 3, 5});
+        const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->wake(); });
+        CHECK(text.find("of 1 robots: ") != std::string::npos);
+        CHECK(on.machine.fake->held == 0);
+    }
+    on.check_given_back();
+}
+
+TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
+    pretended on(100000000, 3);
+    {
+        const auto simulation = cuda::make_simulation(on.setup(), on.team);
+        put_all(*simulation);
+        check_places(*simulation);
+        const int before = on.machine.fake->launches;
+        CHECK_FALSE(simulation->advance(0, 2).finished);
+        CHECK(on.machine.fake->launches - before == 3);
+        on.machine.fail_next("cuLaunchKernelEx", CUDA_ERROR_ILLEGAL_ADDRESS);
+        CHECK(failure(LIMAX_INTERNAL, [&] {
+                  simulation->advance(0, 1);
+              }).find("stepping robots of 5x5x5 voxels with springs") != std::string::npos);
+        CHECK_FALSE(simulation->advance(0, 1).finished);
+    }
+    on.check_given_back();
+}

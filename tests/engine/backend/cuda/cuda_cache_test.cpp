@@ -1,0 +1,205 @@
+// cuda_cache_test.cpp: the kernel cache keeps what it is given, finds every damage, and never stops
+// anybody.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "backend/cuda/driver/cache.h"
+#include "environment.h"
+
+namespace fs = std::filesystem;
+using limax::cuda::hash128;
+using limax::cuda::kernel_cache;
+
+namespace {
+
+// A folder of this test's own, gone at its end.
+struct scratch_folder {
+    scratch_folder() {
+        std::string pattern = (fs::temp_directory_path() / "limax-cache-XXXXXX").string();
+        path = mkdtemp(pattern.data());
+    }
+    ~scratch_folder() { fs::remove_all(path); }
+    fs::path path;
+};
+
+std::string read(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+void write(const fs::path& path, const std::string& content) {
+    std::ofstream(path, std::ios::binary) << content;
+}
+
+fs::path only_file_of(const fs::path& folder) {
+    REQUIRE(std::distance(fs::directory_iterator(folder), {}) == 1);
+    return fs::directory_iterator(folder)->path();
+}
+
+// All bytes, zeros among them.
+std::string some_bytes() {
+    std::string bytes;
+    for (int i = 0; i < 1000; ++i) bytes += char(i * 7);
+    return bytes;
+}
+
+const hash128 key = hash128().add("a kernel");
+
+}  // namespace
+
+TEST_CASE("the hash is FNV-1a of 128 bits, as published") {
+    CHECK(hash128::of("").hex() == "6c62272e07bb014262b821756295c58d");
+    CHECK(hash128::of("a").hex() == "d228cb696f1a8caf78912b704e4a8964");
+    CHECK(hash128::of("foobar").hex() == "343e1662793c64bf6f0d3597ba446f18");
+}
+
+TEST_CASE("a hash of parts tells where one ends") {
+    CHECK(hash128().add("ab").add("c") == hash128().add("ab").add("c"));
+    CHECK(hash128().add("ab").add("c") != hash128().add("a").add("bc"));
+    CHECK(hash128().add("ab") != hash128().add("ab").add(""));
+    CHECK(hash128().add(std::string_view("a\0b", 3)) != hash128().add("a"));
+    CHECK(hash128().add("x").hex().size() == 32);
+}
+
+TEST_CASE("a kernel comes back as it was stored") {
+    const scratch_folder scratch;
+    const fs::path folder = scratch.path / "deep" / "limax";
+    kernel_cache cache(folder.string());
+    CHECK_FALSE(cache.load(key));
+    CHECK_FALSE(fs::exists(folder));  // looking makes nothing
+    cache.store(key, some_bytes());
+    REQUIRE(cache.load(key));
+    CHECK(*cache.load(key) == some_bytes());
+    CHECK(*kernel_cache(folder.string()).load(key) == some_bytes());
+    CHECK_FALSE(cache.load(hash128().add("another kernel")));
+    // nothing of the writing stays
+    CHECK(only_file_of(folder).filename() == key.hex() + ".kernel");
+    cache.store(key, "again");
+    CHECK(*cache.load(key) == "again");
+    CHECK(cache.take_notes().empty());
+}
+
+TEST_CASE("a damaged file is found, removed, told once and made again") {
+    const scratch_folder scratch;
+    kernel_cache first(scratch.path.string());
+    first.store(key, some_bytes());
+    const fs::path path = only_file_of(scratch.path);
+    const std::string whole = read(path);
+    REQUIRE(whole.size() == some_bytes().size() + 32);
+
+    const auto check_damage = [&](const std::string& content, const char* reason) {
+        CAPTURE(reason);
+        kernel_cache cache(scratch.path.string());
+        write(path, content);
+        CHECK_FALSE(cache.load(key));
+        CHECK_FALSE(fs::exists(path));
+        const std::vector<std::string> notes = cache.take_notes();
+        REQUIRE(notes.size() == 1);
+        CHECK(notes[0].find(path.string() + " is damaged (" + reason + ")") != std::string::npos);
+        // the same trouble again is no news
+        write(path, content);
+        CHECK_FALSE(cache.load(key));
+        CHECK(cache.take_notes().empty());
+        cache.store(key, some_bytes());
+        CHECK(*cache.load(key) == some_bytes());
+        CHECK(cache.take_notes().empty());
+    };
+    const auto flipped = [&](std::size_t at) {
+        std::string content = whole;
+        content[at] = char(content[at] ^ 1);
+        return content;
+    };
+    for (const std::size_t at : {0, 7})
+        check_damage(flipped(at), "it does not begin as one of limax");
+    for (const std::size_t at : {8, 15}) check_damage(flipped(at), "its length is wrong");
+    for (const std::size_t at : {16, 31, 32, 500, 1031})
+        check_damage(flipped(at), "its checksum is wrong");
+    for (const std::size_t length : {0, 1, 31})
+        check_damage(whole.substr(0, length), "it is too short");
+    for (const std::size_t length : {32, 33, 1031})
+        check_damage(whole.substr(0, length), "its length is wrong");
+    check_damage(whole + "x", "its length is wrong");
+
+    // a whole file under another's name
+    const hash128 other = hash128().add("another kernel");
+    fs::copy_file(path, scratch.path / (other.hex() + ".kernel"));
+    CHECK_FALSE(first.load(other));
+    CHECK(*first.load(key) == some_bytes());
+}
+
+TEST_CASE("a folder that cannot be written is ignored and told once") {
+    // below a file there is no folder, whoever asks
+    const scratch_folder scratch;
+    write(scratch.path / "file", "");
+    const std::string folder = (scratch.path / "file" / "limax").string();
+    kernel_cache cache(folder);
+    cache.store(key, some_bytes());
+    cache.store(key, some_bytes());
+    CHECK_FALSE(cache.load(key));
+    const std::vector<std::string> notes = cache.take_notes();
+    REQUIRE(notes.size() == 1);
+    CHECK(notes[0].find(folder + " cannot be written: ") != std::string::npos);
+    CHECK(cache.take_notes().empty());
+
+    // a folder where the file should be: the writing ends, and what it began is gone
+    kernel_cache blocked((scratch.path / "cache").string());
+    fs::create_directories(scratch.path / "cache" / (key.hex() + ".kernel") / "inside");
+    blocked.store(key, some_bytes());
+    CHECK(blocked.take_notes().size() == 1);
+    CHECK(only_file_of(scratch.path / "cache").filename() == key.hex() + ".kernel");
+    CHECK_FALSE(blocked.load(key));
+    const std::vector<std::string> more = blocked.take_notes();
+    REQUIRE(more.size() == 1);
+    CHECK(more[0].find("(it cannot be read)") != std::string::npos);
+
+    kernel_cache nowhere("");
+    nowhere.store(key, some_bytes());
+    CHECK_FALSE(nowhere.load(key));
+    CHECK(nowhere.take_notes().size() == 1);
+}
+
+TEST_CASE("the user's folder follows XDG_CACHE_HOME, then HOME") {
+    const limax::test::environment_variable cache("XDG_CACHE_HOME"), home("HOME");
+    cache.set("/somewhere");
+    home.set("/home/of/somebody");
+    CHECK(kernel_cache::users_folder() == "/somewhere/limax");
+    for (const char* unusable : {"", "relative/path"}) {
+        cache.set(unusable);
+        CHECK(kernel_cache::users_folder() == "/home/of/somebody/.cache/limax");
+    }
+    cache.unset();
+    CHECK(kernel_cache::users_folder() == "/home/of/somebody/.cache/limax");
+    home.unset();
+    CHECK(kernel_cache::users_folder() == "");
+}
+
+TEST_CASE("writers and readers at once see whole files only") {
+    const scratch_folder scratch;
+    constexpr int rounds = 50;
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    threads.reserve(4);
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            // a cache of its own, as another process has
+            kernel_cache cache(scratch.path.string());
+            const std::string bytes(20000, char('a' + t));
+            for (int i = 0; i < rounds; ++i) {
+                cache.store(key, bytes);
+                const auto found = cache.load(key);
+                if (!found || found->size() != bytes.size() ||
+                    found->find_first_not_of((*found)[0]) != std::string::npos)
+                    ++wrong;
+            }
+            if (!cache.take_notes().empty()) ++wrong;
+        });
+    for (std::thread& thread : threads) thread.join();
+    CHECK(wrong == 0);
+    CHECK(only_file_of(scratch.path).filename() == key.hex() + ".kernel");
+}

@@ -1,0 +1,275 @@
+// cuda_driver_test.cpp: what is said where there is no driver that could be used, and, with a fake
+// one (fake/driver.cpp), that every owner gives back what it took and every refusal has its text.
+#include <doctest/doctest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "backend/cuda/driver/memory.h"
+#include "environment.h"
+#include "failure.h"
+#include "fake/machine.h"
+
+namespace fs = std::filesystem;
+using namespace limax::cuda;
+using limax::test::failure;
+using limax::test::fake_machine;
+
+namespace {
+
+limax::test::fake_driver started_with(const char* failing, CUresult result) {
+    limax::test::fake_driver fake;
+    fake.failing = failing;
+    fake.result = result;
+    return fake;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("this machine's driver is there, or says why not") {
+    std::string why;
+    const driver* here = driver::get(&why);
+    if (here) {
+        CHECK(why.empty());
+        CHECK_FALSE(here->gpus().empty());
+        CHECK(here->version() >= oldest_driver);
+    } else {
+        MESSAGE("no CUDA: ", why);
+        CHECK_FALSE(why.empty());
+        CHECK(why.back() != '.');
+    }
+    CHECK(driver::get(nullptr) == here);
+}
+
+TEST_CASE("nothing of CUDA is linked") {
+    std::FILE* pipe =
+        popen(("readelf -d " + fs::read_symlink("/proc/self/exe").string()).c_str(), "r");
+    REQUIRE(pipe);
+    std::string needs;
+    char piece[4096];
+    for (std::size_t n; (n = std::fread(piece, 1, sizeof piece, pipe)) > 0;) needs.append(piece, n);
+    CHECK(pclose(pipe) == 0);
+    CHECK(contains(needs, "[libc.so.6]"));
+    for (const char* library : {"libcuda", "libnvrtc", "libcudart"})
+        CHECK_FALSE(contains(needs, library));
+}
+
+TEST_CASE("a library that is no driver is refused with the reason") {
+    std::string why;
+    CHECK_FALSE(driver::open("liblimax-has-no-such-library.so.1", &why));
+    CHECK(contains(why, "no NVIDIA driver: liblimax-has-no-such-library.so.1: "));
+    CHECK_FALSE(driver::open("libm.so.6", &why));
+    CHECK(why == "libm.so.6 does not tell its version: it is no NVIDIA driver");
+}
+
+TEST_CASE("a driver that cannot work says what to do") {
+    limax::test::fake_driver old;
+    old.version = 11080;
+    CHECK(fake_machine(old).why ==
+          "the NVIDIA driver is for CUDA 11.8; CUDA 12.0 or newer is needed: update it");
+    limax::test::fake_driver empty;
+    empty.gpus = 0;
+    CHECK(contains(fake_machine(empty).why, "the NVIDIA driver shows no GPU: see which GPUs"));
+    const fake_machine mismatch(started_with("cuInit", CUDA_ERROR_SYSTEM_DRIVER_MISMATCH));
+    CHECK_FALSE(mismatch.api);
+    CHECK(
+        contains(mismatch.why,
+                 "the NVIDIA driver does not start: CUDA_ERROR_803 (as the fake driver was told): "
+                 "the driver's library and its kernel module differ"));
+    const fake_machine hidden(started_with("cuInit", CUDA_ERROR_NO_DEVICE));
+    CHECK(contains(hidden.why, "CUDA_VISIBLE_DEVICES"));
+    const fake_machine broken(started_with("cuDeviceGetAttribute", CUDA_ERROR_UNKNOWN));
+    CHECK(contains(broken.why, "cuDeviceGetAttribute failed while asking what GPU 0 is"));
+}
+
+TEST_CASE("a driver's GPUs are told") {
+    limax::test::fake_driver two;
+    two.gpus = 2;
+    const fake_machine machine(two);
+    REQUIRE(machine.api);
+    REQUIRE(machine.api->gpus().size() == 2);
+    const gpu& g = machine.api->gpus()[1];
+    CHECK(g.ordinal == 1);
+    CHECK(g.name == "Fake GPU");
+    CHECK(g.uuid == "GPU-00112233-4455-6677-8899-aabbccddeeff");
+    CHECK(g.capability == 90);
+    CHECK(g.multiprocessors == 132);
+    CHECK(g.memory == 1000000);
+}
+
+TEST_CASE("GPUs that are too old are left out, and are none where there is no other") {
+    limax::test::fake_driver old;
+    old.capability = 61;
+    const fake_machine pascal(old);
+    CHECK_FALSE(pascal.api);  // so that `auto` takes the CPU
+    CHECK(pascal.why == "GPU 0 (Fake GPU) has compute capability 6.1; 7.5 or newer is needed");
+
+    limax::test::fake_driver mixed;
+    mixed.gpus = 3;
+    mixed.capability_of_last = 61;
+    const fake_machine machine(mixed);
+    REQUIRE(machine.api);
+    REQUIRE(machine.api->gpus().size() == 2);
+    CHECK(machine.api->gpus()[1].ordinal == 1);
+    REQUIRE(machine.api->old_gpus().size() == 1);
+    CHECK(machine.api->old_gpus()[0].ordinal == 2);
+    CHECK(failure(LIMAX_NO_DEVICE, [&] { context(*machine.api, 2); }) ==
+          "device 'cuda': GPU 2 was asked for; it is none of the 2 that can be used");
+    CHECK(machine.fake->contexts == 0);
+}
+
+TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
+    const fake_machine machine;
+    {
+        const context gpu(*machine.api, 0);
+        const stream queue(gpu);
+        pinned<double> host(gpu, 100, "some numbers");
+        for (std::size_t i = 0; i < 100; ++i) host[i] = double(i);
+        device_memory<double> a(gpu, 100, "some numbers"), b(gpu, 100, "the same");
+        CHECK(gpu.bytes_held() == 1600);
+        CHECK(gpu_bytes_held() == 1600);
+        CHECK(gpu.free_memory() == 1000000 - 1600);
+        a.upload(host.data(), 100, queue);
+        b.clear(queue);
+        b.copy(a, 10, queue, 50, 20);  // elements 20 to 29 as 50 to 59
+        double back[30];
+        b.download(back, 30, queue, 40);
+        queue.synchronize("testing");
+        for (int i = 0; i < 30; ++i) CHECK(back[i] == (i >= 10 && i < 20 ? i + 10 : 0));
+        device_memory<double> moved = std::move(a);
+        CHECK(moved.size() == 100);
+        a = device_memory<double>(gpu, 3, "a few more");
+        CHECK(a.size() == 3);
+        CHECK(gpu.bytes_held() == 1624);
+        CHECK_NOTHROW(device_memory<float>(gpu, 0, "nothing").clear(queue));
+        CHECK(contains(failure(LIMAX_INTERNAL, [&] { moved.upload(host.data(), 51, queue, 50); }),
+                       "a copy of 408 bytes at 400 leaves a block of 800"));
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("a context is current only where it works") {
+    const fake_machine machine;
+    {
+        const context gpu(*machine.api, 0);
+        CUcontext current = nullptr;
+        {
+            const auto here = gpu.current();
+            const auto again = gpu.current();
+            machine.api->ctx_get_current(&current);
+            CHECK(current != nullptr);
+        }
+        machine.api->ctx_get_current(&current);
+        CHECK(current == nullptr);
+        // what one thread takes, another may give back
+        device_memory<int> memory;
+        std::thread([&] { memory = device_memory<int>(gpu, 10, "numbers"); }).join();
+        CHECK(gpu.bytes_held() == 40);
+        event start(gpu), end(gpu);
+        const stream queue(gpu);
+        start.record(queue);
+        end.record(queue);
+        CHECK(end.seconds_since(start) == doctest::Approx(1.5));
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("memory that is not there is refused by size, and nothing is lost") {
+    const fake_machine machine;
+    {
+        const context gpu(*machine.api, 0);
+        const device_memory<char> most(gpu, 900000, "most of it");
+        try {
+            const device_memory<double> more(gpu, 50000, "the springs of 7 robots");
+            FAIL("it was given");
+        } catch (const cuda_error& problem) {
+            CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
+            CHECK(problem.result() == CUDA_ERROR_OUT_OF_MEMORY);
+            CHECK_FALSE(sticky(problem.result()));
+            CHECK(
+                std::string(problem.what()) ==
+                "CUDA: out of memory: the springs of 7 robots: 0.0004 GB were needed; GPU 0 (Fake "
+                "GPU) has 0.001 GB, of which 0.0001 GB are free");
+        }
+        CHECK(gpu.bytes_held() == 900000);
+        machine.fail_next("cuMemAllocHost", CUDA_ERROR_OUT_OF_MEMORY);
+        CHECK(contains(
+            failure(LIMAX_OUT_OF_MEMORY, [&] { pinned<char>(gpu, 1000000, "the outcomes"); }),
+            "the outcomes: 0.001 GB of this machine's memory"));
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("LIMAX_CUDA_MEMORY is the most that is taken of a GPU") {
+    const limax::test::environment_variable limit("LIMAX_CUDA_MEMORY");
+    const fake_machine machine;
+    limit.set("0.0001");
+    {
+        const context gpu(*machine.api, 0);
+        device_memory<char> most(gpu, 90000, "most of it");
+        CHECK(
+            failure(LIMAX_OUT_OF_MEMORY,
+                    [&] { device_memory<char>(gpu, 10001, "the springs of 7 robots"); }) ==
+            "CUDA: out of memory: the springs of 7 robots: 1e-05 GB were needed; "
+            "LIMAX_CUDA_MEMORY allows 0.0001 GB of GPU 0 (Fake GPU), of which 9e-05 GB are taken");
+        CHECK_NOTHROW(device_memory<char>(gpu, 10000, "the rest"));
+        most = {};
+        CHECK_NOTHROW(device_memory<char>(gpu, 100000, "all of it"));
+    }
+    // an unset one, and one of nothing, is no limit
+    limit.set("");
+    CHECK_NOTHROW(device_memory<char>(context(*machine.api, 0), 900000, "most of it"));
+    for (const char* wrong : {"5GB", "0", "-1", "nan", "much", " "}) {
+        CAPTURE(wrong);
+        limit.set(wrong);
+        CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { context(*machine.api, 0); }) ==
+              "LIMAX_CUDA_MEMORY is '" + std::string(wrong) +
+                  "'; it must be a number of GB above 0");
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
+    const fake_machine machine;
+    {
+        const context gpu(*machine.api, 0);
+        const stream queue(gpu);
+        machine.fail_next("cuStreamSynchronize", CUDA_ERROR_ILLEGAL_ADDRESS);
+        const std::string text = failure(
+            LIMAX_INTERNAL, [&] { queue.synchronize("simulating 3 robots (gravity, ground)"); });
+        CHECK(contains(text,
+                       "CUDA: cuStreamSynchronize failed while simulating 3 robots (gravity, "
+                       "ground): CUDA_ERROR_700 (as the fake driver was told). This is a defect"));
+        CHECK(contains(text, "compute-sanitizer"));
+        CHECK(contains(text, ". Only a new process can use this GPU again"));
+        machine.fail_next("cuStreamSynchronize", CUDA_ERROR_NOT_PERMITTED);
+        CHECK_FALSE(contains(failure(LIMAX_NO_DEVICE, [&] { queue.synchronize("waiting"); }),
+                             "new process"));
+        machine.fail_next("cuStreamSynchronize", CUDA_ERROR_LAUNCH_TIMEOUT);
+        CHECK(
+            contains(failure(LIMAX_NO_DEVICE, [&] { queue.synchronize("waiting"); }), "watchdog"));
+        machine.fail_next("cuStreamSynchronize", CUDA_ERROR_ECC_UNCORRECTABLE);
+        CHECK(contains(failure(LIMAX_NO_DEVICE, [&] { queue.synchronize("waiting"); }), "ECC"));
+        // what a destructor is refused is not raised
+        machine.fail_next("cuEventDestroy", CUDA_ERROR_ILLEGAL_ADDRESS);
+        { const event lost(gpu); }
+        machine.fake->events = 0;
+    }
+    machine.check_given_back();
+}
+
+TEST_CASE("errors that a context does not survive are known") {
+    for (const CUresult result :
+         {CUDA_ERROR_ILLEGAL_ADDRESS, CUDA_ERROR_LAUNCH_FAILED, CUDA_ERROR_LAUNCH_TIMEOUT,
+          CUDA_ERROR_MISALIGNED_ADDRESS, CUDA_ERROR_ECC_UNCORRECTABLE, CUDA_ERROR_ASSERT})
+        CHECK(sticky(result));
+    for (const CUresult result :
+         {CUDA_SUCCESS, CUDA_ERROR_OUT_OF_MEMORY, CUDA_ERROR_NOT_READY, CUDA_ERROR_INVALID_VALUE,
+          CUDA_ERROR_LAUNCH_OUT_OF_RESOURCES, CUDA_ERROR_NO_BINARY_FOR_GPU})
+        CHECK_FALSE(sticky(result));
+}

@@ -1,0 +1,326 @@
+// cuda_kernel_test.cpp: kernels on their way from text to binary: compiled, cached, built with
+// limax. No GPU is needed.
+#include <doctest/doctest.h>
+#include <elf.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "backend/cuda/driver/embedded.h"
+#include "backend/cuda/driver/kernel.h"
+#include "cuda_compiler.h"
+#include "environment.h"
+#include "failure.h"
+
+namespace fs = std::filesystem;
+using namespace limax::cuda;
+using limax::test::failure;
+using limax::test::found_compiler;
+
+namespace {
+
+// A kernel of a few instructions, and one whose rounding tells whether options arrive.
+const std::string small_text =
+    "#include \"scale.h\"\n"
+    "extern \"C\" __global__ void small(float* x) { x[threadIdx.x] *= SCALE; }\n"
+    "extern \"C\" __global__ void large(float* x) {\n"
+    "    float y = x[threadIdx.x];\n"
+    "#pragma unroll\n"
+    "    for (int i = 0; i < 100; ++i) y = y * y + x[i];\n"
+    "    x[threadIdx.x] = y;\n"
+    "}\n";
+const std::vector<header> small_headers = {{"scale.h", "#define SCALE 3.0f\n"}};
+
+// A set of the tree's that needs no define and holds no kernel.
+const kernel_set plain_set{"cells", {}};
+
+std::string compiled(const compiler& nvrtc, const std::string& architecture) {
+    std::string log;
+    return nvrtc.compile(small_text, small_headers, architecture, kernel_options(), &log);
+}
+
+// How often `part` comes in a text.
+int count(const std::string& text, const std::string& part) {
+    int found = 0;
+    for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+        ++found;
+    return found;
+}
+
+struct scratch_cache {
+    scratch_cache() {
+        std::string pattern = (fs::temp_directory_path() / "limax-kernels-XXXXXX").string();
+        folder = mkdtemp(pattern.data());
+    }
+    ~scratch_cache() { fs::remove_all(folder); }
+    std::string folder;
+};
+
+}  // namespace
+
+TEST_CASE("a set is a text, a title, and equal to its own kind") {
+    const kernel_set set{"step", {{"LIMAX_NX", "5"}, {"LIMAX_EFFECTS", "63"}}};
+    CHECK(set.text() ==
+          "#define LIMAX_EFFECTS 63\n#define LIMAX_NX 5\n"
+          "#include \"backend/cuda/kernels/step.h\"\n");
+    CHECK(set.title() == "step LIMAX_EFFECTS=63 LIMAX_NX=5");
+    CHECK(kernel_set::of_title("step LIMAX_NX=5 LIMAX_EFFECTS=63") == set);
+    CHECK(kernel_set::of_title("step LIMAX_NX=5") != set);
+    CHECK(kernel_set::of_title("step LIMAX_EMPTY=").defines.at("LIMAX_EMPTY").empty());
+    CHECK(kernel_set::of_title("step").defines.empty());
+}
+
+TEST_CASE("every embedded text is the file's, and includes embedded texts alone") {
+    std::set<std::string> names;
+    for (const header& h : kernel_headers()) CHECK(names.insert(h.name).second);
+    CHECK(names.count("base/portable.h") == 1);
+    CHECK(names.count("physics/effects/all.h") == 1);
+    CHECK(names.count("backend/cuda/kernels/step.h") == 1);
+    for (const header& h : kernel_headers()) {
+        CAPTURE(h.name);
+        std::ifstream file(std::string(LIMAX_SOURCE_DIR "/engine/") + h.name);
+        const bool same = std::string(std::istreambuf_iterator<char>(file), {}) == h.text;
+        CHECK(same);
+        const std::string text = h.text, mark = "#include \"";
+        for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos;) {
+            at += mark.size();
+            CHECK(names.count(text.substr(at, text.find('"', at) - at)) == 1);
+        }
+    }
+}
+
+TEST_CASE("NVRTC compiles for several GPUs, and instructions are counted") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    for (const char* architecture : {"sm_75", "sm_80", "sm_90"}) {
+        CAPTURE(architecture);
+        const std::string binary = compiled(*nvrtc, architecture);
+        const std::size_t small = instruction_count(binary, "small"),
+                          large = instruction_count(binary, "large");
+        CHECK(small > 3);
+        CHECK(small < 40);
+        // a product, a sum and a load in each of 100 rounds, not contracted
+        CHECK(large > 300);
+        CHECK(large < 500);
+        CHECK(instruction_count(binary, "absent") == 0);
+        CHECK(instruction_count(binary, "") == 0);
+        CHECK(compiled(*nvrtc, architecture) == binary);
+    }
+}
+
+TEST_CASE("PTX is text, and keeps product and sum apart") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    const std::string ptx = compiled(*nvrtc, "compute_90");
+    CHECK(ptx.find(".target sm_90") != std::string::npos);
+    CHECK(ptx.find('\0') == std::string::npos);
+    CHECK(count(ptx, "fma.rn.f32") == 0);
+    CHECK(count(ptx, "mul.rn.f32") == 101);
+    CHECK(count(ptx, "add.rn.f32") == 100);
+    CHECK(instruction_count(ptx, "small") == 0);
+    // without the options the compiler contracts: the count above can tell
+    const std::string free_ptx =
+        nvrtc->compile(small_text, small_headers, "compute_90", {}, nullptr);
+    CHECK(count(free_ptx, "fma.rn.f32") == 100);
+}
+
+TEST_CASE("a text that does not compile is refused with the compiler's log") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    const std::string text = failure(LIMAX_INTERNAL, [&] {
+        nvrtc->compile("__global__ void broken() { no_such_thing(); }\n", {}, "sm_90",
+                       kernel_options(), nullptr);
+    });
+    CHECK(text.find("does not compile for sm_90 with NVRTC " + nvrtc->version()) !=
+          std::string::npos);
+    CHECK(text.find("identifier \"no_such_thing\" is undefined") != std::string::npos);
+    CHECK(failure(LIMAX_INTERNAL, [&] {
+              nvrtc->compile("", {}, "sm_1", kernel_options(), nullptr);
+          }).find("sm_1") != std::string::npos);
+    std::string log = "before";
+    nvrtc->compile("extern \"C\" __global__ void k() {}\n", {}, "sm_90", kernel_options(), &log);
+    CHECK(log.empty());
+
+    scratch_cache scratch;
+    kernel_cache cache(scratch.folder);
+    CHECK(failure(LIMAX_INTERNAL, [&] {
+              make_binary({"no_such_entry", {{"A", "1"}}}, 90, {}, cache);
+          }).find("kernel 'no_such_entry A=1': a kernel does not compile") == 0);
+}
+
+TEST_CASE("the architecture for a GPU is its own, its major version's, or PTX") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    const std::vector<int>& known = nvrtc->capabilities();
+    REQUIRE(std::count(known.begin(), known.end(), 90) == 1);
+    CHECK(std::is_sorted(known.begin(), known.end()));
+    CHECK(nvrtc->architecture_for(75) == "sm_75");
+    CHECK(nvrtc->architecture_for(90) == "sm_90");
+    CHECK(nvrtc->architecture_for(94) == "sm_90");
+    CHECK(nvrtc->architecture_for(9990) == limax::format("compute_%d", known.back()));
+    CHECK(nvrtc->architecture_for(20) == "");
+}
+
+TEST_CASE("bytes that are no binary have no instructions") {
+    CHECK(instruction_count("", "small") == 0);
+    CHECK(instruction_count("\x7f"
+                            "ELF",
+                            "small") == 0);
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    const std::string binary = compiled(*nvrtc, "sm_90");
+    const std::size_t right = instruction_count(binary, "large");
+    std::size_t cut = 0;
+    for (std::size_t length = 0; length < binary.size(); ++length)
+        cut += instruction_count(binary.substr(0, length), "large") <= right;
+    CHECK(cut == binary.size());
+    // whatever the head and the tables say, nothing outside is read
+    Elf64_Ehdr head;
+    std::memcpy(&head, binary.data(), sizeof head);
+    const std::size_t regions[3][2] = {
+        {0, sizeof head}, {head.e_shoff, binary.size()}, {0, binary.size()}};
+    std::mt19937_64 random(1);
+    for (int round = 0; round < 20000; ++round) {
+        std::string damaged = binary;
+        for (int i = 0; i < 4; ++i) {
+            const auto& [first, end] = regions[random() % 3];
+            damaged[first + random() % (end - first)] = char(random());
+        }
+        if (instruction_count(damaged, "large") > binary.size() / 16) FAIL("counted outside");
+    }
+}
+
+TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled again") {
+    if (!found_compiler()) return;
+    const scratch_cache scratch;
+    std::size_t notes = 0;
+    const auto make = [&](const allowed_origins& allowed, int capability = 90) {
+        kernel_cache cache(scratch.folder);
+        auto binary = make_binary(plain_set, capability, allowed, cache);
+        CHECK(binary->set == plain_set);
+        CHECK(binary->bytes.size() > 100);
+        CHECK(binary->seconds > 0);
+        notes = cache.take_notes().size();
+        return binary;
+    };
+    const auto files = [&] { return std::distance(fs::directory_iterator(scratch.folder), {}); };
+    CHECK(failure(LIMAX_NO_DEVICE,
+                  [&] {
+                      make({true, true, false});
+                  })
+              .find("'cells' was not built with limax, and it cannot be compiled: it is not in the "
+                    "cache, and LIMAX_KERNELS forbids to compile it. Let LIMAX_KERNELS name "
+                    "'compiled' too, or use device 'cpu'") != std::string::npos);
+    const auto first = make({false, false, true});
+    CHECK(first->origin == kernel_origin::compiled);
+    CHECK(first->architecture == "sm_90");
+    CHECK(files() == 0);
+    CHECK(make({})->origin == kernel_origin::compiled);
+    CHECK(files() == 1);
+    const auto second = make({true, true, false});
+    CHECK(second->origin == kernel_origin::cached);
+    CHECK(second->bytes == first->bytes);
+    // another GPU is another kernel
+    CHECK(make({}, 80)->architecture == "sm_80");
+    CHECK(files() == 2);
+    CHECK(notes == 0);
+
+    for (const auto& entry : fs::directory_iterator(scratch.folder))
+        fs::resize_file(entry.path(), 50);
+    const auto again = make({});
+    CHECK(notes == 1);
+    CHECK(again->origin == kernel_origin::compiled);
+    CHECK(again->bytes == first->bytes);
+    CHECK(make({})->origin == kernel_origin::cached);
+    CHECK(notes == 0);
+}
+
+TEST_CASE("the process keeps a kernel that it made, also for threads at once") {
+    if (!found_compiler()) return;
+    std::vector<std::shared_ptr<const kernel_binary>> made(4);
+    std::vector<std::thread> threads;
+    threads.reserve(made.size());
+    for (auto& slot : made)
+        threads.emplace_back([&] { slot = binary_of(plain_set, 90, {false, false, true}); });
+    for (std::thread& thread : threads) thread.join();
+    REQUIRE(made[0]);
+    for (const auto& other : made) CHECK(other == made[0]);
+    CHECK(binary_of(plain_set, 80, {false, false, true}) != made[0]);
+    // what failed is tried again
+    for (int i = 0; i < 2; ++i)
+        CHECK(failure(LIMAX_INTERNAL, [&] {
+                  binary_of({"no_such_entry", {}}, 90, {false, false, true});
+              }).find("no_such_entry") != std::string::npos);
+}
+
+TEST_CASE("kernels built with limax are found for every GPU that they run on") {
+    scratch_cache scratch;
+    kernel_cache cache(scratch.folder);
+    REQUIRE_FALSE(ahead_of_time_sets().empty());
+    for (const kernel_set& set : ahead_of_time_sets()) {
+        CAPTURE(set.title());
+        int machine_code = 0, ptx = 0;
+        for (const embedded_binary& b : embedded_binaries()) {
+            if (!(kernel_set::of_title(b.set) == set)) continue;
+            CAPTURE(b.architecture);
+            const bool is_ptx = std::string(b.architecture).rfind("compute_", 0) == 0;
+            ++(is_ptx ? ptx : machine_code);
+            const int capability = std::atoi(std::strchr(b.architecture, '_') + 1);
+            const auto found =
+                make_binary(set, is_ptx ? 9990 : capability, {true, false, false}, cache);
+            CHECK(found->origin == kernel_origin::ahead_of_time);
+            CHECK(found->architecture == b.architecture);
+            CHECK(found->bytes == b.bytes);
+            CHECK(b.bytes.substr(0, 4) == (is_ptx ? "//\n/"
+                                                  : "\x7f"
+                                                    "ELF"));
+        }
+        CHECK(machine_code >= 1);
+        CHECK(ptx == 1);
+        CHECK(failure(LIMAX_NO_DEVICE, [&] {
+                  make_binary(set, 70, {true, false, false}, cache);
+              }).find("no kernel for compute capability 7.0") != std::string::npos);
+    }
+    CHECK(fs::is_empty(scratch.folder));
+}
+
+TEST_CASE("nvcc was given the text that NVRTC would be given") {
+    const auto lines = [](const std::string& text) {
+        std::istringstream in(text);
+        std::multiset<std::string> all;
+        for (std::string line; std::getline(in, line);) all.insert(line);
+        return all;
+    };
+    std::multiset<std::multiset<std::string>> sources, sets;
+    for (const auto& entry : fs::directory_iterator(LIMAX_KERNEL_FOLDER)) {
+        if (entry.path().extension() != ".cu" || entry.path().stem() == "trial") continue;
+        std::ifstream file(entry.path());
+        sources.insert(lines({std::istreambuf_iterator<char>(file), {}}));
+    }
+    for (const kernel_set& set : ahead_of_time_sets()) sets.insert(lines(set.text()));
+    for (const auto& set : sets) CHECK(sources.count(set) >= 1);
+}
+
+TEST_CASE("LIMAX_KERNELS says where kernels may come from") {
+    const limax::test::environment_variable variable("LIMAX_KERNELS");
+    const auto origins = [&](const char* list) {
+        variable.set(list);
+        const allowed_origins found = origins_of_environment();
+        return 100 * found.ahead_of_time + 10 * found.cached + found.compiled;
+    };
+    CHECK(origins("") == 111);
+    CHECK(origins("compiled") == 1);
+    CHECK(origins("cached,compiled") == 11);
+    CHECK(origins("ahead-of-time") == 100);
+    CHECK(failure(LIMAX_INVALID_ARGUMENT, [&] { origins("compiled,nvcc"); }) ==
+          "LIMAX_KERNELS names 'nvcc'; it is a list of ahead-of-time, cached and compiled, with "
+          "commas between");
+}

@@ -1,0 +1,319 @@
+// cuda_population_test.cpp: what happens to genomes and bodies on a GPU: its kernels compile for
+// every architecture; where there is a GPU, everything comes out with the bits of the CPU.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backend/cuda/driver/kernel.h"
+#include "limax.h"
+#include "robots.h"
+
+using namespace limax::cuda;
+
+namespace {
+
+struct free_handle {
+    void operator()(limax_device* it) const { limax_device_free(it); }
+    void operator()(limax_materials* it) const { limax_materials_free(it); }
+    void operator()(limax_encoding* it) const { limax_encoding_free(it); }
+    void operator()(limax_population* it) const { limax_population_free(it); }
+    void operator()(limax_scene* it) const { limax_scene_free(it); }
+    void operator()(limax_simulation* it) const { limax_simulation_free(it); }
+};
+template <class T>
+using handle = std::unique_ptr<T, free_handle>;
+
+void require_done(limax_status status) {
+    if (status != LIMAX_OK) FAIL(limax_error_text());
+}
+// The handle that `create` writes to its last argument.
+template <class T, class... Given, class... Passed>
+handle<T> made(limax_status (*create)(Given...), Passed... arguments) {
+    T* it = nullptr;
+    require_done(create(arguments..., &it));
+    return handle<T>(it);
+}
+
+// Null, with the reason said, where there is no GPU.
+handle<limax_device> found_gpu() {
+    limax_device* gpu = nullptr;
+    if (limax_device_create("cuda", 0, nullptr, &gpu) != LIMAX_OK)
+        MESSAGE("skipped: ", std::string(limax_error_text()));
+    return handle<limax_device>(gpu);
+}
+
+struct parity_case {
+    const char* name;
+    int32_t lattice[3];
+    int32_t features;
+    std::vector<int32_t> hidden;
+    int32_t count;
+    bool require_muscle;
+    int32_t materials = 5;
+};
+
+limax_encoding_options options_of(const parity_case& given) {
+    limax_encoding_options options{};
+    std::copy_n(given.lattice, 3, options.lattice);
+    options.features = given.features;
+    options.sigma = 1;
+    options.hidden_count = int32_t(given.hidden.size());
+    std::copy(given.hidden.begin(), given.hidden.end(), options.hidden);
+    options.materials = given.materials;
+    options.initial_scale = 2;
+    options.seed = 0x123456789abcdef;
+    options.repetition = 3;
+    return options;
+}
+
+// One population on the CPU and one that lives on the GPU.
+struct pair_of_populations {
+    explicit pair_of_populations(const parity_case& given, const limax_encoding* code)
+        : count(given.count) {
+        for (auto* each : {&cpu, &gpu})
+            *each = made<limax_population>(limax_population_create, given.lattice, count, code);
+        genes = limax_encoding_genes(code);
+        voxels = given.lattice[0] * given.lattice[1] * given.lattice[2];
+    }
+    void check_genomes() const {
+        std::vector<float> a(std::size_t(genes) * count), b(a.size());
+        require_done(limax_population_read_genomes(cpu.get(), 0, count, a.data()));
+        require_done(limax_population_read_genomes(gpu.get(), 0, count, b.data()));
+        CHECK(std::memcmp(a.data(), b.data(), sizeof(float) * a.size()) == 0);
+    }
+    void check_descriptions() const {
+        for (int32_t i = 0; i < count; ++i) {
+            CAPTURE(i);
+            const limax_body &a = limax_population_bodies(cpu.get())[i],
+                             &b = limax_population_bodies(gpu.get())[i];
+            REQUIRE(a.status == b.status);
+            REQUIRE(a.voxels == b.voxels);
+            REQUIRE(a.masses == b.masses);
+            REQUIRE(a.springs == b.springs);
+            REQUIRE(a.hash == b.hash);
+            REQUIRE(std::memcmp(&a, &b, sizeof a) == 0);
+        }
+    }
+    void check_bodies() const {
+        const std::size_t all = std::size_t(voxels) * count;
+        CHECK(std::memcmp(limax_population_voxels(cpu.get()), limax_population_voxels(gpu.get()),
+                          all) == 0);
+        CHECK(std::memcmp(limax_population_weights(cpu.get()), limax_population_weights(gpu.get()),
+                          3 * sizeof(float) * all) == 0);
+    }
+    void check_diversity(const std::vector<int32_t>& robots) const {
+        limax_diversity a, b;
+        require_done(
+            limax_population_diversity(cpu.get(), robots.data(), int32_t(robots.size()), &a));
+        require_done(
+            limax_population_diversity(gpu.get(), robots.data(), int32_t(robots.size()), &b));
+        CHECK(limax::test::same_diversity(a, b));
+    }
+
+    handle<limax_population> cpu, gpu;
+    int32_t count, genes = 0, voxels = 0;
+};
+
+handle<limax_materials> paper_table() {
+    return made<limax_materials>(limax_materials_load, LIMAX_SOURCE_DIR "/materials/paper.json");
+}
+
+// Genomes that random ones never are: no number at all, in some genes, infinite; constant bodies.
+void poison(limax_population* robots, int32_t genes, int32_t count, int32_t outputs) {
+    float* genome = limax_population_genomes(robots);
+    const auto of = [&](int32_t robot) { return genome + int64_t(robot) * genes; };
+    if (count < 8) return;
+    for (int32_t gene = 0; gene < genes; ++gene) of(1)[gene] = std::nanf("");
+    for (int32_t gene = 0; gene < genes; gene += 3) of(2)[gene] = -std::nanf("0x1234");
+    of(3)[genes / 2] = INFINITY;
+    of(4)[0] = -INFINITY;
+    std::fill_n(of(5), genes, 0.0f);  // empty
+    std::fill_n(of(6), genes, 0.0f);
+    of(6)[genes - outputs + 4] = 1;  // all bone
+    std::fill_n(of(7), genes, 0.0f);
+    of(7)[genes - outputs + 1] = 1e-42f;  // all muscle, by a subnormal
+}
+
+}  // namespace
+
+TEST_CASE("the kernels between two simulations compile for every architecture") {
+    std::string why;
+    if (!compiler::get(&why)) {
+        MESSAGE("skipped: ", why);
+        return;
+    }
+    kernel_cache none{""};
+    const std::vector<std::pair<std::string, std::vector<std::string>>> entries = {
+        {"breed", {"limax_initialize", "limax_breed"}},
+        {"express", {"limax_express", "limax_express_wide"}},
+        {"describe", {"limax_describe", "limax_describe_large"}},
+        {"diversity", {"limax_genotype", "limax_hamming"}}};
+    for (const int capability : {75, 80, 90})
+        for (const auto& listed : entries) {
+            const std::string& entry = listed.first;
+            CAPTURE(capability);
+            CAPTURE(entry);
+            const auto binary = make_binary({entry, {}}, capability, {false, false, true}, none);
+            CHECK(binary->log.empty());
+            for (const std::string& function : listed.second) {
+                CAPTURE(function);
+                const std::size_t instructions = instruction_count(binary->bytes, function);
+                CHECK(instructions > 50);
+                CHECK(instructions < 4000);
+            }
+        }
+}
+
+TEST_CASE("generations on the GPU have the bits of the CPU's") {
+    const handle<limax_device> gpu = found_gpu();
+    if (!gpu) return;
+    const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);
+    const handle<limax_materials> materials = paper_table();
+    const parity_case cases[] = {
+        {"one voxel, no hidden layer", {1, 1, 1}, 3, {}, 12, false},
+        {"5x5x5, the defaults", {5, 5, 5}, 16, {32, 32}, 200, true},
+        {"5x5x5, one hidden layer", {5, 5, 5}, 7, {13}, 33, false},
+        {"7x3x2, wide", {7, 3, 2}, 5, {100}, 20, true},
+        {"2x9x4, wider than a block's memory", {2, 9, 4}, 4, {200, 300}, 9, false},
+        {"20x20x20", {20, 20, 20}, 4, {12}, 9, true},
+        {"a long row", {1, 1, 700}, 6, {9, 8, 7}, 10, false},
+    };
+    for (const parity_case& given : cases) {
+        CAPTURE(given.name);
+        const limax_encoding_options options = options_of(given);
+        const auto code = made<limax_encoding>(limax_encoding_create, &options);
+        const pair_of_populations one(given, code.get()), other(given, code.get());
+        const int32_t count = given.count;
+        std::vector<int32_t> everyone = limax::test::everyone(count), half;
+        for (int32_t i = count - 1; i >= count / 2; --i) half.push_back(i);
+
+        for (limax_population* robots : {one.cpu.get(), one.gpu.get()}) {
+            require_done(limax_population_initialize(robots, 0, count));
+            poison(robots, one.genes, count, given.materials + 3);
+        }
+        const pair_of_populations *now = &one, *next = &other;
+        for (uint32_t generation = 1; generation <= 3; ++generation) {
+            CAPTURE(generation);
+            // in two ranges the second time
+            const int32_t cut = generation == 2 ? count / 3 : 0;
+            for (const auto& [robots, device] :
+                 {std::pair{now->cpu.get(), cpu.get()}, std::pair{now->gpu.get(), gpu.get()}}) {
+                require_done(limax_population_express(robots, materials.get(), given.require_muscle,
+                                                      device, 0, cut));
+                require_done(limax_population_express(robots, materials.get(), given.require_muscle,
+                                                      device, cut, count - cut));
+            }
+            now->check_descriptions();
+            now->check_diversity(everyone);
+            now->check_diversity(half);
+
+            const std::vector<int32_t> pairs = limax::test::some_pairs(count, count);
+            limax_breeding breeding = limax::test::some_breeding();
+            breeding.seed = 99;
+            breeding.generation = generation;
+            for (const int32_t first : {0, cut}) {
+                const int32_t many = first < cut ? cut : count - first;
+                require_done(limax_population_breed(next->cpu.get(), now->cpu.get(), pairs.data(),
+                                                    &breeding, cpu.get(), first, many));
+                require_done(limax_population_breed(next->gpu.get(), now->gpu.get(), pairs.data(),
+                                                    &breeding, gpu.get(), first, many));
+            }
+            next->check_genomes();
+            // views last: from here on the host's arrays count, and are sent again
+            if (generation != 2) now->check_bodies();
+            now->check_diversity(half);
+            std::swap(now, next);
+        }
+        // first genomes of some robots, drawn where the population lives
+        for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
+            require_done(limax_population_initialize(robots, 1, (count + 1) / 2 - 1));
+        now->check_genomes();
+        // and back to the CPU
+        require_done(
+            limax_population_express(now->cpu.get(), materials.get(), 0, cpu.get(), 0, count));
+        require_done(
+            limax_population_express(now->gpu.get(), materials.get(), 0, cpu.get(), 0, count));
+        now->check_descriptions();
+        now->check_bodies();
+    }
+}
+
+TEST_CASE("bodies of many components: mazes, dust and twins keep what the CPU keeps") {
+    const handle<limax_device> gpu = found_gpu();
+    if (!gpu) return;
+    const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);
+    const handle<limax_materials> materials = paper_table();
+    // many high frequencies make bodies of many pieces
+    for (const parity_case& given : {parity_case{"small", {6, 6, 6}, 24, {}, 60, false, 5},
+                                     parity_case{"twins", {9, 1, 1}, 12, {}, 200, false, 5},
+                                     parity_case{"large", {40, 30, 20}, 16, {}, 3, false, 5}}) {
+        CAPTURE(given.name);
+        limax_encoding_options options = options_of(given);
+        options.sigma = 20;
+        const auto code = made<limax_encoding>(limax_encoding_create, &options);
+        const pair_of_populations robots(given, code.get());
+        for (limax_population* each : {robots.cpu.get(), robots.gpu.get()})
+            require_done(limax_population_initialize(each, 0, given.count));
+        require_done(limax_population_express(robots.cpu.get(), materials.get(), 0, cpu.get(), 0,
+                                              given.count));
+        require_done(limax_population_express(robots.gpu.get(), materials.get(), 0, gpu.get(), 0,
+                                              given.count));
+        robots.check_descriptions();
+        robots.check_bodies();
+    }
+}
+
+TEST_CASE(
+    "a simulation of bodies that live on the GPU is that of bodies sent there, and keeps them") {
+    const handle<limax_device> gpu = found_gpu();
+    if (!gpu) return;
+    const handle<limax_materials> materials = paper_table();
+    const parity_case given{"4x3x3", {4, 3, 3}, 8, {16}, 6, false};
+    const limax_encoding_options options = options_of(given);
+    const auto code = made<limax_encoding>(limax_encoding_create, &options);
+    const auto land = made<limax_scene>(limax_scene_create);
+    for (const char* effect : {"gravity", "ground", "actuation"})
+        require_done(limax_scene_add(land.get(), effect));
+    limax_simulation_options how;
+    limax_simulation_defaults(&how);
+    how.duration = 0.05;
+
+    std::vector<limax_outcome> outcomes[2];
+    for (const bool sent : {false, true}) {
+        const auto robots =
+            made<limax_population>(limax_population_create, given.lattice, given.count, code.get());
+        require_done(limax_population_initialize(robots.get(), 0, given.count));
+        require_done(
+            limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0, given.count));
+        if (sent) REQUIRE(limax_population_voxels(robots.get()) != nullptr);
+        const auto run =
+            made<limax_simulation>(limax_simulation_create, robots.get(), materials.get(),
+                                   land.get(), &how, nullptr, gpu.get());
+        // the population goes on before the first step, and ends
+        require_done(limax_population_initialize(robots.get(), 2, 3));
+        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 2, 3));
+        std::fill_n(limax_population_genomes(robots.get()), limax_encoding_genes(code.get()), 0.0f);
+        require_done(
+            limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0, given.count));
+        limax_progress progress{};
+        while (!progress.finished)
+            require_done(limax_simulation_advance(run.get(), 1, 0, &progress));
+        const limax_outcome* all = limax_simulation_outcomes(run.get());
+        outcomes[sent].assign(all, all + given.count);
+    }
+    int valid = 0;
+    for (int32_t i = 0; i < given.count; ++i) {
+        const limax_outcome &here = outcomes[0][i], &there = outcomes[1][i];
+        CAPTURE(i);
+        CHECK(here.status == there.status);
+        CHECK(here.masses == there.masses);
+        CHECK(here.step == there.step);
+        for (int axis = 0; axis < 3; ++axis) CHECK(here.center_end[axis] == there.center_end[axis]);
+        valid += here.status == LIMAX_ROBOT_DONE;
+    }
+    CHECK(valid > 1);
+}

@@ -1,0 +1,382 @@
+// cuda_sets_test.cpp: the kernels that scenes ask for: that the ones built with limax are among
+// them, that they spill little on every architecture, and that neither where a kernel came from nor
+// an effect that never acts changes a bit. The last two need a GPU.
+#include "cuda_sets.h"
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+
+#include "backend/cuda/run/device.h"
+
+using namespace limax;
+using namespace limax::test;
+using cuda::compiler;
+using cuda::kernel_set;
+
+namespace {
+
+constexpr lattice cube{5, 5, 5};
+constexpr cuda::kernel_form every_form[] = {cuda::kernel_form::many, cuda::kernel_form::alone,
+                                            cuda::kernel_form::any_lattice};
+
+int number_in(const kernel_set& set, const char* define) {
+    const auto found = set.defines.find(define);
+    CAPTURE(set.title());
+    REQUIRE(found != set.defines.end());
+    return std::atoi(found->second.c_str());
+}
+
+bool steps_robots(const kernel_set& set) { return set.entry == "step" || set.entry == "grid"; }
+bool for_any_lattice(const kernel_set& set) {
+    return steps_robots(set) && set.defines.count("LIMAX_NX") == 0;
+}
+// The setup that a set for stepping robots was made for, or on `other` if it serves any lattice.
+simulation_setup setup_behind(const kernel_set& set, const lattice& other = {4, 3, 6}) {
+    const lattice grid = for_any_lattice(set)
+                             ? other
+                             : lattice{number_in(set, "LIMAX_NX"), number_in(set, "LIMAX_NY"),
+                                       number_in(set, "LIMAX_NZ")};
+    return setup_of(unsigned(number_in(set, "LIMAX_EFFECTS")), number_in(set, "LIMAX_PRECISION"),
+                    number_in(set, "LIMAX_LEAPFROG") ? LIMAX_LEAPFROG : LIMAX_SYMPLECTIC_EULER,
+                    grid);
+}
+
+// Bytes that the threads of a set's kernel spill, each on its own.
+int spilled(const compiler& nvrtc, const kernel_set& set, const std::string& architecture) {
+    std::string log;
+    compiled(nvrtc, set, architecture, {"--ptxas-options=-v"}, &log);
+    const std::string after = " bytes spill stores";
+    const std::size_t end = log.find(after);
+    CAPTURE(log);
+    REQUIRE(log.find("Compiling entry function 'limax_advance'") < end);
+    REQUIRE(end != std::string::npos);
+    // one function alone, and so one figure
+    REQUIRE(log.find(after, end + 1) == std::string::npos);
+    return std::atoi(log.c_str() + log.find_last_not_of("0123456789", end - 1) + 1);
+}
+constexpr int most_spilled = 64;
+
+void check_spills(const compiler& nvrtc, const kernel_set& set, const std::string& architecture) {
+    CAPTURE(architecture);
+    CAPTURE(set.title());
+    CHECK(spilled(nvrtc, set, architecture) <= most_spilled);
+}
+void check_spills(asking_machine& machine, const compiler& nvrtc, int precision, int integrator,
+                  const lattice& grid, const std::string& architecture) {
+    check_spills(nvrtc, machine.step_of(setup_of(walking_effects, precision, integrator, grid)),
+                 architecture);
+}
+
+// ---- on a GPU ----
+
+// Null where there is none, and then says so.
+std::unique_ptr<device> found_gpu() {
+    const std::string why = cuda::why_no_cuda_device();
+    if (why.empty()) return cuda::make_cuda_device(1, "");
+    MESSAGE("skipped: ", why);
+    return nullptr;
+}
+
+// Bodies of all materials that fall, land and walk, at a step that no effect's bound changes.
+stage walking(const simulation_setup& like) {
+    stage bodies(like.grid, 5);
+    bodies.randomize(3);
+    bodies.setup.scene = like.scene;
+    limax_simulation_options& options = bodies.setup.options;
+    options.precision = like.options.precision;
+    options.integrator = like.options.integrator;
+    options.time_step = 1e-4;
+    options.duration = 0.2;
+    options.position[2] = 0.01;
+    return bodies;
+}
+
+struct ended {
+    std::vector<snapshot> states;  // [robot]
+    std::string kernel;            // what the simulation says of it
+};
+
+ended run_on(device& gpu, const stage& bodies) {
+    const auto simulation = gpu.simulate(checked_setup(bodies));
+    stage::finish(*simulation);
+    ended result;
+    for (int robot = 0; robot < bodies.setup.count; ++robot) {
+        REQUIRE(simulation->outcomes()[robot].status == LIMAX_ROBOT_DONE);
+        result.states.push_back(state_of(*simulation, robot));
+    }
+    result.kernel = simulation->describe();
+    return result;
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+    return a.size() == b.size() && !a.empty() &&
+           std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+void check_same_bits(const ended& a, const ended& b) {
+    REQUIRE(a.states.size() == b.states.size());
+    for (std::size_t robot = 0; robot < a.states.size(); ++robot) {
+        CAPTURE(robot);
+        CHECK(same_bits(a.states[robot].positions, b.states[robot].positions));
+        CHECK(same_bits(a.states[robot].velocities, b.states[robot].velocities));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("every kernel for steps that is built with limax is the one that its scene asks for") {
+    asking_machine machine;
+    int steps = 0;
+    for (const kernel_set& set : cuda::ahead_of_time_sets()) {
+        if (!steps_robots(set)) continue;
+        ++steps;
+        // what the line of ahead_of_time.txt may say after its name
+        std::string wanted;
+        bool found = false;
+        for (const cuda::kernel_form form : every_form) {
+            const kernel_set asked = machine.step_of(setup_behind(set), form);
+            found |= asked == set;
+            wanted += "\n" + asked.title();
+        }
+        CAPTURE(set.title());
+        CAPTURE(wanted);
+        CHECK(found);
+    }
+    CHECK(steps > 0);
+}
+
+TEST_CASE("without a compiler every lattice of the common scenes has a kernel") {
+    asking_machine machine;
+    for (const lattice& grid : {lattice{1, 1, 1}, lattice{3, 7, 2}, lattice{60, 50, 50}})
+        for (const int precision : every_precision) {
+            const kernel_set set =
+                machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, grid),
+                                cuda::kernel_form::any_lattice);
+            CAPTURE(set.title());
+            CHECK(for_any_lattice(set));
+            const auto& sets = cuda::ahead_of_time_sets();
+            CHECK(std::count(sets.begin(), sets.end(), set) == 1);
+        }
+}
+
+TEST_CASE("the common scenes run without a compiler") {
+    const auto built = [](const kernel_set& set) {
+        const auto& sets = cuda::ahead_of_time_sets();
+        CAPTURE(set.title());
+        CHECK(std::count(sets.begin(), sets.end(), set) == 1);
+    };
+    asking_machine machine;
+    const unsigned springs_and_gravity =
+        effects::bit<effects::springs> | effects::bit<effects::gravity>;
+    for (const cuda::kernel_form form : every_form) {
+        for (const int precision : every_precision)
+            built(
+                machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, cube), form));
+        for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED})
+            built(machine.step_of(
+                setup_of(walking_effects, precision, LIMAX_SYMPLECTIC_EULER, cube), form));
+    }
+    built(machine.step_of(setup_of(springs_and_gravity, LIMAX_SINGLE, LIMAX_LEAPFROG, cube)));
+    // what prepares and measures the robots of a scene, and what population and comparison take
+    for (const kernel_set& set : cuda::ahead_of_time_sets()) {
+        if (!steps_robots(set)) continue;
+        std::map<std::string, std::string> of_scene;
+        for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
+            of_scene[name] = set.defines.at(name);
+        built({"prepare", of_scene});
+        built({"measure", of_scene});
+    }
+    for (const char* entry : {"express", "describe", "breed", "diversity"}) built({entry, {}});
+}
+
+TEST_CASE("a scene that no kernel serves is named") {
+    const fake_machine machine;
+    cuda::gpu_team team(*machine.api);
+    const cuda::context& gpu = team.places().front()->gpu;
+    cuda::kernel_library none(gpu, {false, false, false});
+    const simulation_setup setup =
+        setup_of(effects::bit<effects::springs> | effects::bit<effects::wind>, LIMAX_MIXED,
+                 LIMAX_LEAPFROG, {4, 3, 6});
+    const std::string text =
+        failure(LIMAX_NO_DEVICE, [&] { cuda::load_scene(setup, 1, team, gpu, none); });
+    const std::string begin =
+        "springs, wind on 4x3x6 voxels in mixed: device 'cuda': no kernel "
+        "for compute capability 9.0: 'step LIMAX_";
+    CHECK(text.substr(0, begin.size()) == begin);
+    CHECK(text.find("Let LIMAX_KERNELS name 'compiled' too, or use device 'cpu'") !=
+          std::string::npos);
+}
+
+TEST_CASE("scripted effects are text of the kernels that step robots, and compile there") {
+    asking_machine machine;
+    for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
+        simulation_setup setup = setup_of(walking_effects, precision, LIMAX_LEAPFROG, {5, 5, 5});
+        CHECK(machine.step_of(setup).defines.count("LIMAX_SCRIPTED") == 0);
+        const double bound[2] = {20, 0};
+        setup.scene.add_script("pull", "f = k * (vec(0, 0, sin(t)) - x) - exp(-m) * v;",
+                               {{"k", 1, {3, 0, 0}}}, bound);
+        for (const cuda::kernel_form form :
+             {cuda::kernel_form::many, cuda::kernel_form::any_lattice}) {
+            const kernel_set set = machine.step_of(setup, form);
+            CHECK(set.defines.count("LIMAX_SCRIPTED") == 1);
+            const compiler* nvrtc = found_compiler();
+            if (nvrtc) CHECK(!compiled(*nvrtc, set, "sm_90").empty());
+        }
+    }
+}
+
+TEST_CASE("a block changes neither the path of a lattice nor how it lies there") {
+    asking_machine machine;
+    for (const lattice& grid : {lattice{1, 1, 1}, cube, lattice{8, 8, 8}, lattice{10, 10, 10},
+                                lattice{40, 15, 1}, lattice{60, 50, 50}})
+        for (const int precision : every_precision)
+            for (const cuda::kernel_form form : every_form) {
+                const auto asked = [&](unsigned mask) {
+                    return machine.step_of(setup_of(mask, precision, LIMAX_LEAPFROG, grid), form);
+                };
+                const kernel_set without = asked(walking_effects);
+                kernel_set with = asked(walking_effects | effects::bit<effects::block>);
+                CAPTURE(with.title());
+                CHECK(with.defines.at("LIMAX_EFFECTS") != without.defines.at("LIMAX_EFFECTS"));
+                with.defines["LIMAX_EFFECTS"] = without.defines.at("LIMAX_EFFECTS");
+                CHECK(with == without);
+            }
+}
+
+TEST_CASE("the kernels of the common lattices spill little") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    // on the oldest GPU, whose blocks have the least memory, those of both paths
+    asking_machine oldest(75);
+    for (const int n : {5, 10})
+        check_spills(oldest, *nvrtc, LIMAX_COMPENSATED, LIMAX_LEAPFROG, {n, n, n},
+                     nvrtc->architecture_for(75));
+    for (const kernel_set& set : cuda::ahead_of_time_sets())
+        if (steps_robots(set) && number_in(set, "LIMAX_LEAPFROG"))
+            check_spills(*nvrtc, set, "sm_90");
+}
+
+TEST_CASE(
+    "every effect at once, and several times, compiles on both paths and in what serves them") {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    asking_machine machine;
+    for (const int precision : every_precision)
+        for (const lattice& grid : {cube, lattice{60, 50, 50}}) {
+            simulation_setup setup = setup_of(every_effect, precision, LIMAX_LEAPFROG, grid);
+            for (const char* more : {"planes", "spheres", "boxes", "boxes"}) setup.scene.add(more);
+            const kernel_set set = machine.step_of(setup);
+            CAPTURE(set.title());
+            CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
+            CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
+                  cuda::instances_code(setup.scene));
+            std::string log;
+            CHECK(!compiled(*nvrtc, set, "sm_90", {}, &log).empty());
+            CHECK(log == "");
+            if (grid.nx != 5) continue;
+            for (const char* entry : {"prepare", "measure"}) {
+                kernel_set serving{entry, {}};
+                for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
+                    serving.defines[name] = set.defines.at(name);
+                CHECK(!compiled(*nvrtc, serving, "sm_90", {}, &log).empty());
+                CHECK(log == "");
+            }
+        }
+}
+
+TEST_SUITE_BEGIN("full");
+
+TEST_CASE("the kernels of all lattices, precisions and integrators spill little" *
+          doctest::skip(skips_long_tests())) {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    asking_machine machine;
+    for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 10, 20, 50})
+        for (const int precision : every_precision)
+            for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG})
+                check_spills(machine, *nvrtc, precision, integrator, {n, n, n}, "sm_90");
+}
+
+TEST_CASE("the kernels of two lattices spill little on every architecture" *
+          doctest::skip(skips_long_tests())) {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    for (const int capability : {75, 80, 90}) {
+        asking_machine machine(capability);
+        // in 10x10x10 voxels robots are on the grid path where there are no clusters
+        for (const int n : {5, 10})
+            for (const int precision : every_precision)
+                for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG})
+                    check_spills(machine, *nvrtc, precision, integrator, {n, n, n},
+                                 nvrtc->architecture_for(capability));
+    }
+}
+
+TEST_CASE("every effect at once compiles for every architecture, precision and integrator" *
+          doctest::skip(skips_long_tests())) {
+    const compiler* nvrtc = found_compiler();
+    if (!nvrtc) return;
+    for (const int capability : {75, 80, 90}) {
+        asking_machine machine(capability);
+        const std::string architecture = nvrtc->architecture_for(capability);
+        for (const int precision : every_precision)
+            for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+                const kernel_set set =
+                    machine.step_of(setup_of(every_effect, precision, integrator, cube));
+                CAPTURE(architecture);
+                CAPTURE(set.title());
+                std::string log;
+                CHECK(!compiled(*nvrtc, set, architecture, {}, &log).empty());
+                CHECK(log == "");
+            }
+    }
+}
+
+TEST_SUITE_END();
+
+TEST_CASE("a kernel built with limax and the same compiled here give the same bits") {
+    if (!found_gpu() || !found_compiler()) return;
+    const environment_variable origins("LIMAX_KERNELS");
+    for (const kernel_set& set : cuda::ahead_of_time_sets()) {
+        if (!steps_robots(set)) continue;
+        CAPTURE(set.title());
+        const stage bodies = walking(setup_behind(set));
+        const auto run_from = [&](const char* origin) {
+            origins.set(origin);
+            return run_on(*found_gpu(), bodies);
+        };
+        const ended built = run_from("ahead-of-time"), compiled_here = run_from("compiled");
+        CHECK(built.kernel.find("\"origin\":\"ahead of time\"") != std::string::npos);
+        CHECK(compiled_here.kernel.find("\"origin\":\"compiled\"") != std::string::npos);
+        check_same_bits(built, compiled_here);
+        // the comparison can tell two bodies apart
+        CHECK_FALSE(same_bits(built.states[0].positions, built.states[1].positions));
+    }
+}
+
+TEST_CASE("an effect that never acts changes no bit") {
+    const auto gpu = found_gpu();
+    if (!gpu) return;
+    for (const int precision : every_precision)
+        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
+            CAPTURE(precision);
+            CAPTURE(integrator);
+            // ground lies far below, and gravity may pull with nothing
+            const auto run = [&](const std::vector<std::string>& names, bool weight) {
+                stage bodies = walking(setup_of(0, precision, integrator, {4, 3, 5}));
+                bodies.effects(names);
+                const auto has = [&](const char* name) {
+                    return std::count(names.begin(), names.end(), name) > 0;
+                };
+                if (has("ground")) bodies.set("ground", "height", {-1000});
+                if (has("gravity") && !weight) bodies.set("gravity", "acceleration", {0, 0, 0});
+                return run_on(*gpu, bodies);
+            };
+            const ended muscles = run({"damping", "actuation"}, false),
+                        falling = run({"damping", "actuation", "gravity"}, true);
+            check_same_bits(muscles, run({"damping", "actuation", "gravity"}, false));
+            check_same_bits(falling,
+                            run({"damping", "actuation", "gravity", "ground", "friction"}, true));
+            CHECK_FALSE(same_bits(muscles.states[0].positions, falling.states[0].positions));
+        }
+}

@@ -1,0 +1,173 @@
+--- user_call.lua: functions of the user's own that supervise a run: one that throws, loops or
+--- returns nonsense costs a generation's change, and never the run.
+
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local limax = require "limax"
+local process = require "support.process"
+local user_call = require "limax.base.user_call"
+
+local suite = require("limax.test").suite "user call"
+
+local function hot()
+  local sum = 0
+  for i = 1, 1e5 do sum = sum + i % 7 end
+  return sum
+end
+
+-- Compiled before the call, and called for ever in it.
+local function for_ever()
+  while true do hot() end
+end
+
+-- Loops that a limit must end, with and without a pcall around.
+local ENDLESS = {
+  ["a plain loop"] = function() while true do end end,
+  ["a loop that is compiled"] = for_ever,
+  ["a loop that catches"] = function()
+    while true do pcall(function() while true do end end) end
+  end,
+  ["a recursion that catches"] = function()
+    local function f()
+      pcall(f)
+      return f()
+    end
+    return f()
+  end,
+  ["a coroutine that catches"] = function()
+    local made = coroutine.wrap(function()
+      while true do pcall(for_ever) end
+    end)
+    while true do pcall(made) end
+  end,
+  ["a message handler that loops"] = function()
+    xpcall(function() error "first" end, for_ever)
+  end,
+  ["a sort without end"] = function()
+    local list = {}
+    for i = 1, 100 do list[i] = i end
+    while true do table.sort(list, function(a, b) return a > b end) end
+  end,
+}
+
+suite:test("what does not come back is stopped, compiled or not", { limit = 300 }, function(t)
+  for _ = 1, 100 do hot() end
+  for name, call in pairs(ENDLESS) do
+    local recursion = name:find "recursion"
+    -- a recursion has an end of its own, which comes before this one's
+    local began, seconds = host.clock(), recursion and 60 or 0.2
+    local ok, message = failure.attempt_within(seconds, call)
+    t:equal(ok, false)
+    local expected = recursion and "stack overflow: its recursion has no end"
+      or "it did not come back within 0.2 s"
+    t:ok(tostring(message):find(expected, 1, true), name .. ": " .. tostring(message))
+    t:ok(host.clock() - began < seconds + process.LATE, name)
+    t:ok(jit.status(), "the compiler is on again")
+    t:equal(debug.gethook(), nil)
+    t:ok(hot() > 0)
+  end
+end)
+
+suite:test("what gathers memory for ever is stopped too", { limit = 900 }, function(t)
+  local ok, message = failure.attempt_within(600, function()
+    local list = {}
+    for i = 1, 1e9 do list[i] = ("x"):rep(1e5) .. i end
+    return list
+  end)
+  t:ok(not ok and message:find("it took more than 1024 MB", 1, true), tostring(message))
+  collectgarbage()
+  t:ok(collectgarbage "count" < 5e5)
+end)
+
+suite:test("one within another keeps the outer limit", { limit = 30 }, function(t)
+  local ok, message = failure.attempt_within(0.2, function()
+    t:equal({ failure.attempt_within(60, function(a) return a, 2 end, 1) }, { true, 1, 2 })
+    local fine, inner = failure.attempt_within(60, function() error("inner", 0) end)
+    t:equal({ fine, inner }, { false, "inner" })
+    failure.attempt_within(60, function() while true do pcall(for_ever) end end)
+  end)
+  t:equal(ok, false)
+  t:ok(message:find("it did not come back within 0.2 s", 1, true), message)
+end)
+
+suite:test("results, errors and their places come through", function(t)
+  t:equal({ user_call.attempt(function(...) return select("#", ...), ... end, 1, nil, 3) },
+    { true, 3, 1, nil, 3 })
+  local ok, message, trace = user_call.attempt(function() error "mine" end)
+  t:equal(ok, false)
+  t:ok(message:find("user_call.lua:%d+: mine"), message)
+  t:ok(trace:find("user_call.lua", 1, true), trace)
+  local thrown = {}
+  ok, message = user_call.attempt(function() error(thrown) end)
+  t:ok(not ok and message == thrown)
+  ok, message = user_call.attempt(function() coroutine.yield() end)
+  t:ok(not ok and message:find "yield", message)
+  t:equal(debug.gethook(), nil)
+  t:ok(jit.status())
+end)
+
+-- What a supervisor returned or did, as the ledger and the run see it.
+local function supervised(supervisor)
+  local said = {}
+  local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
+    population = 4, generations = 3, repetitions = 1, supervisor = supervisor,
+    simulation = { duration = 0.06, settle = 0, accuracy = "preview" } },
+    { device = "cpu", say = function(text) said[#said + 1] = text end })
+  run:finish()
+  return run.history, table.concat(said, "\n")
+end
+
+suite:test("a supervisor that fails costs the change, and says so once", { limit = 60 },
+  function(t)
+    local usual = user_call.SECONDS
+    local cases = {
+      ["no idea"] = function() error "no idea" end,
+      ["did not come back within 0.2 s"] = function() while true do pcall(error) end end,
+      ["the supervisor returned 7, expected a table"] = function() return 7 end,
+      ["attempt to index"] = function(history) return history[99].best end,
+      ["stack overflow"] = function()
+        local function f() return 1 + f() end
+        return f()
+      end,
+    }
+    local ok, trouble = pcall(function()
+      for expected, supervisor in pairs(cases) do
+        -- only what loops needs to be stopped
+        user_call.SECONDS = expected:find("0.2 s", 1, true) and 0.2 or usual
+        local history, said = supervised(supervisor)
+        t:equal(#history, 3)
+        t:equal(history[3].parameters, history[1].parameters)
+        local reason = history[2].ledger.reason
+        t:ok(reason:find(expected, 1, true), reason)
+        t:ok(said:find(expected, 1, true), said)
+      end
+    end)
+    user_call.SECONDS = usual
+    if not ok then error(trouble, 0) end
+    local history = supervised(function()
+      return { mutation_rate = 0 / 0, materials = 3, [print] = 1, crossover_rate = { 1 },
+        mutation_scale = 0.12 }
+    end)
+    t:equal(history[2].parameters.mutation_scale, 0.12)
+    t:equal(history[2].parameters.mutation_rate, 0.1)
+  end)
+
+suite:test("Ctrl-C ends a supervisor that loops", { limit = 120 }, function(t)
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/loop.lua", [[
+local limax = require "limax"
+return limax.experiment { fitness = "distance", lattice = { 2, 2, 2 }, population = 4,
+  generations = 3, repetitions = 1, simulation = { duration = 0.06, settle = 0 },
+  supervisor = function()
+    io.stderr:write "ready\n"
+    while true do pcall(function() while true do end end) end
+  end }
+]]))
+  local child = process.start(folder, { "run", "loop.lua", "--out", "r", "-q", "--device", "cpu" })
+  child:wait_for "ready"
+  child:signal "INT"
+  local status, output, seconds = child:finish()
+  t:equal(status, 130)
+  t:ok(output:find("continue with: ", 1, true), output)
+  t:ok(seconds < process.LATE)
+end)

@@ -1,0 +1,137 @@
+--- picture.lua: `limax picture`: what is drawn by pixels and as SVG, of which size, from where, and
+--- what is refused.
+
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local limax = require "limax"
+local pixels = require "limax.draw.picture.pixels"
+local process = require "support.process"
+local source = require "limax.base.source"
+local view = require "limax.draw.picture.view"
+
+local suite = require("limax.test").suite "picture"
+
+-- A robot file that walks for half a second.
+local function robot_file(base)
+  local path = base .. "/walker.json"
+  limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate { scene = limax.scenes.land(),
+    duration = 0.5, settle = 0.1, record = { center_of_mass = 50 }, accuracy = "preview" }
+    :save(path)
+  return path
+end
+
+local function picture(t, base, words, status)
+  local done = process.ends(base, { "picture", unpack(words) })
+  t:ok(done.status == (status or 0), done.stderr)
+  return done
+end
+
+-- Width and height of a PNG, from its header.
+local function png_size(bytes)
+  local function number(at)
+    local a, b, c, d = bytes:byte(at, at + 3)
+    return ((a * 256 + b) * 256 + c) * 256 + d
+  end
+  return number(17), number(21)
+end
+
+suite:test("polygons cover what they cover, and mix with what is there", function(t)
+  local canvas = pixels.new(3, 2)
+  -- the left pixel whole, the next one by a third, nothing of the last
+  canvas:polygon({ { 0, 0 }, { 4 / 3, 0 }, { 4 / 3, 1 }, { 0, 1 } }, "#ff0000")
+  local bytes = canvas:finish()
+  t:equal({ bytes:byte(1, 12) }, { 255, 0, 0, 255, 255, 0, 0, 85, 0, 0, 0, 0 })
+  canvas = pixels.new(1, 1, "#0000ff")
+  canvas:polygon({ { 0, 0 }, { 1, 0 }, { 1, 1 }, { 0, 1 } }, "#ff0000", 0.5)
+  t:equal({ canvas:finish():byte(1, 4) }, { 128, 0, 128, 255 })
+  canvas = pixels.new(2, 1)
+  canvas:clip(1, 0, 2, 1)
+  canvas:polygon({ { 0, 0 }, { 2, 0 }, { 2, 1 }, { 0, 1 } }, "#ffffff")
+  t:equal({ canvas:finish():byte(1, 8) }, { 0, 0, 0, 0, 255, 255, 255, 255 })
+end)
+
+suite:test("points along the sight fall on each other", function(t)
+  for _, name in ipairs(view.names) do
+    local each = view.of[name]
+    local x, y = each.project { 0.3, -0.2, 0.7 }
+    local p, q = each.project { 0.3 + each.sight[1], -0.2 + each.sight[2], 0.7 + each.sight[3] }
+    t:near(x, p, { atol = 1e-12 })
+    t:near(y, q, { atol = 1e-12 })
+    local right, up = each.project { 1, 0, 0 }
+    t:near(math.sqrt(right ^ 2 + up ^ 2), each.short, { rtol = 1e-12 })
+  end
+end)
+
+suite:test("stills and strips have the size, the times and the dots that were asked for",
+  { limit = 20 }, function(t)
+    local base = t:folder()
+    local file = robot_file(base)
+    for _, from in ipairs(view.names) do
+      picture(t, base, { file, "--out", from .. ".png", "--view", from, "--times", "0,0.2,0.5",
+        "--width", "300", "--dpi", "300" })
+      local bytes = source.read(("%s/%s.png"):format(base, from))
+      local width, height = png_size(bytes)
+      t:ok(width == 300 and height > 40 and height < 200, ("%d x %d"):format(width, height))
+      -- 300 per inch are 11811 = 0x2e23 per metre
+      t:ok(bytes:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
+      picture(t, base, { file, "--out", from .. ".svg", "--view", from, "--times", "0,0.2,0.5" })
+      local svg = source.read(("%s/%s.svg"):format(base, from))
+      for _, text in ipairs { "0.00 s", "0.20 s", "0.50 s", " m</text>" } do
+        t:ok(svg:find(text, 1, true), text)
+      end
+      t:ok(svg:find('fill="#ffffff"/>', 1, true))
+    end
+    local side, top = source.read(base .. "/side.png"), source.read(base .. "/top.png")
+    t:ok(side ~= top)
+    picture(t, base, { file, "--out", "clear.svg", "--transparent" })
+    local clear = source.read(base .. "/clear.svg")
+    t:ok(not clear:find('<rect width="%d+" height="%d+" fill="#ffffff"/>'))
+    t:equal(select(2, clear:gsub(" s</text>", "")), 6)
+  end)
+
+suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(t)
+  local base = t:folder()
+  local file = robot_file(base)
+  picture(t, base, { file, "--out", "walk.gif", "--width", "120" })
+  local bytes = source.read(base .. "/walk.gif")
+  t:equal(bytes:sub(1, 6), "GIF89a")
+  -- a graphic control extension before each frame, which is shown for 4 hundredths
+  t:equal(select(2, bytes:gsub("\33\249\4.\4%z", "")), 13)
+  picture(t, base, { file, "--out", "part.gif", "--width", "120", "--times", "0.1,0.3" })
+  t:equal(select(2, source.read(base .. "/part.gif"):gsub("\33\249\4.\4%z", "")), 6)
+  picture(t, base, { file, "--out", "back.gif", "--width", "120", "--times", "0.3,0.1" })
+  t:ok(source.read(base .. "/back.gif") == source.read(base .. "/part.gif"), "in any order")
+  if os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
+    picture(t, base, { file, "--out", "walk.mp4" }, 1)
+    t:skip "there is no ffmpeg here, which writes .mp4"
+  end
+  picture(t, base, { file, "--out", "walk.mp4", "--width", "120" })
+  t:equal(source.read(base .. "/walk.mp4"):sub(5, 8), "ftyp")
+  t:ok(not host.file.exists(base .. "/walk.mp4.part.mp4"))
+end)
+
+suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 20 }, function(t)
+  local base = t:folder()
+  limax.start(evolution.small {}, { out = base .. "/r", say = evolution.silent }):finish()
+  local done = picture(t, base, { "r", "--out", "r.png", "--times", "0" })
+  t:ok(done.stdout:find("r01/champions/g0002.json", 1, true), done.stdout)
+  t:equal((png_size(source.read(base .. "/r.png"))), 800)
+  local file, tall = robot_file(base), base .. "/tall.json"
+  limax.robot { voxels = "e" .. ("\n\nb"):rep(5) }:simulate { scene = limax.scenes.land(),
+    duration = 0.1 }:save(tall)
+  for words, text in pairs {
+    [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .gif or .mp4",
+    [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
+    [{ file, "--out", "x.png", "--view", "back" }] = "side, top, iso",
+    [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png notes it",
+    [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: a video has a ground",
+    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side get 15 px each",
+    [{ tall, "--out", "x.png", "--width", "5000", "--times", "0" }] = "is more than 20 million",
+    [{ "none.json", "--out", "x.png" }] = "none.json is no robot file and no run folder",
+  } do
+    done = picture(t, base, words, 2)
+    t:ok(done.stderr:find(text, 1, true), done.stderr)
+  end
+end)
+
+return suite

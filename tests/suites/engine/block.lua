@@ -1,0 +1,101 @@
+--- block.lua: the rigid block as scripts see it: what is asked of it, recorded, drawn and refused.
+--- SI units.
+
+local engine = require "limax.engine"
+local limax = require "limax"
+
+local suite = require("limax.test").suite "block"
+
+local VOXELS = "bbb\nbbb\n\nbbb\nbbb" -- 3 x 2 x 2 voxels of bone
+
+-- A body thrown at a block on the ground.
+local function thrown(record, block, options, device)
+  block = block or {}
+  block.position, block.size = block.position or { 0.32, -0.05, 0 }, { 0.3, 0.3, 0.2 }
+  local settings = { record = record, velocity = { 3, 0, 0 }, duration = 1, settle = 0,
+    device = device or "cpu",
+    scene = { gravity = true, ground = true, friction = true, damping = true, block = block } }
+  for name, value in pairs(options or {}) do settings[name] = value end
+  return limax.robot { voxels = VOXELS }:simulate(settings)
+end
+
+suite:test("a body that runs into a block pushes it along", { devices = "all" }, function(t)
+  local robot = thrown({ block = 50 }, nil, nil, t.device)
+  t:equal(robot.status, "done")
+  local block, path = robot:block(), robot:trace "block"
+  t:ok(block.displacement[1] > 0.05, "it should be pushed along x")
+  t:near(block.distance, math.sqrt(block.displacement[1] ^ 2 + block.displacement[2] ^ 2))
+  t:ok(block.tilt < 1e-3, "it should stand upright")
+  t:equal(path:size(), 51)
+  t:equal(path.unit, "m, m, m, 1, 1, 1, 1")
+  local first, last = path[1], path[51]
+  for axis = 1, 3 do
+    t:same_bits(last[axis], block.position[axis])
+    t:same_bits(last[axis] - first[axis], block.displacement[axis])
+  end
+  t:near(last[4] ^ 2 + last[5] ^ 2 + last[6] ^ 2 + last[7] ^ 2, 1, { rtol = 1e-12 })
+  t:near(first[1], 0.32 + 0.15)
+  local later = robot:block { from = "middle" }
+  t:near(later.displacement[1], last[1] - path[26][1])
+  t:near(limax.fitness.carry(robot), 2 * later.distance)
+  t:near(limax.fitness.carry(robot, { axis = "x" }), 2 * later.displacement[1])
+end)
+
+suite:test("a heavier block goes less far, and less far with more friction", function(t)
+  local function way(mass, kinetic)
+    return thrown(nil, { mass = mass }, { scene = { gravity = true, ground = true, damping = true,
+      friction = { kinetic = kinetic }, block = { mass = mass, position = { 0.32, -0.05, 0 },
+        size = { 0.3, 0.3, 0.2 } } } }):block().distance
+  end
+  local light = way(1, 0.6)
+  t:ok(way(5, 0.6) < light, "mass should hold it")
+  t:ok(way(1, 0.9) < light, "friction should hold it")
+end)
+
+suite:test("a robot file with a block replays to the same bits", { devices = "all" }, function(t)
+  local robot = thrown({ block = 50 }, nil, nil, t.device)
+  local path = t:folder() .. "/pusher.json"
+  robot:save(path)
+  local again = limax.robot(path):simulate { device = t.device }
+  t:same_bits(again:block(), robot:block())
+  t:same_bits(again:trace("block"):table(), robot:trace("block"):table())
+end)
+
+suite:test("a film strip draws the block", function(t)
+  local film_strip = require "limax.draw.film_strip"
+  local with = film_strip.svg(thrown { position = 50, block = 50 })
+  local without = film_strip.svg(thrown { position = 50 })
+  t:ok(with:find(">block<", 1, true), "the legend should name it")
+  t:ok(not without:find(">block<", 1, true), "no block was recorded")
+  t:ok(with:find("NaN", 1, true) == nil and with:find("nan", 1, true) == nil)
+end)
+
+suite:test("the state of a block can be read while it moves", { devices = "all" }, function(t)
+  local materials = engine.materials "paper"
+  local population = engine.population { lattice = { 1, 1, 1 }, count = 1 }
+  population:set_body(1, { 4 })
+  population:check(materials, { require_muscle = false })
+  local simulation = engine.simulation(population, materials, engine.scene { block = {
+    velocity = { 1, 2, 3 }, spin = { 0, 0, 4 }, position = { 5, 0, 0 }, size = { 1, 1, 1 } } },
+    { time_step = 1e-3 }, t.device)
+  t:equal(simulation:block(1).position, { 5.5, 0.5, 0.5 })
+  t:equal(simulation:block(1).orientation, { 1, 0, 0, 0 })
+  simulation:advance(1, 100)
+  local now = simulation:block(1)
+  t:near(now.position, { 5.6, 0.7, 0.8 }, { rtol = 1e-12 })
+  t:near(now.orientation, { math.cos(0.2), 0, 0, math.sin(0.2) }, { rtol = 1e-12, atol = 1e-12 })
+  t:near(now.angular_velocity, { 0, 0, 4 }, { rtol = 1e-12, atol = 1e-12 })
+end)
+
+suite:test("what a block cannot do is said", function(t)
+  local plain = limax.robot { voxels = VOXELS }:simulate { duration = 0.1, device = "cpu" }
+  t:raises("its scene does not name the effect 'block'", function() plain:block() end)
+  t:raises("record.block needs the effect 'block'", function()
+    limax.robot { voxels = VOXELS }:simulate { duration = 0.1, record = { block = 50 } }
+  end)
+  t:raises("was not recorded; add the entry", function() thrown():trace "block" end)
+  t:raises("scene.block.mass", function() thrown(nil, { mass = 0 }) end)
+  t:raises("the scene has block", function()
+    thrown(nil, nil, { integrator = "rk4", scene = { block = true } })
+  end)
+end)

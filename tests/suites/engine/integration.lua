@@ -1,0 +1,117 @@
+--- integration.lua: integrators, time steps and the books of energy, as scripts see them. SI units.
+
+local limax = require "limax"
+local evolution = require "support.evolution"
+local progress = require "limax.tools.console.progress"
+
+local steps = require("limax.test").suite "time steps"
+
+local walker = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+
+local everywhere = { devices = "all" }
+
+steps:test("auto is not coarse at the speed of the start and of the drop", everywhere, function(t)
+  local function step_of(options)
+    options.settle, options.duration, options.device = 0, 0.05, t.device
+    options.record = { center_of_mass = 20 }
+    local robot = walker:simulate(options)
+    return robot.record.outcome.time_step, robot.coarse
+  end
+  local slow = step_of { time_step = "auto" }
+  local fast, coarse = step_of { time_step = "auto", velocity = { 100, 0, 0 } }
+  t:ok(slow > 1e-4)
+  t:near(fast, 1e-4, { rtol = 1e-9 })
+  -- at the limit, whatever swings forward is beyond it; a fifth below, nothing is
+  t:equal(coarse, true)
+  local _, finer = step_of { time_step = 8e-5,
+    velocity = { 100, 0, 0 } }
+  t:equal(finer, false)
+  -- a tier is capped too, by a throw as by a fall: a run of 0.05 s from 1 km does not fall far
+  t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
+  t:equal(step_of { position = { 0, 0, 1000 } }, (step_of {}))
+  t:equal({ step_of { time_step = 1e-3, scene = { gravity = true }, velocity = { 100, 0, 0 } } },
+    { 1e-3, true })
+end)
+
+steps:test("coarse robots are counted in metrics, history and the log line", function(t)
+  -- steps of 0.5 ms: 12 mm of an edge of 100 mm, and 8 mm
+  local simulation = { duration = 0.4, settle = 0, time_step = 5e-4, velocity = { 24, 0, 0 } }
+  local scene = { damping = true, actuation = true }
+  local coarse = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
+  t:equal(coarse.coarse, coarse.scored)
+  t:equal(coarse.population[coarse.champion.index].coarse, true)
+  simulation.velocity = { 16, 0, 0 }
+  local fine = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
+  t:equal(fine.coarse, 0)
+  t:equal(fine.population[fine.champion.index].coarse, false)
+
+  local text = ""
+  local line = progress.new { total = 2, repetitions = 1, quiet = false,
+    write = function(more) text = text .. more end }
+  line.bar = false
+  line:generation(fine, { simulate = 1, fitness = 0, breed = 0 })
+  t:ok(not text:find("coarse", 1, true), text)
+  line:generation(coarse, { simulate = 1, fitness = 0, breed = 0 })
+  t:ok(text:find(("failed 0  coarse %d  "):format(coarse.scored), 1, true), text)
+end)
+
+steps:test("RK4 is the reference of smooth scenes, on the CPU", function(t)
+  local scene = limax.scenes.air { gravity = false }
+  local function ends(integrator, time_step)
+    return walker:simulate { scene = scene, settle = 0, duration = 0.2, integrator = integrator,
+      precision = "double", time_step = time_step, device = "cpu",
+      record = { position = 20 } }:trace "position"
+  end
+  local reference = ends("rk4", 1e-4)
+  t:near(ends("rk4", 5e-4):table()[5], reference:table()[5], { atol = 1e-8 })
+  t:near(ends("leapfrog", 1e-5):table()[5], reference:table()[5], { atol = 1e-8 })
+  t:raises("rk4 integrates smooth scenes alone; the scene has ground and friction; use leapfrog",
+    function() walker:simulate { integrator = "rk4" } end)
+end)
+
+steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } }, function(t)
+  local scene = limax.scenes.air()
+  t:raises("rk4 runs on the cpu alone",
+    function() walker:simulate { scene = scene, integrator = "rk4", device = t.device } end)
+  t:raises("the ledger of energy is kept on the cpu alone",
+    function() walker:simulate { scene = scene, record = { ledger = 50 }, device = t.device } end)
+end)
+
+-- ---- energy -------------------------------------------------------------------------------------
+
+local books = require("limax.test").suite "ledger of energy"
+
+local function recorded(options)
+  options.record, options.device = { ledger = 100 }, "cpu"
+  return walker:simulate(options)
+end
+
+books:test("say where the energy of a walk went, and close", function(t)
+  local robot = recorded { settle = 0.2, duration = 1 }
+  local ledger = robot:ledger()
+  t:ok(ledger.muscles > 1 and ledger.damping < -1 and ledger.friction < -0.1
+    and ledger.contact_damping < 0)
+  t:equal(ledger.other, 0)
+  t:ok(ledger.closure < 1e-3 and ledger.closure > 0, ledger.closure)
+  local trace = robot:trace "ledger"
+  t:equal({ trace:size(), trace.rate, trace.unit, trace.shape }, { 101, 100, "J", { 101, 9 } })
+  t:equal(trace[1]:table()[5], 0)
+  -- the books by hand, at the end
+  local row = trace[101]:table()
+  local works = 0
+  for k = 5, 9 do works = works + row[k] end
+  t:near(ledger.change, works, { atol = ledger.closure * 1000 })
+  t:equal({ ledger.kinetic, ledger.other, ledger.muscles }, { row[1], row[9], row[5] })
+end)
+
+books:test("a body at rest in the air has nothing to book", function(t)
+  local ledger = recorded { scene = { damping = true }, settle = 0, duration = 0.1 }:ledger()
+  t:near(ledger.change, 0, { atol = 1e-9 })
+  t:equal(ledger.muscles, 0)
+  t:ok(ledger.closure >= 0 and ledger.closure <= 1)
+end)
+
+books:test("an unrecorded ledger names the entry to add", function(t)
+  local robot = walker:simulate { settle = 0, duration = 0.1, record = { center_of_mass = 20 } }
+  t:raises("ledger = 50", function() robot:ledger() end)
+end)

@@ -1,0 +1,190 @@
+--- design_snippets.lua: what the manual shows, run as it stands: the experiment, selection and
+--- supervisor as functions, the own loop, the robot by hand and its regression. Sizes are cut down
+--- through the same overrides as `--set`, so that everything ends in seconds.
+
+local limax = require "limax"
+local suite = require("limax.test").suite "design snippets"
+
+-- A small world: what a test of the text and not of the physics can afford.
+local SMALL = { "lattice=[3,3,3]", "population=6", "generations=2", "simulation.duration=0.4",
+  "simulation.settle=0.1" }
+
+-- The history of an experiment, run in memory.
+local function run(experiment, changes)
+  local list = { unpack(SMALL) }
+  for _, change in ipairs(changes or {}) do list[#list + 1] = change end
+  return limax.start(experiment:override(list), { say = function() end }):finish()
+end
+
+suite:test("the shortest experiment", function(t)
+  local experiment = limax.experiment { fitness = "walk" }
+  t:equal(experiment.config.population, 30)
+  local history = run(experiment)
+  t:equal(#history, 2)
+  t:ok(history[2].best >= history[1].best)
+end)
+
+suite:test("an experiment with every field", function(t)
+  local experiment = limax.experiment {
+    name = "walk", lattice = { 5, 5, 5 }, materials = "paper", seed = 1,
+    genome     = { features = 16, sigma = 1.0, hidden = { 32, 32 } },
+    scene      = { gravity = true, ground = true, friction = true, damping = true,
+      actuation = { frequency = 2 } },
+    simulation = { duration = 5, settle = 0.5, accuracy = "evolve" },
+    record     = { center_of_mass = 50 },
+    population = 30, generations = 40, repetitions = 1,
+    breeding   = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+      elite_fraction = 0.3 },
+    fitness    = function(robot) return robot:distance() end,
+    selection  = { "tournament", size = 3 },
+    supervisor = "rules",
+  }
+  t:equal(experiment.config.name, "walk")
+  local history = run(experiment)
+  t:equal(#history, 2)
+  t:equal(history[1].parameters.crossover_rate, 0.4)
+end)
+
+suite:test("a seed above 2^53 is a text", function(t)
+  local history = run(limax.experiment { fitness = "walk", seed = "18446744073709551615" },
+    { "generations=1" })
+  t:equal(#history, 1)
+end)
+
+suite:test("a fitness sees the whole robot", function(t)
+  local seen
+  local history = run(limax.experiment {
+    record = { center_of_mass = 50, position = 20, contact = 50, energy = 50, strain = 50 },
+    fitness = function(robot)
+      local center, position = robot:trace "center_of_mass", robot:trace "position"
+      local energy, displacement = robot:energy(), robot:displacement()
+      local mean, most = robot:strain()
+      seen = { id = robot.id, parents = robot.parents, generation = robot.generation,
+        status = robot.status, genes = robot.genome:size(), size = robot.body.size,
+        mass = robot.body.mass, bones = robot.body.count.bone, letter = robot.body.voxel[2][2][2],
+        rate = center.rate, unit = center.unit, samples = center:size(),
+        masses = position:size(2), work = energy.muscle_work, rise = displacement[3],
+        contact = robot:contact(), straight = robot:distance() <= robot:path_length() + 1e-9,
+        height = robot:height(), speed = robot:speed(), mean = mean, most = most }
+      return robot:distance(), { displacement[1], displacement[2] }
+    end,
+    selection = "lexicase",
+  })
+  t:equal(#history, 2)
+  t:equal({ seen.status, seen.rate, seen.unit }, { "done", 50, "m" })
+  t:equal(seen.samples, 21)
+  t:equal(#seen.parents, 2)
+  t:equal(seen.generation, 1)
+  t:ok(seen.masses >= 8 and seen.genes > 1000 and seen.mass > 0.7 and seen.straight)
+  t:ok(seen.contact >= 0 and seen.contact <= 1 and seen.most >= seen.mean and seen.work >= 0)
+  t:ok((".ecsb"):find(seen.letter, 1, true) and seen.bones >= 0)
+  t:equal(#history[2].population[1].cases, 2)
+end)
+
+suite:test("a trace that was not recorded", function(t)
+  local experiment = limax.experiment { generations = 1, population = 6, lattice = { 2, 2, 2 },
+    simulation = { duration = 0.1, settle = 0 },
+    fitness = function(robot) return robot:trace("contact")[1][1] end }
+  local message = t:raises("record = { center_of_mass = 50, contact = 50 }", function()
+    limax.start(experiment, { say = function() end }):finish()
+  end)
+  t:ok(message:find "design_snippets.lua:%d+: trace", message)
+end)
+
+suite:test("selection as a function", function(t)
+  local generations, history = {}, run(limax.experiment { fitness = "walk",
+    selection = function(population, random)
+      local r = population.ranked
+      return r[random:integer(#r)], r[random:integer(#r)]
+    end })
+  for _, robot in ipairs(history[2].population) do generations[robot.origin] = true end
+  t:ok(generations.bred and generations.elite)
+  local first, again = {}, {}
+  local own = function(list)
+    return function(population, random)
+      list[#list + 1] = { random:integer(100), random:uniform(), random:normal() }
+      local r = population.ranked
+      t:ok(population[r[1]].fitness >= population[r[#r]].fitness)
+      t:equal(type(population[r[1]].body.hash), "string")
+      return r[1], r[#r]
+    end
+  end
+  run(limax.experiment { fitness = "walk", selection = own(first) })
+  run(limax.experiment { fitness = "walk", selection = own(again) })
+  t:ok(#first > 0)
+  t:same_bits(again, first)
+end)
+
+suite:test("math.random raises", function(t)
+  t:raises("math.random", function() math.random() end)
+end)
+
+suite:test("a supervisor as a function", function(t)
+  local function patient(history)
+    local now, before = history[#history], history[#history - 10]
+    if not before then return nil, "too early" end
+    local scale = now.parameters.mutation_scale
+    if now.best < 1.02 * before.best then
+      return { mutation_scale = 1.5 * scale }, "ten generations without progress"
+    end
+    return { mutation_scale = 0.9 * scale }, "improving"
+  end
+  local history = run(limax.experiment { fitness = "walk", supervisor = patient },
+    { "generations=13", "population=4", "lattice=[2,2,2]", "simulation.duration=0.1" })
+  t:equal(history[2].ledger.reason, "too early")
+  local last = history[13]
+  local factor = history[11].best < 1.02 * history[1].best and 1.5 or 0.9
+  t:near(history[12].parameters.mutation_scale, 0.1 * factor)
+  t:equal(history[12].ledger.reason,
+    factor == 1.5 and "ten generations without progress" or "improving")
+  -- everything that a supervisor may read
+  t:ok(last.mean <= last.best and last.quantiles.q50 and last.diversity.all.hamming)
+  t:equal(#last.population, 4)
+  t:ok(last.failed.invalid >= 0 and last.materials.materials[1].kind == "empty")
+  t:ok(#last.ledger.entries >= 4)
+end)
+
+suite:test("an own loop", function(t)
+  local experiment = limax.experiment { fitness = "walk" }:override(SMALL)
+  local fitness, generations = function(robot) return robot:speed() end, 0
+  for population in limax.start(experiment):generations() do
+    generations = generations + 1
+    population:simulate()
+    population:score(fitness)
+    local r = population.ranked
+    local elites, pairs_of_indices = { r[1], r[2] }, {}
+    for k = 1, #population - #elites do pairs_of_indices[k] = { r[1], r[1 + k % #r] } end
+    population:breed { parents = pairs_of_indices, elites = elites }
+  end
+  t:equal(generations, 2)
+end)
+
+suite:test("travels", { devices = "all", limit = 20 }, function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
+    scene = limax.scenes.land(), duration = 2, device = t.device }
+  t:near(robot:distance(), 0.1165, { rtol = 1e-3 })
+  t:golden("travels", { com = robot:trace "center_of_mass" },
+    { rtol = 1e-3, why = "short horizon, before the chaos of contact" })
+end)
+
+suite:test("a robot by hand, from a file, and saved", function(t)
+  local path = t:folder() .. "/robot.json"
+  limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:save(path)
+  t:equal(limax.robot(path).body.letters, "ecs\nece\n\nsbs\ncec")
+end)
+
+suite:test("a run ends with its summary, read from the folder alone", function(t)
+  local folder = t:folder() .. "/run"
+  local experiment = limax.experiment { fitness = "walk", name = "small" }:override(SMALL)
+  limax.start(experiment, { out = folder }):finish()
+  local texts = {}
+  require("limax.tools.console.summary").show(folder, { color = false, ascii = true, width = 80,
+    write = function(text) texts[#texts + 1] = text end })
+  local text = table.concat(texts)
+  for _, part in ipairs { "small: 2 generations of 6 robots", "distance, m", "body lengths/s",
+    "best, generation 0", "champion, generation 1", "z=3", "champion.svg", "next:" } do
+    t:ok(text:find(part, 1, true), "no " .. part)
+  end
+  t:equal(require("limax.host").file.exists(folder .. "/champion.svg"), "file")
+  t:ok(not text:find "[\128-\255\27]")
+end)

@@ -1,0 +1,357 @@
+--- evolve.lua: the evolution loop on small robots: what each generation holds, the own loop, the
+--- rules for fitness, selection and supervisor, elites, and what history keeps.
+
+local ffi = require "ffi"
+local limax = require "limax"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local metrics = require "limax.run.metrics"
+local run_folder = require "limax.run.run_folder"
+local source = require "limax.base.source"
+local evolution = require "support.evolution"
+
+local suite = require("limax.test").suite "evolve"
+
+local small, finished, silent = evolution.small, evolution.finished, evolution.silent
+
+suite:test("every generation has its numbers", function(t)
+  local history = finished { generations = 4 }
+  t:equal(#history, 4)
+  for k, entry in ipairs(history) do
+    t:equal({ entry.generation, entry.repetition }, { k - 1, 1 })
+    t:ok(entry.worst <= entry.median and entry.median <= entry.best)
+    t:ok(entry.worst <= entry.mean and entry.mean <= entry.best)
+    t:equal(entry.quantiles.q50, entry.median)
+    t:ok(entry.diversity.all.hamming >= 0 and entry.diversity.all.hamming <= 1)
+    t:equal(entry.scored + entry.failed.invalid + entry.failed.diverged + entry.failed.fitness, 6)
+    t:equal(entry.best_standard, entry.best)
+    t:equal(entry.evaluations, k == 1 and 6 or 4)
+    t:equal(entry.parameters.mutation_rate, 0.1)
+    -- elites are kept, so the best never falls
+    t:ok(k == 1 or entry.best >= history[k - 1].best)
+  end
+end)
+
+suite:test("elites are the best robots and keep their id, body and score", function(t)
+  local history = finished { breeding = { elite_fraction = 0.34 } }
+  for k = 2, #history do
+    local before, now = history[k - 1].population, history[k].population
+    for e = 1, 2 do
+      local elite, old = now[e], before[before.ranked[e]]
+      t:equal(elite.origin, "elite")
+      t:equal({ elite.id, elite.fitness, elite.body.hash }, { old.id, old.fitness, old.body.hash })
+      t:equal(elite.parents, old.parents)
+    end
+    for i = 3, #now do
+      t:equal(now[i].origin, "bred")
+      t:equal(now[i].generation, k - 1)
+      t:equal(now[i].id, (k - 1) * 6 + i)
+    end
+  end
+end)
+
+suite:test("equal seeds give equal bits, others do not; repetitions differ", function(t)
+  local first, second = finished {}, finished {}
+  for k = 1, #first do t:same_bits(first[k].best, second[k].best) end
+  t:ok(finished({ seed = 2 })[1].best ~= first[1].best)
+  t:ok(finished({}, { repetition = 2 })[1].best ~= first[1].best)
+end)
+
+suite:test("the own loop is the standard loop written out", function(t)
+  local expected = finished {}
+  local experiment = small {}
+  local run = limax.start(experiment, { say = silent })
+  local seen = 0
+  for population in run:generations() do
+    population:simulate()
+    population:score(function(robot) return robot:distance() end)
+    local elites, pairs_of_parents = {}, {}
+    for k = 1, 2 do elites[k] = population.ranked[k] end
+    for k = 1, 4 do
+      local random = engine.random(1, 1, "selection", population.generation + 1, 2 + k)
+      pairs_of_parents[k] = { experiment.selection(population, random) }
+    end
+    population:breed { parents = pairs_of_parents, elites = elites }
+    seen = seen + 1
+  end
+  t:equal(seen, 3)
+  for k = 1, 3 do t:same_bits(run.history[k].best, expected[k].best) end
+end)
+
+suite:test("what an own loop leaves out is done by the experiment", function(t)
+  local expected = finished {}
+  local run = limax.start(small {}, { say = silent })
+  for _ in run:generations() do end
+  -- a run that has ended stays so
+  t:equal(#run:finish(), 3)
+  for k = 1, 3 do t:same_bits(run.history[k].best, expected[k].best) end
+end)
+
+suite:test("the own loop may change a rate, and history shows it", function(t)
+  local run = limax.start(small {}, { say = silent })
+  for population in run:generations() do population:breed { mutation_rate = 0.25 } end
+  t:equal(run.history[1].parameters.mutation_rate, 0.1)
+  t:equal(run.history[2].parameters.mutation_rate, 0.25)
+end)
+
+suite:test("a view of an ended trace says by what it ended, at the script's line", function(t)
+  local run = limax.start(small { generations = 3 }, { say = silent })
+  local kept, line
+  for population in run:generations() do
+    population:simulate():score()
+    if kept then
+      local here = debug.getinfo(1, "S").short_src
+      local pattern = ("ended when its population was bred (%s:%d)"):format(here, line)
+      t:raises(pattern, function() return kept[1][1] end)
+      t:raises("evolve.lua:%d+: ", function() return kept[1][1] end)
+    end
+    -- an elite is not simulated again, and has no trace
+    for _, robot in ipairs(population) do
+      if robot.origin ~= "elite" and robot.fitness then kept = robot:trace "center_of_mass" end
+    end
+    t:ok(kept[1][3] > 0)
+    line = debug.getinfo(1, "l").currentline + 1
+    population:breed()
+  end
+end)
+
+suite:test("breed refuses what does not fit", function(t)
+  local function breeding(choice)
+    local run = limax.start(small {}, { say = silent })
+    for population in run:generations() do population:breed(choice) end
+  end
+  t:raises("make 3 robots; the population is 6", function()
+    breeding { elites = { 1 }, parents = { { 1, 2 }, { 3, 4 } } }
+  end)
+  t:raises("elites[1] is 7; expected an index from 1 to 6", function()
+    breeding { elites = { 7 } }
+  end)
+  t:raises("is 0; expected an index from 1 to 6", function()
+    breeding { elites = { 1, 2 }, parents = { { 1, 2 }, { 0, 4 }, { 1, 1 }, { 1, 1 } } }
+  end)
+  t:raises('evolve.lua:%d+: breed.elite: unknown field; did you mean "elites"?', function()
+    breeding { elite = { 1 } }
+  end)
+end)
+
+suite:test("another fitness in the own loop scores the elites again", function(t)
+  local run = limax.start(small { generations = 2 }, { say = silent })
+  local calls = {}
+  for population in run:generations() do
+    calls[population.generation] = 0
+    population:score(function()
+      calls[population.generation] = calls[population.generation] + 1
+      return 1
+    end)
+  end
+  t:equal(calls[0], 6)
+  t:equal(calls[1], 6)
+end)
+
+suite:test("the fitness is called once for each robot that ended well", function(t)
+  local calls = 0
+  local history = finished { fitness = function(robot)
+    calls = calls + 1
+    t:equal(robot.status, "done")
+    return robot:distance(), { robot.body.mass, 1 }
+  end }
+  local evaluations = 0
+  for _, entry in ipairs(history) do evaluations = evaluations + entry.evaluations end
+  t:equal(calls, evaluations)
+  local robot = history[3].population[1]
+  t:equal(robot.cases, { robot.body.mass, 1 })
+end)
+
+suite:test("a fitness that is wrong in the first generation stops the run", function(t)
+  t:raises("robot 1 of the first generation: the fitness failed: .*nobody", function()
+    finished { fitness = function() error "nobody" end }
+  end)
+  t:raises("the fitness returned nil, expected a number", function()
+    finished { fitness = function() end }
+  end)
+  t:raises('the fitness returned "far", expected a number', function()
+    finished { fitness = function() return "far" end }
+  end)
+  t:raises("second result is 3, expected a table of cases", function()
+    finished { fitness = function() return 1, 3 end }
+  end)
+  t:raises('measure "way" is "far", expected a number', function()
+    finished { fitness = function() return 1, { way = "far" } end }
+  end)
+  t:raises('measure "my way": a name has letters, digits and _ alone', function()
+    finished { fitness = function() return 1, { ["my way"] = 1 } end }
+  end)
+  t:raises("case 3 is beyond its 1 cases: a list has no gaps", function()
+    finished { fitness = function() return 1, { 1, [3] = 2 } end }
+  end)
+end)
+
+suite:test("what a fitness names beside its score is kept with the robot and summed up", function(t)
+  local history = finished { fitness = function(robot)
+    return robot:distance(), { robot.body.mass, mass = robot.body.mass, id = robot.id }
+  end }
+  for _, entry in ipairs(history) do
+    local sum, least, count = 0, math.huge, 0
+    for _, robot in ipairs(entry.population) do
+      if robot.fitness then
+        t:equal(robot.cases, { robot.body.mass })
+        t:equal(robot.measures, { mass = robot.body.mass, id = robot.id })
+        sum, least, count = sum + robot.measures.mass, math.min(least, robot.body.mass), count + 1
+      end
+    end
+    t:near(entry.measures.mass.mean, sum / count)
+    t:equal(entry.measures.mass.least, least)
+    t:equal(entry.measures.id.champion, entry.champion.id)
+  end
+  t:equal(finished({ fitness = "distance" })[1].measures, nil)
+end)
+
+suite:test("later, and for NaN always, only that robot fails, said once", function(t)
+  local said = {}
+  local history = finished({ population = 20, fitness = function(robot)
+    if robot.id == 3 then return 0 / 0 end
+    if robot.id == 47 then error("odd", 0) end
+    if robot.id == 48 then error("odd", 0) end
+    return robot.id
+  end }, { say = function(text) said[#said + 1] = text end })
+  t:equal(history[1].failed.fitness, 1)
+  t:equal(history[1].population[3].status, "failed")
+  t:equal(history[1].population[3].reason, "fitness")
+  t:equal(history[1].population[3].fitness, nil)
+  t:equal(history[3].failed.fitness, 2)
+  t:equal(#said, 2)
+  t:ok(said[1]:find "returned %-?nan" and said[2]:find "odd", table.concat(said, "; "))
+  -- a robot that failed is never an elite
+  for _, i in ipairs(history[1].population.ranked) do t:ok(i ~= 3) end
+end)
+
+suite:test("one message is said once in a run, however many generations it comes in", function(t)
+  local said = {}
+  local history = finished({ population = 20, generations = 4, fitness = function(robot)
+    if robot.generation > 0 and robot.id % 20 == 0 then error("odd", 0) end
+    return robot.id
+  end }, { say = function(text) said[#said + 1] = text end })
+  for k = 2, 4 do t:equal(history[k].failed.fitness, 1) end
+  t:equal(said, { "robot 40 of generation 1 gets no score: the fitness failed: odd" })
+  said = {}
+  finished({ generations = 4, supervisor = function() error("no idea", 0) end },
+    { say = function(text) said[#said + 1] = text end })
+  t:equal(#said, 1)
+end)
+
+suite:test("more than a tenth of a generation failing stops the run", function(t)
+  t:raises("more than a tenth of generation 0 .* failed in the fitness", function()
+    finished { fitness = function(robot) return robot.id > 1 and 1 or math.huge end }
+  end)
+end)
+
+suite:test("a generation without a single score stops the run and says why", function(t)
+  local table_of = engine.materials("paper"):table()
+  -- bone alone: no muscle anywhere
+  table_of.materials = { table_of.materials[1], table_of.materials[5] }
+  t:raises("generation 0: none of the 6 robots can be scored .* invalid: no muscle", function()
+    finished { materials = table_of, seed = 3 }
+  end)
+end)
+
+suite:test("a selection that names nobody stops the run", function(t)
+  for _, index in ipairs { 0, 7, 1.5, "one" } do
+    t:raises("selection's choice %(.*evolve.lua:%d+%) for robot 3 of generation 1 is", function()
+      finished { selection = function() return 1, index end }
+    end)
+  end
+end)
+
+suite:test("selection sees ranked robots and its own random numbers", function(t)
+  local seen = {}
+  finished { generations = 2, selection = function(population, random)
+    local ranked = population.ranked
+    t:equal(#population, 6)
+    for k = 2, #ranked do
+      t:ok(population[ranked[k]].fitness <= population[ranked[k - 1]].fitness)
+    end
+    seen[#seen + 1] = random:uniform()
+    return ranked[random:integer(#ranked)], ranked[1]
+  end }
+  t:equal(#seen, 4)
+  t:ok(seen[1] ~= seen[2])
+  t:same_bits(seen[1], engine.random(1, 1, "selection", 1, 3):uniform())
+end)
+
+suite:test("changed materials: elites run again, best_standard stays comparable", function(t)
+  local history = finished { generations = 4, supervision = { materials = true },
+    supervisor = function(history)
+      if #history ~= 2 then return nil end
+      return { materials = { ["soft tissue"] = { stiffness = 1200 }, e = { amplitude = 0.28 } } }
+    end }
+  t:equal(history[2].evaluations, 4)
+  t:equal(history[3].evaluations, 6)
+  t:equal(history[4].evaluations, 4)
+  t:equal(history[2].best_standard, history[2].best)
+  local materials = engine.materials(history[3].materials)
+  t:equal(materials:get(materials:index "soft tissue").stiffness, 1200)
+  t:equal(materials:get(materials:index "e").amplitude, 0.28)
+  -- the champion alone under the first materials
+  local champion = history[3].population[history[3].champion.index]
+  local again = champion:simulate { materials = history[1].materials }
+  t:same_bits(again:distance(), history[3].best_standard)
+  t:same_bits(champion:simulate():distance(), history[3].best)
+end)
+
+suite:test("a run folder of an own loop holds what history holds", function(t)
+  local folder = t:folder() .. "/r"
+  local history = finished({}, { out = folder })
+  local opened = run_folder.open(folder)
+  local lines = opened:lines "metrics"
+  t:equal(#lines, 3)
+  for k, line in ipairs(lines) do
+    t:equal(line.schema, "limax.metrics/1")
+    for _, name in ipairs { "repetition", "generation", "best", "best_standard", "mean", "median",
+      "worst", "diversity", "failed", "parameters" } do
+      t:equal(line[name], history[k][name])
+    end
+  end
+  local generations = opened:generations(1, 3)
+  opened:close()
+  t:equal(generations[3].ledger, history[3].ledger)
+  local genome = history[3].population[2].genome
+  local bytes = ffi.cast("const float *", generations[3].genomes) + genome:size()
+  for gene = 1, genome:size() do t:same_bits(tonumber(bytes[gene - 1]), genome[gene]) end
+  -- each file names its schema
+  for _, name in ipairs { "config.json", "environment.json", "checkpoint", "STATUS",
+    "r01/champions/g0002.json" } do
+    t:ok(host.json.decode(source.read(folder .. "/" .. name)).schema:find "^limax%.%w+/1$", name)
+  end
+end)
+
+suite:test("history keeps bodies and measures, lets go of genomes and traces", function(t)
+  local history = finished { generations = 6 }
+  local old, new = history[1].population[1], history[6].population[1]
+  t:equal(#old.body.voxel, 2)
+  t:ok(old.body.mass > 0 and old.body.letters and old:distance() >= 0)
+  t:raises("genomes are kept for the last three generations", function() return old.genome end)
+  t:raises("trace", function() old:trace "center_of_mass" end)
+  t:ok(new.genome:size() > 0)
+  t:ok(history[4].population[1].genome:size() > 0)
+  t:equal(history[1].population.ranked[1], history[1].champion.index)
+  -- an old generation is rebuilt as it was
+  t:equal(history[1].population[history[1].champion.index].fitness, history[1].best)
+end)
+
+suite:test("memory outside Lua does not grow with the generations", function(t)
+  local held = {}
+  finished({ generations = 12 }, { on_generation = function(entry)
+    collectgarbage()
+    collectgarbage()
+    held[entry.generation] = engine.bytes_held()
+  end })
+  t:ok(held[11] <= 1.05 * held[5], ("%d bytes, then %d"):format(held[5], held[11]))
+end)
+
+suite:test("quantiles are linear between neighbours", function(t)
+  t:near(metrics.quantile({ 1, 2, 3, 4 }, 0.5), 2.5)
+  t:near(metrics.quantile({ 1, 2, 3, 4 }, 0.1), 1.3)
+  t:equal(metrics.quantile({ 7 }, 0.9), 7)
+end)
+
+return suite

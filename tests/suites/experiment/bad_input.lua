@@ -1,0 +1,294 @@
+--- bad_input.lua: whatever is wrong with an experiment, a material file, an option or the disk ends
+--- in one clear message and exit status 2 (usage, configuration) or 1 (failure), with nothing lost.
+
+local host = require "limax.host"
+local limax = require "limax"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "bad input"
+
+-- An experiment of a second, with lines of its own in front and fields of its own inside.
+local function write_experiment(folder, fields, head, generations)
+  assert(host.file.write_atomic(folder .. "/try.lua", ([[
+local limax = require "limax"
+%s
+return limax.experiment {
+  name = "try", lattice = { 2, 2, 2 }, population = 6, generations = %d, repetitions = 1,
+  simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" },
+  supervisor = "fixed",
+  %s
+}
+]]):format(head or "", generations or 4, fields or 'fitness = "distance"')))
+end
+
+local run = process.ends
+
+-- Expects an end with this status and a message with this text, without a Lua traceback.
+local function refused(t, done, status, text)
+  t:ok(done.status == status,
+    ("status %s, expected %d: %s"):format(done.status, status, done.stderr))
+  t:ok(done.stderr:find(text, 1, true) or done.stderr:find(text),
+    ("expected %q in: %s"):format(text, done.stderr))
+  local _, lines = ("\n" .. done.stderr):gsub("\nlimax: ", "")
+  t:ok(lines == 1, "expected one message: " .. done.stderr)
+  t:ok(not done.stderr:find "scripts/lib/", "a trace into the library: " .. done.stderr)
+end
+
+local function refuses(t, folder, arguments, status, text)
+  local done = run(folder, arguments)
+  refused(t, done, status, text)
+  return done
+end
+
+suite:test("options and files", function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  assert(host.file.write_atomic(folder .. "/broken.lua", "local x = = 1\n"))
+  assert(host.file.write_atomic(folder .. "/nothing.lua", "return 3\n"))
+  refuses(t, folder, { "run" }, 2, "expected a FILE")
+  refuses(t, folder, { "run", "none.lua" }, 2, "there is no file none.lua")
+  refuses(t, folder, { "run", "broken.lua" }, 1, "broken.lua:1: unexpected symbol")
+  refuses(t, folder, { "run", "nothing.lua" }, 2, "nothing.lua returns no experiment")
+  refuses(t, folder, { "run", "try.lua", "--sett", "a=1" }, 2, "--set")
+  refuses(t, folder, { "run", "try.lua", "--device", "gpu" }, 2, "gpu")
+  refuses(t, folder, { "run", "try.lua", "--threads", "0" }, 2, "threads")
+  refuses(t, folder, { "run", "try.lua", "--repetition", "2" }, 2, "the experiment has 1")
+  refuses(t, folder, { "run", "try.lua", "--changed" }, 2, "--changed belongs to --resume")
+  refuses(t, folder, { "run", "try.lua", "--together", "--apart" }, 2, "exclude each other")
+  refuses(t, folder, { "run", "try.lua", "--resume", "r" }, 2, "leave out try.lua")
+  refuses(t, folder, { "run", "--resume", "r" }, 2, "r is no run folder")
+  t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
+end)
+
+suite:test("a device that this machine does not have", function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  local done = run(folder, { "run", "try.lua", "--device", "cuda", "--out", "r" })
+  if done.status == 0 then t:skip "there is a GPU here" end
+  refused(t, done, 1, "cuda")
+  t:ok(not host.file.exists(folder .. "/r"))
+end)
+
+suite:test("fields out of range, by --set", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  for _, case in ipairs {
+    { "population=1", "population: expected a whole number from 2" },
+    { "population=0", "population: expected" },
+    { "breeding.elite_fraction=0", "breeding.elite_fraction: expected a number above 0" },
+    { "breeding.elite_fraction=1", "breeding.elite_fraction: expected" },
+    { "breeding.elite_fraction=2", "breeding.elite_fraction: expected" },
+    { "lattice=[0,5,5]", "lattice[1]: expected a whole number from 1" },
+    { "lattice=-1", "lattice: expected a list" },
+    { "lattice=[1000,1000,1000]", "needs" },
+    { "simulation.time_step=0", "simulation.time_step: expected" },
+    { "simulation.time_step=-1", "simulation.time_step: expected" },
+    { "simulation.time_step=NaN", "simulation.time_step: expected" },
+    { "simulation.time_step=3e-4", "the nearest that does" },
+    { "scene.gravty=true", 'did you mean "gravity"?' },
+    { "fitness=wakl", 'did you mean "walk"?' },
+    { "materials=papyrus", "papyrus" },
+  } do
+    refuses(t, folder, { "run", "try.lua", "--set", case[1] }, 2, case[2])
+  end
+  t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
+end)
+
+suite:test("a step above the limit is a warning that names the limit", function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  local warning = "time_step = 0.00%d s is above the limit of 0%.000%d+ s"
+  local done = run(folder, { "run", "try.lua", "--set", "simulation.time_step=0.001" })
+  t:ok(done.stderr:find(warning), done.stderr)
+  t:ok(done.status == 0, ("status %d: %s"):format(done.status, done.stderr))
+  -- far above it bodies diverge: some robot is left to score, or the message says that none is
+  done = run(folder, { "run", "try.lua", "--set", "simulation.time_step=0.002" })
+  t:ok(done.stderr:find(warning), done.stderr)
+  local survivors = done.stdout:find("diverged (", 1, true)
+  local none = done.stderr:find("can be scored (%d diverged: ", 1)
+  t:ok(done.status == 0 and survivors or done.status == 1 and none,
+    ("status %d: %s"):format(done.status, done.stderr))
+end)
+
+suite:test("material files", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 'fitness = "distance", materials = "mine.json"')
+  local good = source.read(host.home .. "/materials/paper.json")
+  for _, case in ipairs {
+    { '"stiffness": *[%d%.e+]+', '"stiffness": -5', "stiffness" },
+    { '"stiffness": *[%d%.e+]+', '"stiffness": "stiff"', "stiffness" },
+    { '"stiffness": *[%d%.e+]+,', "", "stiffness" },
+    { "}%s*$", "", "mine.json" },
+  } do
+    local text, changes = good:gsub(case[1], case[2], 1)
+    t:equal(changes, 1)
+    assert(host.file.write_atomic(folder .. "/mine.json", text))
+    local done = refuses(t, folder, { "run", "try.lua" }, 2, case[3])
+    t:ok(done.stderr:find("mine.json", 1, true), done.stderr)
+  end
+  assert(host.file.write_atomic(folder .. "/mine.json", good))
+  t:equal(run(folder, { "run", "try.lua", "-q" }).status, 0)
+end)
+
+suite:test("a fitness that throws or returns no number stops the first generation", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 'fitness = function(robot) error("nobody walks") end')
+  local done = run(folder, { "run", "try.lua", "--out", "r" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "try.lua:%d+: nobody walks", done.stderr)
+  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "failed")
+  -- no generation is there to go on from
+  t:equal(done.stderr:find("continue with", 1, true), nil)
+  write_experiment(folder, "fitness = function(robot) return {} end")
+  refuses(t, folder, { "run", "try.lua" }, 1, "the fitness returned a table, expected a number")
+end)
+
+suite:test("a run that fails later keeps its generations and goes on when mended", function(t)
+  local folder = t:folder()
+  local head = 'local broken = os.getenv "BROKEN"'
+  write_experiment(folder, [[
+    fitness = function(robot)
+      if broken and robot.generation == 2 then error "late" end
+      return robot:distance()
+    end]], head)
+  local done = run(folder, { "run", "try.lua", "--out", "r" }, { before = "BROKEN=1" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "more than a tenth of generation 2", done.stderr)
+  t:ok(done.stderr:find "mended, continue with: [^\n]*limax run %-%-resume r %-%-changed",
+    done.stderr)
+  local _, lines = source.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")
+  t:equal(lines, 2)
+  t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
+  t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
+  t:equal(source.read(folder .. "/r/metrics.jsonl"), source.read(folder .. "/whole/metrics.jsonl"))
+end)
+
+suite:test("a selection that names nobody, one that throws", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 'fitness = "distance", selection = function() return 1, 31 end')
+  refuses(t, folder, { "run", "try.lua" }, 1, "is 31; expected an index from 1 to 6")
+  write_experiment(folder, 'fitness = "distance", selection = function() error "no choice" end')
+  local done = run(folder, { "run", "try.lua", "--out", "r" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "try.lua:%d+: no choice", done.stderr)
+  t:ok(done.stderr:find "continue with: [^\n]*limax run %-%-resume r", done.stderr)
+end)
+
+suite:test("bodies that cannot move", function(t)
+  local folder = t:folder()
+  write_experiment(folder, 'fitness = "distance", materials = bones', [[
+local bones = limax.engine.materials("paper"):table()
+bones.materials = { bones.materials[1], bones.materials[5] }]])
+  refuses(t, folder, { "run", "try.lua" }, 1, "none of the 6 robots can be scored")
+  t:raises("empty", function() limax.robot { voxels = ".." } end)
+end)
+
+suite:test("folders that cannot be written or are used", function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  refuses(t, folder, { "run", "try.lua", "--out", "try.lua" }, 2, "try.lua is a file")
+  refuses(t, folder, { "run", "try.lua", "--out", "try.lua/r" }, 2, "cannot make the folder")
+  refuses(t, folder, { "run", "try.lua", "--out", "/proc/limax/r" }, 2, "cannot make the folder")
+  t:equal(run(folder, { "run", "try.lua", "-q", "--out", "r" }).status, 0)
+  local before = source.read(folder .. "/r/metrics.jsonl")
+  refuses(t, folder, { "run", "try.lua", "--out", "r" }, 2, "r is used already")
+  t:equal(source.read(folder .. "/r/metrics.jsonl"), before)
+end)
+
+suite:test("without --out the next free folder is taken and printed", function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  for n = 1, 2 do
+    local done = run(folder, { "run", "try.lua" })
+    t:equal(done.status, 0)
+    t:ok(done.stdout:find("Run folder: runs/try-" .. n, 1, true), done.stdout)
+    t:ok(done.stdout:find("fitness: distance, m: |r(T) - r(0)|", 1, true), done.stdout)
+  end
+end)
+
+suite:test("a disk that takes no more: one message, and whole generations stay", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 'fitness = "distance", genome = { hidden = { 4 } }', nil, 40)
+    -- a limit on the size of one file, in blocks of 512 bytes, stands for a full disk
+    local done = run(folder, { "run", "try.lua", "--out", "r" },
+      { before = "trap '' XFSZ; ulimit -f 60;" })
+    refused(t, done, 1, "cannot append to r/")
+    t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
+    -- nothing is wrong with the script
+    t:ok(not done.stderr:find("mended", 1, true), done.stderr)
+    local text = source.read(folder .. "/r/metrics.jsonl")
+    t:ok(#text > 0 and text:sub(-1) == "\n")
+    -- with room again it goes on
+    t:equal(run(folder, { "run", "--resume", "r", "-q" }).status, 0)
+    t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
+    t:ok(source.read(folder .. "/r/metrics.jsonl") == source.read(folder .. "/whole/metrics.jsonl"))
+  end)
+
+suite:test("a file system without space", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, nil, nil, 100)
+  assert(host.file.mkdir(folder .. "/small"))
+  -- a file system of 1 MiB in a name space of its own, where the system lets a user make one
+  local script = "mount -t tmpfs -o size=1m none small && cd small && "
+    .. process.quote(host.executable) .. " run ../try.lua --out r; echo status $?; cat r/STATUS"
+  local pipe = assert(io.popen(("cd %s && unshare -rm sh -c %s 2>&1"):format(
+    process.quote(folder), process.quote(script))))
+  local text = pipe:read "*a"
+  pipe:close()
+  if not text:find "generation 0" then t:skip "this system lets no user mount a file system" end
+  t:ok(text:find "limax: cannot .*No space left on device; .*continue with", text)
+  t:ok(text:find "status 1", text)
+end)
+
+-- Begins, is interrupted when `is_time(its output)`, and ends soon.
+local function interrupted(t, folder, arguments, is_time, environment)
+  local child = process.start(folder, arguments, environment)
+  child:signal_when("INT", function() return is_time(process.read(child.output)) end)
+  local status, output, seconds = child:finish()
+  t:ok(status == 130, ("status %s: %s"):format(tostring(status), output))
+  t:ok(seconds < process.LATE, ("it took %.1f s to stop"):format(seconds))
+end
+
+suite:test("Ctrl-C ends endless loops in a fitness, and the run goes on to the same bytes",
+  { limit = 300 }, function(t)
+    local folder = t:folder()
+    write_experiment(folder, [[
+    fitness = function(robot)
+      if loop and robot.generation == 2 then loop() end
+      return robot:distance()
+    end]], [[
+local loops = {
+  plain = function() while true do end end,
+  protected = function() while true do pcall(function() while true do end end) end end,
+}
+for name, call in pairs(loops) do
+  loops[name] = function()
+    io.stderr:write "looping\n"
+    call()
+  end
+end
+local loop = loops[os.getenv "LOOP"] ]])
+    t:equal(run(folder, { "run", "try.lua", "-q", "--out", "whole" }).status, 0)
+    for _, kind in ipairs { "plain", "protected" } do
+      interrupted(t, folder, { "run", "try.lua", "--out", kind },
+        function(output) return output:find("looping", 1, true) end, "LOOP=" .. kind)
+      process.completes(t, folder, { "run", "--resume", kind, "-q" })
+      for _, name in ipairs { "/metrics.jsonl", "/ledger.jsonl", "/r01/population/g0003.jsonl" } do
+        t:ok(source.read(folder .. "/" .. kind .. name) == source.read(folder .. "/whole" .. name),
+          kind .. ": " .. name .. " differs")
+      end
+    end
+  end)
+
+suite:test("Ctrl-C ends a long simulation at the next step", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder)
+  local arguments = { "run", "try.lua", "--out", "r", "--set", "simulation.duration=100000" }
+  interrupted(t, folder, arguments, function()
+    return host.file.exists(folder .. "/r/STATUS")
+  end)
+end)
+
+return suite

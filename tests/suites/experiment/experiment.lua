@@ -1,0 +1,334 @@
+--- experiment.lua: what `limax.experiment` makes of a table: defaults, tiers, rounding, overrides,
+--- and one clear message for each thing that can be wrong.
+
+local limax = require "limax"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "experiment"
+
+-- A small experiment with fields changed.
+local function changed(fields)
+  local given = { fitness = "walk", lattice = { 2, 2, 2 }, population = 6, generations = 2 }
+  for name, value in pairs(fields) do given[name] = value end
+  return limax.experiment(given)
+end
+
+suite:test("the shortest experiment gets every default", function(t)
+  local config = limax.experiment({ fitness = "walk" }).config
+  t:equal(config.lattice, { 5, 5, 5 })
+  t:equal({ config.population, config.generations, config.repetitions }, { 30, 100, 3 })
+  t:equal(config.breeding, { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+    elite_fraction = 0.3 })
+  t:equal(config.genome, { features = 16, sigma = 1, hidden = { 32, 32 }, initial_scale = 1,
+    require_muscle = true })
+  t:equal(config.seed, 1)
+  t:equal(config.fitness, "walk")
+  t:equal(config.selection, { name = "tournament", size = 3 })
+  t:equal(config.supervisor, "rules")
+  t:equal(config.scene.gravity.acceleration, { 0, 0, -9.81 })
+  t:equal(config.scene.actuation.frequency, 2)
+  t:equal(config.simulation.accuracy, "evolve")
+  t:equal(config.record.center_of_mass, 50)
+  t:equal(config.materials.name, "paper")
+end)
+
+suite:test("the configuration is plain data that JSON keeps", function(t)
+  local config = changed({ fitness = function() return 1 end }).config
+  t:equal(host.json.decode(host.json.encode(config)), config)
+end)
+
+suite:test("defaults state unit and reason", function(t)
+  for group, fields in pairs(defaults.fields) do
+    for name, field in pairs(fields) do
+      t:ok(field.value ~= nil, group .. "." .. name .. " has no value")
+      t:ok(type(field.unit) == "string" and #field.reason > 5, group .. "." .. name)
+    end
+  end
+end)
+
+suite:test("a tier is its parts, and an explicit field overrides one", function(t)
+  local simulation = changed({ simulation = { accuracy = "preview" } }).config.simulation
+  t:equal({ simulation.integrator, simulation.precision, simulation.time_step },
+    { "leapfrog", "single", "auto" })
+  simulation = changed({ simulation = { precision = "double" } }).config.simulation
+  t:equal({ simulation.precision, simulation.time_step_most, simulation.bound_fraction },
+    { "double", 2e-4, 0.45 })
+  simulation = changed({ simulation = { time_step = 1e-4 } }).config.simulation
+  t:equal(simulation.time_step, 1e-4)
+  t:equal(simulation.bound_fraction, nil)
+  simulation = changed({ simulation = { time_step = "auto" } }).config.simulation
+  t:equal({ simulation.bound_fraction, simulation.time_step_most }, { 0.9, 0 })
+end)
+
+suite:test("times are rounded up to whole samples, and it is said", function(t)
+  local experiment = changed { simulation = { duration = 1.01, settle = 0.5 },
+    record = { center_of_mass = 50, energy = 20 } }
+  -- 100 Hz is the least common multiple
+  t:near(experiment.config.simulation.duration, 1.01)
+  t:equal(#experiment.notes, 0)
+  experiment = changed { simulation = { duration = 1.001, settle = 0.5 } }
+  t:near(experiment.config.simulation.duration, 1.02)
+  t:ok(experiment.notes[1]:find "rounded up from 1.001 s to 1.02 s")
+end)
+
+suite:test("what a fitness of the library reads is recorded", function(t)
+  t:equal(changed({ fitness = "height", record = {} }).config.record.center_of_mass, 50)
+  t:equal(changed({ fitness = "height", record = { center_of_mass = 200 } }).config.record
+    .center_of_mass, 200)
+  t:equal(changed({ fitness = "walk", record = {} }).config.record.center_of_mass, 0)
+end)
+
+suite:test("functions are recorded as file, lines and SHA-256", function(t)
+  local experiment = changed { fitness = function(robot)
+    return robot:distance()
+  end }
+  local record = experiment.config.fitness["function"]
+  t:equal(record.file, "experiment.lua")
+  t:equal(record.last_line, record.first_line + 2)
+  t:equal(#record.sha256, 64)
+  t:equal(experiment.config.name, "experiment")
+  local found = false
+  for _, path in ipairs(experiment.scripts) do
+    found = found or source.name_of(path) == "experiment.lua"
+  end
+  t:ok(found, "the script itself is not among the scripts")
+end)
+
+suite:test("seeds: numbers, and digits beyond 2^53", function(t)
+  t:equal(changed({ seed = "12" }).config.seed, 12)
+  t:equal(changed({ seed = "18446744073709551615" }).config.seed, "18446744073709551615")
+  for _, seed in ipairs { "18446744073709551616", 1.5, -1, "12x", true } do
+    t:raises("seed: expected a whole number", function() changed { seed = seed } end)
+  end
+end)
+
+-- field or fields -> the message that they bring
+local wrong = {
+  { { populatoin = 3 }, 'populatoin: unknown field; did you mean "population"?' },
+  { { simulation = { duratoin = 3 } }, 'simulation.duratoin: unknown field; did you mean "dur' },
+  { { scene = { gravty = true } }, 'did you mean "gravity"?' },
+  { { scene = { friction = true } }, "ground" },
+  { { population = 1 }, "population: expected a whole number from 2 to 1000000 (robots), got 1" },
+  { { population = 0 }, "population: expected" },
+  { { population = "ten" }, 'from 2 to 1000000 (robots), got "ten"' },
+  { { generations = 0 }, "generations: expected a whole number from 1" },
+  { { lattice = { 0, 5, 5 } }, "lattice[1]: expected a whole number from 1 (voxels), got 0" },
+  { { lattice = { 5, -1, 5 } }, "lattice[2]: expected" },
+  { { lattice = -1 }, "lattice: expected a list { nx, ny, nz } of voxels, got -1" },
+  { { lattice = { 5, 5 } }, "lattice: expected a list { nx, ny, nz } of voxels, got 2 entries" },
+  { { breeding = { elite_fraction = 0 } }, "breeding.elite_fraction: expected a number above 0" },
+  { { breeding = { elite_fraction = 1 } }, "expected a number above 0 and below 1" },
+  { { breeding = { elite_fraction = 2 } }, "breeding.elite_fraction: expected" },
+  { { breeding = { mutation_rate = 0 / 0 } }, "mutation_rate: expected a number from 0 to 1" },
+  { { simulation = { time_step = 0 } }, 'time_step: expected "auto" or a number above 0' },
+  { { simulation = { time_step = -1e-5 } }, "simulation.time_step: expected" },
+  { { simulation = { time_step = 0 / 0 } }, "simulation.time_step: expected" },
+  { { simulation = { accuracy = "evlove" } }, 'did you mean "evolve"?' },
+  { { record = { position = -1 } }, "record.position: expected a whole number from 0" },
+  { { materials = "papyrus" }, "materials" },
+  { { fitness = "wakl" }, 'did you mean "walk"?' },
+  { { selection = "tornament" }, 'did you mean "tournament"?' },
+  { { selection = { "tournament", siez = 3 } }, 'did you mean "size"?' },
+  { { supervisor = "ruels" }, 'did you mean "rules"?' },
+  { { supervision = { ranges = { mutation_rate = { 0, 1 } } } }, "narrowed, never widened" },
+  { { supervision = { materials = 1 } }, "supervision.materials: expected true or false, got 1" },
+  { { name = "../x" }, "name: expected a name of letters" },
+  { { 3 }, "without a name" },
+}
+
+suite:test("one clear message for each wrong field, at the caller's line", function(t)
+  for _, case in ipairs(wrong) do
+    local message = t:raises(case[2], function() changed(case[1]) end)
+    t:ok(message:find "experiment%.lua:%d+: ", "no place in: " .. message)
+    t:ok(not message:find "\n", "more than one line: " .. message)
+    t:equal(require("limax.base.failure").status(message), 2)
+  end
+  t:raises("fitness: expected a name", function() limax.experiment {} end)
+  t:raises("limax.experiment: expected a table, got nil", function() limax.experiment(nil) end)
+end)
+
+suite:test("overrides change any field", function(t)
+  local base = changed {}
+  local function set(...) return base:override({ ... }).config end
+  t:equal(set("population=50").population, 50)
+  t:equal(set("scene.actuation.frequency=3").scene.actuation.frequency, 3)
+  -- the other effects of the default scene stay
+  t:ok(set("scene.actuation.frequency=3").scene.friction)
+  t:equal(set("scene.friction=false").scene.friction, nil)
+  t:equal(set("lattice.3=7").lattice, { 2, 2, 7 })
+  t:equal(set("lattice=[3,4,5]").lattice, { 3, 4, 5 })
+  t:equal(set("genome.hidden.1=8").genome.hidden, { 8, 32 })
+  t:equal(set("fitness=height").fitness, "height")
+  t:equal(set("selection.size=5").selection, { name = "tournament", size = 5 })
+  t:equal(set("simulation.accuracy=preview", "simulation.duration=2").simulation.duration, 2)
+  t:equal(set("seed=18446744073709551615").seed, "18446744073709551615")
+  t:equal(set("record.energy=20").record.center_of_mass, 50)
+  t:equal(set("population=null").population, 30)
+  -- the experiment itself is as it was
+  t:equal(base.config.population, 6)
+end)
+
+suite:test("overrides reach numbers of lists, fields of effects and materials", function(t)
+  local base = changed {}
+  local function set(...) return base:override({ ... }).config end
+  local function stiffness(config, name)
+    for _, material in ipairs(config.materials.materials) do
+      if material.name == name then return material.stiffness end
+    end
+  end
+  t:equal(stiffness(set("materials.bone.stiffness=2e4"), "bone"), 2e4)
+  t:equal(stiffness(set("materials.b.stiffness=3e4"), "bone"), 3e4)
+  t:equal(stiffness(set("materials.soft tissue.stiffness=500"), "soft tissue"), 500)
+  -- the others stay, and so do changes that came before
+  local config = set("materials.bone.stiffness=2e4", "materials.s.stiffness=800")
+  t:equal({ stiffness(config, "bone"), stiffness(config, "soft tissue") }, { 2e4, 800 })
+  t:equal(stiffness(config, "expanding muscle"), 2e3)
+  t:equal(config.materials.name, "paper")
+  t:equal(set("simulation.position.3=1").simulation.position, { 0, 0, 1 })
+  t:equal(set("simulation.velocity.1=2").simulation.velocity, { 2, 0, 0 })
+  -- a field of the tier is still the tier's
+  t:equal(set("simulation.position.3=1", "simulation.accuracy=preview").simulation.precision,
+    "single")
+  t:equal(set("scene.gravity.acceleration.1=1").scene.gravity.acceleration, { 1, 0, -9.81 })
+  local still = changed { scene = { gravity = false } }
+  t:equal(still:override({ "scene.gravity.acceleration.1=1" }).config.scene.gravity.acceleration,
+    { 1, 0, -9.81 })
+  t:equal(set("scene.friction=false").scene.friction, nil)
+  t:equal(set("breeding.mutation_rate=0.2").breeding,
+    { mutation_rate = 0.2, mutation_scale = 0.1, crossover_rate = 0.4, elite_fraction = 0.3 })
+  t:equal(set("genome.hidden.1=16").genome.hidden, { 16, 32 })
+  t:equal(limax.experiment({ fitness = "walk" }):override({ "lattice.3=2" }).config.lattice,
+    { 5, 5, 2 })
+  t:equal(set("supervision.ranges.mutation_rate.2=0.3").supervision.ranges.mutation_rate,
+    { 0.001, 0.3 })
+  t:equal(set("fitness.axis=x").fitness, { name = "walk", axis = "x" })
+end)
+
+-- change -> what its message holds
+local wrong_overrides = {
+  { "materials.bon.stiffness=1", 'there is no material "bon"; did you mean "bone"?' },
+  { "materials.bone.stifness=1", 'materials.bone.stifness: unknown field; did you mean "stiff' },
+  { "materials.bone.stiffness=-1", "stiffness is -1" },
+  { "simulation.positon.3=1", 'did you mean "position"?' },
+  { "simulation.position.4=1", "expected a list { x, y, z } in m, got 4 entries" },
+  { "scene.gravity.aceleration.1=1", 'did you mean "acceleration"?' },
+  { "scene.gravty.acceleration.1=1", 'did you mean "gravity"?' },
+  { "scene.frction=false", 'did you mean "friction"?' },
+  { "breeding.mutaton_rate=0.2", 'did you mean "mutation_rate"?' },
+  { "genome.hiden.1=16", 'did you mean "hidden"?' },
+  { "latice.3=2", 'did you mean "lattice"?' },
+  { "fitness.axs=x", 'did you mean "axis"?' },
+}
+
+suite:test("an override of what is not there says once what was meant", function(t)
+  local base = changed {}
+  for _, case in ipairs(wrong_overrides) do
+    local message = t:raises(case[2], function() base:override { case[1] } end)
+    t:ok(not message:find "\n", message)
+    t:equal(require("limax.base.failure").status(message), 2)
+  end
+  t:raises('did you mean "paper"?', function()
+    base:override { "materials=papr", "materials.bone.stiffness=1" }
+  end)
+end)
+
+suite:test("overrides that cannot be applied", function(t)
+  local base = changed {}
+  t:raises("expected path=value", function() base:override { "population" } end)
+  t:raises("has an empty step", function() base:override { "scene..x=1" } end)
+  t:raises('did you mean "population"?', function() base:override { "populaton=3" } end)
+  t:raises("population has no fields", function() base:override { "population.size=3" } end)
+  t:raises("population: expected", function() base:override { "population=ten" } end)
+  t:raises("simulation.time_step: expected", function()
+    base:override { "simulation.time_step=NaN" }
+  end)
+end)
+
+suite:test("friction that is weaker at rest is said", function(t)
+  local experiment = changed { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
+  t:ok(experiment.notes[1]:find "static 0.6 is below kinetic 1")
+end)
+
+suite:test("what is legal and hardly meant is said, with its consequence", function(t)
+  local function doubt(fields)
+    local notes = changed(fields).notes
+    t:ok(#notes <= 1, table.concat(notes, "\n"))
+    return notes[1] or "none"
+  end
+  local function gravity(z) return { gravity = { acceleration = { 0, 0, z } }, ground = true } end
+  t:ok(doubt { scene = gravity(9.81) }:find "points up, away from scene.ground")
+  t:equal(doubt { scene = gravity(-9.81) }, "none")
+  t:equal(doubt { scene = { gravity = { acceleration = { 0, 0, 1 } } } }, "none")
+  -- 0.1 kg on 1000 N/m: 0.98 mm
+  t:ok(doubt { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
+  t:equal(doubt { simulation = { edge = 0.004 } }, "none")
+  -- 1.25 s from 7.7 m, 1.2 s in all
+  local fall = { position = { 0, 0, 7.7 }, settle = 0.2, duration = 1 }
+  t:ok(doubt { simulation = fall }:find "falls for 1.253 s, and a run takes 1.2 s: it never lands")
+  fall.velocity = { 0, 0, -1 }
+  t:equal(doubt { simulation = fall }, "none")
+end)
+
+-- Every experiment that comes with limax and returns one.
+local function shipped(name)
+  return require("limax.base.script").run(("%s/scripts/experiments/%s.lua"):format(host.home, name))
+end
+
+suite:test("the paper's experiment states the paper's tables", function(t)
+  local config = shipped("paper").config
+  t:equal({ config.generations, config.population, config.repetitions }, { 100, 30, 3 })
+  t:equal(config.lattice, { 5, 5, 5 })
+  t:equal(config.breeding, { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+    elite_fraction = 0.3 })
+  t:equal(config.scene.gravity.acceleration, { 0, 0, -9.81 })
+  t:equal(config.scene.ground, { stiffness = 1e5, damping_ratio = 0.1, height = 0 })
+  t:equal(config.scene.friction, { static = 0.6, kinetic = 1.0 })
+  t:equal({ config.simulation.edge, config.simulation.time_step }, { 0.1, 1e-5 })
+  local stiffness = { ["expanding muscle"] = 2e3, ["contracting muscle"] = 2e3,
+    ["soft tissue"] = 1e3, bone = 1e4 }
+  for _, material in ipairs(config.materials.materials) do
+    if material.kind ~= "empty" then
+      t:equal(material.stiffness, stiffness[material.name])
+      t:equal({ material.mass_per_site, material.damping_ratio }, { 0.1, 0.1 })
+    end
+    if material.amplitude then
+      t:equal(material.amplitude, 0.25)
+      t:near(material.phase, math.pi)
+    end
+  end
+  t:ok(#config.not_in_paper >= 16)
+end)
+
+suite:test("shipped experiments resolve, and their step divides their samples", function(t)
+  for _, name in ipairs { "paper", "walk", "jump", "swim", "stairs", "climb", "grip", "carry" } do
+    local experiment = shipped(name):override { "population=2", "generations=1" }
+    local run = limax.start(experiment, { say = function() end, device = "cpu" })
+    t:ok(run.first_step > 1e-5 and run.first_step < 1e-2, name)
+  end
+end)
+
+suite:test("shipped scripts that run by themselves do", { limit = 60 }, function(t)
+  local folder = host.home .. "/scripts/experiments/"
+  local done = process.ends(t:folder(), { folder .. "by_hand.lua" })
+  t:ok(done.status == 0 and done.stderr == "", done.stderr)
+  t:ok(done.stdout:find "12 voxels" and done.stdout:find "walking: %d%.%d+ m in 5 s", done.stdout)
+  -- one generation of four robots for each sigma and seed
+  done = process.ends(t:folder(), { folder .. "sigma_sweep.lua", "1", "4" })
+  t:ok(done.status == 0 and done.stderr == "", done.stderr)
+  local _, rows = done.stdout:gsub("\n[%d.]+ +%d%.%d+ +%d%.%d+ +%d%.%d+ +%d%.%d", "")
+  t:equal(rows, 5)
+end)
+
+suite:test("a lattice beyond this machine's memory is refused before anything is made", function(t)
+  local before = engine.bytes_held()
+  t:raises("needs .* GB; this machine has", function()
+    limax.start(changed { lattice = { 1000, 1000, 1000 } })
+  end)
+  t:ok(engine.bytes_held() - before < 1e6)
+end)
+
+return suite

@@ -1,0 +1,80 @@
+--- experiments.lua: every file of scripts/experiments runs, cut down to two generations of a few
+--- robots, and opens with what it shows, how long it takes and how it is run.
+
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "experiments"
+
+local FOLDER = host.home .. "/scripts/experiments"
+
+-- Words for the scripts that loop themselves; what is not here returns an experiment.
+local WORDS = {
+  ["by_hand.lua"] = {}, ["own_forces.lua"] = {},
+  -- generations, robots, seconds
+  ["sigma_sweep.lua"] = { "2", "4" }, ["multi_fidelity.lua"] = { "2", "4", "0.3" },
+  -- a minute
+  ["supervision_study.lua"] = { "--quick" },
+}
+local TAGS = { ["supervision_study.lua"] = "full" }
+
+-- What an experiment is cut down by; a supervisor that needs an endpoint gives way to one that does
+-- not.
+local SMALL = { "generations=2", "repetitions=1", "population=8", "simulation.duration=0.4",
+  "simulation.settle=0.1" }
+local CHANGED = { ["supervised.lua"] = { "supervisor=rules" },
+  ["paper.lua"] = { "simulation.time_step=0.0002" } }
+
+local function run_of(name)
+  local words = { "run", FOLDER .. "/" .. name, "--out", "run", "-q" }
+  for _, changes in ipairs { SMALL, CHANGED[name] or {} } do
+    for _, change in ipairs(changes) do
+      words[#words + 1] = "--set"
+      words[#words + 1] = change
+    end
+  end
+  return words
+end
+
+for _, name in ipairs(host.file.list(FOLDER)) do
+  suite:test(name, { tags = TAGS[name], limit = 300 }, function(t)
+    local folder, own = t:folder(), WORDS[name]
+    local words = own and { FOLDER .. "/" .. name, unpack(own) } or run_of(name)
+    local done = process.completes(t, folder, words)
+    if own then
+      t:ok(#done.stdout > 0, "it prints nothing")
+      return
+    end
+    local lines = 0
+    for line in source.read(folder .. "/run/metrics.jsonl"):gmatch "[^\n]+" do
+      lines = lines + 1
+      local generation = host.json.decode(line, "metrics.jsonl")
+      t:equal({ generation.generation, generation.scored > 0 }, { lines - 1, true })
+    end
+    t:equal(lines, 2)
+    local status = host.json.decode(source.read(folder .. "/run/STATUS"), "STATUS")
+    t:equal(status.state, "done")
+  end)
+end
+
+suite:test("each opens with what it shows, how long it takes and how it is run", function(t)
+  for _, name in ipairs(host.file.list(FOLDER)) do
+    local text = source.read(FOLDER .. "/" .. name)
+    local opening = {}
+    for line in text:gmatch "([^\n]*)\n" do
+      local words = line:match "^%-%-%-%s?(.*)$"
+      if not words then break end
+      opening[#opening + 1] = words
+    end
+    local said = table.concat(opening, " ")
+    t:ok(said:find(name .. ": ", 1, true) == 1, name .. " does not open with its name")
+    local long = said:find "seconds?" or said:find "minutes?" or said:find "hours?"
+    t:ok(long or said:find "took %d+ s[ ,]", name .. " does not say how long it takes")
+    t:ok(said:find("limax run scripts/experiments/" .. name, 1, true)
+      or said:find("limax scripts/experiments/" .. name, 1, true),
+      name .. " does not say how it is run")
+  end
+end)
+
+return suite

@@ -1,0 +1,309 @@
+--- library.lua: fitness functions on outcomes made by hand, scenes, and diversity against values
+--- that can be counted or summed by hand.
+
+local limax = require "limax"
+local scored_robot = require "limax.robot.scored_robot"
+local engine = limax.engine
+
+-- ---- fitness -----------------------------------------------------------------------------------
+
+local fitness = require("limax.test").suite "fitness"
+
+-- A robot that came from (0, 0) over (1, 2) to (4, 6) in 5 s: 2 kg, three voxels of 0.1 m long.
+local function walker(given)
+  local outcome = { status = "done", time = 5, center_start = { 0, 0, 0.3 },
+    center_middle = { 1, 2, 0.4 }, center_end = { 4, 6, 0.5 } }
+  for key, value in pairs(given or {}) do outcome[key] = value end
+  local body = { letters = "ee\nee\nee", size = { 2, 3, 1 }, mass = 2, counts = {}, voxels = 6 }
+  return scored_robot.new({ id = 1, status = outcome.status, outcome = outcome, body = body },
+    { options = { edge = 0.1, record = {} } })
+end
+
+local function score(spec, robot) return (limax.fitness.get(spec).call(robot)) end
+
+fitness:test("walk is twice the second half", function(t)
+  t:near(score("walk", walker()), 10)
+  t:near(score({ "walk", axis = "x" }, walker()), 6)
+  t:near(score({ "walk", axis = "y" }, walker { center_end = { 4, 1, 0.5 } }), -2)
+end)
+
+fitness:test("distance and speed", function(t)
+  t:near(score("distance", walker()), math.sqrt(52))
+  t:near(score({ "distance", axis = "y" }, walker()), 6)
+  t:near(score("speed", walker()), math.sqrt(52) / 5)
+  t:near(score({ "speed", axis = "x" }, walker()), 0.8)
+  -- three voxels of 0.1 m are one body length
+  t:near(score({ "speed", axis = "x", body_lengths = true }, walker()), 0.8 / 0.3)
+end)
+
+fitness:test("height is what the engine sums up", function(t)
+  t:near(score("height", walker { height = 0.7 }), 0.7)
+end)
+
+fitness:test("efficiency is weight times distance per joule", function(t)
+  local robot = walker { kinetic = 1, elastic = 1, muscle_work = 40 }
+  t:near(score({ "efficiency", idle_power = 0 }, robot), 2 * 9.81 * math.sqrt(52) / 40)
+  -- 0.1 W/kg for 2 kg and 5 s is one joule more
+  t:near(score("efficiency", robot), 2 * 9.81 * math.sqrt(52) / 41)
+  local still = walker { kinetic = 0, elastic = 0, muscle_work = 0, center_end = { 0, 0, 0.3 } }
+  t:equal(score({ "efficiency", idle_power = 0 }, still), 0)
+end)
+
+fitness:test("straightness is distance over path", function(t)
+  t:near(score("straightness", walker { path_length = 10 }), math.sqrt(52) / 10)
+  local trembling = walker { path_length = 0.05, center_end = { 0.04, 0, 0.3 } }
+  t:equal(score("straightness", trembling), 0)
+  t:near(score({ "straightness", least_path = 0.01 }, trembling), 0.8)
+  t:equal(score({ "straightness", least_path = 0 }, walker { path_length = 0 }), 0)
+end)
+
+fitness:test("distance gives the cases of equal parts", function(t)
+  local robot = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.6,
+    record = { center_of_mass = 50 } }
+  local whole, cases = limax.fitness.get({ "distance", axis = "x", cases = 3 }).call(robot)
+  t:equal(#cases, 3)
+  t:near(cases[1] + cases[2] + cases[3], whole)
+  t:near(whole, robot:distance { axis = "x" })
+  local alone, none = limax.fitness.get("distance").call(robot)
+  t:near(alone, robot:distance())
+  t:equal(none, nil)
+end)
+
+fitness:test("each says what it needs recorded", function(t)
+  local needs = { walk = {}, carry = {}, distance = {}, speed = {},
+    height = { center_of_mass = 50 }, efficiency = { energy = 200 },
+    straightness = { center_of_mass = 50 } }
+  for name, record in pairs(needs) do t:equal(limax.fitness.get(name).record, record) end
+  t:equal(limax.fitness.get({ "distance", cases = 2 }).record, { center_of_mass = 50 })
+end)
+
+fitness:test("what is recorded is enough", function(t)
+  for _, name in ipairs { "walk", "distance", "speed", "height", "efficiency", "straightness" } do
+    local law = limax.fitness.get(name)
+    local robot = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.2,
+      record = law.record }
+    local value = law.call(robot)
+    t:ok(type(value) == "number" and value == value, name)
+  end
+end)
+
+fitness:test("a measure of what was not recorded names the entry to add", function(t)
+  local robot = walker()
+  robot.context.options.record = { energy = 100 }
+  t:raises("record = { center_of_mass = 50, energy = 100 }", function() robot:height() end)
+  t:raises("record = { position = 50, energy = 100 }", function() robot:trace "position" end)
+  local message = t:raises("was not recorded", function() robot:trace "contact" end)
+  t:ok(message:match "^[^\n]*library.lua:%d+: ", message)
+  t:raises('did you mean "energy"?', function() robot:trace "enrgy" end)
+  t:raises("robot 1: its trace", function() robot:trace "energy" end)
+end)
+
+fitness:test("a robot that failed has no measures", function(t)
+  local robot = walker { status = "diverged", time = 1.5 }
+  robot.reason = "speed"
+  t:raises("robot 1 has no distance: it is diverged (speed) at t = 1.5 s",
+    function() robot:distance() end)
+end)
+
+fitness:test("measures check what they are told", function(t)
+  local robot = walker()
+  t:equal(robot:displacement(), { 4, 6, 0.2 })
+  t:near(robot:displacement { from = "middle" }, { 3, 4, 0.1 })
+  t:raises('did you mean "axis"?', function() robot:distance { axes = "x" } end)
+  t:raises('distance.axis: expected one of "x"', function() robot:distance { axis = 1 } end)
+  t:raises("distance: expected a table", function() robot:distance "x" end)
+end)
+
+fitness:test("a wrong name or option says what was meant", function(t)
+  t:raises('unknown name "wlak"; did you mean "walk"?', function() limax.fitness.get "wlak" end)
+  t:raises('did you mean "axis"?', function() limax.fitness.get { "walk", axs = "x" } end)
+  t:raises('expected one of "x", "y", "z", got "w"',
+    function() limax.fitness.get { "walk", axis = "w" } end)
+end)
+
+-- ---- scenes ------------------------------------------------------------------------------------
+
+local scenes = require("limax.test").suite "scenes"
+
+scenes:test("each is a scene that the engine takes", function(t)
+  local land = engine.scene(limax.scenes.land()):table()
+  t:equal(land.gravity.acceleration, { 0, 0, -9.81 })
+  t:ok(land.ground and land.friction and land.damping and land.actuation)
+  local air = engine.scene(limax.scenes.air { gravity = false }):table()
+  t:ok(not air.ground and not air.friction and not air.gravity and air.actuation)
+  local fast = engine.scene(limax.scenes.land { actuation = { frequency = 3 }, friction = false })
+  t:equal(fast:table().actuation.frequency, 3)
+  t:equal(fast:table().friction, nil)
+end)
+
+scenes:test("a misspelt option or effect is refused where it is named", function(t)
+  t:raises('scenes.stairs: unknown field "stp"; did you mean "step"?',
+    function() limax.scenes.stairs { stp = 0.1 } end)
+  t:raises('scenes.land: unknown field "frictoin"; did you mean "friction"?',
+    function() limax.scenes.land { frictoin = false } end)
+  t:raises("scenes.land: expected named fields", function() limax.scenes.land { 3 } end)
+  local own = { force = "f = vec(0, 0, m);", bound = {} }
+  t:equal(limax.scenes.land { lift = own }.lift, own)
+end)
+
+scenes:test("a slope is tilted gravity", function(t)
+  local slope = limax.scenes.slope { angle = math.pi / 6, friction = { static = 0.5 } }
+  t:near(slope.gravity.acceleration, { 4.905, 0, -9.81 * math.sqrt(3) / 2 })
+  t:equal(slope.friction, { static = 0.5 })
+  local turned = limax.scenes.slope { angle = math.pi / 6, direction = math.pi / 2, gravity = 2 }
+  t:near(turned.gravity.acceleration, { 0, 1, -math.sqrt(3) }, { atol = 1e-12 })
+  t:raises("math.rad(20)", function() limax.scenes.slope { angle = 20 } end)
+  t:raises("scenes.slope: angle", function() limax.scenes.slope {} end)
+  t:raises('library.lua:%d+: scenes.slope: unknown field "directon"; did you mean "direction"?',
+    function() limax.scenes.slope { angle = 0.1, directon = 1 } end)
+end)
+
+scenes:test("stairs rise, a corner closes, rough land is the same for the same seed", function(t)
+  local stairs = limax.scenes.stairs { step = 0.1, depth = 0.5, count = 3, start = 2 }
+  t:equal(#stairs.boxes, 3)
+  t:equal(stairs.boxes[3], { from = { 3, -2, 0 }, to = { 3.5, 2, 0.1 * 3 } })
+  local corner = engine.scene(limax.scenes.corner { distance = 0.7, friction = false }):table()
+  t:equal(corner.planes[1].offset, -0.7)
+  t:equal(corner.friction, nil)
+  local one, same = limax.scenes.rough { size = 2 }, limax.scenes.rough { size = 2 }
+  local other = limax.scenes.rough { size = 2, seed = 2 }
+  t:equal(one, same)
+  t:ok(one.terrain.heights[1][1] ~= other.terrain.heights[1][1], "another seed, another land")
+  t:equal(#one.terrain.heights, 11)
+  t:near(one.terrain.origin[1], -1)
+  for _, row in ipairs(one.terrain.heights) do
+    for _, height in ipairs(row) do t:ok(height <= 0 and height >= -0.05) end
+  end
+  t:raises("scenes.stairs: count: expected a whole number from 1 to 16, got 2.5",
+    function() limax.scenes.stairs { count = 2.5 } end)
+  t:raises("scenes.corner: distance", function() limax.scenes.corner { distance = 0 / 0 } end)
+  t:raises("2 to 512 are possible", function() limax.scenes.rough { size = 1000 } end)
+end)
+
+scenes:test("a robot stays whole in each, and no order of planes changes a bit", function(t)
+  local function end_of(scene)
+    local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+      :simulate { scene = scene, duration = 1.5, record = { contact = 20 } }
+    t:ok(robot:contact() > 0, "it lies on something")
+    return robot:displacement()
+  end
+  end_of(limax.scenes.stairs { start = 0.25 })
+  end_of(limax.scenes.rough())
+  -- held by its lowest masses, which then touch nothing, it leans in the wind and stays
+  local held = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
+    scene = limax.scenes.air { anchors = true, wind = { velocity = { 0, 3, 0 } } }, duration = 1 }
+  local _, y = unpack(held:displacement())
+  t:ok(y > 1e-4 and y < 0.1, "it leans by " .. y .. " m")
+  -- what sinks in water soon falls steadily, and slower than in air; what hovers stays
+  local function sunk(scene, duration)
+    local robot = limax.robot { voxels = "s" }:simulate { scene = scene, duration = duration,
+      settle = 0, device = "cpu" }
+    return -robot:displacement()[3], robot:mass()
+  end
+  t:near(sunk(limax.scenes.water(), 1), 0, { atol = 1e-7 })
+  local heavy = { buoyancy = 0.5 }
+  local mass = select(2, sunk(limax.scenes.water(heavy), 1))
+  local steady = math.sqrt(mass * 9.81 * 0.5 / (1000 * 0.1 ^ 2)) -- m/s: two faces across the fall
+  t:near(sunk(limax.scenes.water(heavy), 3) - sunk(limax.scenes.water(heavy), 2), steady,
+    { rtol = 5e-3 })
+  t:raises("scenes.water: buoyancy: expected a number from 0 to 100, got %-1",
+    function() limax.scenes.water { buoyancy = -1 } end)
+  local corner = limax.scenes.corner { distance = 0.3 }
+  local before = end_of(corner)
+  corner.planes[1], corner.planes[2] = corner.planes[2], corner.planes[1]
+  t:same_bits(end_of(corner), before)
+end)
+
+-- ---- diversity ---------------------------------------------------------------------------------
+
+local diversity = require("limax.test").suite "diversity"
+
+local MATERIALS = engine.materials "paper"
+
+-- Bodies of 2 x 2 x 2 voxels, each eight letters with x running fastest.
+local function bodies(list)
+  local population = engine.population { lattice = { 2, 2, 2 }, count = #list }
+  for i, letters in ipairs(list) do
+    local voxels = {}
+    for k = 1, 8 do voxels[k] = letters:sub(k, k) end
+    population:set_body(i, voxels, nil, MATERIALS)
+  end
+  population:check(MATERIALS)
+  return population
+end
+
+local function all(population, ranked)
+  return limax.diversity.measure(population, ranked, MATERIALS).all
+end
+
+diversity:test("hamming counts voxels that differ, empty ones included", function(t)
+  t:equal(all(bodies { "eeeeeeee", "eeeeeeee" }, { 1, 2 }).hamming, 0)
+  t:near(all(bodies { "eeeeeeee", "eeeeeee." }, { 1, 2 }).hamming, 1 / 8)
+  t:near(all(bodies { "eeeeeeee", "cccccccc", "ssssssss" }, { 1, 2, 3 }).hamming, 1)
+  t:equal(all(bodies { "eeeeeeee", "cccccccc" }, { 2 }).hamming, 0)
+end)
+
+diversity:test("hamming is the mean over all pairs", function(t)
+  local random, list = engine.random(3, 1, "user"), {}
+  for i = 1, 9 do
+    local letters = {}
+    for k = 1, 8 do letters[k] = (".ecsb"):sub(random:integer(5)):sub(1, 1) end
+    list[i] = table.concat(letters)
+  end
+  local differing, counted = 0, 0
+  for i = 1, 9 do
+    for j = 1, i - 1 do
+      for k = 1, 8 do
+        counted = counted + 1
+        if list[i]:sub(k, k) ~= list[j]:sub(k, k) then differing = differing + 1 end
+      end
+    end
+  end
+  t:near(all(bodies(list), { 4, 1, 2, 3, 9, 8, 7, 6, 5 }).hamming, differing / counted)
+end)
+
+diversity:test("distinct bodies and shares of materials", function(t)
+  local values = all(bodies { "eeeeeeee", "eeeeeeee", "ccccssss", "....bbbb" }, { 1, 2, 3, 4 })
+  t:equal(values.distinct, 3)
+  t:equal(values.robots, 4)
+  t:equal(values.genotype, nil)
+  t:near(values.material_shares, { empty = 1 / 8, ["expanding muscle"] = 1 / 2,
+    ["contracting muscle"] = 1 / 8, ["soft tissue"] = 1 / 8, bone = 1 / 8 })
+end)
+
+diversity:test("genotype is the root mean square over genes", function(t)
+  local encoding = engine.encoding { lattice = { 2, 2, 2 }, features = 2, hidden = { 3 }, seed = 5 }
+  local population = engine.population { count = 6, encoding = encoding }
+  population:initialize()
+  population:express(MATERIALS)
+  local chosen, sum = { 2, 3, 5, 6 }, 0
+  for gene = 1, population.genes do
+    local mean, square = 0, 0
+    for _, i in ipairs(chosen) do mean = mean + population:genome(i)[gene] / #chosen end
+    for _, i in ipairs(chosen) do square = square + (population:genome(i)[gene] - mean) ^ 2 end
+    sum = sum + square / #chosen
+  end
+  t:near(all(population, chosen).genotype, math.sqrt(sum / population.genes), { rtol = 1e-6 })
+end)
+
+diversity:test("the better half is rounded up, and order changes no bit", function(t)
+  local population = bodies { "eeeeeeee", "cccccccc", "ssssssss", "eeeeeeee", "bbbbbbbb" }
+  local values = limax.diversity.measure(population, { 1, 4, 2, 5, 3 }, MATERIALS)
+  t:equal(values.top.robots, 3)
+  t:equal(values.top.distinct, 2)
+  local other = limax.diversity.measure(population, { 4, 2, 1, 3, 5 }, MATERIALS)
+  t:same_bits(other.all, values.all)
+  t:same_bits(other.top, values.top)
+  t:equal(limax.diversity.measure(population, {}, MATERIALS), {})
+end)
+
+diversity:test("a scored population is asked by name", function(t)
+  local population = { engine = bodies { "eeeeeeee", "eeeecccc", "........" }, ranked = { 2, 1 },
+    materials = MATERIALS }
+  t:near(limax.diversity.hamming(population), 0.5)
+  t:equal(limax.diversity.hamming(population, "top"), 0)
+  t:equal(limax.diversity.distinct(population, "all"), 2)
+  t:near(limax.diversity.material_shares(population)["contracting muscle"], 0.25)
+  t:raises('expected "all" or "top"', function() limax.diversity.hamming(population, "best") end)
+  t:raises("expected a scored population", function() limax.diversity.genotype {} end)
+end)

@@ -1,0 +1,381 @@
+--- robots.lua: robots by hand: letters, weights and where they end up in the lattice; robot files,
+--- which keep every bit; and their pictures in the terminal and as SVG.
+
+local limax = require "limax"
+local body = require "limax.robot.body"
+local body_picture = require "limax.draw.body_picture"
+local film_strip = require "limax.draw.film_strip"
+local host = require "limax.host"
+local robot_file = require "limax.robot.robot_file"
+local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
+local text_plot = require "limax.draw.text_plot"
+local engine = limax.engine
+
+local MATERIALS = engine.materials "paper"
+
+-- ---- letters -----------------------------------------------------------------------------------
+
+local letters = require("limax.test").suite "letters"
+
+letters:test("run along x, lines along y, layers along z", function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\nce." }
+  t:equal(robot.body.size, { 3, 2, 2 })
+  local voxel = robot.body.voxel
+  t:equal({ voxel[1][1][1], voxel[2][1][1], voxel[3][1][1] }, { "e", "c", "s" })
+  t:equal({ voxel[1][2][1], voxel[2][2][1], voxel[3][2][1] }, { "e", "c", "e" })
+  t:equal({ voxel[1][1][2], voxel[2][1][2], voxel[3][2][2] }, { "s", "b", "." })
+  -- and so in the engine, where x runs fastest
+  t:equal(robot.population:voxels(1):table()[2][1][2] + 1, MATERIALS:index "b")
+  t:equal(robot.body.letters, "ecs\nece\n\nsbs\nce.")
+  t:equal(robot.body.count, { empty = 1, ["expanding muscle"] = 4, ["contracting muscle"] = 3,
+    ["soft tissue"] = 3, bone = 1 })
+  t:near(robot.body.mass, 3.5)
+end)
+
+letters:test("a full 5x5x5 voxels weigh 21.6 kg", function(t)
+  local layer = ("eeeee\n"):rep(5)
+  local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
+  t:equal({ robot.body.masses, robot.body.springs }, { 216, 1940 })
+  t:near(robot.body.mass, 21.6)
+end)
+
+letters:test("spaces and empty lines around do not count", function(t)
+  local robot = limax.robot { voxels = [[
+
+      ecs
+      ece
+
+
+      sbs
+      cec
+  ]] }
+  t:equal(robot.body.letters, "ecs\nece\n\nsbs\ncec")
+end)
+
+letters:test("a larger lattice is filled up with empty voxels", function(t)
+  local robot = limax.robot { voxels = "ec", lattice = { 3, 2, 2 } }
+  t:equal(robot.body.letters, "ec.\n...\n\n...\n...")
+  t:equal(robot.body.size, { 2, 1, 1 })
+  t:raises("the letters need 2 x 1 x 1 voxels, it has 1 x 1 x 1",
+    function() limax.robot { voxels = "ec", lattice = { 1, 1, 1 } } end)
+end)
+
+letters:test("weights are numbers, functions or tables", function(t)
+  local table_of = { { { 0.25 } }, { { 0.5 } } }
+  local robot = limax.robot { voxels = "ec", weights = { stiffness = 0.5, amplitude = table_of,
+    phase = function(x, y, z) return (x + 10 * y + 100 * z) / 1000 end } }
+  local weights = robot.population:weights(1):table()
+  t:near(weights, { { { { 0.5 } }, { { 0.5 } } }, table_of, { { { 0.111 } }, { { 0.112 } } } },
+    { rtol = 1e-7 })
+  local all = limax.robot { voxels = "ec", weights = 0.75 }
+  t:equal(all.population:weights(1):table()[3][2][1][1], 0.75)
+end)
+
+letters:test("each mistake has its message, at the script's line", function(t)
+  local mistakes = {
+    { { voxels = "ecx" }, 'layer 1, line 1: unknown letter "x"; the letters are . (empty), e' },
+    { { voxels = "ec\ne" }, "layer 1, line 2 has 1 letters where the first line has 2" },
+    { { voxels = "ec\nec\n\nec" }, "layer 2 has 1 lines where layer 1 has 2" },
+    { { voxels = "" }, "there is no voxel" },
+    { { voxels = "..\n.." }, "the body is empty" },
+    { { voxels = 5 }, "limax.robot.voxels: expected letters" },
+    { {}, "voxels: is missing" },
+    { { voxel = "e" }, 'did you mean "voxels"?' },
+    { { voxels = "e", weights = { phase = 2 } }, "expected a weight from 0 to 1, got 2" },
+    { { voxels = "e", weights = { phas = 1 } }, 'did you mean "phase"?' },
+    { { voxels = "ec", weights = { phase = { { { 1 } } } } }, "a number at voxel (2, 1, 1)" },
+    { { voxels = "e", materials = "papr" }, 'did you mean "paper"?' },
+    { { voxels = "e", edge = 0 }, "limax.robot.edge" },
+    { 5, "limax.robot: expected a table" },
+  }
+  for _, mistake in ipairs(mistakes) do
+    local message = t:raises(mistake[2], function() limax.robot(mistake[1]) end)
+    t:ok(message:match "^[^\n]*robots.lua:%d+: ", message)
+  end
+end)
+
+letters:test("simulate checks what it is told", function(t)
+  local robot = limax.robot { voxels = "e" }
+  local mistakes = {
+    { { duratoin = 1 }, 'did you mean "duration"?' },
+    { { duration = -1 }, "simulation.duration: expected a number above 0" },
+    { { accuracy = "good" }, "simulation.accuracy: expected one of" },
+    { { scene = { gravty = true } }, 'did you mean "gravity"?' },
+    { { record = { positions = 5 } }, 'did you mean "position"?' },
+    { { device = "tpu" }, "auto, cpu or cuda" },
+    { 5, "simulate: expected a table" },
+  }
+  for _, mistake in ipairs(mistakes) do
+    t:raises(mistake[2], function() robot:simulate(mistake[1]) end)
+  end
+end)
+
+letters:test("a body that cannot fall apart falls like a stone", function(t)
+  local robot = limax.robot { voxels = "b" }:simulate { scene = { gravity = true }, settle = 0,
+    duration = 1, accuracy = "reference", record = { center_of_mass = 20 } }
+  t:near(robot:displacement(), { 0, 0, -9.81 / 2 }, { atol = 1e-6 })
+end)
+
+letters:test("a later simulate keeps what was said before", function(t)
+  local first = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.4, settle = 0.1,
+    scene = limax.scenes.land { friction = false }, record = { center_of_mass = 20 } }
+  local again = first:simulate()
+  t:same_bits(again.record.outcome, first.record.outcome)
+  local longer = first:simulate { duration = 0.8 }
+  t:equal(longer:duration(), 0.8)
+  t:equal(longer.context.scene.friction, nil)
+  local finer = first:simulate { accuracy = "reference" }
+  t:equal(finer.context.options.precision, "double")
+  t:ok(finer.record.outcome.time_step < first.record.outcome.time_step)
+end)
+
+-- ---- files -------------------------------------------------------------------------------------
+
+local files = require("limax.test").suite "robot files"
+
+-- Expressed robots have weights of all bits.
+local function expressed()
+  local encoding = engine.encoding { lattice = { 3, 2, 4 }, seed = 11 }
+  local population = engine.population { count = 5, encoding = encoding }
+  population:initialize()
+  population:express(MATERIALS)
+  return population
+end
+
+files:test("keep every bit of a robot", function(t)
+  local population, folder = expressed(), t:folder()
+  for i = 1, population.count do
+    local path = ("%s/%d.json"):format(folder, i)
+    robot_file.write(path, robot_file.describe(population, i, MATERIALS, 0.1))
+    local robot = limax.robot(path)
+    t:same_bits(robot.population:weights(1):table(), population:weights(i):table())
+    t:equal(robot.population:voxels(1):table(), population:voxels(i):table())
+    t:equal(robot.body.hash, population:body(i).hash)
+    t:same_bits(robot.materials:table(), MATERIALS:table())
+    -- and the same text again
+    robot:save(folder .. "/again.json")
+    local first, second = io.open(path), io.open(folder .. "/again.json")
+    t:equal(second:read "*a", first:read "*a")
+    first:close()
+    second:close()
+  end
+end)
+
+files:test("keep materials that were changed, and a lattice that is not full", function(t)
+  local changed = MATERIALS:copy()
+  changed:set(changed:index "b", "stiffness", 1 / 3 * 1e4)
+  local path = t:folder() .. "/robot.json"
+  limax.robot { voxels = "eb", lattice = { 3, 3, 3 }, materials = changed, edge = 0.07 }:save(path)
+  local robot = limax.robot(path)
+  t:same_bits(robot.materials:get(robot.materials:index "b").stiffness, 1 / 3 * 1e4)
+  t:equal(robot.description.lattice, { 3, 3, 3 })
+  t:same_bits(robot.description.edge, 0.07)
+end)
+
+files:test("a scored robot replays alone to the same score", function(t)
+  local experiment = limax.experiment { fitness = { "distance", axis = "x" }, lattice = { 3, 3, 3 },
+    simulation = { duration = 0.4, settle = 0.1 }, population = 6, generations = 2 }
+  local path = t:folder() .. "/champion.json"
+  for population in limax.start(experiment):generations() do
+    population:simulate():score()
+    for _, index in ipairs(population.ranked) do
+      local robot = population[index]
+      robot:save(path)
+      local replayed, score = limax.robot(path):replay()
+      t:same_bits(replayed.fitness, robot.fitness)
+      t:same_bits(score, robot.fitness)
+      t:same_bits(replayed.record.outcome, robot.record.outcome)
+    end
+    population:breed()
+  end
+end)
+
+files:test("a fitness that is a function is handed over to replay", function(t)
+  local path, law = t:folder() .. "/robot.json", function(robot) return 3 * robot:distance() end
+  local experiment = limax.experiment { fitness = law, lattice = { 2, 2, 2 },
+    simulation = { duration = 0.2, settle = 0 }, population = 4, generations = 1 }
+  local population = limax.start(experiment):generations()()
+  population:score()
+  population[population.ranked[1]]:save(path)
+  t:raises("replay { fitness = that_function }", function() limax.robot(path):replay() end)
+  local replayed, score = limax.robot(path):replay { fitness = law }
+  t:same_bits(replayed.fitness, score)
+  t:raises("no scene of its own", function() limax.robot({ voxels = "e" }):replay() end)
+end)
+
+-- A robot's description with a change made to it.
+local function spoiled(change)
+  local description = robot_file.describe(expressed(), 1, MATERIALS, 0.1)
+  change(description)
+  return host.json.encode(description)
+end
+
+files:test("a spoiled file says file, field, value and range", function(t)
+  local path = t:folder() .. "/spoiled.json"
+  local cases = {
+    { '{ "schema": "limax.robot/1", }', "spoiled.json" },
+    { "[1, 2]", "unnamed" },
+    { "5", "expected a table" },
+    { spoiled(function(d) d.schema = "limax.robot/9" end), 'expected "limax.robot/1"' },
+    { spoiled(function(d) d.lattice = nil end), "robot.lattice: is missing" },
+    { spoiled(function(d) d.lattice[1] = 0 end), "robot.lattice[1]: expected a whole number" },
+    { spoiled(function(d) d.lattice[1] = 4 end), "robot.weights" },
+    { spoiled(function(d) d.voxels[1][1] = "ex." end), 'unknown letter "x"' },
+    { spoiled(function(d) d.voxels[4] = nil end), "the lattice is 3 x 2 x 4 voxels" },
+    { spoiled(function(d) d.weights.phase[2][1][3] = 1.5 end), "weights.phase[2][1][3]: expected" },
+    { spoiled(function(d) d.weights.phase = "big" end), "weights.phase: expected a number" },
+    { spoiled(function(d) d.weights.phases = 1 end), 'did you mean "phase"?' },
+    { spoiled(function(d) d.materials = nil end), "robot.materials: is missing" },
+    { spoiled(function(d) d.materials.materials[2].stiffness = -1 end), "stiffness" },
+    { spoiled(function(d) d.materials.materials[2].stiffness = "hard" end), "stiffness" },
+    { spoiled(function(d) d.edge = -1 end), "robot.edge: expected a number" },
+    { spoiled(function(d) d.fittness = "walk" end), 'did you mean "fitness"?' },
+  }
+  for k, case in ipairs(cases) do
+    t:ok(host.file.write_atomic(path, case[1]))
+    local message = t:raises(case[2] == "unnamed" and "spoiled.json" or case[2],
+      function() limax.robot(path) end)
+    t:ok(message:find("spoiled.json", 1, true), ("case %d: %s"):format(k, message))
+  end
+  t:raises("No such file", function() limax.robot(path .. "x") end)
+  t:raises("robot file", function() limax.robot(t:folder()) end)
+end)
+
+-- ---- pictures ----------------------------------------------------------------------------------
+
+local pictures = require("limax.test").suite "pictures"
+
+-- Raises unless `text` is one well-formed XML element: tags that close in order, attributes in
+-- quotes and once each, no bare < or &.
+local function check_xml(t, text)
+  local open, at, roots = {}, 1, 0
+  while at <= #text do
+    local start = text:find("<", at, true)
+    local between = text:sub(at, (start or #text + 1) - 1)
+    t:ok(not between:gsub("&%a+;", ""):find "[&]", "a bare & in " .. between)
+    if #open == 0 then t:ok(not between:find "%S", "text outside the root: " .. between) end
+    if not start then break end
+    local stop = t:ok(text:find(">", start, true), "a tag without an end")
+    local inside = text:sub(start + 1, stop - 1)
+    local closing = inside:match "^/(%w+)$"
+    if closing then
+      t:equal(table.remove(open), closing)
+    else
+      local name, rest = inside:match "^(%w+)(.*)$"
+      t:ok(name, "no tag name in " .. inside)
+      local seen = {}
+      local left = rest:gsub('%s+([%w%-:]+)="([^"<]*)"', function(key)
+        t:ok(not seen[key], "twice " .. key)
+        seen[key] = true
+        return ""
+      end)
+      t:ok(left:match "^%s*/?$", "no attributes: " .. left)
+      if #open == 0 then roots = roots + 1 end
+      if not left:find "/" then open[#open + 1] = name end
+    end
+    at = stop + 1
+  end
+  t:equal(#open, 0)
+  t:equal(roots, 1)
+end
+
+pictures:test("a film strip is well-formed XML with six poses", function(t)
+  local path = t:folder() .. "/strip.svg"
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  for _, scene in ipairs { limax.scenes.land(), limax.scenes.air(),
+    limax.scenes.slope { angle = 0.6 } } do
+    local walked = film_strip.write(path, robot, { title = 'a < b & "c"\1', scene = scene,
+      duration = 0.5 })
+    t:equal(walked.status, "done")
+    local file = io.open(path)
+    local text = file:read "*a"
+    file:close()
+    check_xml(t, text)
+    local _, panels = text:gsub("<clipPath", "")
+    t:equal(panels, 6)
+    t:ok(text:find("0.50 s", 1, true) and text:find("centre of mass", 1, true))
+    t:ok(not text:find("nan", 1, true) and not text:find("inf", 1, true))
+  end
+end)
+
+pictures:test("the track spans the way and no more", function(t)
+  local path = t:folder() .. "/strip.svg"
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  local walked = film_strip.write(path, robot, { duration = 2 })
+  local reach, marks = walked:distance() + 2 * walked:length(), 0
+  -- "+0.16 m" are the panels' own, a number without a sign or with a minus is the ruler's
+  for mark in source.read(path):gmatch ">(%-?[%d.]+) m</text>" do
+    t:ok(math.abs(tonumber(mark)) < reach, mark)
+    marks = marks + 1
+  end
+  t:ok(marks >= 2)
+end)
+
+pictures:test("a film strip changes nothing about the walk that it shows", function(t)
+  local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+  local settings = { duration = 0.5, record = { center_of_mass = 50, energy = 100 } }
+  local simulated = robot:simulate(settings)
+  local path = t:folder() .. "/robot.json"
+  simulated:save(path)
+  local filmed = film_strip.write(t:folder() .. "/strip.svg", limax.robot(path))
+  t:same_bits(filmed:displacement(), simulated:displacement())
+end)
+
+pictures:test("a robot that diverges has no film strip", function(t)
+  local robot = limax.robot { voxels = "e" }:simulate { duration = 0.2, max_speed = 1e-3 }
+  t:equal(robot.status, "diverged")
+  local path = t:folder() .. "/robot.json"
+  robot:save(path)
+  local none, message = film_strip.write(path .. ".svg", limax.robot(path))
+  t:equal(none, nil)
+  t:ok(message:find("diverged", 1, true))
+  t:equal(host.file.exists(path .. ".svg"), nil)
+end)
+
+local PLAIN = { color = false, ascii = true, width = 80 }
+local COLOR = { color = true, ascii = false, width = 80 }
+
+local function picture(title, text)
+  return { title = title, layers = body.layers(text), materials = MATERIALS:table().materials }
+end
+
+pictures:test("bodies stand side by side where the width allows", function(t)
+  local left, right = picture("one", "ec\nsb\n\n..\nee"), picture("two", "cc\ncc\n\nbb\nbb")
+  local text = body_picture.side_by_side({ left, right }, PLAIN)
+  t:equal(text, table.concat({
+    "one           two       ",
+    "z=1   z=2     z=1   z=2 ",
+    "e c   . .     c c   b b ",
+    "s b   e e     c c   b b ",
+  }, "\n"))
+  local narrow = body_picture.side_by_side({ left, right }, { color = false, width = 10 })
+  for line in narrow:gmatch "[^\n]+" do t:ok(terminal.width(line) <= 10, line) end
+  local colored = body_picture.side_by_side({ left, right }, COLOR)
+  t:ok(colored:find("\27[48;5;", 1, true))
+  t:equal(colored:gsub("\27%[[%d;]*m", ""), text)
+end)
+
+pictures:test("a plot keeps to its width, and to ASCII when told", function(t)
+  local series = { { name = "mean", points = {}, color = 1, dotted = true },
+    { name = "best", points = {}, color = 2 } }
+  for k = 0, 39 do
+    series[1].points[k + 1], series[2].points[k + 1] = { k, k / 20 - 1 }, { k, k / 10 }
+  end
+  local text = text_plot.draw(series, { style = PLAIN, x = "generation", y = "fitness" })
+  t:ok(not text:find "[\128-\255\27]")
+  for line in text:gmatch "[^\n]+" do t:ok(#line <= 80, line) end
+  t:ok(text:find("3.9", 1, true) and text:find("-1 ", 1, true) and text:find("generation", 1, true))
+  local fine = text_plot.draw(series, { style = COLOR })
+  for line in fine:gmatch "[^\n]+" do t:ok(terminal.width(line) <= 80, line) end
+  -- one point, or a flat line, is no division by zero
+  for _, points in ipairs { { { 0, 1 } }, { { 0, 2 }, { 5, 2 } }, { { 0, 0 } } } do
+    local flat = text_plot.draw({ { name = "a", points = points, color = 1 } }, { style = PLAIN })
+    t:ok(not flat:find "nan" and flat:find("*", 1, true))
+  end
+end)
+
+pictures:test("a table stands in columns", function(t)
+  local text = terminal.table({ "name", "score" }, { { "a", 1.5 }, { "bcdef", "-" } }, PLAIN)
+  t:equal(text, "name   score\na        1.5\nbcdef      -")
+end)

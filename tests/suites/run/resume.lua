@@ -1,0 +1,510 @@
+--- resume.lua: a run gives the same bytes whatever happens to it: other numbers of threads, one
+--- repetition alone, SIGINT and SIGKILL at random moments, a resume with and without changes.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "resume"
+
+-- Supervised by a function of history that reaches bodies and genomes of earlier generations: what
+-- a resume would lose shows in the numbers.
+local EXPERIMENT = [[
+local limax = require "limax"
+
+local function supervisor(history, random)
+  local now = history[#history]
+  local old = history[math.max(1, #history - 2)]
+  local shift = 0.02 * (old.population[1].body.mass / now.population[1].body.mass - 1)
+    + 0.01 * old.population[2].genome[3] + 0.001 * history[1].population[3].body.voxels
+    + 0.02 * (random:uniform() - 0.5)
+  local scale = #history % 4 == 0 and 1.02 or 0.99
+  return { mutation_scale = 0.1 + shift, materials = { bone = { stiffness = scale * 1e4 } } },
+    ("shift %.17g"):format(shift)
+end
+
+return limax.experiment {
+  name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = GENERATIONS,
+  repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
+  fitness = function(robot)
+    if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
+    return robot:distance(), { robot.body.mass, robot:speed(), way = robot:distance() }
+  end,
+  selection = "rank", supervisor = supervisor, supervision = { materials = true },
+}
+]]
+
+local function write_experiment(folder, generations, repetitions)
+  local text = EXPERIMENT:gsub("GENERATIONS", generations):gsub("REPETITIONS", repetitions)
+  assert(host.file.write_atomic(folder .. "/tiny.lua", text))
+end
+
+local run, completes = process.ends, process.completes
+
+-- Every file below a folder, sorted, but for those that hold clocks or the way there.
+local function files(folder, below, list)
+  list = list or {}
+  local skipped = { ["environment.json"] = true, ["timing.jsonl"] = true, STATUS = true,
+    checkpoint = true, ["config.json"] = true, scripts = true, ["champion.svg"] = true }
+  for _, name in ipairs(host.file.list(folder .. (below or "")) or {}) do
+    local path = (below or "") .. "/" .. name
+    if host.file.exists(folder .. path) == "folder" and not skipped[name] then
+      files(folder, path, list)
+    elseif not skipped[name] then
+      list[#list + 1] = path
+    end
+  end
+  return list
+end
+
+local function same_run(t, got, expected)
+  t:equal(files(got), files(expected))
+  for _, path in ipairs(files(expected)) do
+    t:ok(source.read(got .. path) == source.read(expected .. path),
+      path .. " differs from the uninterrupted run's")
+  end
+end
+
+-- What a killed process leaves must be whole lines and whole files. A line that was being appended
+-- may be cut where a page of the system's cache ends, and then lies beyond the checkpoint.
+local function whole(t, folder)
+  local text = source.read(folder .. "/checkpoint")
+  local bytes = text and host.json.decode(text).bytes or {}
+  for _, path in ipairs(files(folder)) do
+    text = source.read(folder .. path)
+    local grown = path:match "^/(%l+)%.jsonl$" or path:match "^/r%d+/(%l+)%.jsonl$"
+    if grown then
+      local known = path:find "^/%l+%.jsonl$" and bytes[grown] or 0
+      t:ok(#text >= known and (known == 0 or text:sub(known, known) == "\n"),
+        path .. " is not what the checkpoint says")
+      text = text:match "^(.*\n)[^\n]*$" or ""
+    end
+    if path:find "%.part$" then
+      t:ok(path:find "/%.", "a temporary file that is not hidden: " .. path)
+    elseif path:find "%.jsonl$" then
+      t:ok(text == "" or text:sub(-1) == "\n", path .. " ends in the middle of a line")
+      for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), path .. ": " .. line) end
+    elseif path:find "%.json$" then
+      t:ok(host.json.decode(text), path .. " is cut off")
+    end
+  end
+end
+
+suite:test("threads change no byte", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 4, 1)
+  for threads = 1, 3 do
+    local name = "threads" .. threads
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", name, "--threads", tostring(threads) })
+    same_run(t, folder .. "/" .. name, folder .. "/threads1")
+  end
+end)
+
+suite:test("one repetition alone equals the same one among three", { limit = 60 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 3, 3)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "three" })
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "two", "--repetition", "2" })
+  for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
+    local wanted = {}
+    for line in source.read(folder .. "/three/" .. name):gmatch "[^\n]+" do
+      if host.json.decode(line).repetition == 2 then wanted[#wanted + 1] = line .. "\n" end
+    end
+    t:equal(#wanted, 3)
+    t:ok(source.read(folder .. "/two/" .. name) == table.concat(wanted), name .. " differs")
+  end
+  local last = "/r02/population/g0002"
+  for _, ending in ipairs { ".jsonl", ".npy" } do
+    t:ok(source.read(folder .. "/two" .. last .. ending)
+      == source.read(folder .. "/three" .. last .. ending))
+  end
+  t:ok(not host.file.exists(folder .. "/two/r01"))
+end)
+
+-- Ends a run by a signal at random moments, and goes on each time, until `kills` signals have hit.
+-- Each process takes one of `ways` ("--apart", "--together"). With `waits` it goes on until lines
+-- waited for their turn when a signal hit. Returns how often they did. On the CPU, which is ready
+-- before the first signal.
+local function survives(t, signal, kills, ways, waits)
+  local folder = t:folder()
+  write_experiment(folder, 30, 2)
+  local on_cpu = { "--device", "cpu", "-q" }
+  -- moments are shares of what a whole run takes on this machine, now; where none leaves time for
+  -- another generation the machine has become slower since, and where none hits it is faster
+  local began = host.clock()
+  completes(t, folder, { "run", "tiny.lua", "--out", "whole", "--apart", unpack(on_cpu) })
+  local seconds = host.clock() - began
+  local random = engine.random(7, 1, "user", signal == "INT" and 1 or 2, #ways)
+  local hit, attempt, waited, had = 0, 0, 0, ""
+  local function enough()
+    -- lines wait at every tenth signal or more
+    return hit >= kills and (not waits or waited > 0 or hit >= 8 * kills)
+  end
+  while not enough() do
+    attempt = attempt + 1
+    local name = "broken" .. attempt
+    local arguments = { "run", "tiny.lua", "--out", name, unpack(on_cpu) }
+    local done
+    repeat
+      table.insert(arguments, ways[1 + random:integer(#ways)])
+      done = run(folder, arguments, { signal = signal,
+        after = seconds * (0.1 + 0.35 * random:uniform()) })
+      local has = source.read(folder .. "/" .. name .. "/metrics.jsonl") or ""
+      seconds = seconds * (done.status == 0 and 0.8 or has == had and 1.3 or 1)
+      had = has
+      if done.status ~= 0 then
+        t:equal(done.status, signal == "INT" and 130 or 137)
+        hit = hit + 1
+        if host.file.exists(folder .. "/" .. name) then whole(t, folder .. "/" .. name) end
+        if host.file.exists(folder .. "/" .. name .. "/r02/metrics.jsonl") then
+          waited = waited + 1
+        end
+      end
+      if host.file.exists(folder .. "/" .. name .. "/config.json") then
+        local state = host.json.decode(source.read(folder .. "/" .. name .. "/STATUS")).state
+        -- between its end and that of the process nothing is left to go on with
+        if done.status == 130 and state ~= "done" then
+          t:ok(done.stderr:find("limax run --resume " .. name, 1, true), done.stderr)
+        end
+        arguments = { "run", "--resume", name, unpack(on_cpu) }
+      elseif host.file.exists(folder .. "/" .. name) then
+        -- killed before it was a run: such a folder is nobody's
+        attempt = attempt + 1
+        name = "broken" .. attempt
+        arguments = { "run", "tiny.lua", "--out", name, unpack(on_cpu) }
+      end
+    until done.status == 0 or enough()
+    if done.status ~= 0 then completes(t, folder, arguments) end
+    same_run(t, folder .. "/" .. name, folder .. "/whole")
+  end
+  t:note(("%d signals in %d runs; %d times lines waited"):format(hit, attempt, waited))
+  return waited
+end
+
+for _, signal in ipairs { "INT", "KILL" } do
+  suite:test(("SIG%s at random moments changes no byte"):format(signal), { limit = 900 },
+    function(t) t:equal(survives(t, signal, 20, { "--apart" }), 0) end)
+
+  suite:test(("SIG%s changes no byte of repetitions that advance together"):format(signal),
+    { limit = 900 }, function(t)
+      t:ok(survives(t, signal, 10, { "--together", "--together", "--apart" }, true) > 0)
+    end)
+end
+
+-- Ctrl-C to itself as soon as a file of a certain name has been written.
+local STOPPED = [[
+local files = require("limax.host").file
+local write = files.write_atomic
+files.write_atomic = function(path, text)
+  local fine, message = write(path, text)
+  if path:match "[^/]*$" == os.getenv "LIMAX_TEST_STOP" then
+    io.popen("kill -INT $PPID"):close()
+  end
+  return fine, message
+end
+]]
+
+suite:test("Ctrl-C while the folder is made leaves a run that is named, or none", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 2, 1)
+    local path = folder .. "/tiny.lua"
+    assert(host.file.write_atomic(path, STOPPED .. source.read(path)))
+    local words = { "run", "tiny.lua", "--device", "cpu", "-q", "--out", "r" }
+    for _, early in ipairs { "tiny.lua", "STATUS" } do
+      local done = run(folder, words, { before = "LIMAX_TEST_STOP=" .. early })
+      t:equal(done.status, 130)
+      t:equal(done.stderr, "interrupted; no run was begun\n")
+      t:ok(not host.file.exists(folder .. "/r"), "a folder is left after " .. early)
+    end
+    local done = run(folder, words, { before = "LIMAX_TEST_STOP=config.json" })
+    t:equal(done.status, 130)
+    t:ok(done.stderr:find "\ncontinue with: [^\n]*limax run %-%-resume r\n$", done.stderr)
+    done = run(folder, { "run", "--resume", "r", "-q" },
+      { before = "LIMAX_TEST_STOP=environment.json" })
+    t:equal(done.status, 130)
+    t:ok(done.stderr:find "\ncontinue with: [^\n]*limax run %-%-resume r\n$", done.stderr)
+    completes(t, folder, { "run", "--resume", "r", "-q" })
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+    same_run(t, folder .. "/r", folder .. "/whole")
+  end)
+
+suite:test("repetitions together and one after the other give the same bytes", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 4, 5)
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "apart", "--apart" })
+    local done = completes(t, folder, { "run", "tiny.lua", "--out", "together", "--together" })
+    t:ok(done.stderr:find("repetitions 1 to 5 together", 1, true), done.stderr)
+    same_run(t, folder .. "/together", folder .. "/apart")
+    -- two at least are on their way at a time: the second begins before the first ends
+    local first, second = done.stderr:find "repetition 1  generation 3",
+      done.stderr:find "repetition 2  generation 0"
+    t:ok(second < first, done.stderr)
+    for _, way in ipairs { "--together", "--apart" } do
+      local words = { "run", "tiny.lua", "-q", "--repetition", "2", "--out", "alone" .. way, way }
+      completes(t, folder, words)
+      for _, path in ipairs(files(folder .. "/alone" .. way, "/r02")) do
+        t:ok(source.read(folder .. "/alone" .. way .. path)
+          == source.read(folder .. "/apart" .. path), path)
+      end
+    end
+  end)
+
+suite:test("more generations of several repetitions, and a signal on the way", { limit = 300 },
+  function(t)
+    -- ready before the signal
+    local folder, on_cpu = t:folder(), { "--device", "cpu", "-q" }
+    write_experiment(folder, 6, 3)
+    for _, way in ipairs { "--apart", "--together" } do
+      local name = "r" .. way
+      local began = host.clock()
+      completes(t, folder,
+        { "run", "tiny.lua", "--out", name, "--set", "generations=3", way, unpack(on_cpu) })
+      local seconds = host.clock() - began
+      local more = { "run", "--resume", name, "--changed", "--set", "generations=6", way,
+        unpack(on_cpu) }
+      repeat
+        local done = run(folder, more, { signal = "KILL", after = 0.8 * seconds })
+        seconds = 1.2 * seconds
+        more = { "run", "--resume", name, way, unpack(on_cpu) }
+        t:ok(done.status == 0 or done.status == 137, done.stderr)
+        -- what is there is never computed again
+        local seen = {}
+        for line in source.read(folder .. "/" .. name .. "/metrics.jsonl"):gmatch "[^\n]+" do
+          local entry = host.json.decode(line)
+          local key = entry.repetition .. ":" .. entry.generation
+          t:ok(not seen[key], key .. " is there twice")
+          seen[key] = true
+        end
+      until done.status == 0
+    end
+    same_run(t, folder .. "/r--together", folder .. "/r--apart")
+  end)
+
+-- What the engine says when a GPU fails, put into the second of the simulations that follow the
+-- third generation; only while the environment asks for it.
+local BROKEN = [[
+local engine, failure = require "limax.engine", require "limax.base.failure"
+local made, real, together = 0, engine.simulation, engine.advance_together
+-- what advances several asks each of them, so that the broken one is met there too
+engine.advance_together = function(simulations, seconds)
+  for _, each in ipairs(simulations) do
+    if rawget(each, "advance") then each:advance(seconds) end
+  end
+  return together(simulations, seconds)
+end
+engine.simulation = function(...)
+  local simulation = real(...)
+  local robots = (...).count
+  if robots > 1 then made = made + 1 end
+  if os.getenv "LIMAX_TEST_BREAK" and made == 4 then
+    simulation.advance = function()
+      local text = "simulation:advance: CUDA: cuLaunchKernel failed while stepping robots: "
+        .. "CUDA_ERROR_ILLEGAL_ADDRESS"
+      failure.note_machine(text, "device")
+      error(text, 0)
+    end
+  end
+  return simulation
+end
+]]
+
+suite:test("a device that fails leaves the last whole generation and names the way on",
+  { limit = 60 }, function(t)
+    local folder = t:folder()
+    write_experiment(folder, 6, 2)
+    local path = folder .. "/tiny.lua"
+    assert(host.file.write_atomic(path, BROKEN .. source.read(path)))
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+    for _, way in ipairs { "--apart", "--together" } do
+      local name = "r" .. way
+      local done = run(folder, { "run", "tiny.lua", "-q", "--out", name, way },
+        { before = "LIMAX_TEST_BREAK=1" })
+      t:equal(done.status, 1)
+      -- no trace: the script is not at fault
+      local last = done.stderr:match "\n(limax: .*)$" or done.stderr
+      t:ok(last:find "^limax: simulation:advance: CUDA: [^\n]*CUDA_ERROR_ILLEGAL_ADDRESS\n", last)
+      t:ok(last:find "ADDRESS\ncontinue with: [^\n]*limax run %-%-resume r%-%-%l+\n$", last)
+      local status = host.json.decode(source.read(folder .. "/" .. name .. "/STATUS"))
+      t:equal(status.state, "failed")
+      t:ok(status.message:find("CUDA_ERROR_ILLEGAL_ADDRESS", 1, true), status.message)
+      t:ok(status.generation ~= nil)
+      completes(t, folder, { "run", "--resume", name, "-q", way })
+      same_run(t, folder .. "/" .. name, folder .. "/whole")
+    end
+  end)
+
+suite:test("a fitness is not blamed for a device that fails", { limit = 60 }, function(t)
+  local folder = t:folder()
+  -- what is simulated for one robot alone fails
+  local text = BROKEN:gsub("made == 4", "robots == 1") .. [[
+local limax = require "limax"
+return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 3,
+  repetitions = 1, simulation = { duration = 0.2, settle = 0 }, supervisor = "fixed",
+  genome = { require_muscle = false },
+  fitness = function(robot)
+    if robot.generation == 1 then robot:simulate { duration = 0.1 } end
+    return robot:distance()
+  end }
+]]
+  assert(host.file.write_atomic(folder .. "/own.lua", text))
+  local done = run(folder, { "run", "own.lua", "-q", "--out", "r" },
+    { before = "LIMAX_TEST_BREAK=1" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find "^limax: .*CUDA_ERROR_ILLEGAL_ADDRESS\ncontinue with: ", done.stderr)
+  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).generation, 0)
+end)
+
+suite:test("a changed script or configuration is refused with the difference", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 4, 1)
+    completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
+    local path = folder .. "/tiny.lua"
+    local text = source.read(path)
+    text = text:gsub('selection = "rank"', 'selection = "roulette"')
+    assert(host.file.write_atomic(path, text))
+    local refused = run(folder, { "run", "--resume", "r", "-q" })
+    t:equal(refused.status, 2)
+    t:ok(refused.stderr:find 'selection: was "rank", is "roulette"', refused.stderr)
+    t:ok(refused.stderr:find '%+%d+:   selection = "roulette"', refused.stderr)
+    t:ok(refused.stderr:find "%-%-changed", refused.stderr)
+    local before = source.read(folder .. "/r/metrics.jsonl")
+
+    local went_on =
+      completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
+    t:ok(went_on.stderr:find "going on with what has changed", went_on.stderr)
+    local after = source.read(folder .. "/r/metrics.jsonl")
+    t:equal(after:sub(1, #before), before)
+    t:ok(#after > #before)
+    t:ok(host.file.exists(folder .. "/r/config-1.json"))
+    t:ok(source.read(folder .. "/r/scripts-1/tiny.lua"):find '"rank"')
+    t:ok(source.read(folder .. "/r/scripts/tiny.lua"):find '"roulette"')
+    -- and from here on the new one is the one to be met
+    completes(t, folder, { "run", "--resume", "r", "-q" })
+  end)
+
+suite:test("some fields can never change", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2" } do
+    local refused = run(folder, { "run", "--resume", "r", "--changed", "--set", change })
+    t:equal(refused.status, 2)
+    t:ok(refused.stderr:find "cannot go on with another", refused.stderr)
+  end
+end)
+
+suite:test("a run goes on from the copy of a script that is gone", { limit = 120 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 30, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
+  local child = process.start(folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  child:signal_when("INT", function()
+    return (source.read(folder .. "/r/metrics.jsonl") or ""):find "\n"
+  end)
+  if child:finish() ~= 130 then t:skip "the run ended before the signal" end
+  host.file.remove(folder .. "/tiny.lua")
+  local went_on = completes(t, folder, { "run", "--resume", "r" })
+  t:ok(went_on.stderr:find "is gone; going on with the copy", went_on.stderr)
+  same_run(t, folder .. "/r", folder .. "/whole")
+end)
+
+suite:test("a finished run has nothing left to do", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  local before = source.read(folder .. "/r/metrics.jsonl")
+  completes(t, folder, { "run", "--resume", "r", "-q" })
+  t:equal(source.read(folder .. "/r/metrics.jsonl"), before)
+  t:equal(host.json.decode(source.read(folder .. "/r/STATUS")).state, "done")
+end)
+
+-- A loop of the script's own, which ends with an error in generation `arg[2]`, before that is bred.
+-- Its fitness reads a trace, and elites are chosen by what the fitness names.
+local OWN_LOOP = [[
+local limax = require "limax"
+local experiment = limax.experiment {
+  name = "own", lattice = { 2, 2, 2 }, population = 8, generations = 6, repetitions = 1,
+  simulation = { duration = 0.3, settle = 0.1 }, record = { center_of_mass = 20 },
+  fitness = function(robot)
+    local path = robot:trace "center_of_mass"
+    return robot:distance(), { rise = path[path:size()][3] }
+  end,
+}
+for robots in limax.start(experiment, { out = arg[1], resume = true }):generations() do
+  robots:simulate():score()
+  if robots.generation == tonumber(arg[2]) then error "enough" end
+  local best, rising = robots.ranked, robots.ranked[1]
+  for _, i in ipairs(best) do
+    if robots[i].measures.rise > robots[rising].measures.rise then rising = i end
+  end
+  local pairs_of_indices = {}
+  for child = 1, 6 do pairs_of_indices[child] = { rising, best[child % #best + 1] } end
+  local other = best[1] == rising and best[2] or best[1]
+  robots:breed { parents = pairs_of_indices, elites = { rising, other }, mutation_rate = 0.2 }
+end
+]]
+
+suite:test("a loop of the script's own goes on where it was stopped", { limit = 60 }, function(t)
+  local folder = t:folder()
+  local script = folder .. "/own.lua"
+  assert(host.file.write_atomic(script, OWN_LOOP))
+  completes(t, folder, { "own.lua", "whole" })
+  for _, stop in ipairs { 0, 2, 4 } do
+    local done = run(folder, { "own.lua", "parts", tostring(stop) })
+    t:ok(done.stderr:find("enough", 1, true), done.stderr)
+  end
+  completes(t, folder, { "own.lua", "parts" })
+  same_run(t, folder .. "/parts", folder .. "/whole")
+  t:equal(host.json.decode(source.read(folder .. "/parts/STATUS")).state, "done")
+  -- one that is done stays as it is
+  completes(t, folder, { "own.lua", "parts" })
+  same_run(t, folder .. "/parts", folder .. "/whole")
+
+  local changed = OWN_LOOP:gsub("mutation_rate = 0.2", "mutation_rate = 0.1")
+  assert(host.file.write_atomic(script, changed))
+  local refused = run(folder, { "own.lua", "parts" })
+  t:equal(refused.status, 2)
+  t:ok(refused.stderr:find("changed = true goes on with the new one", 1, true), refused.stderr)
+  assert(host.file.write_atomic(script, (changed:gsub("resume = true", "%0, changed = true"))))
+  completes(t, folder, { "own.lua", "parts" })
+  t:ok(host.file.exists(folder .. "/parts/scripts-1"))
+end)
+
+suite:test("limax.start refuses options that it does not know", function(t)
+  local limax = require "limax"
+  local experiment = limax.experiment { fitness = "walk" }
+  t:raises('resume.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
+    function() limax.start(experiment, { repetiton = 2 }) end)
+  t:raises("resume.lua:%d+: start.resume: which run", function()
+    limax.start(experiment, { resume = true })
+  end)
+end)
+
+suite:test("two processes never write one folder", { limit = 30 }, function(t)
+  local folder = t:folder()
+  write_experiment(folder, 2, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  local handle = t:ok(host.file.lock(folder .. "/r"))
+  local refused = run(folder, { "run", "--resume", "r" })
+  handle:free()
+  t:equal(refused.status, 1)
+  t:ok(refused.stderr:find "in use by another process", refused.stderr)
+end)
+
+suite:test("champions replay alone to the same score", { limit = 30 }, function(t)
+  local limax = require "limax"
+  local folder = t:folder()
+  write_experiment(folder, 5, 1)
+  completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  for generation = 0, 4 do
+    local path = ("%s/r/r01/champions/g%04d.json"):format(folder, generation)
+    local file = host.json.decode(source.read(path))
+    t:same_bits(limax.robot(path):simulate():distance(), file.score)
+  end
+end)
+
+return suite

@@ -1,0 +1,202 @@
+--- llm_parse.lua: from a model's text to a proposal: where the object may stand, what a value may
+--- be, what a parser of the user's own may do. The payload faults of language models, one by one.
+
+local host = require "limax.host"
+local ledger = require "limax.supervise.ledger"
+local parse = require "limax.supervise.llm.parse"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "llm parse"
+
+local LIMITS = host.json.encode(ledger.limits(10))
+local BOM = "\239\187\191"
+
+local function read(text, parser) return (parser or parse.default()):read(text, LIMITS) end
+
+suite:test("the object is found wherever a model puts it", function(t)
+  local object = '{"mutation_rate": 0.2, "reason": "why"}'
+  for text, stage in pairs {
+    [object] = "whole", [BOM .. object .. "\n"] = "whole", ["  \n\t" .. object] = "whole",
+    ["```json\n" .. object .. "\n```"] = "fenced", ["```\n" .. object] = "fenced",
+    ["~~~json\n" .. object .. "\n~~~"] = "prose",
+    ["Sure! Here it is:\n" .. object .. "\nHope that helps {smile}."] = "prose",
+    ["I use {braces} and a quote \" here. " .. object] = "prose",
+    ["<think>first {\"mutation_rate\": 0.5}</think>" .. object] = "after thought",
+    ["so {\"mutation_rate\": 0.5}</think>" .. object] = "after thought",
+    ["<thinking>a</thinking><think>{</think>" .. object] = "after thought",
+    ["The form is {\"mutation_rate\": 0.4, \"reason\": \"\"}. My answer: " .. object] = "prose",
+    ["```json\n{\"mutation_rate\": 0.4}\n```\nor\n```json\n" .. object .. "\n```"] = "fenced",
+    ['[' .. object .. ']'] = "prose", ['{"proposal": ' .. object .. '}'] = "whole",
+    [object .. '\n{"note": "no field of mine"}'] = "prose",
+    [object .. "\n{'single': 1}"] = "prose", ["\"" .. object] = "prose",
+  } do
+    local got, message = read(text)
+    t:ok(got, ("%s: %s"):format(text, tostring(message)))
+    t:equal({ got.proposal, got.reason, got.stage },
+      { { mutation_rate = 0.2 }, "why", stage })
+  end
+end)
+
+suite:test("what is no whole JSON object is no answer, and nothing is repaired", function(t)
+  for text, expected in pairs {
+    [""] = "no JSON object", ["   \n \t" .. (" "):rep(1e5)] = "no JSON object",
+    ["I cannot help with that."] = "no JSON object", ["null"] = "no JSON object",
+    ["[0.2]"] = "no JSON object",
+    ['{"mutation_rate": 0.2'] = "cut off", ['{"mutation_rate": 0.2, "reason": "so'] = "cut off",
+    ['{"mutation_rate": 0.1} and then {"mutation_rate": 0.2, "mat'] = "cut off",
+    ['{"wrong": {"mutation_rate": 0.2}, '] = "cut off",
+    ["{'mutation_rate': 0.2}"] = "double quotes", ["{mutation_rate: 0.2}"] = "double quotes",
+    ['{"mutation_rate": 0.2,}'] = "line 1", ['{"mutation_rate": 0.2 /* more */}'] = "line 1",
+    ['{"mutation_rate": 0.2 // more\n}'] = "line 1", ['{"mutation_rate": .2}'] = "line 1",
+    ['{"mutation_rate": 0,2}'] = "line 1", ['{"mutation_rate": +0.2}'] = "line 1",
+    ['{"mutation_rate": 0x10}'] = "line 1", ['{"mutation_rate": 1e999}'] = "overflow",
+    ['{"mutation_rate": NaN}'] = "line 1", ['{"mutation_rate": Infinity}'] = "line 1",
+    ['{"mutation_rate": -Infinity}'] = "line 1", ['{"mutation_rate": 20%}'] = "line 1",
+    ['{"mutation_rate": 0.2, "mutation_rate": 0.3}'] = "comes twice",
+    ['{"materials": {"bone": {"stiffness": 1}, "bone": {"stiffness": 2}}}'] = "comes twice",
+    ['{"mutation_rate": 12345678901234567890}'] = "beyond 2^53",
+    ['{"reason": "\\ud800", "mutation_rate": 0.2}'] = "surrogate",
+    ['{"reason": "\255", "mutation_rate": 0.2}'] = "UTF-8",
+    ['{"reason": "\0", "mutation_rate": 0.2}'] = "line 1",
+    ["{}"] = "no object in the answer holds a field",
+    ['{"Mutation_Rate": 0.2, "mutationRate": 0.2}'] = "no object in the answer holds a field",
+    ['{"a": {"mutation_rate": 0.1}, "b": {"mutation_rate": 0.2}}'] = "no object in the answer",
+    ["<think>{\"mutation_rate\": 0.2}"] = "no JSON object",
+    ["<think>{\"mutation_rate\": 0.2}</think>"] = "no JSON object",
+    [('{"a":'):rep(2000) .. "1" .. ("}"):rep(2000)] = "nested deeper",
+    [("{"):rep(1e5)] = "double quotes", [('{"a":'):rep(5e4)] = "cut off",
+    ['{"reason": "' .. ("x"):rep(1e6) .. '"}'] = "more than 262144",
+    [("{}"):rep(1000)] = "more than 512 objects",
+  } do
+    local got, message = read(text)
+    t:equal(got, nil)
+    t:ok(message:find(expected, 1, true), ("%s: %s"):format(text:sub(1, 80), message))
+    t:ok(#message <= 200 and not message:find "%c", message)
+  end
+  local many = {}
+  for k = 1, 8000 do many[k] = ('"k%d":%d'):format(k, k) end
+  local got, message = read('{"mutation_rate": 0.1, ' .. table.concat(many, ",") .. "}")
+  t:equal(got, nil)
+  t:ok(message:find("more than 100 fields", 1, true), message)
+end)
+
+suite:test("values come through as they are, for the ledger to judge", function(t)
+  local got = t:ok(read [[{"mutation_rate": "0.2", "crossover_rate": null, "mutation_scale": true,
+    "elite_fraction": [0.2], "Elites": 3, "x\ny": "a\u0000b",
+    "materials": {"bone": {"stiffness": null, "amplitude": {"now": 1}}},
+    "reason": "line\none\u001b[31m \u202e\u0085end"}]])
+  t:equal(got.proposal, { mutation_rate = "0.2", mutation_scale = true, elite_fraction = { 0.2 },
+    Elites = 3, materials = { bone = { amplitude = { now = 1 } } }, ["x y"] = "a b" })
+  t:equal(got.reason, "line one [31m   end")
+  got = t:ok(read('{"mutation_rate": -0, "' .. ("é"):rep(100) .. '": 1, "reason": "'
+    .. ("ü"):rep(500) .. '"}'))
+  t:equal(got.reason, ("ü"):rep(100))
+  t:ok(got.proposal[("é"):rep(30)])
+  t:ok(pcall(host.json.encode, got.proposal))
+  -- everything null is an answer: nothing is to change
+  t:equal(t:ok(read '{"mutation_rate": null, "reason": ""}'), nil or
+    { proposal = {}, reason = nil, stage = "whole" })
+end)
+
+suite:test("text of a model is never executed, opened or obeyed", function(t)
+  local folder = t:folder()
+  local touch = folder .. "/touched"
+  for _, text in ipairs {
+    ('os.execute("touch %s")'):format(touch),
+    ('{"mutation_rate": (function() io.open(%q, "w"):close() end)()}'):format(touch),
+    ('{"mutation_rate": 0.2, "reason": "$(touch %s)`touch %s`"}'):format(touch, touch),
+    ('{"mutation_rate": 0.2, "parse": "%s", "url": "http://127.0.0.1:1/"}'):format(touch),
+    '{"mutation_rate": 0.2, "supervisor": {"url": "https://example.org"}, "LIMAX_LLM_KEY": "x"}',
+    "]] .. os.exit(3) .. [[", "%s%s%n%99999d", '{"__index": 1, "mutation_rate": 0.2}',
+    '{"mutation_rate": 0.2, "reason": "{{generations}} {{secret}}"}',
+  } do
+    local got = read(text)
+    if got then
+      t:equal(got.proposal.mutation_rate, 0.2)
+      t:ok(not got.reason or not got.reason:find "%c")
+    end
+    t:equal(host.file.exists(touch), nil)
+  end
+end)
+
+-- ---- parsers of the user's own ------------------------------------------------------------------
+
+suite:test("a parser may be a file or a function that stands alone", function(t)
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/rate.lua", [[
+return function(text, limits)
+  local rate = text:match "rate: (%S+)"
+  if not rate then return nil, "say rate: NUMBER (" .. #limits .. " limits)" end
+  return { mutation_rate = tonumber(rate) }
+end
+]]))
+  local own = t:ok(parse.from("rate.lua", folder))
+  t:equal(read("rate: 0.25", own).proposal, { mutation_rate = 0.25 })
+  t:equal({ read("no", own) }, { nil, "say rate: NUMBER (7 limits)" })
+
+  local inside = t:ok(parse.from(function(text) return { mutation_rate = tonumber(text) } end))
+  t:equal(read("0.25", inside).proposal, { mutation_rate = 0.25 })
+  local function named(text, limits)
+    if text == "" then
+      return nil, "empty"
+    end
+    return { mutation_rate = #limits / 100, reason = text }
+  end
+  local got = read("hello", t:ok(parse.from(named)))
+  t:equal({ got.proposal.mutation_rate, got.reason, got.stage }, { 0.07, "hello", "own parser" })
+  t:equal(named("", {}), nil)
+end)
+
+suite:test("the parser that prompts/README.md shows is one", function(t)
+  local page = source.read(host.home .. "/prompts/README.md")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/own.lua", t:ok(page:match "\n```lua\n(.-)\n```")))
+  local own = t:ok(parse.from("own.lua", folder))
+  t:equal(read("my rate: 0.3", own).proposal, { mutation_rate = 0.3 })
+  t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
+end)
+
+suite:test("a parser that cannot stand alone, or does not load, is refused at once", function(t)
+  local outside = 3
+  local function uses(text) return { mutation_rate = outside + #text } end
+  t:equal(uses "", { mutation_rate = 3 })
+  local made, message = parse.from(uses)
+  t:equal(made, nil)
+  t:ok(message:find("uses outside from around it", 1, true), message)
+  -- of several on one line the right one is taken
+  local list = { function(x) return { a = x } end, function(x) return { b = #x } end,
+    function() return { c = (function() return 7 end)() } end }
+  for k, expected in ipairs { { a = "xy" }, { b = 2 }, { c = 7 } } do
+    t:equal(read("xy", t:ok(parse.from(list[k]))).proposal, expected)
+    t:equal(list[k] "xy", expected)
+  end
+  made, message = parse.from(loadstring "return { a = 1 }")
+  t:equal(made, nil)
+  t:ok(message:find("lines of its own", 1, true), message)
+  made, message = parse.from("nowhere.lua", t:folder())
+  t:equal(made, nil)
+  t:ok(message:find("nowhere.lua", 1, true), message)
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/bad.lua", "return function(text"))
+  made, message = parse.from("bad.lua", folder)
+  t:equal(made, nil)
+  t:ok(message:find("bad.lua:1", 1, true), message)
+end)
+
+suite:test("a parser that fails, loops or returns nonsense gives a message", { limit = 60 },
+  function(t)
+    for text, expected in pairs {
+      ["error 'no idea'"] = "the parser failed: ", ["while true do end"] = "million instructions",
+      ["return 7"] = "returned no table", ["return { 1, 2 }"] = "returned no table",
+      ["return { mutation_rate = 0 / 0 }"] = "NaN", ["return function() end"] = "a function",
+      ["return"] = "the parser found no proposal", ["return nil, {}"] = "found no proposal",
+      ["return nil, 'two\\nlines'"] = "two lines", ["return os.getenv 'HOME'"] = "nil value",
+    } do
+      local folder = t:folder()
+      assert(host.file.write_atomic(folder .. "/own.lua",
+        "return function(text) " .. text .. " end"))
+      local got, message = read("x", t:ok(parse.from("own.lua", folder)))
+      t:equal(got, nil)
+      t:ok(message:find(expected, 1, true), ("%s: %s"):format(text, message))
+    end
+  end)

@@ -1,0 +1,176 @@
+--- llm_resume.lua: a run under a language model that is killed goes on with the answers that it
+--- has, asks only for those that it lacks, and ends in the bytes of one that was left alone.
+
+local engine = require "limax.engine"
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "llm resume"
+
+-- The model's answer follows from the request's bytes and from how often it was asked: what a
+-- resume would lose shows in the numbers. Each request is noted in a file of its own and takes a
+-- moment, so that a kill hits some of them on their way.
+local EXPERIMENT = [[
+local limax = require "limax"
+local host = require "limax.host"
+
+local function model(_, given)
+  local client, asked = {}, 0
+  function client:describe() return { endpoint = "http://127.0.0.1:9/v1", model = "hash" } end
+  function client:state() return { asked = asked } end
+  function client:restore(state) asked = state.asked end
+  function client:ask(messages)
+    asked = asked + 1
+    local body = host.json.encode(messages)
+    local hash = host.sha256(body)
+    host.file.append("asked", hash .. "\n")
+    given.record { time = host.time(), ms = 20, request = body, request_sha256 = hash,
+      http_status = 200, raw_body = hash }
+    local until_then = host.clock() + 0.02
+    while host.clock() < until_then do host.raise_if_interrupted() end
+    local kind = tonumber(hash:sub(1, 2), 16) % 5
+    if kind == 0 then return nil, { class = "timeout", message = "no answer", attempts = 1 } end
+    local content = ('{"mutation_rate": %.4f, "mutation_scale": %.4f}'):format(
+      0.05 + tonumber(hash:sub(3, 6), 16) / 65536 / 4, 0.08 + asked / 1000)
+    if kind == 1 then content = content:sub(1, -9) end
+    return { content = content, attempts = 1, seconds = 0.02, usage = { input_tokens = 9 } }
+  end
+  return client
+end
+
+return limax.experiment {
+  name = "talk", lattice = { 2, 2, 2 }, population = 6, generations = GENERATIONS, repetitions = 2,
+  simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
+  fitness = function(robot)
+    -- the process ends while the generation is scored that the last answer was for
+    if robot.generation == 5 and host.file.exists "die" then
+      host.file.remove "die"
+      host.exit(3)
+    end
+    return robot:distance()
+  end,
+  supervisor = { "llm", client = model, fallback = "random" },
+}
+]]
+
+local function write_experiment(folder, generations)
+  local text = EXPERIMENT:gsub("GENERATIONS", generations)
+  assert(host.file.write_atomic(folder .. "/talk.lua", text))
+end
+
+local limax, completes = process.ends, process.completes
+
+local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
+  "r02/population/g0019.npy", "r02/population/g0019.jsonl" }
+
+local function same_run(t, got, expected)
+  for _, name in ipairs(SAME) do
+    t:ok(t:ok(source.read(got .. "/" .. name)) == source.read(expected .. "/" .. name),
+      name .. " differs from the uninterrupted run's")
+  end
+end
+
+-- Requests on disk, and how many of them differ.
+local function asked(folder)
+  local list, distinct, seen = 0, 0, {}
+  for hash in (source.read(folder .. "/asked") or ""):gmatch "%x+" do
+    list = list + 1
+    if not seen[hash] then distinct = distinct + 1 end
+    seen[hash] = true
+  end
+  return list, distinct
+end
+
+suite:test("kills at random moments change no byte and repeat few questions", { limit = 120 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 20)
+    local on_cpu = { "--device", "cpu", "-q" }
+    completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(on_cpu) })
+    local alone = asked(folder)
+    assert(host.file.remove(folder .. "/asked"))
+    local random = engine.random(11, 1, "user", 1, 1)
+    local kills, words = 0, { "run", "talk.lua", "--out", "broken", unpack(on_cpu) }
+    repeat
+      -- after some further questions, and a part of the time between two
+      local enough = asked(folder) + 3 + random:integer(alone / 5)
+      local child = process.start(folder, words)
+      child:signal_when(kills % 2 == 0 and "KILL" or "INT", function()
+        return asked(folder) >= enough and (host.wait(0.03 * random:uniform()) or true)
+      end)
+      local status = child:finish()
+      if status ~= 0 then kills = kills + 1 end
+      if host.file.exists(folder .. "/broken/config.json") then
+        words = { "run", "--resume", "broken", kills % 3 == 0 and "--together" or "--apart",
+          unpack(on_cpu) }
+      end
+    until status == 0
+    t:ok(kills > 2, "the run should be killed a few times")
+    same_run(t, folder .. "/broken", folder .. "/whole")
+    -- a question is repeated only if a kill hit the generation that it was asked for
+    local all, distinct = asked(folder)
+    t:equal(distinct, alone)
+    t:ok(all <= alone + 2 * kills, ("%d questions, %d alone"):format(all, alone))
+    t:note(("%d kills, %d questions in the place of %d"):format(kills, all, alone))
+    -- and the broken run's transcript replays
+    local text = source.read(folder .. "/talk.lua")
+      :gsub("supervisor = (%b{})", 'supervisor = { "replay", run = "broken" }')
+    assert(host.file.write_atomic(folder .. "/again.lua", text))
+    completes(t, folder, { "run", "again.lua", "--out", "again", "--set", "name=talk",
+      unpack(on_cpu) })
+    same_run(t, folder .. "/again", folder .. "/whole")
+    t:equal(asked(folder), all)
+  end)
+
+suite:test("an answer that came before the end is used, and a cut line is dropped", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 20)
+    local one = { "--device", "cpu", "-q", "--repetition", "1" }
+    completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(one) })
+    local alone = asked(folder)
+    assert(host.file.remove(folder .. "/asked"))
+    assert(host.file.write_atomic(folder .. "/die", ""))
+    t:equal(limax(folder, { "run", "talk.lua", "--out", "broken", unpack(one) }).status, 3)
+    local path = folder .. "/broken/transcript.jsonl"
+    local before = source.read(path)
+    t:ok(before:find('"generation":5,"kind":"outcome"', 1, true))
+    local file = assert(io.open(path, "ab"))
+    file:write '{"kind":"attempt","gener'
+    file:close()
+    completes(t, folder, { "run", "--resume", "broken", "-q", "--device", "cpu" })
+    local all, distinct = asked(folder)
+    t:equal({ all, distinct }, { alone, alone })
+    local text = source.read(path)
+    t:equal(text:sub(1, #before), before)
+    for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), line) end
+    for _, name in ipairs { "metrics.jsonl", "ledger.jsonl" } do
+      t:ok(source.read(folder .. "/broken/" .. name) == source.read(folder .. "/whole/" .. name))
+    end
+  end)
+
+suite:test("a resumed run says that its prompt has changed, and goes on with it", { limit = 60 },
+  function(t)
+    local folder = t:folder()
+    write_experiment(folder, 8)
+    local path = folder .. "/talk.lua"
+    assert(host.file.write_atomic(path, (source.read(path)
+      :gsub("fallback = ", 'prompt = "my.md", fallback = '))))
+    local function prompt(text) assert(host.file.write_atomic(folder .. "/my.md", text)) end
+    prompt "json one {{generations}} {{answer}}"
+    assert(host.file.write_atomic(folder .. "/die", ""))
+    local one = { "--device", "cpu", "-q", "--repetition", "1" }
+    t:equal(limax(folder, { "run", "talk.lua", "--out", "r", unpack(one) }).status, 3)
+    local second = "json two {{generations}} {{answer}}"
+    prompt(second)
+    local done = completes(t, folder, { "run", "--resume", "r", "-q", "--device", "cpu" })
+    t:ok(done.stderr:find("my.md has changed since generation 4", 1, true), done.stderr)
+    t:equal(source.read(("%s/r/prompts/%s.md"):format(folder, host.sha256(second))), second)
+    -- generation 5 had an answer to the first prompt: the question is another now, and asked again
+    local decisions = 0
+    for line in source.read(folder .. "/r/transcript.jsonl"):gmatch "[^\n]+" do
+      if line:find('"generation":5,"kind":"outcome"', 1, true) then decisions = decisions + 1 end
+    end
+    t:equal(decisions, 2)
+  end)

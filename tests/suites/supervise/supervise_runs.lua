@@ -1,0 +1,167 @@
+--- supervise_runs.lua: supervisors over whole runs: those that repeat another run's parameters,
+--- resumes, and a budget of evaluations.
+
+local asked = require "support.asked"
+local evolution = require "support.evolution"
+local generations_kept = require("limax.run.history").genomes_kept
+local host = require "limax.host"
+local limax = require "limax"
+local ledger = require "limax.supervise.ledger"
+local run_folder = require "limax.run.run_folder"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "supervise_runs"
+
+local entry, stream, ask = asked.entry, asked.stream, asked.ask
+
+local SHORT = { duration = 0.1, settle = 0, accuracy = "preview" }
+
+-- A small experiment whose supervisor may set everything.
+local function free(supervisor, fields)
+  local given = { simulation = SHORT, generations = 8, supervisor = supervisor,
+    supervision = { materials = true } }
+  for name, value in pairs(fields or {}) do given[name] = value end
+  return evolution.small(given)
+end
+
+local function run_to(folder, experiment)
+  return limax.start(experiment, { out = folder, say = evolution.silent }):finish()
+end
+
+-- A finished run of random steps to read from.
+local function donor(t, fields)
+  local folder = t:folder() .. "/donor"
+  return folder, run_to(folder, free("random", fields))
+end
+
+-- Parameters and materials by generation.
+local function settings(history)
+  local list = {}
+  for k, generation in ipairs(history) do
+    list[k] = { generation.parameters, generation.materials }
+  end
+  return list
+end
+
+suite:test("yoked repeats another run's parameters and materials to the bit", function(t)
+  local folder, given = donor(t)
+  local history = run_to(t:folder() .. "/own", free({ "yoked", run = folder }, { seed = 5 }))
+  t:same_bits(settings(history), settings(given))
+  t:ok(given[8].parameters.mutation_scale ~= given[1].parameters.mutation_scale)
+  t:ok(history[8].ledger.reason:find(("generation 7 of repetition 1 of %s (random)"):format(folder),
+    1, true), history[8].ledger.reason)
+  for _, fate in ipairs(history[8].ledger.entries) do t:equal(fate.outcome, "accepted") end
+  -- without leave for materials only the parameters follow
+  history = run_to(t:folder() .. "/plain", free({ "yoked", run = folder },
+    { supervision = { materials = false } }))
+  t:same_bits(history[8].parameters, given[8].parameters)
+  t:equal(history[8].materials, history[1].materials)
+end)
+
+suite:test("shuffled asks for every setting of the other run once, in another order", function(t)
+  local folder, given = donor(t)
+  local supervisor = limax.supervise.get { "shuffled", run = folder }
+  local limits, seen, moved = ledger.limits(6), {}, 0
+  for generation = 0, 6 do
+    local proposal, reason = supervisor.call({ entry(generation, 1) }, stream(), limits)
+    local from = tonumber(reason:match "^generation (%d+) of ")
+    t:ok(not seen[from])
+    seen[from] = true
+    moved = moved + (from ~= generation + 1 and 1 or 0)
+    t:equal(proposal.mutation_rate, given[from + 1].parameters.mutation_rate)
+    t:equal(proposal.materials.bone.stiffness, given[from + 1].materials.materials[5].stiffness)
+  end
+  t:equal(#seen, 7)
+  t:ok(moved > 0)
+  t:equal(supervisor.call({ entry(7, 1) }, stream(), limits), nil)
+  local other = limax.supervise.get { "shuffled", run = folder, seed = 2 }
+  local differs = false
+  for generation = 0, 6 do
+    local _, a = supervisor.call({ entry(generation, 1) }, stream(), limits)
+    local _, b = other.call({ entry(generation, 1) }, stream(), limits)
+    differs = differs or a ~= b
+  end
+  t:ok(differs, "another seed, another order")
+end)
+
+suite:test("constant_median proposes each field's median over the bred generations", function(t)
+  local folder, given = donor(t)
+  local scales = {}
+  for k = 2, 8 do scales[k - 1] = given[k].parameters.mutation_scale end
+  table.sort(scales)
+  local proposal = ask(t, { "constant_median", run = folder }, { entry(3, 1) })
+  t:equal(proposal.mutation_scale, scales[4])
+  t:ok(proposal.materials.bone.stiffness > 0)
+end)
+
+suite:test("a run that cannot lend its parameters is refused before anything runs", function(t)
+  local folder = donor(t)
+  local function refused(text, options, fields)
+    local spec = { "yoked", run = folder }
+    for name, value in pairs(options) do spec[name] = value end
+    t:raises(text, function() free(spec, fields) end)
+  end
+  refused("has 8 generations, this experiment 9", {}, { generations = 9 })
+  refused("began with another population", {}, { population = 8 })
+  refused("began with another breeding", {}, { breeding = { mutation_rate = 0.2 } })
+  refused("had other limits: supervision.ranges", {},
+    { supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } } })
+  refused("has no repetition 2", { repetition = 2 })
+  refused("is no run folder", { run = folder .. "/r01" })
+  t:raises('expected the folder of another run, got nil', function() free "yoked" end)
+  assert(host.file.write_atomic(folder .. "/STATUS", '{"state":"running"}'))
+  refused("is not done (running)", {})
+end)
+
+-- ---- a resume -----------------------------------------------------------------------------------
+
+suite:test("no supervisor keeps anything outside of history: a resume gives the same bytes",
+  { limit = 60 }, function(t)
+  local short, lender = { generations = 6 }, donor(t)
+  for _, spec in ipairs { "random", "one_fifth", "rules", "self_adaptive", "bandit",
+    { "yoked", run = lender }, { "shuffled", run = lender }, { "constant_median", run = lender } }
+  do
+    local name = type(spec) == "table" and spec[1] or spec
+    local whole, parts = t:folder() .. "/whole-" .. name, t:folder() .. "/parts-" .. name
+    run_to(whole, free(spec, short))
+    local begun = limax.start(free(spec, short), { out = parts, say = evolution.silent })
+    for robots in begun:generations() do
+      if robots.generation == 3 then break end
+      robots:simulate():score():breed()
+    end
+    begun.folder:close()
+    local folder = run_folder.open(parts)
+    local run = limax.start(free(spec, short), { folder = folder, say = evolution.silent })
+    run:restore(folder:generations(1, generations_kept), true)
+    run:finish()
+    folder:close()
+    for _, file in ipairs { "metrics.jsonl", "ledger.jsonl", "r01/population/g0005.jsonl" } do
+      t:ok(source.read(parts .. "/" .. file) == source.read(whole .. "/" .. file),
+        name .. ": " .. file)
+    end
+  end
+end)
+
+-- ---- a budget of evaluations --------------------------------------------------------------------
+
+suite:test("evaluations end a run while a whole population may not fit any more", function(t)
+  local function spent(evaluations, fields)
+    local given = { evaluations = evaluations, generations = 50, population = 10,
+      simulation = SHORT }
+    for name, value in pairs(fields or {}) do given[name] = value end
+    local history, sum = evolution.finished(given), 0
+    for _, generation in ipairs(history) do sum = sum + generation.evaluations end
+    return sum, #history
+  end
+  -- 10, then 7 a generation, for 3 elites keep their scores: 31 leaves no room for 10 of 40
+  t:equal({ spent(40) }, { 31, 4 })
+  t:equal({ spent(41) }, { 38, 5 })
+  t:equal({ spent(10) }, { 10, 1 })
+  t:equal({ spent(40, { generations = 2 }) }, { 17, 2 })
+  -- other materials: elites are simulated again, and count
+  t:equal({ spent(40, { supervision = { materials = true }, supervisor = function(history)
+    return { materials = { bone = { stiffness = 1e4 * (1 + 0.01 * #history) } } }
+  end }) }, { 40, 4 })
+  t:raises("evaluations: expected at least one population, 10 robots, got 9",
+    function() spent(9) end)
+end)

@@ -1,0 +1,327 @@
+--- compare.lua: `limax compare` on small real runs, and its verdicts on outcomes made by hand:
+--- which test, what may be claimed, what runs are no arms of one comparison.
+
+local arms = require "limax.tools.compare.arms"
+local curves = require "limax.tools.compare.curves"
+local evolution = require "support.evolution"
+local flat = require "limax.base.flat"
+local host = require "limax.host"
+local limax = require "limax"
+local lines = require "limax.draw.chart.lines"
+local process = require "support.process"
+local proposals = require "limax.tools.compare.proposals"
+local runs = require "limax.tools.compare.runs"
+local source = require "limax.base.source"
+local tables = require "limax.tools.compare.tables"
+local verdict = require "limax.tools.compare.verdict"
+
+local suite = require("limax.test").suite "compare"
+
+-- A finished run of three generations of six robots in `folder`.
+local function run(folder, fields)
+  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
+  for name, value in pairs(fields) do given[name] = value end
+  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
+  return folder
+end
+
+-- ---- real runs ----------------------------------------------------------------------------------
+
+suite:test("runs become arms, pairs and a table in every form", function(t)
+  local base, words = t:folder(), { "compare" }
+  for _, name in ipairs { "fixed", "random" } do
+    for seed = 1, 3 do
+      words[#words + 1] = run(("%s/%s%d"):format(base, name, seed), { supervisor = name,
+        seed = seed })
+    end
+  end
+  local done = process.completes(t, base, words)
+  t:ok(done.stdout:find("Baseline: fixed", 1, true), done.stdout)
+  t:ok(done.stdout:find("Wilcoxon's exact signed-rank test of pairs for random: every seed and "
+    .. "repetition is in both arms.", 1, true), done.stdout)
+  t:ok(done.stdout:find("n = 3: the smallest p after Holm over 1 is 0.25", 1, true), done.stdout)
+  t:ok(done.stdout:find("random: too few runs for any claim", 1, true), done.stdout)
+  t:ok(done.stdout:find("\nExploratory, no claims", 1, true), done.stdout)
+
+  words[#words + 1] = "--out"
+  words[#words + 1] = base .. "/out"
+  words[#words + 1] = "--json"
+  done = process.ends(base, words)
+  local result = assert(host.json.decode(done.stdout))
+  t:equal(result.baseline, "fixed")
+  t:equal(#result.arms, 2)
+  for k, one in ipairs(result.arms[2].runs) do
+    t:equal({ one.seed, one.repetition, one.evaluations > 6 }, { tostring(k), 1, true })
+    t:ok(one.outcome and one.mean_best_so_far)
+  end
+  t:equal(done.stdout, source.read(base .. "/out/compare.json"))
+  t:ok(source.read(base .. "/out/compare.tex"):find("\\begin{tabular}", 1, true))
+  local csv = source.read(base .. "/out/compare.csv")
+  t:equal(select(2, csv:gsub("\n", "")), 3)
+  -- a line per run and generation; ledgers have none for what was kept; the ends of each run
+  local counts = { learning = 1 + 6 * 3, diversity = 1 + 6 * 3, changes = 1 + 3 * 2 * 4,
+    first_last = 1 + 6 }
+  for name, count in pairs(counts) do
+    local data = source.read(("%s/out/%s.csv"):format(base, name))
+    t:equal(select(2, data:gsub("\n", "")), count)
+    local picture = source.read(("%s/out/%s.svg"):format(base, name))
+    t:ok(picture:find(">random</text>", 1, true) and picture:find "</svg>%s*$", name)
+  end
+
+  done = process.ends(base, { "compare", base .. "/fixed1", "--csv", "--latex" })
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find("--csv and --latex exclude each other", 1, true), done.stderr)
+  done = process.ends(base, { "compare", base .. "/fixed1", "--baseline", "fixd" })
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find('did you mean "fixed"?', 1, true), done.stderr)
+end)
+
+suite:test("an arm's line looks alike in figures of a comparison and of a report", function(t)
+  local folder = t:folder()
+  limax.start(evolution.small { generations = 2 }, { out = folder .. "/a",
+    say = evolution.silent }):finish()
+  process.completes(t, folder, { "compare", "a", "--out", "compared" })
+  process.completes(t, folder, { "report", "a", "--figures", "figures" })
+  local color = lines.look(1)
+  t:ok(source.read(folder .. "/compared/learning.svg"):find(color, 1, true), "compare")
+  t:ok(source.read(folder .. "/figures/learning-85.svg"):find(color, 1, true), "report")
+  -- twenty lines differ
+  local seen = {}
+  for k = 1, 20 do
+    local hex, dash = lines.look(k)
+    t:ok(not seen[hex .. tostring(dash)], ("line %d"):format(k))
+    seen[hex .. tostring(dash)] = true
+  end
+end)
+
+suite:test("nested tables as paths: what is shown ends one, and what differs is told", function(t)
+  local given = { a = 1, b = { c = { 2, 3 }, d = {} }, e = false }
+  t:equal(flat.add(given, "", {}, flat.text),
+    { a = "1", ["b.c.1"] = "2", ["b.c.2"] = "3", ["b.d"] = "{}", e = "false" })
+  local function numbers(value) if type(value) == "number" then return value end end
+  t:equal(flat.add(given, "top", {}, numbers), { ["top.a"] = 1, ["top.b.c.1"] = 2,
+    ["top.b.c.2"] = 3 })
+  t:equal(flat.differences({ a = "1", b = "2", c = "3" }, { a = "1", b = "4", d = "5" }), {
+    { path = "b", before = "2", now = "4" }, { path = "c", before = "3", now = "absent" },
+    { path = "d", before = "absent", now = "5" } })
+end)
+
+suite:test("the outcome is the last champion at publish under the first materials", function(t)
+  local folder = run(t:folder() .. "/r", { generations = 4, fitness = { "distance", axis = "x" },
+    supervision = { materials = true },
+    supervisor = function() return { materials = { bone = { stiffness = 9000 } } } end })
+  local read = runs.read { { path = folder } }
+  local value = require("limax.tools.compare.outcome").measure(read, limax.engine.device "cpu")[read[1]]
+  local champion = limax.robot(folder .. "/r01/champions/g0003.json")
+  local again = champion:simulate { accuracy = "publish", materials = read[1].config.materials }
+  t:same_bits(value, again:distance { axis = "x" })
+  t:ok(value ~= champion:simulate { accuracy = "publish" }:distance { axis = "x" },
+    "other materials, another score")
+end)
+
+suite:test("a fitness of the script's own is found in the run folder", function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/own.lua", [[
+local limax = require "limax"
+local lines = require "limax.draw.chart.lines"
+return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 2,
+  repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
+  supervisor = "fixed", fitness = function(robot) return 7 + 0 * robot:distance() end }
+]]))
+  process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" })
+  local done = process.completes(t, base, { "compare", "r", "--json" })
+  t:equal(host.json.decode(done.stdout).arms[1].runs[1].outcome, 7)
+end)
+
+suite:test("other questions and budgets are refused with the fields that differ", function(t)
+  local base = t:folder()
+  local function refused(fields, ...)
+    local first = run(base .. "/a" .. #host.file.list(base), { seed = 1 })
+    local second = run(base .. "/b" .. #host.file.list(base), fields)
+    local list = runs.read { { path = first }, { path = second } }
+    for _, text in ipairs { "another question or budget", ... } do
+      t:raises(text, function() arms.group(list) end)
+    end
+  end
+  refused({ generations = 2 }, "  generations: 3, 2")
+  refused({ fitness = "walk" }, '  fitness: "distance", "walk"')
+  refused({ population = 8, lattice = { 2, 2, 3 } }, "  lattice.3: 2, 3", "  population: 6, 8")
+  refused({ simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
+    "  simulation.duration: 0.2, 0.1")
+  t:raises("is no run folder and no study", function() runs.expand { base } end)
+  local twice = run(base .. "/twice", {})
+  t:raises("are the same: arm fixed, seed 1, repetition 1", function()
+    arms.group(runs.read { { path = twice }, { path = twice } })
+  end)
+  assert(host.file.write_atomic(twice .. "/STATUS", '{"state":"interrupted"}\n'))
+  t:raises("is not done (interrupted)", function() runs.read { { path = twice } } end)
+end)
+
+suite:test("arms that share a supervisor are told apart by what differs", function(t)
+  local base = t:folder()
+  local list = runs.read { { path = run(base .. "/a", { supervisor = "rules" }) },
+    { path = run(base .. "/b", { supervisor = { "rules", patience = 2 } }) },
+    { path = run(base .. "/c", { supervisor = "rules", breeding = { mutation_rate = 0.2 } }) },
+    { path = run(base .. "/d", { supervisor = "rules", name = "other", seed = 2 }) } }
+  local names = {}
+  for i, arm in ipairs(arms.group(list)) do names[i] = ("%s: %d"):format(arm.name, #arm.runs) end
+  t:equal(names[1], "rules: 2")
+  t:ok(names[2]:find("patience=2", 1, true), names[2])
+  t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
+end)
+
+suite:test("arms that no supervisor tells apart have their experiments' names", function(t)
+  local base = t:folder()
+  local function wait() end
+  local function names_of(given)
+    local list, names = {}, {}
+    for k, each in ipairs(given) do list[k] = { path = run(base .. "/" .. each.at, each[1]) } end
+    for i, arm in ipairs(arms.group(runs.read(list))) do names[i] = arm.name end
+    return names
+  end
+  t:equal(names_of { { at = "a", { supervisor = wait, name = "mine" } },
+    { at = "b", { supervisor = "fixed" } } }, { "mine", "fixed" })
+  t:equal(names_of { { at = "c", { supervisor = "rules", name = "low" } },
+    { at = "d", { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } } } },
+    { "low", "high" })
+  -- a name that another arm has already says nothing
+  local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
+    { at = "f", { supervisor = "fixed" } } }
+  t:ok(same[1]:find "^compare%.lua:%d+$", same[1])
+  t:equal(same[2], "fixed")
+end)
+
+suite:test("an arm that repeats another run says whose parameters they are", function(t)
+  local base = t:folder()
+  local given = { { path = run(base .. "/a", { supervisor = "random" }) },
+    { path = run(base .. "/b", { supervisor = "fixed", seed = 2 }) } }
+  for seed, lender in ipairs { "b", "a", "a" } do
+    given[#given + 1] = { path = run(base .. "/yoked" .. seed, { seed = seed + 2,
+      supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } }) }
+  end
+  local groups = arms.group(runs.read(given))
+  t:equal(#groups, 4)
+  t:equal({ groups[3].name, #groups[3].runs, groups[3].donor },
+    { "yoked", 1, "parameters of fixed" })
+  t:equal({ groups[4].name, #groups[4].runs, groups[4].donor },
+    { 'yoked (supervisor.donor="parameters of random")', 2, "parameters of random" })
+end)
+
+-- ---- verdicts on outcomes by hand ---------------------------------------------------------------
+
+-- An arm of runs with these outcomes, repetitions 1, 2, ...; each took `evaluations`.
+local function arm_of(name, outcomes, evaluations, supervisor)
+  local arm = { name = name, runs = {}, by_pair = {} }
+  for i = 1, #outcomes do
+    local one = { seed = "1", repetition = i, evaluations = evaluations or 100, before = 0,
+      config = { population = 10, supervisor = supervisor or name }, ledger = {},
+      lines = { { evaluations = 10, best_standard = 0.5 },
+        { evaluations = (evaluations or 100) - 10, best_standard = outcomes[i] or nil } } }
+    arm.runs[i], arm.by_pair[arms.pair(one)] = one, one
+  end
+  return arm
+end
+
+local function judge(list, options)
+  local outcomes = {}
+  for _, arm in ipairs(list) do
+    for _, one in ipairs(arm.runs) do outcomes[one] = one.lines[2].best_standard end
+  end
+  return verdict.compare(list, outcomes, options)
+end
+
+local function counting(n, first, step)
+  local list = {}
+  for i = 1, n do list[i] = first + (step or 1) * i end
+  return list
+end
+
+suite:test("ten pairs of one sign are a claim, and Holm counts the arms", function(t)
+  local result = judge { arm_of("fixed", counting(10, 0)), arm_of("better", counting(10, 0.5)),
+    arm_of("worse", counting(10, -0.25)), arm_of("same", counting(10, 0)) }
+  local better, worse, same = result.arms[2], result.arms[3], result.arms[4]
+  t:equal({ better.test.name, better.test.p, better.test.p_holm },
+    { "signed_rank", 2 / 1024, 6 / 1024 })
+  t:equal(better.centre_name, "interquartile mean")
+  t:near({ better.test.difference, better.test.low, better.test.high }, { 0.5, 0.5, 0.5 })
+  t:equal({ better.claimed, worse.claimed, same.claimed }, { true, true, false })
+  t:ok(better.claim:find "^better than fixed %(p = 0.0059 after Holm", better.claim)
+  t:ok(worse.claim:find "^worse than fixed", worse.claim)
+  t:ok(same.claim:find "^no difference from fixed was shown %(p = 1 after Holm", same.claim)
+  t:equal(better.test.smallest_p_holm, 6 / 1024)
+  t:equal(result.comparisons, 3)
+end)
+
+suite:test("a missing pair means the unpaired test, and says which", function(t)
+  local result = judge({ arm_of("a", counting(6, 0)), arm_of("b", counting(5, 10)) })
+  local test = result.arms[2].test
+  t:equal({ test.name, test.why }, { "rank_sum", "b lacks seed 1, repetition 6 of a" })
+  t:near(test.p, 2 / 462)
+  t:equal(test.a12, 1)
+  t:equal(test.difference, nil)
+  t:ok(result.arms[2].claim:find "^better than a", result.arms[2].claim)
+end)
+
+suite:test("no claim: few runs, other evaluations, a model that was not asked", function(t)
+  local result = judge { arm_of("fixed", counting(5, 0)), arm_of("five", counting(5, 9)) }
+  t:equal(result.arms[2].claim, "too few runs for any claim: the smallest p after Holm is 0.063")
+  result = judge { arm_of("fixed", counting(9, 0)), arm_of("more", counting(9, 9), 111) }
+  t:equal(result.arms[2].claim, "no claim: 111 evaluations against 100 of fixed")
+  t:equal(result.arms[2].claimed, false)
+
+  local asked = arm_of("llm", counting(9, 9))
+  for i, one in ipairs(asked.runs) do
+    one.ledger[1] = { generation = 0, supervisor = "llm" }
+    for g = 1, 10 do
+      one.ledger[g + 1] = { generation = g, source = i == 1 and g <= 4 and "keep" or "model" }
+    end
+  end
+  result = judge { arm_of("fixed", counting(9, 0)), asked }
+  t:near(result.arms[2].model.share, 86 / 90)
+  t:equal(result.arms[2].claimed, true)
+  asked.runs[2].ledger[2].source = "rules"
+  result = judge { arm_of("fixed", counting(9, 0)), asked }
+  t:equal(result.arms[2].claimed, false)
+  t:ok(result.arms[2].claim:find "^partly model: it set 94 %%", result.arms[2].claim)
+  t:ok(tables.text(result, { width = 80 }):find("llm (partly model)", 1, true))
+  -- nor is anything claimed against such an arm
+  result = judge({ arm_of("fixed", counting(9, 0)), asked }, { baseline = "llm" })
+  t:equal(result.arms[1].claimed, false)
+  t:ok(result.arms[1].claim:find "^no claim: llm is partly model: it set 94 %%",
+    result.arms[1].claim)
+end)
+
+suite:test("a champion that fails at publish is the worst of all, and counted", function(t)
+  local fixed, other = arm_of("fixed", counting(6, 3)), arm_of("other", counting(6, 1))
+  fixed.runs[4].lines[2].best_standard = nil
+  local result = judge { fixed, other }
+  t:equal(result.failed_at_publish, 1)
+  t:equal(result.arms[1].values, { 4, 5, 6, 2, 8, 9 })
+  t:equal(result.arms[1].n, 6)
+end)
+
+suite:test("exploratory: shares of proposed fields by what became of them", function(t)
+  local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
+    { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
+    { outcome = "accepted" } } } } }
+  t:equal(proposals.shares { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
+    rate_limited = 0.25, rejected = 0 })
+  t:equal(proposals.shares { { ledger = {} } }, { proposed = 0 })
+end)
+
+suite:test("exploratory: a missed target is censored, the area is a mean", function(t)
+  local result = judge({ arm_of("fixed", { 1, 2, 3 }), arm_of("other", { 1, 1, 5 }) },
+    { target = 2 })
+  local first, second = result.arms[1].exploratory, result.arms[2].exploratory
+  t:equal({ first.reached, first.evaluations }, { 2, 100 })
+  t:equal({ second.reached, second.evaluations }, { 1, nil })
+  local one = { before = 20, lines = { { evaluations = 10, best_standard = 1 },
+    { evaluations = 30, best_standard = 3 }, { evaluations = 10 },
+    { evaluations = 10, best_standard = 2 } } }
+  t:equal(curves.points(one, runs.score), { { 30, 1 }, { 60, 3 }, { 70, 3 }, { 80, 2 } })
+  -- 30 evaluations at 1, then 20 at 3
+  t:near(curves.exploratory({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
+  t:equal({ curves.at(curves.points(one, runs.score), 59),
+    curves.at(curves.points(one, runs.score), 60) }, { 1, 3 })
+  t:equal(curves.at(curves.points(one, runs.score), 29), nil)
+end)

@@ -1,0 +1,387 @@
+--- documentation.lua: what README.md, scripts/README.md and scripts/RUN_FOLDER.md say, held against
+--- the program: every field and unit of a run folder, every Lua block, command line and file name.
+
+local choice = require "limax.base.choice"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local faulty_server = require "support.faulty_server"
+local field_page = require "support.field_page"
+local host = require "limax.host"
+local ledger = require "limax.supervise.ledger"
+local limax = require "limax"
+local npy = require "limax.base.npy"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "documentation"
+
+local PAGE = "scripts/RUN_FOLDER.md"
+-- pages with Lua, and with command lines
+local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
+local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
+
+local function text_of(path) return assert(source.read(host.home .. "/" .. path)) end
+
+local function write(path, text) assert(host.file.write_atomic(path, text)) end
+
+local completes = process.completes
+
+-- ---- the page of the run folder -----------------------------------------------------------------
+
+-- All traces, a fitness with cases and measures that fails for one robot, bodies without a muscle,
+-- a supervisor with good and bad proposals for parameters and materials.
+local RICH = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "rich", lattice = { 2, 2, 2 }, population = 24, generations = 4, repetitions = 2,
+  genome = { sigma = 4 }, not_in_paper = { "everything" },
+  simulation = { duration = 0.2, settle = 0.05, max_speed = SPEED },
+  record = { center_of_mass = 20, position = 20, velocity = 20, contact = 20, energy = 20,
+    strain = 20 },
+  fitness = function(robot)
+    if robot.id % 24 == 20 and robot.generation > 0 then return 0 / 0 end
+    return robot:distance(), { robot:speed(), robot.body.mass, contact = robot:contact() }
+  end,
+  selection = function(population, random)
+    return population.ranked[1], random:integer(#population)
+  end,
+  supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } },
+  supervisor = function(history)
+    return { mutation_rate = 0.09 + 0.01 * #history, population = 3,
+      materials = { bone = { stiffness = 9000 } } }, "a try"
+  end,
+}
+]]
+
+-- Names, no trace, a fixed step, the effects that the other lacks; a seed beyond what a number
+-- holds.
+local PLAIN = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "plain", lattice = { 2, 2, 2 }, population = 6, generations = 2, repetitions = 2,
+  simulation = { duration = 0.1, settle = 0, time_step = 1e-4 }, record = {},
+  scene = { gravity = true, wind = true, anchors = true, planes = { {}, { offset = -1 } },
+    spheres = true, boxes = true, terrain = true, self_collision = true },
+  seed = "18446744073709551615",
+  fitness = FITNESS, selection = "rank",
+  supervisor = { "schedule", mutation_rate = { { 0, 0.1 }, { 1, 0.2 } } },
+}
+]]
+
+-- A language model whose client is here: a good answer, a bad one, a failure.
+local TALK = [[
+local limax = require "limax"
+local host = require "limax.host"
+local function client(options, given)
+  local made, asked = {}, 0
+  function made:describe() return { endpoint = "http://127.0.0.1:9/v1/chat/completions" } end
+  function made:state() return { model = "m", totals = { asked = asked } } end
+  function made:restore(state) asked = state.totals.asked end
+  function made:ask(messages)
+    asked = asked + 1
+    local body = host.json.encode { messages = messages }
+    given.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
+      http_status = 200, raw_body = "{}", probe = false, raw_body_truncated = false,
+      ["gen_ai.request.model"] = "m", ["gen_ai.response.finish_reasons"] = { "stop" } }
+    if asked == 2 then return nil, { class = "http", message = "HTTP 500", http_status = 500,
+      attempts = 1 } end
+    return { content = asked == 1 and '{"mutation_rate": 0.15, "reason": "why",'
+      .. ' "materials": {"bone": {"stiffness": 9000}}}' or '{"elites": 1}', attempts = 1,
+      finish_reason = "stop", usage = { input_tokens = 800, output_tokens = 20 }, cost = 0.01 }
+  end
+  return made
+end
+return limax.experiment {
+  name = "talk", lattice = { 2, 2, 2 }, population = 4, generations = 4, repetitions = 1,
+  simulation = { duration = 0.1, settle = 0 }, record = {}, fitness = "distance",
+  supervision = { materials = true }, supervisor = { "llm", client = client, fallback = "fixed" },
+}
+]]
+
+-- Runs that together write every file and almost every optional field; their folders by name.
+local function real_runs(t)
+  local base = t:folder()
+  local function run(name, text, words, status)
+    write(("%s/%s.lua"):format(base, name), text)
+    local done = process.ends(base, { "run", unpack(words) })
+    t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
+  end
+  run("rich", RICH:gsub("SPEED", "1000"), { "rich.lua", "--out", "rich", "--set", "seed=2" }, 0)
+  -- goes on with a limit that fast bodies break
+  run("rich", RICH:gsub("SPEED", "1"),
+    { "--resume", "rich", "--changed", "--set", "generations=6" }, 0)
+  run("plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
+    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
+  run("wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
+    { "wrong.lua", "--out", "wrong" }, 1)
+  run("talk", TALK, { "talk.lua", "--out", "talk" }, 0)
+  -- the second repetition has some generation when one fails in its sixth, however slow it is
+  run("ahead", PLAIN:gsub("FITNESS",
+    "function(robot) return robot.generation < 5 and robot:distance() or 0 / 0 end"),
+    { "ahead.lua", "--out", "ahead", "--together", "--set", "generations=6" }, 1)
+  completes(t, base, { "report", "rich", "--no-robots" })
+  return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
+    ahead = base .. "/ahead", talk = base .. "/talk" }
+end
+
+local function files_below(folder, before, list)
+  before, list = before or "", list or {}
+  for _, name in ipairs(host.file.list(folder)) do
+    local path = folder .. "/" .. name
+    if host.file.exists(path) == "folder" then
+      files_below(path, before .. name .. "/", list)
+    else
+      list[#list + 1] = before .. name
+    end
+  end
+  return list
+end
+
+-- The name of a file as the page's table of files has it.
+local function listed_as(name)
+  return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
+    :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
+    :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
+end
+
+-- What is decoded under each heading that has fields.
+local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
+  "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
+  "checkpoint", "STATUS" }
+
+suite:test("a run folder holds the files and fields that the page names", function(t)
+  local sections, trees, objects = field_page.read(PAGE), {}, 0
+  for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
+  -- file of the page -> run -> true
+  local seen, folders = {}, real_runs(t)
+  for _, run in ipairs { "rich", "plain", "wrong", "ahead", "talk" } do
+    for _, name in ipairs(files_below(folders[run])) do
+      local listed = listed_as(name)
+      seen[listed] = seen[listed] or {}
+      seen[listed][run] = true
+      local heading = listed:gsub("^rNN/", ""):gsub("^config%-N", "config")
+      if listed == "transcript.jsonl" then
+        field_page.compare_transcript(t, source.read(folders[run] .. "/" .. name), trees)
+      end
+      if trees[heading] then
+        local text = source.read(folders[run] .. "/" .. name)
+        for object in text:gmatch(heading:match "%.jsonl$" and "[^\n]+" or ".+") do
+          field_page.compare(t, assert(host.json.decode(object, name)), trees[heading])
+          objects = objects + 1
+        end
+      end
+    end
+  end
+
+  local named = {}
+  for _, row in ipairs(sections.Files) do
+    for _, name in ipairs(row.names) do
+      named[name] = true
+      t:ok(seen[name], "no run has written " .. name)
+      t:ok(seen[name].plain or row.optional, name .. " is not always there, nor optional")
+    end
+  end
+  for _, name in ipairs(choice.sorted_keys(seen)) do
+    t:ok(named[name], ("%s is not among the files of %s"):format(name, PAGE))
+  end
+
+  local unseen = {}
+  for _, heading in ipairs(OBJECTS) do
+    field_page.each(trees[heading], function(field)
+      -- what lies in an optional object is there whenever the object is (see `compare`)
+      local inner = field.parent.optional and not field.parent.seen
+      t:ok(field.seen or field_page.is_optional(field) or inner, field.path .. " is in no run")
+      if not field.seen then unseen[#unseen + 1] = field.path end
+    end)
+  end
+  t:note(("%d objects; optional and not seen: %s"):format(objects, table.concat(unseen, ", ")))
+end)
+
+suite:test("units on the page are those of the program", function(t)
+  local sections = field_page.read(PAGE)
+  local config = field_page.tree(sections, "config.json")
+  local function check(path, unit)
+    local field = field_page.at(config, path)
+    t:ok(field.unit, ("%s is not on %s"):format(path, PAGE))
+    t:ok(field.unit == unit, ("%s: %s on %s, %s in the program"):format(path, field.unit, PAGE,
+      unit))
+  end
+  for _, effect in ipairs(engine.effects()) do
+    for _, field in ipairs(effect.fields) do
+      check(("scene.%s.%s"):format(effect.name, field.name), field.unit)
+    end
+  end
+  for _, group in ipairs { "experiment", "genome", "simulation", "breeding", "supervision" } do
+    local fields = defaults.fields[group]
+    for _, name in ipairs(choice.sorted_keys(fields)) do
+      check(group == "experiment" and name or group .. "." .. name, fields[name].unit)
+    end
+  end
+  for _, kind in ipairs(defaults.traces) do
+    check("record." .. kind, defaults.fields.record.rate.unit)
+  end
+  local materials = engine.materials "paper"
+  for _, name in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase",
+    "stiffness_floor" } do
+    check("materials.materials." .. name, materials:field(name).unit)
+  end
+  local metrics = field_page.tree(sections, "metrics.jsonl")
+  for _, limit in ipairs(ledger.limits(30)) do
+    if limit.material then
+      local unit = materials:field(limit.field).unit
+      t:equal(field_page.at(metrics, "materials.MATERIAL." .. limit.field).unit, unit)
+    else
+      t:equal(field_page.at(metrics, "parameters." .. limit.field).unit, limit.unit)
+    end
+  end
+end)
+
+suite:test("genomes and champions are what the page describes", function(t)
+  local folder = real_runs(t).plain
+  local champion = folder .. "/r02/champions/g0001.json"
+  local again = limax.robot(champion):simulate().record.outcome
+  t:same_bits(again, host.json.decode(source.read(champion)).outcome)
+  local lines = select(2, source.read(folder .. "/r02/population/g0001.jsonl"):gsub("\n", ""))
+  local data, robots, genes = npy.decode(source.read(folder .. "/r02/population/g0001.npy"))
+  t:ok(data, robots)
+  -- 2 x 16 inputs, two layers of 32, 5 materials and 3 weights
+  t:equal({ robots, genes }, { lines, 33 * 32 + 33 * 32 + 33 * 8 })
+end)
+
+-- ---- what a README shows ------------------------------------------------------------------------
+
+-- Fenced blocks of a page in one language: text and line.
+local function blocks(page, language)
+  local list, block, number = {}, nil, 0
+  for line in text_of(page):gmatch "(.-)\n" do
+    number = number + 1
+    local fence = line:match "^```(.*)$"
+    if block and fence then
+      if block.language == language then list[#list + 1] = block end
+      block = nil
+    elseif fence then
+      block = { language = fence, place = ("%s:%d"):format(page, number), lines = {} }
+    elseif block then
+      table.insert(block.lines, line)
+    end
+  end
+  return list
+end
+
+-- What keeps a documented experiment under a second, and its folder out of the way.
+local function small(words, name)
+  for _, change in ipairs { "population=12", "generations=2", "repetitions=1", "lattice=[3,3,3]",
+    "simulation.duration=0.4", "simulation.settle=0.1" } do
+    words[#words + 1] = "--set"
+    words[#words + 1] = change
+  end
+  -- one that it names itself is read by a later line
+  for _, word in ipairs(words) do
+    if word == "--out" then return words end
+  end
+  words[#words + 1] = "--out"
+  words[#words + 1] = "runs/" .. name
+  return words
+end
+
+for _, page in ipairs(WITH_LUA) do
+  suite:test("every Lua block runs: " .. page, { limit = 60 }, function(t)
+    local folder, list = t:folder(), blocks(page, "lua")
+    t:ok(#list > 0)
+    for k, block in ipairs(list) do
+      local text = table.concat(block.lines, "\n")
+      local file = ("block%d.lua"):format(k)
+      write(folder .. "/" .. file, text .. "\n")
+      local words, expected = { file }, nil
+      if text:find("limax.test", 1, true) then
+        words, expected = { "test", file }, " passed, 0 failed, "
+      elseif text:find "\nreturn limax%.experiment" then
+        words, expected = small({ "run", file }, "block" .. k), "Run folder: "
+      end
+      local done = completes(t, folder, words, { what = block.place })
+      t:ok(done.stdout:find(expected or "", 1, true), block.place .. ": " .. done.stdout)
+    end
+  end)
+end
+
+suite:test("every command line runs", { limit = 60 }, function(t)
+  local folder, count = t:folder(), 0
+  for _, page in ipairs(READMES) do
+    -- the experiment that a page lets its reader write
+    for _, block in ipairs(blocks(page, "lua")) do
+      local text = table.concat(block.lines, "\n")
+      local name = text:match 'name = "(.-)"'
+      if name then write(("%s/%s.lua"):format(folder, name), text) end
+    end
+    for _, block in ipairs(blocks(page, "sh")) do
+      for _, line in ipairs(block.lines) do
+        local words = {}
+        for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do
+          -- the reader stands in the source tree, the test in a folder of its own
+          words[#words + 1] = word:find "^scripts/" and host.home .. "/" .. word or word
+        end
+        local program = table.remove(words, 1)
+        -- those install packages
+        local installs = program and program:find("/scripts/dev/%l+%.sh$")
+        if program and not installs then
+          t:ok(program == "build/limax", ("%s: %s is not what is built"):format(page, line))
+          count = count + 1
+          if words[1] == "run" then words = small(words, "line" .. count) end
+          completes(t, folder, words, { what = page .. ": " .. line })
+        end
+      end
+    end
+  end
+  t:ok(count > 0)
+end)
+
+suite:test("the client by hand of lib/llm/README.md runs", { limit = 60 }, function(t)
+  -- with an endpoint that answers; without one: llm_endpoint.lua
+  local page = "scripts/lib/supervise/llm/README.md"
+  local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
+  t:equal(#client, 1)
+  write(folder .. "/block.lua", table.concat(client[1].lines, "\n") .. "\n")
+  local done = completes(t, folder, { "block.lua" }, { what = client[1].place,
+    before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
+  t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
+end)
+
+suite:test("the lines of CONVERT.md run", { limit = 60 }, function(t)
+  local folder, count = t:folder(), 0
+  write(folder .. "/walk.lua", [[
+return require("limax").experiment { name = "walk", fitness = "walk", lattice = { 3, 3, 3 },
+  population = 6, generations = 2, repetitions = 1, simulation = { duration = 0.4, settle = 0.1 } }
+]])
+  completes(t, folder, { "run", "walk.lua", "-q", "--out", "runs/walk-1" })
+  completes(t, folder, { "convert", "runs/walk-1", "walker.vxa" })
+  for _, block in ipairs(blocks("scripts/CONVERT.md", "text")) do
+    for _, line in ipairs(block.lines) do
+      local words = {}
+      for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do words[#words + 1] = word end
+      t:equal(table.remove(words, 1), "limax")
+      completes(t, folder, words, { what = block.place })
+      count = count + 1
+    end
+  end
+  t:ok(count >= 5)
+end)
+
+suite:test("every file that a page names is there", function(t)
+  for _, page in ipairs { "engine/README.md", "engine/PERFORMANCE.md", "prompts/README.md",
+    "scripts/lib/supervise/llm/README.md", "scripts/ACCURACY.md", "scripts/CONVERT.md",
+    "scripts/RUN_FOLDER.md", "scripts/SUPERVISION.md", unpack(READMES) } do
+    local base = host.home .. "/" .. (page:match "^(.*/)[^/]*$" or "")
+    local text = text_of(page)
+    local function check(path)
+      t:ok(host.file.exists(base .. path) or host.file.exists(host.home .. "/" .. path),
+        ("%s names %s, which is not there"):format(page, path))
+    end
+    for path in text:gmatch "%]%(([^)#:]+)%)" do check(path) end
+    for path in text:gmatch "`([%l_]+/[%w_/.]+)`" do
+      local top = path:match "^[^/]+"
+      if host.file.exists(base .. top) and top ~= "build" and top ~= "runs" then check(path) end
+    end
+  end
+end)
+
+return suite

@@ -1,0 +1,108 @@
+--- repl_text.lua: how the prompt reads text: tokens, top-level `local`, `time(...)`, and what it
+--- makes of values.
+
+local array_text = require "limax.tools.repl.array_text"
+local chunk = require "limax.tools.repl.chunk"
+local compare = require "limax.tools.repl.compare"
+local engine = require "limax.engine"
+local show = require "limax.tools.repl.show"
+local tokens = require "limax.tools.repl.tokens"
+
+local suite = require("limax.test").suite "repl text"
+
+local function texts(list)
+  local result = {}
+  for i, token in ipairs(list) do result[i] = token.text end
+  return result
+end
+
+suite:test("tokens are Lua's", function(t)
+  t:equal(texts(tokens.of [==[a.b:c{'x\'y', [[long]]..1e-5} --[[ c ]] ~= 0x1F ... 'open]==]),
+    { "a", ".", "b", ":", "c", "{", [['x\'y']], ",", "[[long]]", "..", "1e-5", "}", "--[[ c ]]",
+      "~=", "0x1F", "...", "'open" })
+  local list = tokens.of "x = [==[ not ]] yet"
+  t:equal(list[3].open, true)
+  t:equal(texts(tokens.of_code "1 -- one\n2"), { "1", "2" })
+end)
+
+suite:test("a top-level local assigns, any other stays, and nothing moves", function(t)
+  local function kept(text) return (tokens.keep_locals(text)) end
+  t:equal(kept "local x = 1", "      x = 1")
+  t:equal(kept "local x", "      x = nil;")
+  t:equal(kept "local x, y local z = 1", "      x, y = nil;       z = 1")
+  t:equal(kept "local function f() local a = 1 end", "      function f() local a = 1 end")
+  for _, text in ipairs { "do local x = 1 end", "for i = 1, 2 do local x = i end",
+    "while f() do local x end", "repeat local x = 1 until x", "if a then local x = 1 end",
+    "f(function() local x = 1 end)", "x = 'local y'", "-- local y", "x = [[\nlocal y]]" } do
+    t:equal(kept(text), text)
+  end
+  -- behind a block it is top-level again
+  t:equal(kept "if a then b() end local x = 1", "if a then b() end       x = 1")
+  t:equal(select(2, tokens.keep_locals "local a, b = 1\nlocal function c() end"), { "a", "b", "c" })
+end)
+
+suite:test("what is not complete is known, and what is wrong is not", function(t)
+  local function state(text)
+    local compiled, _, incomplete = chunk.compile(text, {}, "=input")
+    return compiled and "whole" or incomplete and "open" or "wrong"
+  end
+  for text, expected in pairs { ["f("] = "open", ["for i = 1, 2 do"] = "open", ["{ 1,"] = "open",
+    ["x = [["] = "open", ["local x ="] = "open", ["time(f("] = "open", ["1 +"] = "open",
+    ["1 1"] = "wrong", ["end"] = "wrong", ["'abc"] = "wrong", ["'abc\\"] = "open",
+    ["1"] = "whole", [""] = "whole",
+    ["x = 1;"] = "whole", ["f(); -- c"] = "whole", ["return 3"] = "whole" } do
+    t:equal(("%s: %s"):format(text, state(text)), ("%s: %s"):format(text, expected))
+  end
+end)
+
+suite:test("values are cut and summarised", function(t)
+  local style = { color = false, ascii = true, width = 60 }
+  local function shown(value) return show.value(value, style) end
+  local many = {}
+  for i = 1, 40 do many[i] = "entry" end
+  t:ok(shown(many):find("... 16 more", 1, true), shown(many))
+  t:equal(shown { a = true, [5] = "x", ["with blank"] = 1 },
+    '{ [5] = "x", a = true, ["with blank"] = 1 }')
+  local lattice = {}
+  for x = 1, 4 do lattice[x] = { x, 2 * x, 0 / 0, -x } end
+  t:equal(array_text.shape(lattice), { 4, 4 })
+  t:equal(shown(lattice), "numbers [4][4]: min -4, mean 1.66667, max 8, NaN 4")
+  t:equal(array_text.shape { 1, { 2 } }, nil)
+  t:equal(array_text.shape { { 1, 2 }, { 3 } }, nil)
+  t:equal(shown(("x"):rep(30)), '"' .. ("x"):rep(30) .. '"')
+end)
+
+suite:test("a value takes at most so many lines as fit, fewer depths first", function(t)
+  local style = { color = false, ascii = true, width = 60 }
+  local deep = {}
+  for i = 1, 20 do
+    deep["entry_" .. i] = { one = { two = i, list = { "a", "b" }, three = "word word word word" },
+      four = "word word word word word word" }
+  end
+  local text = show.value(deep, style)
+  t:ok(select(2, text:gsub("\n", "")) < 40, text)
+  t:ok(text:find("entry_7 = { ... }", 1, true) or text:find("one = { ... }", 1, true), text)
+  deep = { one = { two = { three = { 1, 2 } } } }
+  t:equal(show.value(deep, style), "{ one = { two = { three = { 1, 2 } } } }")
+end)
+
+suite:test("compare without CUDA says what else there is", function(t)
+  if pcall(engine.device, "cuda") then t:skip "there is a GPU here" end
+  local robot = require("limax").robot { voxels = "ecs" }
+  local message = t:raises("compare: device 'cuda': ", function()
+    compare.two(robot, "cpu", "cuda")
+  end)
+  t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor says',
+    1, true), message)
+  t:ok(not message:find("use 'cpu' or 'auto'", 1, true), message)
+end)
+
+suite:test("compare holds two devices against each other", { devices = "cuda", limit = 60 },
+  function(t)
+    local robot = require("limax").robot { voxels = "ecs\nece" }
+    local both = compare.two(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
+    -- what a rounding may do on the ground in so short a time: bench/agreement.lua
+    t:near(both.distance, 0, { atol = 1e-3 })
+    t:equal(both.steps, 0)
+    t:ok(tostring(both):find "^ +cpu +cuda +difference\n", tostring(both))
+  end)

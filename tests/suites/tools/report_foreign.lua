@@ -1,0 +1,247 @@
+--- report_foreign.lua: `limax report`, `watch` and `list` on run folders that are damaged, from
+--- another version or from somebody who means harm: what is there is shown, nothing fails in the
+--- middle, and nothing acts.
+
+local evolution = require "support.evolution"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local inline = require "limax.draw.chart.inline"
+local limax = require "limax"
+local lineage = require "limax.tools.report.lineage"
+local page = require "limax.tools.report.page"
+local process = require "limax.tools.test.process"
+local runs = require "limax.tools.report.runs"
+local source = require "limax.base.source"
+local watch = require "limax.commands.watch"
+
+local suite = require("limax.test").suite "report_foreign"
+
+local PLAIN = { color = false, ascii = true, width = 100 }
+local null = host.json.null
+
+-- A finished run of three generations of six robots in `folder`.
+local function run(folder, fields)
+  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" },
+    supervisor = "random" }
+  for name, value in pairs(fields or {}) do given[name] = value end
+  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
+  return folder
+end
+
+-- Writes a file anew, line by line or as a whole, as `change` leaves it.
+local function rewrite(path, change)
+  local text = source.read(path)
+  if path:match "%.jsonl$" then
+    text = text:gsub("[^\n]+", function(line)
+      local value = host.json.decode(line)
+      return host.json.encode(change(value) or value)
+    end)
+  else
+    local value = host.json.decode(text)
+    text = host.json.encode(change(value) or value)
+  end
+  assert(host.file.write_atomic(path, text))
+end
+
+-- Fields set to something else, or taken away where it is nil.
+local function setter(values, gone)
+  return function(given)
+    for name, value in pairs(values) do given[name] = value end
+    for _, name in ipairs(gone or {}) do given[name] = nil end
+  end
+end
+
+-- Folder by folder: the file, and what becomes of it.
+local DAMAGE = {
+  { "metrics.jsonl", setter({}, { "best", "best_standard", "mean", "median", "quantiles" }) },
+  { "metrics.jsonl", setter({ best = null, best_standard = null, mean = null, failed = null,
+    diversity = null, champion = null, parameters = null, materials = null, evaluations = null }) },
+  { "metrics.jsonl", setter({ best = "x", best_standard = "<b>", mean = {}, quantiles = 3,
+    diversity = { all = 1 }, failed = { invalid = "no" }, champion = { id = "x" },
+    parameters = { mutation_rate = "x" }, materials = { bone = 4 }, coarse = {} }) },
+  { "metrics.jsonl", setter { best = 1e308, best_standard = -1e308, mean = 1e-308 } },
+  { "metrics.jsonl", setter({}, { "evaluations", "failed", "diversity", "champion", "parameters",
+    "materials" }) },
+  { "ledger.jsonl", setter({ entries = { { field = 5, outcome = 7, applied = "<img>" }, {}, 3 },
+    reason = { a = 1 }, source = { 1 } }, { "supervisor" }) },
+  { "ledger.jsonl", setter({}, { "entries" }) },
+  { "timing.jsonl", setter({ seconds = { simulate = "1", breed = null }, ended = "yesterday",
+    supervision = 4 }) },
+  { "timing.jsonl", setter({}, { "seconds", "ended" }) },
+  { "config.json", setter({}, { "simulation", "supervisor", "seed", "name", "generations",
+    "repetitions", "fitness", "materials", "scene" }) },
+  { "config.json", setter { name = { "<b>" }, seed = null, supervisor = 3, fitness = { 1 },
+    simulation = {}, generations = "x", repetitions = {}, not_in_paper = { { a = 1 }, "said" } } },
+  { "STATUS", function() return { 1 } end },
+  { "environment.json", function()
+    return { sessions = { 3, { machine = 5, device = { gpus = {} } }, {} } }
+  end },
+  { "r01/champions/g0002.json", function() return {} end },
+  { "r01/champions/g0002.json", function(given)
+    return { schema = given.schema, lattice = 3, materials = {}, voxels = { { 1 } } }
+  end },
+  { "r01/champions/g0002.json", setter { outcome = { status = "done" } } },
+  { "r01/population/g0001.jsonl", function() return { id = "x", body = 3, parents = 7 } end },
+}
+
+suite:test("fields of another kind count as absent", { limit = 60 }, function(t)
+  local base = t:folder()
+  run(base .. "/whole")
+  for k, damage in ipairs(DAMAGE) do
+    local folder = ("%s/%d"):format(base, k)
+    assert(os.execute(("cp -r %s/whole %s"):format(process.quoted(base),
+      process.quoted(folder))) == 0)
+    rewrite(folder .. "/" .. damage[1], damage[2])
+    local what = ("%d, %s"):format(k, damage[1])
+    local fine, text = failure.attempt(function()
+      return page.text(runs.read_all { folder }, { robots = false })
+    end)
+    t:ok(fine, what .. ": " .. tostring(text))
+    t:ok(text:find('<section id="learning"', 1, true) and not text:find("<b>x", 1, true), what)
+    t:ok(not text:find('"nan', 1, true) and not text:find(">nan<", 1, true)
+      and not text:find(">inf<", 1, true), what)
+    local shown, said = failure.attempt(function()
+      return watch.text_of(runs.read(folder), PLAIN)
+    end)
+    t:ok(shown and said:find("generation 3 of", 1, true), what .. ": " .. tostring(said))
+  end
+  local done = process.limax({ "list", "." }, { folder = base })
+  t:ok(done.status == 0, done.stderr)
+  t:equal(select(2, done.stdout:gsub("\n", "")), #DAMAGE + 2)
+  t:ok(not done.stdout:find("attempt", 1, true), done.stdout)
+end)
+
+suite:test("a line that is none is named with its number", { limit = 20 }, function(t)
+  local folder = run(t:folder() .. "/r")
+  local whole = source.read(folder .. "/metrics.jsonl")
+  for added, expected in pairs { ["{]"] = "line 4: column 2: syntax error",
+    ["null"] = "line 4: expected a JSON object",
+    ['{"repetition": 0, "generation": 3}'] = "line 4: repetition: expected a whole number from 1",
+    ['{"repetition": 1, "generation": -1}'] = "line 4: generation: expected a whole number from 0",
+    ['{"repetition": 1, "generation": 0.5}'] = "line 4: generation" } do
+    assert(host.file.write_atomic(folder .. "/metrics.jsonl", whole .. added .. "\n"))
+    t:raises(expected, function() runs.read(folder) end)
+    -- without its end it is being written
+    assert(host.file.write_atomic(folder .. "/metrics.jsonl", whole .. added))
+    t:equal(#runs.read(folder).runs[1].lines, 3)
+  end
+end)
+
+suite:test("a damaged run among others is listed as that, and why", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/good")
+  run(base .. "/spoiled")
+  assert(host.file.write_atomic(base .. "/spoiled/metrics.jsonl", "{]\n"))
+  local done = process.limax({ "list", base }, { folder = base })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find "/spoiled +damaged" and done.stdout:find "/good +done", done.stdout)
+  t:ok(done.stderr:find("/spoiled/metrics.jsonl, line 1: column", 1, true), done.stderr)
+end)
+
+suite:test("robots that are each other's parents have a line with an end", { limit = 20 },
+  function(t)
+    local folder = run(t:folder() .. "/r")
+    for generation = 0, 2 do
+      local ids, k = {}, 0
+      local path = ("%s/r01/population/g%04d.jsonl"):format(folder, generation)
+      rewrite(path, function(given) ids[#ids + 1] = given.id end)
+      rewrite(path, function(given)
+        k = k + 1
+        given.parents, given.fitness = { ids[k % #ids + 1], ids[(k - 2) % #ids + 1] }, k
+      end)
+    end
+    local read = runs.read(folder).runs[1]
+    local ancestors, line = lineage.of(read)
+    local seen = {}
+    for _, robot in ipairs(line) do
+      t:ok(not seen[robot.id], "nobody is its own ancestor")
+      seen[robot.id] = true
+    end
+    t:ok(#line >= 1 and #ancestors >= #line)
+  end)
+
+suite:test("no name reaches a terminal as a command to it", { limit = 20 }, function(t)
+  local base = t:folder()
+  local folder = run(base .. "/r\27[2J\n<b>'\"&")
+  rewrite(folder .. "/config.json", setter { name = "a\27[2Jb\194\155c\nd",
+    supervisor = { name = "\27]0;x\7" } })
+  rewrite(folder .. "/STATUS", setter { state = "done\27[31m" })
+  for _, words in ipairs { { "watch", folder, "--once" }, { "list", base } } do
+    local done = process.limax(words, { folder = base, before = "export NO_COLOR=1;" })
+    t:ok(done.status == 0, done.stderr)
+    t:ok(not done.stdout:find("[\27\7]") and not done.stdout:find("\194\155", 1, true),
+      done.stdout)
+  end
+  local done = process.limax({ "report", folder, "--no-robots", "--out", "x.html" },
+    { folder = base })
+  t:ok(done.status == 0, done.stderr)
+  t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
+end)
+
+suite:test("folders and files whose names are no UTF-8", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/r\255", { lattice = { 3, 3, 3 } })
+  run(base .. "/w", { lattice = { 2, 2, 2 } })
+  for _, words in ipairs { { "report", "r\255", "w", "--out", "x.html" },
+    { "report", "r\255", "w", "--no-robots", "--figures", "f" },
+    { "picture", "r\255/r01/champions/g0002.json", "--out", "x.svg" } } do
+    local done = process.limax(words, { folder = base })
+    t:ok(done.status == 0, done.stderr)
+  end
+  for _, name in ipairs { "f/learning-85.svg", "x.svg" } do
+    t:ok(pcall(host.json.encode, source.read(base .. "/" .. name)), name .. " is UTF-8")
+  end
+end)
+
+suite:test("runs with fitnesses of different kinds say so", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/way", { fitness = "distance" })
+  run(base .. "/speed", { fitness = "speed" })
+  local text = page.text(runs.read_all { base .. "/way", base .. "/speed" }, { robots = false })
+  t:ok(text:find("fitness (each its own unit; of several kinds)", 1, true), "the axis")
+  t:ok(text:find("which cannot be compared", 1, true), "in words")
+  t:ok(text:find("Each run stands for itself", 1, true), "no arms")
+end)
+
+suite:test("a study that goes on is reported as far as it is", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/a")
+  assert(host.file.write_atomic(base .. "/study.json", host.json.encode { runs = {
+    { path = "a", arm = "first", tuning_evaluations = 5 }, { path = "b", arm = "second" } } }))
+  local folders = runs.read_all { base .. "/" }
+  t:equal(#folders, 1)
+  t:equal({ folders[1].runs[1].arm, folders[1].runs[1].before }, { "first", 5 })
+  assert(host.file.write_atomic(base .. "/study.json", '{"runs": [3]}'))
+  t:raises("runs[1]: expected an object with a path", function() runs.read_all { base } end)
+end)
+
+suite:test("thousands of generations keep their curve and lose rows of its table", function(t)
+  local points = {}
+  for k = 1, 5000 do points[k] = { k - 1, k / 7 } end
+  local drawn = inline.draw({ title = "", x = { label = "generation", linear = true },
+    y = { label = "fitness", linear = true },
+    curves = { { name = "best", points = points, color = "#000000" } } }, "")
+  t:equal({ #drawn.rows, drawn.left_out, #drawn.data.curves[1].points }, { 501, 4499, 501 })
+  -- the last is kept
+  t:equal(drawn.data.curves[1].points[501], { 4999, 5000 / 7 })
+  t:equal(select(2, drawn.svg:match('<polyline points="([^"]*)"'):gsub(",", "")), 5000)
+end)
+
+suite:test("where nothing can be written that is said", { limit = 20 }, function(t)
+  local base = t:folder()
+  run(base .. "/r")
+  for _, words in ipairs { { "report", "r", "--no-robots", "--out", "none/x.html" },
+    { "report", "r", "--no-robots", "--out", "r" },
+    { "report", "r", "--no-robots", "--figures", "r/STATUS/x" },
+    { "picture", "r", "--out", "none/x.png" }, { "picture", "r", "--out", "none/x.mp4" } } do
+    local done = process.limax(words, { folder = base })
+    t:equal(done.status, 1)
+    t:ok(done.stderr:match "^limax: [^\n]+\n$", done.stderr)
+  end
+  assert(os.remove(base .. "/r/r01/champions/g0002.json"))
+  local done = process.limax({ "picture", "r", "--out", "x.png" }, { folder = base })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find("g0002.json: No such file", 1, true), done.stderr)
+end)
+
+return suite

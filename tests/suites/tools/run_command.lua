@@ -1,0 +1,96 @@
+--- run_command.lua: what `limax run` says while it goes on and at its end: warnings whatever is
+--- asked for, failures by reason, the colours of the stream that it writes to.
+
+local host = require "limax.host"
+local passes = require "limax.tools.console.passes"
+local process = require "support.process"
+local progress = require "limax.tools.console.progress"
+local tally = require "limax.tools.console.tally"
+
+local suite = require("limax.test").suite "limax run"
+
+local EXPERIMENT = [[
+local limax = require "limax"
+return limax.experiment {
+  name = "try", lattice = { 2, 2, 2 }, population = 20, generations = 3, repetitions = 1,
+  simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" }, supervisor = "fixed",
+  fitness = function(robot)
+    if robot.generation > 0 and robot.id % 20 == 0 then error "lame" end
+    return robot:distance()
+  end,
+}
+]]
+
+local function run(t, ...)
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
+  local done = process.completes(t, folder, { "run", "try.lua", "--out", "r", ... })
+  return done, folder
+end
+
+suite:test("-q silences progress and the end, never warnings, and draws the champion", function(t)
+  local loud = "scene.friction={\"static\":0.1,\"kinetic\":0.8}"
+  local done, folder = run(t, "-q", "--set", loud)
+  t:equal(done.stdout, "")
+  t:equal(done.stderr, "! scene.friction: static 0.1 is below kinetic 0.8; the law is then plain "
+    .. "Coulomb friction at 0.8\n! robot 40 of generation 1 gets no score: the fitness failed: "
+    .. "try.lua:6: lame\n")
+  t:equal(host.file.exists(folder .. "/r/champion.svg"), "file")
+  done = run(t, "-q", "--set", "simulation.time_step=0.001")
+  t:ok(done.stderr:find "^! simulation.time_step = 0.001 s is above the limit", done.stderr)
+end)
+
+suite:test("the end counts what failed, with the first message of the fitness", function(t)
+  local done = run(t)
+  local count, whole, rest = done.stdout:match "\n(%d+) of (%d+) robots failed: ([^\n]*)%.\n"
+  t:ok(count, done.stdout)
+  t:ok(tonumber(count) >= 2 and tonumber(whole) > 40 and tonumber(whole) <= 60, done.stdout)
+  t:ok(rest:find("2 by fitness (first: the fitness failed: try.lua:6: lame)", 1, true), rest)
+end)
+
+suite:test("a tally in words", function(t)
+  local total = tally.new()
+  local function last() return total:text():match "([^\n]*)\n$" end
+  local body = { size = { 1, 1, 1 }, mass = 1, counts = { bone = 1 } }
+  total:add(1, { { id = 1, origin = "initial", status = "done", fitness = 1, generation = 0,
+    body = body } })
+  t:equal(last(), "None of 1 robots failed.")
+  total:hear "robot 2 of generation 0 gets no score: the fitness returned nan"
+  total:hear "robot 3 of generation 0 gets no score: the fitness returned inf"
+  total:add(1, {
+    { id = 2, origin = "initial", status = "failed", reason = "fitness" },
+    { id = 3, origin = "initial", status = "failed", reason = "fitness" },
+    { id = 4, origin = "initial", status = "invalid", reason = "no muscle" },
+  })
+  t:equal(last(), "3 of 4 robots failed: 2 by fitness (first: the fitness returned nan), "
+    .. "1 invalid (no muscle).")
+end)
+
+suite:test("the bar has the colours of the standard error", function(t)
+  local before = host.terminal
+  local function drawn(facts)
+    host.terminal = function() return facts end
+    local text = ""
+    local fine, message = pcall(function()
+      progress.new({ total = 2, repetitions = 1,
+        write = function(more) text = text .. more end }):draw()
+    end)
+    host.terminal = before
+    t:ok(fine, message)
+    return text:find("\27[32m", 1, true) ~= nil
+  end
+  local facts = { stdout = false, stderr = true, color = false, color_stderr = true, columns = 120 }
+  t:equal(drawn(facts), true)
+  facts = { stdout = true, stderr = true, color = true, color_stderr = false, columns = 120 }
+  t:equal(drawn(facts), false)
+end)
+
+suite:test("slower passes than the processor has are said", function(t)
+  t:equal(passes.warning { isa = "v4", isa_available = "v4,v3,baseline" }, nil)
+  t:equal(passes.warning { kind = "cuda" }, nil)
+  t:equal(passes.warning { isa = "v3", isa_available = "v4,v3,baseline" },
+    "v3, though this processor has v4")
+  t:ok(passes.warning({ isa = "baseline", isa_available = "baseline" }):find "times slower")
+end)
+
+return suite

@@ -1,0 +1,113 @@
+--- watch.lua: `limax watch` on runs that are done, that go on, and that nobody may touch.
+
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local limax = require "limax"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "watch"
+
+-- A finished run of three generations of six robots in `folder`.
+local function run(folder)
+  limax.start(evolution.small { supervisor = "random" },
+    { out = folder, say = evolution.silent }):finish()
+end
+
+-- The same with two repetitions.
+local TWICE = [[
+return require("limax").experiment { name = "twice", fitness = "distance", lattice = { 2, 2, 2 },
+  population = 6, generations = 3, repetitions = 2,
+  simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" } }
+]]
+
+-- Every file of a folder as one text.
+local function contents(folder)
+  local parts = {}
+  for _, name in ipairs(host.file.list(folder)) do
+    local path = folder .. "/" .. name
+    if host.file.exists(path) == "folder" then
+      parts[#parts + 1] = contents(path)
+    else
+      parts[#parts + 1] = path .. "\n" .. source.read(path)
+    end
+  end
+  return table.concat(parts, "\n")
+end
+
+suite:test("curves and best stand on the screen, and nothing is touched", function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/twice.lua", TWICE))
+  process.completes(t, base, { "run", "twice.lua", "-q", "--out", "r" })
+  local before = contents(base .. "/r")
+  -- as the run itself holds it
+  local lock = assert(host.file.lock(base .. "/r"))
+  local done = process.ends(base, { "watch", "r" }, { before = "export TERM=dumb;" })
+  lock:free()
+  t:ok(done.status == 0, done.stderr)
+  t:equal(contents(base .. "/r"), before)
+  local best
+  for line in source.read(base .. "/r/metrics.jsonl"):gmatch "[^\n]+" do
+    local metrics = host.json.decode(line)
+    if metrics.generation == 2 then
+      best = math.max(best or -math.huge, metrics.best_standard or metrics.best)
+    end
+  end
+  for _, text in ipairs { "done   generation 6 of 6", ("best %.4g"):format(best),
+    "fitness (m), the median of 2 repetitions", "** best   oo mean",
+    "voxels in which two robots differ", "lowest layer first" } do
+    t:ok(done.stdout:find(text, 1, true), text .. "\n" .. done.stdout)
+  end
+  t:ok(not done.stdout:find "[\128-\255\27]", "ASCII where the terminal is dumb")
+end)
+
+suite:test("on a terminal it follows a run to its end", { limit = 120 }, function(t)
+  if os.execute "command -v script >/dev/null 2>&1" ~= 0 then
+    t:skip "there is no script here (on Debian: bsdutils), which makes a terminal"
+  end
+  local base = t:folder()
+  run(base .. "/r")
+  local folder = base .. "/r"
+  local metrics, status = source.read(folder .. "/metrics.jsonl"), source.read(folder .. "/STATUS")
+  local first = metrics:match "^[^\n]*\n"
+  -- a run in its first generation, which ends when that has been shown
+  assert(host.file.write_atomic(folder .. "/metrics.jsonl", first))
+  assert(host.file.write_atomic(folder .. "/STATUS", '{"state": "running"}'))
+  assert(host.file.write_atomic(base .. "/all", metrics))
+  assert(host.file.write_atomic(base .. "/end", status))
+  local line = ("cd %s && (for look in $(seq 1000); do "
+    .. "grep -q 'generation 1 of 3' typed 2>/dev/null && break; sleep 0.1; done; "
+    .. "mv all r/metrics.jsonl; mv end r/STATUS) & cd %s && "
+    .. "timeout 110 script -qefc %s typed >/dev/null 2>&1 </dev/null; echo $?"):format(
+    process.quote(base), process.quote(base),
+    process.quote(process.quote(host.executable) .. " watch r --every 0.1"))
+  local pipe = io.popen(line)
+  t:equal(tonumber(pipe:read "*a"), 0)
+  pipe:close()
+  local typed = source.read(base .. "/typed")
+  local begins, ends = typed:find("generation 1 of 3", 1, true),
+    typed:find("generation 3 of 3", 1, true)
+  t:ok(begins and ends and begins < ends, typed)
+  -- once more where it looked between the two files
+  local _, screens = typed:gsub("\27%[H\27%[2J", "")
+  t:ok(screens == 2 or screens == 3, typed)
+end)
+
+suite:test("a run without a generation, and no run", function(t)
+  local base = t:folder()
+  run(base .. "/r")
+  for _, name in ipairs { "metrics", "ledger", "timing" } do
+    assert(host.file.write_atomic(("%s/r/%s.jsonl"):format(base, name), ""))
+  end
+  local done = process.ends(base, { "watch", "r" })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find("no generation has been scored yet", 1, true), done.stdout)
+  done = process.ends(base, { "report", "r" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find("nothing to report", 1, true), done.stderr)
+  done = process.ends(base, { "watch", "nothing" })
+  t:equal(done.status, 2)
+  t:ok(done.stderr:find("nothing is no run folder", 1, true), done.stderr)
+end)
+
+return suite

@@ -1,0 +1,157 @@
+--- field_page.lua: reads a page of tables "field, unit, meaning" as a tree of fields, and holds
+--- decoded objects against it. On such a page `a[]` is a list of objects, words in capitals stand
+--- for any name, a meaning that begins with *optional* allows absence, and "see [Part](#part)" puts
+--- the fields of another section below.
+
+local choice = require "limax.base.choice"
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local field_page = {}
+
+--- Tables of a page by the heading above them: rows with `names` (of the first cell), `unit` (the
+--- second), `optional`, and `part`, another section whose fields stand below this one.
+---@param page string path in the source tree
+---@return table<string, table[]>
+function field_page.read(page)
+  local text = assert(source.read(host.home .. "/" .. page))
+  local sections, section = {}, nil
+  for line in text:gmatch "[^\n]+" do
+    local heading = line:match "^## `?([^`]*)"
+    if heading then
+      section = {}
+      sections[heading] = section
+    elseif line:match "^| `" then
+      local cells, names = {}, {}
+      for cell in line:gsub("\\|", "/"):sub(2):gmatch "%s*(.-)%s*|" do cells[#cells + 1] = cell end
+      for name in cells[1]:gmatch "`(.-)`" do names[#names + 1] = name end
+      section[#section + 1] = { names = names, unit = cells[2],
+        optional = cells[3]:match "^%*optional%*" ~= nil, part = cells[3]:match "see %[(.-)%]" }
+    end
+  end
+  return sections
+end
+
+---@class field_page.field
+---@field path string
+---@field unit string|nil
+---@field optional boolean|nil
+---@field seen boolean|nil has an object had it?
+---@field list boolean|nil of objects
+---@field children table<string, field_page.field>
+---@field parent field_page.field|nil
+---@field any field_page.field|nil child of any name: in capitals on the page
+
+--- The field at a dotted path below another one, made where it is missing.
+---@param field field_page.field
+---@param path string
+---@return field_page.field
+function field_page.at(field, path)
+  for step in path:gmatch "[^.]+" do
+    local name = step:gsub("%[%]$", "")
+    local child = field.children[name] or name:match "^%u+$" and field.any
+    if not child then
+      child = { path = field.path .. "." .. name, parent = field, children = {} }
+      if name:match "^%u+$" then
+        field.any, child.optional = child, true
+      else
+        field.children[name] = child
+      end
+    end
+    child.list = child.list or name ~= step
+    field = child
+  end
+  return field
+end
+
+--- The fields of a section as a tree, those of its parts in place.
+---@param sections table<string, table[]>
+---@param heading string
+---@param root? field_page.field
+---@return field_page.field
+function field_page.tree(sections, heading, root)
+  root = root or { path = heading, children = {} }
+  for _, row in ipairs(assert(sections[heading], heading)) do
+    for _, name in ipairs(row.names) do
+      local field = field_page.at(root, name)
+      field.unit, field.optional = row.unit, row.optional
+      if row.part then field_page.tree(sections, row.part, field) end
+    end
+  end
+  return root
+end
+
+--- May it be absent? One that has no row of its own may, if all that stands below it may.
+---@param field field_page.field
+---@return boolean|nil
+function field_page.is_optional(field)
+  if field.optional or field.unit then return field.optional end
+  for _, child in pairs(field.children) do
+    if not field_page.is_optional(child) then return false end
+  end
+  return true
+end
+
+--- Holds a decoded object against the fields of the page, both ways.
+---@param t limax.test_context
+---@param value table
+---@param field field_page.field
+function field_page.compare(t, value, field)
+  for _, name in ipairs(choice.sorted_keys(value)) do
+    local entry = value[name]
+    local child = field.children[name] or field.any
+    t:ok(child, ("%s.%s is not on the page"):format(field.path, name))
+    child.seen = true
+    local objects = {}
+    if type(entry) == "table" and not host.json.is_array(entry) then
+      t:ok(not child.list, child.path .. " is no list, as the page has it")
+      objects = { entry }
+    elseif type(entry) == "table" and type(entry[1]) == "table"
+      and not host.json.is_array(entry[1]) then
+      t:ok(child.list, child.path .. " is a list of objects; the page should write [] after it")
+      objects = entry
+    end
+    for _, object in ipairs(objects) do field_page.compare(t, object, child) end
+  end
+  for _, name in ipairs(choice.sorted_keys(field.children)) do
+    local child = field.children[name]
+    t:ok(value[name] ~= nil or field_page.is_optional(child),
+      child.path .. " is absent and not optional on the page")
+  end
+end
+
+--- Holds the lines of a transcript against the sections Attempt and Decision of the page.
+---@param t limax.test_context
+---@param text string
+---@param trees table<string, field_page.field> by heading
+function field_page.compare_transcript(t, text, trees)
+  for row in text:gmatch "[^\n]+" do
+    local line, nested = assert(host.json.decode(row)), {}
+    for name, value in pairs(line) do
+      -- flat names with dots, as OpenTelemetry has them, stand on the page like nested ones
+      local at = nested
+      for step in name:gmatch "([^.]+)%." do
+        at[step] = at[step] or {}
+        at = at[step]
+      end
+      at[name:match "[^.]+$"] = value
+    end
+    field_page.compare(t, nested, trees[line.kind == "attempt" and "Attempt" or "Decision"])
+  end
+end
+
+--- Calls `visit` for each field of a tree, in order of names.
+---@param field field_page.field
+---@param visit fun(field: field_page.field)
+function field_page.each(field, visit)
+  for _, name in ipairs(choice.sorted_keys(field.children)) do
+    visit(field.children[name])
+    field_page.each(field.children[name], visit)
+  end
+  if field.any then
+    visit(field.any)
+    field_page.each(field.any, visit)
+  end
+end
+
+return field_page

@@ -1,0 +1,116 @@
+--- talker.lua: a client that needs no network: it has the methods of scripts/lib/supervise/llm/client.lua and
+--- answers as a function says. Experiments of a suite take it as `client`. And tiny runs under it,
+--- with what they left.
+
+local host = require "limax.host"
+local limax = require "limax"
+local source = require "limax.base.source"
+
+local talker = {}
+
+--- What `answer(messages, n)` returned as the answer of a client: a text is its content, a table
+--- its fields, or a failure if it has a class.
+local function shaped(given)
+  if type(given) == "string" then given = { content = given } end
+  given.attempts, given.seconds = given.attempts or 1, given.seconds or 0
+  return given
+end
+
+--- Makes the `client` option of an experiment. `answer(messages, n, request)` gets the number of
+--- this request in its repetition, across resumes.
+---@param answer fun(messages: table[], n: integer, request: table): string|table
+---@return fun(options: table, given: table): table
+function talker.new(answer)
+  return function(_, given)
+    local client, asked = {}, 0
+    function client:describe()
+      return { endpoint = "http://127.0.0.1:9/v1/chat/completions", model = "talker",
+        provider = "none" }
+    end
+    function client:state() return { asked = asked } end
+    function client:restore(state) asked = state.asked end
+    function client:ask(messages, request)
+      asked = asked + 1
+      local said = shaped(answer(messages, asked, request))
+      local body = host.json.encode { model = "talker", messages = messages }
+      given.record { time = host.time(), ms = 0, request = body, request_sha256 = host.sha256(body),
+        http_status = 200, raw_body = said.content or "", ["gen_ai.request.model"] = "talker" }
+      if said.class then return nil, said end
+      return said
+    end
+    return client
+  end
+end
+
+--- A tiny experiment with this supervisor.
+---@param supervisor table|string|function
+---@param given? table fields in the place of others
+---@return limax.experiment
+function talker.experiment(supervisor, given)
+  local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
+    repetitions = 1, simulation = { duration = 0.06, settle = 0, accuracy = "preview" },
+    fitness = "distance", supervisor = supervisor }
+  for name, value in pairs(given or {}) do fields[name] = value end
+  return limax.experiment(fields)
+end
+
+---@class talker.done
+---@field folder string
+---@field ledger table[] lines, and those of transcript and timing
+---@field said string
+
+--- Reads what a run left.
+---@param folder string
+---@return talker.done
+function talker.read(folder)
+  local done = { folder = folder }
+  for _, name in ipairs { "ledger", "transcript", "timing" } do
+    done[name] = {}
+    for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
+      table.insert(done[name], (assert(host.json.decode(row))))
+    end
+  end
+  return done
+end
+
+--- Runs it in a new folder.
+---@param t limax.test_context
+---@param supervisor table|string|function
+---@param given? table fields of the experiment
+---@param options? table of `limax.start`
+---@return talker.done
+function talker.run(t, supervisor, given, options)
+  local folder, said = t:folder() .. "/run", {}
+  local start = { out = folder, device = "cpu",
+    say = function(text) said[#said + 1] = text end }
+  for name, value in pairs(options or {}) do start[name] = value end
+  limax.start(talker.experiment(supervisor, given), start):finish()
+  local done = talker.read(folder)
+  done.said = table.concat(said, "\n")
+  return done
+end
+
+--- The ledger's entry of a field before generation `generation`.
+---@param done talker.done
+---@param generation integer
+---@param field string
+---@return table|nil
+function talker.entry(done, generation, field)
+  for _, each in ipairs(done.ledger[generation + 1].entries) do
+    if each.field == field then return each end
+  end
+end
+
+--- The transcript's attempts or outcomes.
+---@param done talker.done
+---@param kind "attempt"|"outcome"
+---@return table[]
+function talker.of_kind(done, kind)
+  local list = {}
+  for _, line in ipairs(done.transcript) do
+    if line.kind == kind then list[#list + 1] = line end
+  end
+  return list
+end
+
+return talker

@@ -1,0 +1,111 @@
+--- typed.lua: `limax repl` at a pseudo-terminal: what keys put on its screen, and transcripts:
+--- files of lines `text => value` or `text => ERROR message`, where `=> more` goes on with the
+--- value and `.. text` with the text; `...` in a value stands for anything.
+
+local host = require "limax.host"
+local process = require "support.process"
+
+local typed = {}
+
+-- s that a step may take on a busy machine
+local PATIENCE = 60
+
+---@class typed.step
+---@field keys string
+---@field ends string|nil what the cursor's line must become; nil: the program's end
+---@field breaks boolean|nil after a line break
+---@field wait number|nil s before the keys
+---@field file string|nil is written with `text` before them
+---@field text string|nil
+---@field signal integer|nil is sent to the program before them
+
+--- Types steps at a prompt; a step that does not come to its end fails the test.
+---@param t limax.test_context
+---@param steps typed.step[]
+---@param options? { words?: string[], folder?: string }
+---@return { status: integer, echo: boolean, steps: { lines: string[] }[] }
+function typed.run(t, steps, options)
+  if os.execute "command -v python3 >/dev/null" ~= 0 then t:skip "python3 is not installed" end
+  options = options or {}
+  local folder = options.folder or t:folder()
+  local list = {}
+  for i, step in ipairs(steps) do
+    list[i] = { keys = step.keys, ends = step.ends or host.json.null, breaks = step.breaks == true,
+      wait = step.wait or 0, file = step.file or "", text = step.text or "",
+      signal = step.signal or 0 }
+  end
+  local command = { host.executable, "repl" }
+  for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
+  process.write(folder .. "/steps.json", host.json.encode { command = command, columns = 200,
+    seconds = PATIENCE, steps = list, environment = { TERM = "dumb", HOME = folder,
+      XDG_STATE_HOME = folder .. "/state", XDG_CONFIG_HOME = folder .. "/config" } })
+  local pipe = io.popen(("cd %s && python3 %s <steps.json"):format(process.quote(folder),
+    process.quote(host.home .. "/tests/support/terminal.py")))
+  local result = assert(host.json.decode(pipe:read "*a", "the terminal's answer"))
+  pipe:close()
+  for i, step in ipairs(result.steps) do
+    if step.late then
+      t:equal(table.concat(step.lines, "\n"), ("step %d: ... %s"):format(i,
+        steps[i].ends or "(the end)"))
+    end
+  end
+  return result
+end
+
+-- The entries of a transcript: what is typed, line by line, and what comes.
+local function entries_of(path)
+  local entries = {}
+  for line in io.lines(path) do
+    local last = entries[#entries]
+    local more = line:match "^=> ?(.*)$"
+    if more then
+      last.value[#last.value + 1] = more
+    elseif line:match "^%.%. " then
+      local text, value = line:match "^%.%. (.-) => (.*)$"
+      last.typed[#last.typed + 1] = text or line:sub(4)
+      if value then last.value[1] = value end
+    elseif line ~= "" and not line:match "^%-%-" then
+      local text, value = line:match "^(.-) => (.*)$"
+      entries[#entries + 1] = { typed = { text or line }, value = { value } }
+    end
+  end
+  return entries
+end
+
+--- Types a transcript and holds what comes against it.
+---@param t limax.test_context
+---@param path string
+---@param options? { folder?: string }
+function typed.transcript(t, path, options)
+  local entries = entries_of(path)
+  local steps, of_entry = { { keys = "", ends = ">" } }, {}
+  for i, entry in ipairs(entries) do
+    for k, line in ipairs(entry.typed) do
+      local open = k < #entry.typed
+      steps[#steps + 1] = { keys = line .. "\n", ends = open and ".." or ">", breaks = true }
+    end
+    of_entry[i] = #steps
+  end
+  steps[#steps + 1] = { keys = "\4" }
+  local result = typed.run(t, steps, options)
+  for i, entry in ipairs(entries) do
+    local lines = result.steps[of_entry[i]].lines
+    local came = {}
+    -- between the line that was typed and the next prompt
+    for k = 2, #lines - 1 do came[#came + 1] = lines[k] end
+    local expected = entry.value
+    local message = expected[1] and expected[1]:match "^ERROR (.*)$"
+    if message then
+      expected, came = { message }, { came[1] }
+    end
+    local said, wanted = table.concat(came, "\n"), table.concat(expected, "\n")
+    local pattern = wanted:gsub("%p", "%%%0"):gsub("%%%.%%%.%%%.", ".*")
+    if not said:find("^" .. pattern .. "$") then
+      t:equal(("%s => %s"):format(entry.typed[1], said),
+        ("%s => %s"):format(entry.typed[1], wanted))
+    end
+  end
+  t:equal(result.status, 0)
+end
+
+return typed
