@@ -1,7 +1,7 @@
 --- played.lua: plays scenarios of the faulty server to a client, and holds everything that comes
 --- out against the laws for all faults: the deadline, a record for each attempt, no key.
 
-local base64 = require "limax.llm.base64"
+local base64 = require "limax.supervise.llm.base64"
 local client = require "limax.supervise.llm.client"
 local host = require "limax.host"
 local process = require "support.process"

@@ -1,7 +1,7 @@
 --- llm_endpoint.lua: where a language model is asked and with which key: URLs, environment, files
 --- of keys, what an experiment may not name; and the texts from which a key is taken out.
 
-local base64 = require "limax.llm.base64"
+local base64 = require "limax.supervise.llm.base64"
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"

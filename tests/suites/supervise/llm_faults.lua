@@ -3,7 +3,7 @@
 --- has 1 to 16 and says what is held for all. Faults of payload, injection and host are not the
 --- client's: their suites are the parser's and the run's.
 
-local base64 = require "limax.llm.base64"
+local base64 = require "limax.supervise.llm.base64"
 local client = require "limax.supervise.llm.client"
 local faulty_server = require "support.faulty_server"
 local host = require "limax.host"

@@ -1,7 +1,7 @@
 --- attempt.lua: one HTTP request to a language model: what is sent, what came back, the record of
 --- both, and what class a failure has. The key is taken out of everything before it is looked at.
 
-local base64 = require "limax.llm.base64"
+local base64 = require "limax.supervise.llm.base64"
 local envelope = require "limax.supervise.llm.envelope"
 local failure = require "limax.base.failure"
 local host = require "limax.host"

@@ -1,7 +1,7 @@
 --- redaction.lua: takes a key out of a text: as it is, in base64 (at any offset within a longer
 --- text), percent-encoded, in hexadecimal, escaped as JSON does; whole or in pieces.
 
-local base64 = require "limax.llm.base64"
+local base64 = require "limax.supervise.llm.base64"
 
 local redaction = {}
 
