@@ -1,6 +1,6 @@
 ---@meta limax
 --- limax.lua: what `require "limax"` gives, for editors. Made by scripts/dev/reference.lua from the
---- API table (scripts/lib/api/) and the comments in the code; do not edit. It is never run.
+--- API table (scripts/lib/tools/reference/) and the comments in the code; do not edit. It is never run.
 
 error "this file is for editors"
 
@@ -349,6 +349,13 @@ function limax_population_scored:score(with) end
 function limax_population_scored:breed(choice) end
 
 ---@class limax.progress
+---@field done integer robots that have ended, whatever their status
+---@field robots integer robots that are simulated
+---@field finished boolean
+---@field interrupted boolean the call was cut short by an interrupt; the state is whole
+---@field steps number robot steps done
+---@field steps_total number
+---@field spring_steps number springs times steps done
 
 ---@class limax.proposal what a supervisor may ask for; the ledger says what became of it
 ---@field mutation_rate? number per gene
