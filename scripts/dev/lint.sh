@@ -13,9 +13,10 @@ find engine bindings tests \( -name '*.h' -o -name '*.cpp' -o -name '*.inl' \) -
     xargs -0 clang-format --dry-run --Werror
 luacheck --quiet bindings scripts tests
 if [ $tidy = yes ]; then
-    need_packages "${build_packages[@]}"
-    configure_and_build
-    # what this build compiles: without CUDA its engine is left out
+    need_packages "${build_packages[@]}" "${test_packages[@]}"
+    configure
+    build all limax_tests
+    # only the files that this build compiles: a build without CUDA leaves out engine/backend/cuda
     sed -n 's/^ *"file": "\(.*\.cpp\)",\{0,1\}$/\1/p' "$build/compile_commands.json" | sort -u |
         grep -E "^$root/(engine|bindings|tests)/" | tr '\n' '\0' |
         xargs -0 -P "$jobs" -n 1 clang-tidy --quiet -p "$build" 2>/dev/null

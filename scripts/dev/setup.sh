@@ -1,5 +1,5 @@
-# setup.sh: what the other scripts here share: packages through apt when missing, configure, build. Sourced, not run.
-# Sets `root`, `build` and `jobs`. Safe to run again: what is there is left alone.
+# setup.sh: shared by the other scripts of this folder: installs missing packages with apt, configures, builds.
+# Sourced, not run. Sets `root`, `build` and `jobs`.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=${LIMAX_BUILD:-$root/build}
@@ -27,12 +27,13 @@ need_packages() {
     DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-build_packages=(g++ cmake ninja-build pkg-config libluajit-5.1-dev libeigen3-dev libcurl4-openssl-dev
-    nlohmann-json3-dev doctest-dev libedit-dev zlib1g-dev libpng-dev libgif-dev libpugixml-dev libzip-dev libjs-three)
+build_packages=(g++ cmake ninja-build pkg-config libluajit-5.1-dev libcurl4-openssl-dev nlohmann-json3-dev
+    libedit-dev zlib1g-dev libpng-dev libgif-dev libpugixml-dev libzip-dev libjs-three)
+test_packages=(doctest-dev libeigen3-dev)
 
-# configure_and_build [CMake options]: Release by default, into $build.
-configure_and_build() {
-    # an earlier configuration keeps its generator; a fresh one takes Ninja
+# configure [CMake options]: into $build; Release by default.
+configure() {
+    # an existing build folder keeps its generator; a new one gets Ninja
     local generator=()
     [ -f "$build/CMakeCache.txt" ] || generator=(-G Ninja)
     say "building in $build"
@@ -41,5 +42,9 @@ configure_and_build() {
         exit 1
     }
     rm -f "$build.log"
-    cmake --build "$build" -j "$jobs" >&2
+}
+
+# build TARGET...: builds these targets in $build; `all` is everything but the tests.
+build() {
+    cmake --build "$build" -j "$jobs" --target "$@" >&2
 }

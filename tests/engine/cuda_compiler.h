@@ -1,4 +1,5 @@
-// cuda_compiler.h: the compiler for kernels, where this machine has one.
+// cuda_compiler.h: the compiler for kernels, where this machine has one, and whether this build
+// contains compiled kernels.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -6,15 +7,23 @@
 #include <string>
 
 #include "backend/cuda/driver/compiler.h"
+#include "backend/cuda/driver/embedded.h"
 
 namespace limax::test {
 
-// Null where there is none, and then says why.
+// Null where there is none; reports why.
 inline const cuda::compiler* found_compiler() {
     std::string why;
     const cuda::compiler* nvrtc = cuda::compiler::get(&why);
     if (!nvrtc) MESSAGE("skipped: ", why);
     return nvrtc;
+}
+
+// Whether kernels were compiled ahead of time; reports the skip where none was.
+inline bool has_built_kernels() {
+    const bool built = !cuda::embedded_binaries().empty();
+    if (!built) MESSAGE("skipped: built without kernels; set LIMAX_CUDA_ARCHITECTURES");
+    return built;
 }
 
 }  // namespace limax::test

@@ -98,21 +98,22 @@ list(SORT nvcc_capabilities COMPARE NATURAL)
 set(capabilities ${LIMAX_CUDA_ARCHITECTURES})
 if(NOT capabilities)
     execute_process(COMMAND nvidia-smi --query-gpu=compute_cap --format=csv,noheader
-        OUTPUT_VARIABLE found_gpus ERROR_QUIET)
+        OUTPUT_VARIABLE found_gpus ERROR_QUIET RESULT_VARIABLE smi_result TIMEOUT 30)
     string(REGEX MATCHALL "[0-9]+\\.[0-9]" found_gpus "${found_gpus}")
     foreach(gpu ${found_gpus})
         string(REPLACE "." "" capability ${gpu})
+        # kernels for GPUs that this nvcc does not know are compiled by NVRTC at their first use
         if(capability IN_LIST nvcc_capabilities)
             list(APPEND capabilities ${capability})
         endif()
     endforeach()
-    list(REMOVE_DUPLICATES capabilities)
 endif()
+list(REMOVE_DUPLICATES capabilities)
 list(SORT capabilities COMPARE NATURAL)
 foreach(capability ${capabilities})
     if(NOT capability IN_LIST nvcc_capabilities)
-        list(JOIN nvcc_capabilities " " known)
-        message(FATAL_ERROR "LIMAX_CUDA_ARCHITECTURES names ${capability}; this nvcc knows ${known}")
+        list(JOIN nvcc_capabilities " " supported)
+        message(FATAL_ERROR "LIMAX_CUDA_ARCHITECTURES names ${capability}; this nvcc supports ${supported}")
     endif()
 endforeach()
 if(NOT nvcc_capabilities)
@@ -154,6 +155,7 @@ set(embedded_files "")     # that the assembler includes
 set(assembly_text "")
 set(declarations_text "")
 set(headers_text "")
+set(sets_text "")
 set(binaries_text "")
 
 # Adds a file, ended by a zero, as `symbol` to `symbol`_end.
@@ -165,6 +167,14 @@ function(embed path symbol)
     set(assembly_text "${assembly_text}" PARENT_SCOPE)
     set(declarations_text "${declarations_text}extern const char ${symbol}[], ${symbol}_end[];\n" PARENT_SCOPE)
 endfunction()
+
+# Adds the binary of the kernel `name` for an architecture.
+macro(embed_kernel path architecture)
+    string(MAKE_C_IDENTIFIER "limax_kernel_${name}_${architecture}" symbol)
+    embed("${path}" ${symbol})
+    string(APPEND binaries_text
+        "        {\"${entry} ${defines}\", \"${architecture}\", bytes(${symbol}, ${symbol}_end)},\n")
+endmacro()
 
 set(engine_folder "${CMAKE_CURRENT_SOURCE_DIR}/engine")
 set(texts ${LIMAX_LAW_TEXTS})
@@ -182,15 +192,6 @@ endforeach()
 
 set(kernel_list "${CMAKE_CURRENT_SOURCE_DIR}/engine/backend/cuda/ahead_of_time.txt")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${kernel_list}")
-set(architectures "")
-foreach(capability ${capabilities})
-    list(APPEND architectures sm_${capability})
-endforeach()
-if(capabilities)
-    list(GET capabilities 0 oldest_capability)
-    list(APPEND architectures compute_${oldest_capability})
-endif()
-
 file(STRINGS "${kernel_list}" lines REGEX "^[^#]")
 set(names "")
 foreach(line ${lines})
@@ -212,21 +213,22 @@ foreach(line ${lines})
     set(source "${CMAKE_CURRENT_BINARY_DIR}/kernels/${name}.cu")
     file(CONFIGURE OUTPUT "${source}" CONTENT "${source_text}" @ONLY)
     list(JOIN words " " defines)
-    foreach(architecture ${architectures})
-        set(binary "${CMAKE_CURRENT_BINARY_DIR}/kernels/${name}.${architecture}")
-        set(form -cubin)
-        if(architecture MATCHES "^compute_")
-            set(form -ptx)
+    string(APPEND sets_text "        \"${entry} ${defines}\",\n")
+    # of each architecture machine code, and of the oldest also the PTX, which later GPUs compile
+    set(oldest TRUE)
+    foreach(capability ${capabilities})
+        set(stem "${CMAKE_CURRENT_BINARY_DIR}/kernels/${name}.${capability}")
+        add_custom_command(OUTPUT "${stem}.ptx" "${stem}.cubin"
+            COMMAND ${LIMAX_NVCC_COMMAND} -arch=compute_${capability} -ptx -I "${engine_folder}"
+                -MD -MF "${stem}.d" -MT "${stem}.ptx" -o "${stem}.ptx" "${source}"
+            COMMAND ${LIMAX_NVCC_COMMAND} -arch=sm_${capability} -cubin -o "${stem}.cubin" "${stem}.ptx"
+            DEPENDS "${source}" DEPFILE "${stem}.d" VERBATIM
+            COMMENT "Compiling kernel ${name} for sm_${capability}")
+        embed_kernel("${stem}.cubin" sm_${capability})
+        if(oldest)
+            embed_kernel("${stem}.ptx" compute_${capability})
+            set(oldest FALSE)
         endif()
-        add_custom_command(OUTPUT "${binary}"
-            COMMAND ${LIMAX_NVCC_COMMAND} -arch=${architecture} ${form} -I "${engine_folder}"
-                -MD -MF "${binary}.d" -MT "${binary}" -o "${binary}" "${source}"
-            DEPENDS "${source}" DEPFILE "${binary}.d" VERBATIM
-            COMMENT "Compiling kernel ${name} for ${architecture}")
-        string(MAKE_C_IDENTIFIER "limax_kernel_${name}_${architecture}" symbol)
-        embed("${binary}" ${symbol})
-        string(APPEND binaries_text
-            "        {\"${entry} ${defines}\", \"${architecture}\", bytes(${symbol}, ${symbol}_end)},\n")
     endforeach()
 endforeach()
 
@@ -235,7 +237,7 @@ file(CONFIGURE OUTPUT "${embedded_assembly}" @ONLY CONTENT
 @assembly_text@    .section .note.GNU-stack,\"\",%progbits
 ")
 file(CONFIGURE OUTPUT "${embedded_table}" @ONLY CONTENT
-"// Generated by kernels.cmake: what embedded.S holds, by name.
+"// Generated by kernels.cmake: the names of what embedded.S contains.
 #include \"backend/cuda/driver/embedded.h\"
 
 extern \"C\" {
@@ -246,6 +248,12 @@ namespace limax::cuda {
 const std::vector<header>& embedded_headers() {
     static const std::vector<header> list = {
 @headers_text@    };
+    return list;
+}
+
+const std::vector<const char*>& embedded_sets() {
+    static const std::vector<const char*> list = {
+@sets_text@    };
     return list;
 }
 

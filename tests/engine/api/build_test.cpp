@@ -1,6 +1,6 @@
-// build_test.cpp: what only the compiler can tell: every loop of the passes is vectorised, every
-// law header stands alone, the header of the ABI is C, and contraction is off. Each case runs the
-// compiler that built this program; laws also go through g++, clang++ and nvcc where these are.
+// build_test.cpp: what only the compiler or the text of the sources can show: every marked loop is
+// vectorised, every law compiles by itself, limax.h is C, contraction is off, and includes follow
+// the order of the rooms. Laws are compiled with g++, clang++ and nvcc where these are installed.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -61,6 +63,58 @@ std::set<int> marked_loops(const std::string& path) {
     return lines;
 }
 
+const std::string kernels = "backend/cuda/kernels";
+
+// The rooms of the C++ code, and which others each may include. Everyone may include limax.h.
+const std::map<std::string, std::set<std::string>> rooms = {
+    {"base", {}},
+    {"body", {"base"}},
+    {"genome", {"base", "body"}},
+    {"physics", {"base", "body"}},
+    {"backend", {"base", "body", "genome", "physics", "backend/cpu", "backend/cuda/run"}},
+    {"backend/cpu", {"base", "body", "genome", "physics", "backend"}},
+    {kernels, {"base", "body", "genome", "physics"}},
+    {"backend/cuda/driver", {"base"}},
+    {"backend/cuda/plan",
+     {"base", "body", "genome", "physics", "backend", kernels, "backend/cuda/driver"}},
+    {"backend/cuda/run",
+     {"base", "body", "genome", "physics", "backend", kernels, "backend/cuda/driver",
+      "backend/cuda/plan"}},
+    {"api", {"base", "body", "genome", "physics", "backend"}},
+    {"bindings/host", {}}};
+
+// A file as #include names it: below engine/, or in the folder of the file that includes it.
+std::string name_of(const std::string& path, const std::string& includer = "engine/") {
+    if (path.rfind("engine/", 0) == 0) return path.substr(7);
+    const bool in_host = includer.rfind("bindings/", 0) == 0 && path != "limax.h";
+    return in_host ? "bindings/host/" + path : path;
+}
+// The room of a file; empty for limax.h and generated files.
+std::string room_of(const std::string& name) {
+    std::string folder = fs::path(name).parent_path().string();
+    while (!folder.empty() && rooms.count(folder) == 0)
+        folder = fs::path(folder).parent_path().string();
+    return folder;
+}
+
+struct include_line {
+    std::string place;  // FILE:LINE: text
+    std::string name;   // as written between the quotes or brackets
+};
+std::vector<include_line> includes_of(const std::string& path) {
+    std::vector<include_line> found;
+    std::ifstream file(root + "/" + path);
+    int number = 0;
+    for (std::string line; std::getline(file, line);) {
+        ++number;
+        const std::size_t begin = line.find_first_of("\"<");
+        if (line.rfind("#include", 0) != 0 || begin == std::string::npos) continue;
+        found.push_back({path + ":" + std::to_string(number) + ": " + line,
+                         line.substr(begin + 1, line.find_first_of("\">", begin + 1) - begin - 1)});
+    }
+    return found;
+}
+
 }  // namespace
 
 TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
@@ -96,44 +150,24 @@ TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
     }
 }
 
-TEST_CASE("every header of the engine compiles alone") {
-    const std::string cuda = LIMAX_CUDA_INCLUDE;
-    const std::string with_cuda = cuda.empty() ? "" : "-isystem " + cuda + " ";
-    int headers = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(root + "/engine")) {
-        if (entry.path().extension() != ".h") continue;
-        const std::string folder = entry.path().parent_path().string();
-        // kernels are not C++ alone, and what carries them needs the toolkit's headers
-        if (folder.ends_with("/kernels") || (folder.ends_with("/cuda") && cuda.empty())) continue;
-        // the express pass is text for a file that names its instruction set
-        const std::string isa =
-            entry.path().filename() == "express_pass.h" ? "-DLIMAX_ISA=alone " : "";
-        const command_result result = run(compiler + flags + with_cuda + isa +
-                                          "-Wno-unused-function -fsyntax-only -x c++ -include " +
-                                          entry.path().string() + " /dev/null");
-        CAPTURE(entry.path().string());
-        CAPTURE(result.output);
-        CHECK(result.status == 0);
-        ++headers;
-    }
-    CHECK(headers > 20);
-}
-
-TEST_CASE("every law compiles alone with g++ and clang++") {
-    for (const std::string name : {"g++", "clang++"}) {
+TEST_CASE("every law compiles by itself with g++, and all of them with clang++") {
+    const auto check = [](const std::string& name, const std::string& arguments) {
         if (run("command -v " + name).status != 0) {
             MESSAGE("skipped: there is no ", name);
-            continue;
+            return;
         }
-        for (const std::string& header : limax::test::law_headers()) {
-            const command_result result = run(name + flags + "-fsyntax-only -x c++ -include " +
-                                              root + "/engine/" + header + " /dev/null");
-            CAPTURE(name);
-            CAPTURE(header);
-            CAPTURE(result.output);
-            CHECK(result.status == 0);
-        }
+        const command_result result = run(name + flags + "-fsyntax-only -x c++ " + arguments);
+        CAPTURE(arguments);
+        CAPTURE(result.output);
+        CHECK(result.status == 0);
+    };
+    std::string all;
+    for (const std::string& header : limax::test::law_headers()) {
+        const std::string include = "-include " + root + "/engine/" + header + " ";
+        check("g++", include + "/dev/null");
+        all += include;
     }
+    check("clang++", all + "/dev/null");
 }
 
 TEST_CASE("every law compiles with nvcc, for host and device at once") {
@@ -174,23 +208,51 @@ TEST_CASE("limax.h is C, and its cdef part holds no preprocessor line") {
     CHECK(declarations > 50);
 }
 
-TEST_CASE("laws reach only laws, and no std header but through portable.h") {
+TEST_CASE("includes follow the order of the rooms and form no cycle" * doctest::may_fail()) {
+    const std::set<std::string> sources = {".h", ".cpp", ".inl"};
+    std::map<std::string, std::vector<include_line>> includes;  // of each file, by its name
+    for (const std::string folder : {"engine", "bindings/host"})
+        for (const auto& entry : fs::recursive_directory_iterator(root + "/" + folder))
+            if (sources.count(entry.path().extension().string()) == 1) {
+                const std::string path = fs::relative(entry.path(), root).string();
+                includes[name_of(path)] = includes_of(path);
+            }
+    REQUIRE(includes.size() > 100);
+    for (const auto& [name, lines] : includes)
+        for (const include_line& line : lines) {
+            const std::string from = room_of(name), to = room_of(name_of(line.name, name));
+            CAPTURE(line.place);
+            CHECK((from == to || to.empty() || rooms.at(from).count(to) == 1));
+        }
+    std::set<std::string> finished, open;
+    const std::function<void(const std::string&)> visit = [&](const std::string& name) {
+        open.insert(name);
+        for (const include_line& line : includes[name]) {
+            const std::string next = name_of(line.name, name);
+            CAPTURE(line.place);
+            CHECK(open.count(next) == 0);
+            if (open.count(next) + finished.count(next) == 0) visit(next);
+        }
+        open.erase(name);
+        finished.insert(name);
+    };
+    for (const auto& [name, lines] : std::map(includes))
+        if (finished.count(name) == 0) visit(name);
+}
+
+TEST_CASE("laws and kernels include only laws, and only portable.h a header of std") {
     const std::vector<std::string> laws = limax::test::law_headers();
     CHECK(laws.size() >= 15);
-    for (const std::string& law : laws) {
-        std::ifstream file(root + "/engine/" + law);
-        REQUIRE(file.good());
-        for (std::string line; std::getline(file, line);) {
-            if (line.rfind("#include", 0) != 0) continue;
-            CAPTURE(law);
-            CAPTURE(line);
-            const std::size_t start = line.find('"') + 1;
-            const bool of_laws =
-                start > 0 && std::binary_search(laws.begin(), laws.end(),
-                                                line.substr(start, line.find('"', start) - start));
-            CHECK((of_laws || law == "base/portable.h"));
+    std::vector<std::string> texts = laws;
+    for (const auto& entry : fs::directory_iterator(root + "/engine/" + kernels))
+        texts.push_back(kernels + "/" + entry.path().filename().string());
+    for (const std::string& text : texts)
+        for (const include_line& line : includes_of("engine/" + text)) {
+            CAPTURE(line.place);
+            CHECK((text == "base/portable.h" ||
+                   std::binary_search(laws.begin(), laws.end(), line.name) ||
+                   (room_of(text) == kernels && room_of(line.name) == kernels)));
         }
-    }
 }
 
 TEST_CASE("the effect that engine/README.md shows is a whole one") {

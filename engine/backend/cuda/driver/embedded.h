@@ -1,5 +1,5 @@
-// embedded.h: what CMake puts into limax: the texts that kernels are compiled from, and the kernels
-// that it compiled. Its source is generated (kernels.cmake).
+// embedded.h: what CMake embeds in limax: the source texts of the kernels, and the kernels compiled
+// ahead of time. The definitions are generated (kernels.cmake).
 #pragma once
 
 #include <string_view>
@@ -17,6 +17,8 @@ struct embedded_binary {
 };
 
 const std::vector<header>& embedded_headers();
+// The sets of ahead_of_time.txt, whether this build compiled them for a GPU or not.
+const std::vector<const char*>& embedded_sets();
 const std::vector<embedded_binary>& embedded_binaries();
 
 }  // namespace limax::cuda

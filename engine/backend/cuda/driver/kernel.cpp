@@ -146,10 +146,7 @@ allowed_origins origins_of_environment() {
 const std::vector<kernel_set>& ahead_of_time_sets() {
     static const std::vector<kernel_set> sets = [] {
         std::vector<kernel_set> list;
-        for (const embedded_binary& b : embedded_binaries())
-            if (kernel_set set = kernel_set::of_title(b.set);
-                std::find(list.begin(), list.end(), set) == list.end())
-                list.push_back(std::move(set));
+        for (const char* title : embedded_sets()) list.push_back(kernel_set::of_title(title));
         return list;
     }();
     return sets;
