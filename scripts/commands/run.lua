@@ -168,8 +168,7 @@ local function begin(session, experiment, run_options, repetition)
     run = evolve.start(experiment, run_options)
   end
   run.folder = session.folder
-  local old = session.folder:generations(repetition, history.genomes_kept)
-  if #old > 0 then run:restore(old, session.scores_stand) end
+  run:restore(session.folder, session.scores_stand)
   return run
 end
 

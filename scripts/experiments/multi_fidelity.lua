@@ -64,13 +64,13 @@ local function look_again(robots, known)
 end
 
 -- Elites and pairs of parents from the best of the finer scores: tournaments of 3.
-local function choose(robots, scores)
+local function choose(seed, robots, scores)
   local best = ranked(scores)
   local count = math.min(#best, math.floor(0.3 * #robots + 0.5))
   local elites, parents = {}, {}
   for k = 1, count do elites[k] = best[k] end
   for child = 1, #robots - count do
-    local random = limax.engine.random(robots.run.config.seed, 1, "user", robots.generation, child)
+    local random = limax.engine.random(seed, 1, "user", robots.generation, child)
     local function pick()
       local place = #best
       for _ = 1, 3 do place = math.min(place, random:integer(#best)) end
@@ -101,7 +101,7 @@ local function evolve(seed, twice)
       local best = ranked(scores)[1]
       result = limax.rescore.population(robots, { accuracy = "reference" }, { best }).fitness[best]
     end
-    robots:breed(choose(robots, scores))
+    robots:breed(choose(seed, robots, scores))
   end
   return result, seconds, fine
 end

@@ -319,7 +319,7 @@ function limax_population:diversity(robots) end
 ---@param why string|nil completes "this view ended when ..."
 function limax_population:free(why) end
 
----@class limax.population.scored an array of robots (limax.scored_robot), best first in `ranked`
+---@class limax.population.scored an array of robots (limax.scored_robot)
 ---@field ranked integer[]|nil indices of the scored robots, best first; nil before the first score
 ---@field generation integer 0, 1, ...
 ---@field repetition integer 1, 2, ...
@@ -327,15 +327,17 @@ function limax_population:free(why) end
 ---@field engine limax.population genomes and bodies
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
----@field kept boolean[] elites whose score still stands: they are not simulated again
+---@field evaluations integer robots simulated for their score
+---@field timing table<string, number> s of each step
 local limax_population_scored = {}
 
---- Simulates every robot but the elites whose score still stands.
+--- Simulates the robots that have no status yet: all but the elites that keep their score.
 ---@param on_progress? fun(progress: table)
 ---@return limax.population.scored self
 function limax_population_scored:simulate(on_progress) end
 
---- Scores every robot that ended well: by the experiment's fitness, or by another one.
+--- Scores every robot that ended well: by the experiment's fitness, or by another one. A robot
+--- whose score stands already, an elite or one read from a run folder, keeps it.
 ---@param with? string|table|fun(robot: table): number, number[]?
 ---@return limax.population.scored self
 function limax_population_scored:score(with) end
@@ -395,10 +397,10 @@ function limax_random:normal() end
 ---@field description limax.robot.description
 ---@field body limax.robot.body
 ---@field materials limax.materials
----@field population limax.population of the engine, this robot alone
+---@field population limax.population of the engine, with this robot only
 local limax_robot = {}
 
---- Simulates this robot alone: settles, then runs its muscles for `duration`.
+--- Simulates this robot: it settles, then its muscles run for `duration`.
 ---@param options? limax.robot.simulate_options
 ---@return limax.scored_robot
 function limax_robot:simulate(options) end
@@ -417,8 +419,8 @@ function limax_robot:begin(options) end
 function limax_robot:edit(x, y, z, letter) end
 
 --- Simulates a robot read from a file exactly as it was scored: same scene, settings and materials,
---- and, on the same build and kind of device, the same score to the bit. A fitness that is a
---- function of a script is not in the file: hand it over.
+--- and, on the same build and kind of device, the same score to the bit. A file does not hold a
+--- fitness that is a function of a script: pass that function.
 ---@param options? { fitness?: any, device?: string|limax.device }
 ---@return limax.scored_robot robot its `fitness` is set
 ---@return number|nil score the one in the file
@@ -588,11 +590,11 @@ function limax_run:finish() end
 ---@field device? string|table "auto", "cpu", "cuda", or a device of the engine
 ---@field threads? integer
 ---@field out? string a new folder that keeps the generations
----@field resume? boolean go on with what `out` holds, if it is there: the loop's first population
---- is then the last one that is whole, with its scores
----@field changed? boolean with `resume`: go on although script or configuration differ
+---@field resume? boolean continue what `out` holds, if it is there: the loop's first population
+--- is then the last whole one, with its scores
+---@field changed? boolean with `resume`: continue although script or configuration differ
 ---@field folder? table the same, made already (run_folder.lua)
----@field say? fun(text: string) hears warnings; standard error if left out
+---@field say? fun(text: string) receives warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
 ---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
 ---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
@@ -690,7 +692,7 @@ function limax_scored_robot:duration() end
 ---@return any view
 function limax_scored_robot:trace(kind) end
 
---- Simulates the same body again: scene and settings as they were, but for what `options` names
+--- Simulates the same body again: scene and settings as they were, except for what `options` names
 --- (limax.robot has the list).
 ---@param options? table
 ---@return limax.scored_robot
@@ -1147,8 +1149,8 @@ limax.rescore = {}
 ---@return limax.rescored
 function limax.rescore.population(robots, setting, which) end
 
---- Options of the engine for an experiment's `simulation` with another setting in the place of its
---- own tier. Raises at `level` where the setting is not legal.
+--- Options of the engine for an experiment's `simulation` with another setting instead of its own
+--- tier. Raises at `level` where the setting is not valid.
 ---@param config table of the experiment
 ---@param setting { accuracy: string|nil, integrator: string|nil, precision: string|nil, time_step: number|"auto"|nil, bound_fraction: number|nil, time_step_most: number|nil }
 ---@param level integer|nil 1 is the caller of this function

@@ -1,8 +1,8 @@
---- mating.lua: which robots of a scored generation go on as they are, and which become parents.
---- What a script's selection or own loop names is checked here, so that nothing out of range
---- reaches the engine.
+--- mating.lua: which robots of a scored generation are copied, and which become parents. What a
+--- script's selection or own loop names is checked here, before it reaches the engine.
 
 local failure = require "limax.base.failure"
+local population = require "limax.evolution.population"
 
 local mating = {}
 
@@ -14,13 +14,8 @@ local function check_index(index, robots, what)
   return index
 end
 
--- How many robots are copied: a share of the population, one at least, one offspring at least.
-local function elite_count(robots, fraction)
-  local wanted = math.floor(fraction * #robots + 0.5)
-  return math.min(math.max(wanted, 1), #robots - 1, #robots.ranked)
-end
-
---- The elites: the best robots, or those that the script names, which must have a score.
+--- The elites: the best robots, at least one and at most all but one; or those that the script
+--- names, which must have a score.
 ---@param robots limax.population.scored
 ---@param fraction number of the population
 ---@param named? integer[]
@@ -28,16 +23,16 @@ end
 function mating.elites(robots, fraction, named)
   local elites = {}
   if not named then
-    for k = 1, elite_count(robots, fraction) do elites[k] = robots.ranked[k] end
+    local count = math.max(math.floor(fraction * #robots + 0.5), 1)
+    for k = 1, math.min(count, #robots - 1, #robots.ranked) do elites[k] = robots.ranked[k] end
     return elites
   end
   for k, index in ipairs(named) do
-    check_index(index, robots, ("breed: elites[%d]"):format(k))
+    elites[k] = check_index(index, robots, ("breed: elites[%d]"):format(k))
     if not robots.records[index].fitness then
       failure.raise(1, ("breed: elites[%d] = %d has no score: a robot that failed is never"
         .. " an elite"):format(k, index))
     end
-    elites[k] = index
   end
   return elites
 end
@@ -62,28 +57,22 @@ function mating.pairs(robots, elites, named, select, place)
     local child = #elites + k
     local what = ("the selection's choice%s for robot %d of generation %d")
       :format(place and (" (%s)"):format(place) or "", child, robots.generation + 1)
-    local pair = named and named[k]
-    if pair then what = ("breed: a parent in parents[%d]"):format(k) end
-    pair = pair or { select(child) }
+    if named then what = ("breed: a parent in parents[%d]"):format(k) end
+    local pair = named and named[k] or { select(child) }
     list[child] = { check_index(pair[1], robots, what), check_index(pair[2], robots, what) }
   end
   return list
 end
 
---- The record of an elite in the next generation: it is the same robot, and its score goes on too
---- while what gave it is unchanged.
+--- The record of an elite in the next generation: the same robot, with its score if that stands.
 ---@param record table
----@param kept boolean
+---@param keep boolean
 ---@return table
-function mating.elite_record(record, kept)
+function mating.elite_record(record, keep)
   local copy = {}
   for key, value in pairs(record) do copy[key] = value end
   copy.origin = "elite"
-  if not kept then
-    copy.fitness, copy.cases, copy.measures = nil, nil, nil
-    copy.outcome, copy.status, copy.reason = nil, nil, nil
-  end
-  return copy
+  return keep and copy or population.forget_score(copy)
 end
 
 return mating

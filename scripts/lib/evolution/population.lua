@@ -1,6 +1,6 @@
---- population.lua: one generation as a script sees it: an array of robots with `ranked`, and the
---- three steps of an own loop, `:simulate()`, `:score(fitness)` and `:breed{...}`. Each step does
---- what was left out before it, by the experiment's own rules.
+--- population.lua: one generation as data: an array of robots, their records, and the world that
+--- they are simulated in. Scripts advance it by `:simulate()`, `:score(fitness)` and `:breed{...}`;
+--- each step first does the steps before it that were left out.
 
 local body = require "limax.robot.body"
 local drive = require "limax.settings.drive"
@@ -13,7 +13,21 @@ local schema = require "limax.base.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 
----@class limax.population.scored an array of robots (limax.scored_robot), best first in `ranked`
+--- What all generations of a repetition share.
+---@class limax.world
+---@field config table the experiment's resolved configuration
+---@field scene limax.scene
+---@field options table of the engine's simulations
+---@field device limax.device
+---@field fitness limax.fitness the experiment's
+---@field first_materials limax.materials those of generation 0
+---@field first_step number s, limit of the time step for a full body of these
+---@field advance fun(simulation: limax.simulation, on_progress?: fun(progress: table)) to its end
+---@field on_progress? fun(progress: table)
+---@field say fun(text: string, key?: string) shows a warning once per key
+---@field breed fun(robots: limax.population.scored, choice: table) ends a generation
+
+---@class limax.population.scored an array of robots (limax.scored_robot)
 ---@field ranked integer[]|nil indices of the scored robots, best first; nil before the first score
 ---@field generation integer 0, 1, ...
 ---@field repetition integer 1, 2, ...
@@ -21,198 +35,192 @@ local scoring = require "limax.robot.scoring"
 ---@field engine limax.population genomes and bodies
 ---@field materials limax.materials that it is made of
 ---@field records table[] one plain table per robot, the lines of its population file
----@field kept boolean[] elites whose score still stands: they are not simulated again
+---@field evaluations integer robots simulated for their score
+---@field timing table<string, number> s of each step
 local Population = {}
 Population.__index = Population
 
 local population = {}
 
---- A population around engine objects. `records` lack what is not known yet.
----@param given table run, engine (nil once genomes are gone), materials, generation, repetition,
---- parameters, records, kept
+--- Makes a generation from its fields: those of limax.population.scored, and `ledger`, how it got
+--- its parameters. The steps add `fitness`, which scored it, as `scored_with` in the form that was
+--- passed to `score`; `parents_scored_with` is that of the generation that it was bred from.
+---@param world limax.world
+---@param fields table
 ---@return limax.population.scored
-function population.new(given)
-  local self = setmetatable(given, Population)
-  self.kept, self.contexts = given.kept or {}, {}
-  self.timing = { simulate = 0, fitness = 0 }
-  local run = self.run
-  for i, record in ipairs(self.records) do
+function population.new(world, fields)
+  local robots = setmetatable(fields, Population)
+  robots.world, robots.contexts, robots.simulations = world, {}, {}
+  robots.evaluations = robots.evaluations or 0
+  robots.timing = robots.timing or {}
+  robots.timing.simulate, robots.timing.fitness = 0, 0
+  for i, record in ipairs(robots.records) do
     -- `simulation` is added when the robot has been simulated
-    local context = { population = self.engine, index = i, materials = self.materials,
-      scene = run.config.scene, options = run.options, lattice = run.config.lattice,
-      device = run.device, fitness = run.config.fitness }
-    self[i] = scored_robot.new(record, context)
-    self.contexts[i] = context
+    local context = { population = robots.engine, index = i, materials = robots.materials,
+      scene = world.config.scene, options = world.options, fitness = world.config.fitness }
+    robots.contexts[i] = context
+    robots[i] = scored_robot.new(record, context)
   end
-  return self
+  return robots
 end
 
---- Records of a population that has just been expressed: initial robots or offspring, bodies
---- included.
----@param engine_population table
----@param materials table
----@param make fun(i: integer): table id, generation, parents and origin of robot i, or the whole
---- record of an elite
----@return table[]
-function population.records(engine_population, materials, make)
-  local records, known = {}, body.known(materials)
-  for i = 1, engine_population.count do
-    local record = make(i)
+--- Adds the bodies of an expressed population to the records of its robots.
+---@param engine_population limax.population
+---@param materials limax.materials
+---@param records table[] with id, generation, parents and origin, or whole ones of elites
+---@return table[] records
+function population.add_bodies(engine_population, materials, records)
+  local facts = body.known(materials)
+  for i, record in ipairs(records) do
     record.schema = "limax.population/1"
-    record.body = record.body or body.record(engine_population, i, materials, known)
-    records[i] = record
+    record.body = record.body or body.record(engine_population, i, materials, facts)
   end
   return records
 end
 
--- A robot that diverged may have passed a moment with numbers that are not finite; no file can hold
--- them, and they say nothing: they are absent.
+-- A robot that diverged may have passed a moment with numbers that are not finite. No file can hold
+-- them: they are left out.
 local function finite(outcome)
-  local function is_finite(value) return value - value == 0 end
   for name, value in pairs(outcome) do
-    local fine = true
     for _, number in ipairs(type(value) == "table" and value or { value }) do
-      fine = fine and (type(number) ~= "number" or is_finite(number))
+      if type(number) == "number" and number - number ~= 0 then outcome[name] = nil end
     end
-    if not fine then outcome[name] = nil end
   end
   return outcome
 end
 
---- Simulates every robot but the elites whose score still stands.
+--- Simulates the robots that have no status yet: all but the elites that keep their score.
 ---@param on_progress? fun(progress: table)
 ---@return limax.population.scored self
 function Population:simulate(on_progress)
-  if self.simulated then return self end
-  local run, mask, wanted = self.run, {}, 0
-  for i = 1, #self do
-    -- asked again after another fitness came (see `score`): what was simulated already stays
-    mask[i] = not self.kept[i] and self.contexts[i].simulation == nil
-    if mask[i] then wanted = wanted + 1 end
+  local world, mask, count, longest = self.world, {}, 0, 0
+  for i, record in ipairs(self.records) do
+    mask[i] = record.status == nil
+    if mask[i] then count = count + 1 end
   end
-  if wanted > 0 then
-    local began = host.clock()
-    local simulation = engine.simulation(self.engine, self.materials, run.scene, run.options,
-      run.device, mask)
-    run:advance(simulation, on_progress or run.on_progress)
-    local longest = 0
-    for i, record in ipairs(self.records) do
-      if mask[i] then
-        local outcome = finite(simulation:outcome(i))
-        record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
-        self.contexts[i].simulation = simulation
-        longest = math.max(longest, outcome.time_step or 0)
-      end
+  if count == 0 then return self end
+  local began = host.clock()
+  local simulation = engine.simulation(self.engine, self.materials, world.scene, world.options,
+    world.device, mask)
+  world.advance(simulation, on_progress or world.on_progress)
+  for i, record in ipairs(self.records) do
+    if mask[i] then
+      local outcome = finite(simulation:outcome(i))
+      record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
+      self.contexts[i].simulation = simulation
+      longest = math.max(longest, outcome.time_step or 0)
     end
-    local problem = longest > 0 and drive.problem(run.config.scene, longest)
-    if problem then run:say(problem, "scene.actuation") end
-    self.timing.simulate = self.timing.simulate + host.clock() - began
-    self.simulations = self.simulations or {}
-    self.simulations[#self.simulations + 1] = simulation
   end
-  -- not before: what Ctrl-C has cut short at the prompt is simulated again
-  self.evaluations = (self.evaluations or 0) + wanted
-  self.simulated = true
+  table.insert(self.simulations, simulation)
+  self.evaluations = self.evaluations + count
+  self.timing.simulate = self.timing.simulate + host.clock() - began
+  local problem = longest > 0 and drive.problem(world.config.scene, longest)
+  if problem then world.say(problem, "scene.actuation") end
   return self
 end
 
---- Scores every robot that ended well: by the experiment's fitness, or by another one.
+--- Takes from a record what its simulation and its fitness gave.
+---@param record table
+---@return table record
+function population.forget_score(record)
+  for _, name in ipairs { "fitness", "cases", "measures", "outcome", "status", "reason" } do
+    record[name] = nil
+  end
+  return record
+end
+
+--- Scores every robot that ended well: by the experiment's fitness, or by another one. A robot
+--- whose score stands already, an elite or one read from a run folder, keeps it.
 ---@param with? string|table|fun(robot: table): number, number[]?
 ---@return limax.population.scored self
 function Population:score(with)
-  local run = self.run
-  self.fitness = with == nil and run.experiment.fitness or fitness.get(with)
-  self.scored_by = with == nil and run.experiment or with
-  -- read from a folder, with the scores that this script gave: its traces are gone
-  if self.restored then
-    run.scored_by = self.scored_by
-    return self
-  end
-  -- an elite's score stands only under the fitness that gave it
-  if next(self.kept) and self.scored_by ~= run.scored_by then
-    self.kept, self.simulated = {}, false
+  local world, parents_with = self.world, self.parents_scored_with
+  local law = with == nil and world.fitness or fitness.get(with)
+  with = with == nil and world.fitness or with
+  -- an elite keeps its score only under the fitness that gave it
+  if parents_with ~= nil and parents_with ~= with then
+    for i, record in ipairs(self.records) do
+      if not self.contexts[i].simulation then population.forget_score(record) end
+    end
   end
   self:simulate()
-  local began = host.clock()
-  local wanted = {}
+  local began, wanted = host.clock(), {}
   for i, record in ipairs(self.records) do
-    wanted[i] = not self.kept[i]
-    -- scored a second time: what failed in another fitness may be well in this one
+    wanted[i] = self.contexts[i].simulation ~= nil
+    -- a robot that failed in another fitness may get a score from this one
     if wanted[i] then
       record.status, record.reason = record.outcome.status, record.outcome.reason
     end
   end
-  scoring.score { call = self.fitness.call, robots = self, records = self.records, wanted = wanted,
-    generation = self.generation, say = function(text, message) run:say(text, message) end }
+  scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
+    generation = self.generation, say = world.say }
   self.ranked = metrics.rank(self.records)
+  self.scored_with, self.fitness = self.scored_with or with, law
+  if #self.simulations > 0 then self.scored_with = with end
   self.timing.fitness = self.timing.fitness + host.clock() - began
-  if #self.ranked == 0 then failure.raise(1, self:obituary()) end
+  if #self.ranked == 0 then failure.raise(1, population.failure_text(self)) end
   return self
 end
 
---- Why no robot of this generation has a score, in one line.
+--- Why no robot of a generation has a score, in one line.
+---@param robots limax.population.scored
 ---@return string
-function Population:obituary()
+function population.failure_text(robots)
   local counts, reasons = {}, {}
-  for _, record in ipairs(self.records) do
+  for _, record in ipairs(robots.records) do
     local reason = ("%s: %s"):format(record.status, record.reason or "no reason given")
-    if not counts[reason] then
-      counts[reason] = 0
-      reasons[#reasons + 1] = reason
-    end
-    counts[reason] = counts[reason] + 1
+    if not counts[reason] then reasons[#reasons + 1] = reason end
+    counts[reason] = (counts[reason] or 0) + 1
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
-  local advice = ""
-  if counts["invalid: no muscle"] == #self then
+  local world, advice = robots.world, ""
+  local step = world.config.simulation.time_step
+  if type(step) == "number" and step > world.first_step then
+    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
+      world.first_step)
+  elseif counts["invalid: no muscle"] == #robots then
     advice = "; genome.require_muscle = false lets bodies without a muscle run"
   end
-  local step = self.run.config.simulation.time_step
-  if type(step) == "number" and step > self.run.first_step then
-    advice = ("; simulation.time_step is %.6g s, stiff bodies bear %.6g s"):format(step,
-      self.run.first_step)
-  end
-  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(self.generation,
-    #self, table.concat(reasons, ", "), advice)
+  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
+    #robots, table.concat(reasons, ", "), advice)
 end
 
---- The champion's score under the run's first materials: its own score where the materials are
---- those still; nil where it does not end well under them.
----@return number|nil
-function Population:standard_score()
-  local run, best = self.run, self.ranked[1]
-  local record = self.records[best]
-  if run:has_first_materials(self.materials) then return record.fitness end
-  -- the same robot was the champion before: its score under the first materials cannot change
-  local before = run.history[#run.history]
-  if before and before.champion.id == record.id and self.scored_by == run.scored_by
-    and run.scores_stand then
-    return before.best_standard
+--- Some robots simulated once more, under other materials or options. The population stays as it
+--- is.
+---@param robots limax.population.scored
+---@param mask boolean[] which ones
+---@param materials limax.materials
+---@param options table
+---@return table<integer, limax.scored_robot> by index; its record has no score
+---@return limax.simulation simulation for the caller to free
+---@return number seconds wall time of simulating
+function population.simulate_again(robots, mask, materials, options)
+  local world, again = robots.world, {}
+  local simulation =
+    engine.simulation(robots.engine, materials, world.scene, options, world.device, mask)
+  simulation:describe() -- compiles kernels and makes springs, which are not timed
+  local began = host.clock()
+  world.advance(simulation)
+  local seconds = host.clock() - began
+  for i = 1, #robots do
+    if mask[i] then
+      local record, context, outcome = {}, {}, simulation:outcome(i)
+      for key, value in pairs(robots.records[i]) do record[key] = value end
+      for key, value in pairs(robots.contexts[i]) do context[key] = value end
+      record.outcome, record.status, record.reason = outcome, outcome.status, outcome.reason
+      context.simulation, context.materials, context.options = simulation, materials, options
+      again[i] = scored_robot.new(record, context)
+    end
   end
-  local mask = {}
-  for i = 1, #self do mask[i] = i == best end
-  local simulation = engine.simulation(self.engine, run.first_materials, run.scene, run.options,
-    run.device, mask)
-  run:advance(simulation)
-  local outcome = simulation:outcome(best)
-  local score
-  if outcome.status == "done" then
-    local copy, context = {}, {}
-    for key, value in pairs(record) do copy[key] = value end
-    for key, value in pairs(self.contexts[best]) do context[key] = value end
-    copy.outcome, context.simulation, context.materials = outcome, simulation, run.first_materials
-    score = scoring.call(self.fitness.call, scored_robot.new(copy, context))
-  end
-  simulation:free "its robot had been scored under the first materials"
-  return score
+  return again, simulation, seconds
 end
 
-local function anything(given) return given end
+local function unchecked(value) return value end
 
 -- Values are checked where they are used.
-local breed_fields = schema.fields { parents = anything, elites = anything,
-  mutation_rate = anything, mutation_scale = anything, crossover_rate = anything }
+local breed_fields = schema.fields { parents = unchecked, elites = unchecked,
+  mutation_rate = unchecked, mutation_scale = unchecked, crossover_rate = unchecked }
 
 --- Ends this generation (metrics, history, files) and breeds the next one, if the experiment has
 --- one. `parents` holds a pair of indices per offspring and `elites` the robots that are copied;
@@ -222,22 +230,19 @@ local breed_fields = schema.fields { parents = anything, elites = anything,
 --- mutation_scale?: number, crossover_rate?: number }
 ---@return limax.population.scored self
 function Population:breed(choice)
-  if self.bred then return self end
-  if choice ~= nil then
-    local given, message = breed_fields(choice, "breed")
-    if not given then failure.raise(2, message, 2) end
-  end
-  self.run:next_generation(self, choice or {})
-  self.bred = true
+  local checked, message = breed_fields(choice, "breed")
+  if not checked then failure.raise(2, message, 2) end
+  self.world.breed(self, checked)
   return self
 end
 
---- Lets go of what only the current generation needs: its simulations and their traces.
+--- Frees the simulations of a generation, and so its traces.
+---@param robots limax.population.scored
 ---@param why string completes "this view ended when ..."
-function Population:end_traces(why)
-  for _, simulation in ipairs(self.simulations or {}) do simulation:free(why) end
-  for _, context in ipairs(self.contexts) do context.simulation = nil end
-  self.simulations = nil
+function population.end_traces(robots, why)
+  for _, simulation in ipairs(robots.simulations) do simulation:free(why) end
+  for _, context in ipairs(robots.contexts) do context.simulation = nil end
+  robots.simulations = {}
 end
 
 return population

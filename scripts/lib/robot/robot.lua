@@ -2,17 +2,14 @@
 --- `limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }` or `limax.robot "champion.json"`.
 
 local body = require "limax.robot.body"
-local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
-local failure = require "limax.base.failure"
+local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local robot_in_motion = require "limax.robot.robot_in_motion"
 local robot_of_genome = require "limax.robot.robot_of_genome"
 local schema = require "limax.base.schema"
 local scored_robot = require "limax.robot.scored_robot"
-local settings = require "limax.settings.settings"
-local suggest = require "limax.base.suggest"
 
 local robot = {}
 
@@ -22,8 +19,11 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field description limax.robot.description
 ---@field body limax.robot.body
 ---@field materials limax.materials
----@field population limax.population of the engine, this robot alone
+---@field population limax.population of the engine, with this robot only
 local Robot = {}
+
+--- The methods of robots; experiment/replay.lua adds `replay`.
+robot.methods = Robot
 
 function Robot.__index(_, key)
   local own = Robot[key]
@@ -219,143 +219,17 @@ end
 
 -- ---- simulating ---------------------------------------------------------------------------------
 
--- Devices by name: opening one starts its threads, so each is opened once.
-local devices = {}
-
-local function device_of(given)
-  if type(given) ~= "string" then return given end
-  devices[given] = devices[given] or engine.device(given)
-  return devices[given]
-end
-
--- Settings that a tier sets, and so a newly named tier sets anew.
-local of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
-
-local simulation_fields = { "accuracy", "integrator", "precision", "sharing", "time_step",
-  "bound_fraction", "time_step_most", "duration", "settle", "edge", "position", "velocity",
-  "max_speed", "max_stretch" }
-
-local known = { "scene", "device", "record", "materials", "progress" }
-for _, name in ipairs(simulation_fields) do known[#known + 1] = name end
-local is_known = {}
-for _, name in ipairs(known) do is_known[name] = true end
-
--- The robot's own settings, if it has any, with those of `options` in their place.
-local function merged_settings(description, options)
-  local simulation, own = {}, description.simulation or {}
-  for _, name in ipairs(simulation_fields) do simulation[name] = own[name] end
-  simulation.edge = description.edge
-  if options.accuracy then
-    for _, name in ipairs(of_tier) do simulation[name] = nil end
-  end
-  for _, name in ipairs(simulation_fields) do
-    if options[name] ~= nil then simulation[name] = options[name] end
-  end
-  -- a cap or a share of the bound means nothing beside a fixed step
-  if type(options.time_step) == "number" then
-    simulation.bound_fraction, simulation.time_step_most = nil, nil
-  end
-  return simulation, options.record or own.record
-end
-
----@class limax.robot.simulate_options
----@field scene? table as in an experiment; the robot's own, else flat ground
----@field device? "auto"|"cpu"|"cuda"|limax.device "auto" if absent
----@field record? table<string, integer> traces, samples per second
----@field materials? string|table other materials under the same letters
----@field progress? fun(progress: table) called about 20 times a second
----@field duration? number s
----@field settle? number s
----@field accuracy? "preview"|"evolve"|"publish"|"reference"
----@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
----@field precision? "compensated"|"double"|"mixed"|"single"
----@field time_step? number|"auto" s
----@field position? number[] m
----@field velocity? number[] m/s
-
--- A simulation that is ready to run, and the function that makes a scored robot of it.
-local function prepared(self, options)
-  options = options or {}
-  if type(options) ~= "table" then
-    fail("simulate: expected a table, got %s", schema.show(options))
-  end
-  for _, key in ipairs(choice.sorted_keys(options)) do
-    if not is_known[key] then
-      fail("simulate: unknown option %s%s", key, suggest.ending(key, known))
-    end
-  end
-  local materials, population, description = self.materials, self.population, self.description
-  if options.materials then
-    materials = engine.materials(options.materials)
-    local size, wrong = body.measure_layers(description.voxels, materials)
-    if not size then engine.fail("simulate: materials: " .. wrong) end
-    population = robot_file.build(description, materials)
-  end
-  local scene = engine.scene(options.scene or description.scene or defaults.scene)
-  local ok, resolved =
-    failure.attempt(settings.simulation_options, merged_settings(description, options))
-  if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
-  local device = device_of(options.device)
-  local simulation = engine.simulation(population, materials, scene, resolved, device)
-  return simulation, function()
-    local outcome = simulation:outcome(1)
-    local record = { id = description.id or 1, generation = description.generation or 0,
-      parents = description.parents or {}, origin = "hand", status = outcome.status,
-      reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) }
-    return scored_robot.new(record, { population = population, index = 1,
-      simulation = simulation, materials = materials, scene = scene:table(), options = resolved,
-      device = device, fitness = description.fitness })
-  end
-end
-
---- Simulates this robot alone: settles, then runs its muscles for `duration`.
+--- Simulates this robot: it settles, then its muscles run for `duration`.
 ---@param options? limax.robot.simulate_options
 ---@return limax.scored_robot
-function Robot:simulate(options)
-  local simulation, finish = prepared(self, options)
-  simulation:run(options and options.progress)
-  return finish()
-end
+function Robot:simulate(options) return scored_robot.simulate(self, options) end
 
 --- The same, to be taken step by step.
 ---@param options? limax.robot.simulate_options
 ---@return limax.robot_in_motion
-function Robot:begin(options) return robot_in_motion.new(prepared(self, options)) end
-
--- What fitness.get takes: { name = "walk", axis = "x" } of a file is { "walk", axis = "x" }.
-local function fitness_of(stored)
-  if type(stored) ~= "table" then return stored end
-  if stored["function"] or not stored.name then return nil end
-  local spec = { stored.name }
-  for key, value in pairs(stored) do
-    if key ~= "name" then spec[key] = value end
-  end
-  return spec
-end
-
---- Simulates a robot read from a file exactly as it was scored: same scene, settings and materials,
---- and, on the same build and kind of device, the same score to the bit. A fitness that is a
---- function of a script is not in the file: hand it over.
----@param options? { fitness?: any, device?: string|limax.device }
----@return limax.scored_robot robot its `fitness` is set
----@return number|nil score the one in the file
-function Robot:replay(options)
-  options = options or {}
-  local description = self.description
-  if not description.scene or not description.simulation then
-    fail "replay: this robot has no scene of its own; use simulate { scene = ... }"
-  end
-  local replayed = self:simulate { device = options.device }
-  local spec = options.fitness or fitness_of(description.fitness)
-  if spec == nil and description.fitness ~= nil then
-    fail "replay: its fitness is a function of a script: replay { fitness = that_function }"
-  end
-  if spec ~= nil and replayed.status == "done" then
-    local beside
-    replayed.fitness, beside = require("limax.fitness").get(spec).call(replayed)
-    replayed.cases, replayed.measures = require("limax.robot.scoring").parts(beside)
-  end
-  return replayed, description.score
+function Robot:begin(options)
+  local simulation, result = prepared.simulation(self, options)
+  return robot_in_motion.new(simulation, function() return scored_robot.new(result()) end)
 end
 
 --- The plain table that a robot file holds.

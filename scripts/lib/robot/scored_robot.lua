@@ -7,6 +7,7 @@ local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
+local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local schema = require "limax.base.schema"
 local suggest = require "limax.base.suggest"
@@ -383,12 +384,26 @@ end
 ---@param path string
 function methods:save(path) robot_file.write(path, self:table()) end
 
---- Simulates the same body again: scene and settings as they were, but for what `options` names
+--- Simulates a robot to its end.
+---@param robot { description: limax.robot.description, materials: limax.materials,
+--- population: limax.population }
+---@param options? limax.robot.simulate_options
+---@return limax.scored_robot
+function scored_robot.simulate(robot, options)
+  local simulation, result = prepared.simulation(robot, options)
+  simulation:run(options and options.progress)
+  return scored_robot.new(result())
+end
+
+--- Simulates the same body again: scene and settings as they were, except for what `options` names
 --- (limax.robot has the list).
 ---@param options? table
 ---@return limax.scored_robot
 function methods:simulate(options)
-  return require("limax.robot.robot").of(self:table()):simulate(options)
+  local description = self:table()
+  local materials = engine.materials(description.materials)
+  return scored_robot.simulate({ description = description, materials = materials,
+    population = robot_file.build(description, materials) }, options)
 end
 
 return scored_robot

@@ -10,6 +10,9 @@ local settings = {}
 
 local fields = defaults.fields.simulation
 
+--- What a tier sets, and a newly named tier sets anew.
+settings.of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
+
 local function three(field)
   return schema.list(schema.number(field), { count = 3,
     default = { field.value, field.value, field.value },

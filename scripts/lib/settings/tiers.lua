@@ -4,6 +4,7 @@
 
 local defaults = require "limax.settings.defaults"
 local host = require "limax.host"
+local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 
 local tiers = {}
@@ -14,7 +15,7 @@ tiers.SCHEMA = "limax.accuracy/1"
 tiers.NAMES = { "preview", "evolve", "publish", "reference" }
 
 -- Fields of `simulation` that a tier sets.
-local PARTS = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
+local PARTS = settings.of_tier
 
 ---@class limax.tiers.measured of one tier
 ---@field elite_regret number|nil the worst of the populations that were measured

@@ -3,7 +3,7 @@
 
 local ffi = require "ffi"
 local engine = require "limax.engine"
-local fixture = require "binding.fixture"
+local fixture = require "support.binding.fixture"
 local host = require "limax.host"
 local process = require "support.process"
 local test = require "limax.test"

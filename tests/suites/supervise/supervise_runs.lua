@@ -3,7 +3,6 @@
 
 local asked = require "support.asked"
 local evolution = require "support.evolution"
-local generations_kept = require("limax.run.history").genomes_kept
 local host = require "limax.host"
 local limax = require "limax"
 local ledger = require "limax.supervise.ledger"
@@ -132,7 +131,7 @@ suite:test("no supervisor keeps anything outside of history: a resume gives the 
     begun.folder:close()
     local folder = run_folder.open(parts)
     local run = limax.start(free(spec, short), { folder = folder, say = evolution.silent })
-    run:restore(folder:generations(1, generations_kept), true)
+    run:restore(folder, true)
     run:finish()
     folder:close()
     for _, file in ipairs { "metrics.jsonl", "ledger.jsonl", "r01/population/g0005.jsonl" } do

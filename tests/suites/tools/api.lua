@@ -176,7 +176,7 @@ suite:test("fields of an experiment are those that it takes", function(t)
 end)
 
 suite:test("words that a comment lists are those that the code takes", function(t)
-  local class = annotations.of("scripts/lib/robot/robot.lua", host.home)
+  local class = annotations.of("scripts/lib/robot/prepared.lua", host.home)
     .classes["limax.robot.simulate_options"]
   local types = {}
   for _, field in ipairs(class.fields) do types[field.name] = field.type end

@@ -8,7 +8,6 @@ return {
   stage = 'run = limax.start(limax.experiment { fitness = "walk", lattice = { 2, 2, 2 }, '
     .. "population = 6, generations = 3, genome = { sigma = 4 }, simulation = { duration = 0.1 } })"
     .. "\npopulation = run:generations()()",
-  internal = { "end_traces", "obituary", "standard_score" },
   entries = {
     { "simulate", false, "population:simulate()" },
     { "score", "the fitness's", 'population:score "distance"' },
@@ -20,6 +19,7 @@ return {
     { "materials", false, "population.materials" },
     { "engine", false, "population.engine" },
     { "records", "as in a population file", "population.records[1].id" },
-    { "kept", false, "population.kept" },
+    { "evaluations", "robots", "population.evaluations" },
+    { "timing", "s", "population.timing.simulate" },
   },
 }

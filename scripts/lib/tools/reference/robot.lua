@@ -10,7 +10,8 @@ return {
     { "begin", "s, m, m/s", "robot:begin { duration = 0.2 }:step(10)" },
     { "edit", "voxels", 'robot:edit(1, 1, 2, "b")' },
     { "replay", false, "champion = robot:simulate { duration = 0.2 }; "
-      .. "limax.robot(champion):replay()" },
+      .. "limax.robot(champion):replay()", file = "scripts/lib/experiment/replay.lua",
+      at = "Robot:replay" },
     { "save", false, 'robot:save "robot.json"' },
     { "table", "as in a robot file", "robot:table().voxels" },
     { "body", "mass in kg", "robot.body.count",

@@ -7,8 +7,7 @@ return {
   stage = 'run = limax.start(limax.experiment { fitness = "walk", lattice = { 2, 2, 2 }, '
     .. "population = 6, generations = 2, genome = { sigma = 4 }, "
     .. "simulation = { duration = 0.1 } })",
-  internal = { "advance", "has_first_materials", "materials_with", "rebuild", "remember",
-    "restore", "say" },
+  internal = { "materials_with", "new_robots", "restore", "say" },
   entries = {
     { "generations", false, "for robots in run:generations() do robots:simulate():score() end" },
     { "finish", false, "run:finish()" },

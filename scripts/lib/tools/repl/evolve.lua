@@ -20,16 +20,9 @@ local function run_of(what)
   return start(what)
 end
 
-local function line_of(robots, seconds)
-  local entry = robots.run.history[#robots.run.history]
+local function line_of(entry, robots, seconds)
   return ("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
-    entry.generation, entry.best, entry.mean, #robots.ranked, #robots.records, seconds)
-end
-
--- The newest generation, where it was not bred yet.
-local function unfinished(run)
-  local robots = run.population
-  return robots and not robots.bred and robots or nil
+    entry.generation, entry.best, entry.mean, entry.scored, #robots, seconds)
 end
 
 -- The generations, a line for each.
@@ -37,14 +30,14 @@ local function advance(run, generations)
   local next_robots = run:generations()
   for done = 1, generations do
     local began = host.clock()
-    -- one that Ctrl-C has cut short is taken up again
-    local robots = unfinished(run) or next_robots()
+    -- a generation that Ctrl-C cut short is finished first
+    local robots = run.upcoming == nil and run.population or next_robots()
     if not robots then
       if done == 1 then io.write("the run has ended\n") end
       break
     end
     robots:simulate():score():breed()
-    io.write(line_of(robots, host.clock() - began))
+    io.write(line_of(run.history[#run.history], robots, host.clock() - began))
     io.flush()
   end
 end

@@ -3,7 +3,6 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local history = require "limax.run.history"
 local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
 local resume = require "limax.run.resume"
@@ -71,8 +70,7 @@ function cells.run(given)
   folder:write_environment(given.device)
   local run = evolve.start(given.experiment, { repetition = repetition, device = given.device,
     folder = folder, say = given.say })
-  local old = folder:generations(repetition, history.genomes_kept)
-  if #old > 0 then run:restore(old, true) end
+  run:restore(folder, true)
   run:finish()
   folder:status "done"
   folder:close()
@@ -84,7 +82,7 @@ local function reread(path, experiment, repetition, device)
   local run = evolve.start(experiment, { repetition = repetition, device = device,
     say = function() end })
   local folder = run_folder.open(path)
-  run:restore(folder:generations(repetition, history.genomes_kept), true)
+  run:restore(folder, true)
   folder:close()
   return run
 end

@@ -32,13 +32,13 @@ end
 ---@param seconds number of one turn
 ---@return table<integer, number>
 function price.measure(robots, settings, seconds)
-  local run, list, simulations = robots.run, {}, {}
-  local rate = sampling.base_rate(run.config.record)
+  local world, list, simulations = robots.world, {}, {}
+  local rate = sampling.base_rate(world.config.record)
   for k, setting in ipairs(settings) do
-    local options = rescore.options(run.config, setting)
+    local options = rescore.options(world.config, setting)
     options.duration, options.record = SAMPLES / rate, { center_of_mass = rate }
     local simulation =
-      engine.simulation(robots.engine, robots.materials, run.scene, options, run.device)
+      engine.simulation(robots.engine, robots.materials, world.scene, options, world.device)
     simulations[k] = simulation
     -- the length of a step is learnt
     simulation:advance(seconds / 4)

@@ -72,7 +72,7 @@ end
 -- The settings of a population, the finest and the chaos floor first, and why the device takes some
 -- of them not, by their place.
 local function settings_of(robots, size)
-  local config = robots.run.config
+  local config = robots.world.config
   local finest = { integrator = "leapfrog", precision = "double", time_step = size.reference }
   local near = { integrator = "leapfrog", precision = "double",
     time_step = ranking.perturbed(size.reference, settings.base_rate(config.record)) }
@@ -80,10 +80,10 @@ local function settings_of(robots, size)
     { name = "chaos floor", setting = near } }
   for _, each in ipairs(size.settings) do list[#list + 1] = each end
   local refused, trial = {}, { population = robots.engine, materials = robots.materials,
-    scene = robots.run.scene }
+    scene = robots.world.scene }
   for k, each in ipairs(list) do
     refused[k] = methods.brief_refusal(trial, rescore.options(config, each.setting),
-      robots.run.device)
+      robots.world.device)
   end
   return list, refused
 end
@@ -139,7 +139,8 @@ local function refusal_of(experiment, device)
     return failure.bare(robots)
   end
   return methods.brief_refusal({ population = robots.engine, materials = robots.materials,
-    scene = robots.run.scene }, rescore.options(robots.run.config, { accuracy = "evolve" }), device)
+    scene = robots.world.scene }, rescore.options(experiment.config, { accuracy = "evolve" }),
+    device)
 end
 
 --- Measures every case, with random and with evolved bodies.

@@ -3,7 +3,6 @@
 --- ones, against an eighth of it in double. It prints what to write into the script; a run never
 --- tunes itself. SI units.
 
-local body = require "limax.robot.body"
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local failure = require "limax.base.failure"
@@ -63,7 +62,7 @@ end
 -- under the experiment's own materials.
 local function gather(experiment, champions, device)
   local first = first_generation(experiment, device)
-  local run, chosen = first.run, {}
+  local world, chosen = first.world, {}
   for i = 1, #first do
     local record = first.engine:body(i)
     if #chosen < tune.BODIES and record.status == "valid" then chosen[#chosen + 1] = i end
@@ -72,24 +71,24 @@ local function gather(experiment, champions, device)
     failure.raise(1, ("--tune: %d of the first %d bodies can be simulated; two are needed to be "
       .. "ranked"):format(#chosen, #first))
   end
-  local together = engine.population { lattice = run.config.lattice,
+  local together = engine.population { lattice = world.config.lattice,
     count = #chosen + #champions }
   for k, i in ipairs(chosen) do
     together:set_body(k, first.engine:voxels(i), first.engine:weights(i))
   end
   for k, path in ipairs(champions) do
-    local description = champion_body(path, run.config)
+    local description = champion_body(path, world.config)
     local one = robot_file.build(description, first.materials)
     together:set_body(#chosen + k, one:voxels(1), one:weights(1))
   end
-  together:check(first.materials, { require_muscle = run.config.genome.require_muscle })
-  local known = body.known(first.materials)
-  local records = population.records(together, first.materials, function(i)
-    return { id = i, generation = 0, parents = host.json.array {}, origin = "initial",
-      body = body.record(together, i, first.materials, known) }
-  end)
-  return population.new { run = run, engine = together, materials = first.materials,
-    generation = 0, repetition = 1, parameters = run.config.breeding, records = records }
+  together:check(first.materials, { require_muscle = world.config.genome.require_muscle })
+  local records = {}
+  for i = 1, together.count do
+    records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
+  end
+  return population.new(world, { engine = together, materials = first.materials, generation = 0,
+    repetition = 1, parameters = world.config.breeding,
+    records = population.add_bodies(together, first.materials, records) })
 end
 
 -- The experiment's setting with its step at a share; `more` steps to a sample interval are added.
@@ -163,8 +162,8 @@ end
 
 -- Rows of all shares, longest step first, and the chaos floor's.
 local function measure(robots, how)
-  local simulation = robots.run.config.simulation
-  local rate = settings.base_rate(robots.run.config.record)
+  local simulation = robots.world.config.simulation
+  local rate = settings.base_rate(robots.world.config.record)
   local own = at_share(simulation, 1, rate)
   local list, plain = {}, {}
   for k, share in ipairs(tune.SHARES) do

@@ -1,0 +1,52 @@
+--- materials.lua: the fields of a run's materials that a supervisor may change, as plain tables:
+--- material name -> field -> value.
+
+local ledger = require "limax.supervise.ledger"
+
+local materials = {}
+
+---@alias limax.material_fields table<string, table<string, number>>
+
+--- The changeable fields of engine materials.
+---@param engine_materials limax.materials
+---@return limax.material_fields
+function materials.fields(engine_materials)
+  local fields = {}
+  for i = 1, engine_materials.count do
+    local material = engine_materials:get(i)
+    for _, name in ipairs(ledger.material_fields(material)) do
+      fields[material.name] = fields[material.name] or {}
+      fields[material.name][name] = material[name]
+    end
+  end
+  return fields
+end
+
+--- A copy of engine materials with these fields.
+---@param first limax.materials
+---@param fields limax.material_fields
+---@return limax.materials
+function materials.with(first, fields)
+  local copy = first:copy()
+  for i = 1, copy.count do
+    local material = copy:get(i)
+    for _, name in ipairs(ledger.material_fields(material)) do
+      copy:set(i, name, fields[material.name][name])
+    end
+  end
+  return copy
+end
+
+---@param a limax.material_fields
+---@param b limax.material_fields of the same materials
+---@return boolean
+function materials.equal(a, b)
+  for name, fields in pairs(a) do
+    for field, value in pairs(fields) do
+      if b[name][field] ~= value then return false end
+    end
+  end
+  return true
+end
+
+return materials

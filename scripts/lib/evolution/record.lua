@@ -1,0 +1,107 @@
+--- record.lua: what a run keeps of each generation: an entry of its history and the files in its
+--- folder; and the way back, a run continued from its folder.
+
+local history = require "limax.run.history"
+local materials = require "limax.evolution.materials"
+local metrics = require "limax.run.metrics"
+local population = require "limax.evolution.population"
+local scoring = require "limax.robot.scoring"
+
+local record = {}
+
+-- What scored a generation whose configuration has changed since: equal to no fitness.
+local EARLIER = {}
+
+--- Do the scores of a generation mean what they would mean now?
+---@param robots limax.population.scored
+---@return boolean
+function record.scores_stand(robots) return robots.scored_with ~= EARLIER end
+
+-- The champion's score under the run's first materials; nil where it does not end well under them.
+local function standard_score(run, robots)
+  local world, best = robots.world, robots.ranked[1]
+  local champion = robots.records[best]
+  if materials.equal(materials.fields(robots.materials), run.first_fields) then
+    return champion.fitness
+  end
+  -- the score of a robot that was the champion before cannot have changed
+  local before = run.history[#run.history]
+  if before and before.champion.id == champion.id
+    and robots.scored_with == robots.parents_scored_with then
+    return before.best_standard
+  end
+  local mask = {}
+  for i = 1, #robots do mask[i] = i == best end
+  local again, simulation =
+    population.simulate_again(robots, mask, world.first_materials, world.options)
+  local score
+  if again[best].status == "done" then
+    score = scoring.call(robots.fitness.call, again[best])
+  end
+  simulation:free "its robot had been scored under the first materials"
+  return score
+end
+
+-- An old generation from the text of its population file, with genomes if it has an engine's
+-- population.
+local function rebuilt(run, line, ledger, records, engine_population)
+  return population.new(run.world, { engine = engine_population,
+    materials = materials.with(run.first_materials, line.materials), generation = line.generation,
+    repetition = line.repetition, parameters = line.parameters, ledger = ledger, records = records,
+    ranked = metrics.rank(records), evaluations = line.evaluations })
+end
+
+-- Adds an entry to the history.
+local function remember(run, line, ledger, text, robots)
+  local entry = history.entry { metrics = line, ledger = ledger, text = text, population = robots,
+    materials = materials.with(run.first_materials, line.materials):table(),
+    build = function(records) return rebuilt(run, line, ledger, records) end }
+  run.history[#run.history + 1] = entry
+  run.evaluations = run.evaluations + line.evaluations
+  history.forget(run.history)
+  return entry
+end
+
+--- Writes a scored generation into history and folder.
+---@param run limax.run
+---@param robots limax.population.scored
+function record.write(run, robots)
+  local line = metrics.measure(robots)
+  line.schema = "limax.metrics/1"
+  line.repetition, line.generation = robots.repetition, robots.generation
+  line.evaluations, line.parameters = robots.evaluations, robots.parameters
+  line.materials = materials.fields(robots.materials)
+  line.best_standard = standard_score(run, robots)
+  local text = history.encode(robots.records)
+  local entry = remember(run, line, robots.ledger, text, robots)
+  if run.folder then
+    robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
+      seconds = robots.timing, supervision = robots.supervision, text = text,
+      engine = robots.engine, champion = robots[robots.ranked[1]]:table() }
+  end
+  population.end_traces(robots, "its population was bred")
+  if run.on_generation then run.on_generation(entry, robots.timing) end
+end
+
+--- Reads the generations of a folder into a run's history; the next generation of the loop is then
+--- the last one there, with its scores.
+---@param run limax.run
+---@param folder limax.run_folder
+---@param scores_stand boolean false where the configuration changed: elites are scored again
+function record.read(run, folder, scores_stand)
+  for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do
+    local line, robots = kept.metrics, nil
+    if kept.genomes then
+      robots = rebuilt(run, line, kept.ledger,
+        history.decode(kept.text, "generation " .. line.generation), run:new_robots())
+      robots.engine:set_genomes(kept.genomes)
+      robots.engine:express(robots.materials, { require_muscle = run.config.genome.require_muscle,
+        device = run.device })
+      if not scores_stand then robots.scored_with = EARLIER end
+    end
+    remember(run, line, kept.ledger, kept.text, robots)
+    run.upcoming = robots
+  end
+end
+
+return record

@@ -1,0 +1,125 @@
+--- setup.lua: what a repetition needs before its first generation: device, folder, world, limits,
+--- and the warnings that a user should read before hours of computing.
+
+local engine = require "limax.engine"
+local full_body = require "limax.robot.full_body"
+local ledger = require "limax.supervise.ledger"
+local materials = require "limax.evolution.materials"
+local resume = require "limax.run.resume"
+local run_folder = require "limax.run.run_folder"
+local schema = require "limax.base.schema"
+local settings = require "limax.settings.settings"
+
+local setup = {}
+
+---@class limax.run.options
+---@field repetition? integer 1 if left out
+---@field device? string|table "auto", "cpu", "cuda", or a device of the engine
+---@field threads? integer
+---@field out? string a new folder that keeps the generations
+---@field resume? boolean continue what `out` holds, if it is there: the loop's first population
+--- is then the last whole one, with its scores
+---@field changed? boolean with `resume`: continue although script or configuration differ
+---@field folder? table the same, made already (run_folder.lua)
+---@field say? fun(text: string) receives warnings; standard error if left out
+---@field on_progress? fun(progress: table) while robots are simulated
+---@field wait? fun(simulation: limax.simulation) advances a simulation to its end (together.lua)
+---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
+---@field live_prompts? boolean read a model's prompts again before each generation
+
+local function unchecked(value) return value end
+
+-- Values are checked where they are used.
+local start_fields = schema.fields { repetition = unchecked, device = unchecked,
+  threads = unchecked, out = unchecked, resume = schema.boolean(false),
+  changed = schema.boolean(false), folder = unchecked, say = unchecked, on_progress = unchecked,
+  wait = unchecked, on_generation = unchecked, live_prompts = unchecked }
+
+--- Checks the options of limax.start.
+---@param options? limax.run.options
+---@return limax.run.options|nil
+---@return string|nil message
+function setup.check(options)
+  local checked, message = start_fields(options, "start")
+  if checked and checked.resume and not checked.out then
+    return nil, "start.resume: which run is to be continued? name its folder: out = DIR"
+  end
+  return checked, message
+end
+
+-- The folder that the options name, and what resume found in it.
+local function open_folder(experiment, options, repetition, device)
+  local folder, verdict
+  if options.folder or not options.out then return options.folder end
+  if options.resume and run_folder.is_run(options.out) then
+    folder, verdict = resume.open(options.out, experiment, repetition, options.changed)
+  else
+    folder = run_folder.create(options.out, experiment, { repetition = repetition })
+  end
+  folder:write_environment(device)
+  return folder, verdict
+end
+
+-- A function that shows each text once, or each key.
+local function once(show)
+  local shown = {}
+  return function(text, key)
+    key = key or text
+    if not shown[key] then show(text) end
+    shown[key] = true
+  end
+end
+
+local function on_standard_error(text) io.stderr:write(text, "\n") end
+
+local function advance(simulation, on_progress) simulation:run(on_progress) end
+
+--- The fields of a run, and what resume found in its folder.
+---@param experiment limax.experiment
+---@param options limax.run.options
+---@return limax.run
+---@return limax.resume.verdict|nil
+function setup.run(experiment, options)
+  local config, device = experiment.config, options.device or "auto"
+  local repetition = options.repetition or 1
+  if type(device) == "string" then device = engine.device(device, { threads = options.threads }) end
+  local folder, verdict = open_folder(experiment, options, repetition, device)
+  local first = engine.materials(config.materials)
+  ---@type limax.world
+  local world = { config = config, scene = engine.scene(config.scene),
+    options = settings.engine_options(config.simulation, config.record), device = device,
+    fitness = experiment.fitness, first_materials = first, advance = options.wait or advance,
+    on_progress = options.on_progress, say = once(options.say or on_standard_error) }
+  -- refuses a lattice that this machine cannot hold before anything large is made
+  engine.population({ lattice = config.lattice, count = config.population }):free()
+  local encoding = engine.encoding { lattice = config.lattice, features = config.genome.features,
+    sigma = config.genome.sigma, hidden = config.genome.hidden, materials = first.count,
+    initial_scale = config.genome.initial_scale, seed = config.seed, repetition = repetition }
+  world.first_step, world.first_step_material =
+    full_body.bound(config.lattice, first, world.scene, world.options, device)
+  return { experiment = experiment, config = config, repetition = repetition, world = world,
+    device = device, scene = world.scene, options = world.options, encoding = encoding,
+    first_materials = first, first_fields = materials.fields(first), first_step = world.first_step,
+    limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
+    history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
+    on_generation = options.on_generation, live_prompts = options.live_prompts }, verdict
+end
+
+--- Shows the notes of an experiment, once however many repetitions it has.
+---@param experiment limax.experiment
+---@param world limax.world
+function setup.warn(experiment, world)
+  if experiment.warned then return end
+  experiment.warned = true
+  for _, note in ipairs(experiment.notes) do world.say(note) end
+  local simulation = world.config.simulation
+  local step = simulation.time_step
+  if type(step) == "number" and step > world.first_step then
+    local harm = simulation.integrator == "xpbd" and "its springs get soft"
+      or "stiff bodies may diverge"
+    world.say(("simulation.time_step = %.6g s is above the limit of %.6g s for a full body of %s:"
+      .. " %s"):format(step, world.first_step, world.first_step_material, harm))
+  end
+end
+
+return setup

@@ -1,0 +1,47 @@
+--- replay.lua: `robot:replay()`: a robot read from a file, simulated and scored as it was. The
+--- module returns the robot library with this method, as `limax.robot`.
+
+local engine = require "limax.engine"
+local fitness = require "limax.fitness"
+local robot = require "limax.robot.robot"
+local scoring = require "limax.robot.scoring"
+
+local Robot = robot.methods
+
+-- What fitness.get takes: { name = "walk", axis = "x" } of a file is { "walk", axis = "x" }.
+local function fitness_of(stored)
+  if type(stored) ~= "table" then return stored end
+  if stored["function"] or not stored.name then return nil end
+  local spec = { stored.name }
+  for key, value in pairs(stored) do
+    if key ~= "name" then spec[key] = value end
+  end
+  return spec
+end
+
+--- Simulates a robot read from a file exactly as it was scored: same scene, settings and materials,
+--- and, on the same build and kind of device, the same score to the bit. A file does not hold a
+--- fitness that is a function of a script: pass that function.
+---@param options? { fitness?: any, device?: string|limax.device }
+---@return limax.scored_robot robot its `fitness` is set
+---@return number|nil score the one in the file
+function Robot:replay(options)
+  options = options or {}
+  local description = self.description
+  if not description.scene or not description.simulation then
+    engine.fail "replay: this robot has no scene of its own; use simulate { scene = ... }"
+  end
+  local replayed = self:simulate { device = options.device }
+  local spec = options.fitness or fitness_of(description.fitness)
+  if spec == nil and description.fitness ~= nil then
+    engine.fail "replay: its fitness is a function of a script: replay { fitness = that_function }"
+  end
+  if spec ~= nil and replayed.status == "done" then
+    local beside
+    replayed.fitness, beside = fitness.get(spec).call(replayed)
+    replayed.cases, replayed.measures = scoring.parts(beside)
+  end
+  return replayed, description.score
+end
+
+return robot

@@ -1,0 +1,103 @@
+--- prepared.lua: a simulation of one robot from its description and the options of a script.
+
+local body = require "limax.robot.body"
+local choice = require "limax.base.choice"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
+local failure = require "limax.base.failure"
+local robot_file = require "limax.robot.robot_file"
+local schema = require "limax.base.schema"
+local settings = require "limax.settings.settings"
+local suggest = require "limax.base.suggest"
+
+local prepared = {}
+
+local simulation_fields = { "accuracy", "sharing", "duration", "settle", "edge", "position",
+  "velocity", "max_speed", "max_stretch", unpack(settings.of_tier) }
+local known = { "scene", "device", "record", "materials", "progress", unpack(simulation_fields) }
+local is_known = {}
+for _, name in ipairs(known) do is_known[name] = true end
+
+-- Devices by name: opening one starts its threads, so each is opened once.
+local devices = {}
+
+local function device_of(device)
+  if type(device) ~= "string" then return device end
+  devices[device] = devices[device] or engine.device(device)
+  return devices[device]
+end
+
+-- The robot's own settings with those of `options` in their place.
+local function merged_settings(description, options)
+  local simulation, own = {}, description.simulation or {}
+  for _, name in ipairs(simulation_fields) do simulation[name] = own[name] end
+  simulation.edge = description.edge
+  if options.accuracy then
+    for _, name in ipairs(settings.of_tier) do simulation[name] = nil end
+  end
+  for _, name in ipairs(simulation_fields) do
+    if options[name] ~= nil then simulation[name] = options[name] end
+  end
+  -- a cap or a share of the bound means nothing beside a fixed step
+  if type(options.time_step) == "number" then
+    simulation.bound_fraction, simulation.time_step_most = nil, nil
+  end
+  return simulation, options.record or own.record
+end
+
+---@class limax.robot.simulate_options
+---@field scene? table as in an experiment; the robot's own, else flat ground
+---@field device? "auto"|"cpu"|"cuda"|limax.device "auto" if absent
+---@field record? table<string, integer> traces, samples per second
+---@field materials? string|table other materials under the same letters
+---@field progress? fun(progress: table) called about 20 times a second
+---@field duration? number s
+---@field settle? number s
+---@field accuracy? "preview"|"evolve"|"publish"|"reference"
+---@field integrator? "leapfrog"|"rk4"|"symplectic_euler"|"xpbd"
+---@field precision? "compensated"|"double"|"mixed"|"single"
+---@field time_step? number|"auto" s
+---@field position? number[] m
+---@field velocity? number[] m/s
+
+--- A simulation that is ready to run; when it has ended, `result()` gives the record and the
+--- context of a scored robot.
+---@param robot { description: limax.robot.description, materials: limax.materials,
+--- population: limax.population } its body is robot 1 of the population
+---@param options? limax.robot.simulate_options
+---@return limax.simulation
+---@return fun(): table, limax.robot.context result
+function prepared.simulation(robot, options)
+  options = options or {}
+  if type(options) ~= "table" then
+    engine.fail("simulate: expected a table, got " .. schema.show(options))
+  end
+  for _, key in ipairs(choice.sorted_keys(options)) do
+    if not is_known[key] then
+      engine.fail(("simulate: unknown option %s%s"):format(key, suggest.ending(key, known)))
+    end
+  end
+  local materials, population, description = robot.materials, robot.population, robot.description
+  if options.materials then
+    materials = engine.materials(options.materials)
+    local size, message = body.measure_layers(description.voxels, materials)
+    if not size then engine.fail("simulate: materials: " .. message) end
+    population = robot_file.build(description, materials)
+  end
+  local scene = engine.scene(options.scene or description.scene or defaults.scene)
+  local ok, resolved =
+    failure.attempt(settings.simulation_options, merged_settings(description, options))
+  if not ok then engine.fail("simulate: " .. failure.bare(resolved)) end
+  local simulation =
+    engine.simulation(population, materials, scene, resolved, device_of(options.device))
+  return simulation, function()
+    local outcome = simulation:outcome(1)
+    return { id = description.id or 1, generation = description.generation or 0,
+      parents = description.parents or {}, origin = "hand", status = outcome.status,
+      reason = outcome.reason, outcome = outcome, body = body.record(population, 1, materials) },
+      { population = population, index = 1, simulation = simulation, materials = materials,
+        scene = scene:table(), options = resolved, fitness = description.fitness }
+  end
+end
+
+return prepared
