@@ -1,5 +1,5 @@
---- conversion.lua: what the suites of `limax convert` share: a robot with weights of its own in
---- every voxel, the command run to a good end, and the command refused.
+--- conversion.lua: helpers of the suites of `limax convert`: a robot with its own weights in every
+--- voxel, and the command run to success or to an error.
 
 local host = require "limax.host"
 local limax = require "limax"
@@ -27,27 +27,29 @@ function conversion.stage(t)
   return folder
 end
 
---- Runs `limax convert` with these words to a good end.
+--- Runs `limax convert` with these words, which must succeed.
 ---@param t limax.test_context
 ---@param folder string
 ---@param ... string
----@return { status: integer, stdout: string, stderr: string }
+---@return string[] notes what is not carried
 function conversion.convert(t, folder, ...)
-  local done = process.ends(folder, { "convert", ... })
-  t:ok(done.status == 0, table.concat({ ... }, " ") .. ": " .. done.stderr)
-  return done
+  local ended = process.ends(folder, { "convert", ... })
+  t:ok(ended.status == 0, table.concat({ ... }, " ") .. ": " .. ended.stderr)
+  local notes = {}
+  for note in ended.stderr:gmatch "! not carried: ([^\n]+)" do notes[#notes + 1] = note end
+  return notes
 end
 
---- Expects a refusal: one line with these texts, and nothing written.
+--- Expects an error: one line with these texts, and no file written.
 ---@param t limax.test_context
 ---@param folder string
 ---@param words string[]
 ---@param ... string
 function conversion.refused(t, folder, words, ...)
-  local done = process.ends(folder, { "convert", unpack(words) })
-  t:ok(done.status == 2, ("status %d: %s"):format(done.status, done.stderr))
-  for _, text in ipairs { ... } do t:ok(done.stderr:find(text, 1, true), done.stderr) end
-  t:ok(select(2, done.stderr:gsub("\n", "")) == 1, done.stderr)
+  local ended = process.ends(folder, { "convert", unpack(words) })
+  t:ok(ended.status == 2, ("status %d: %s"):format(ended.status, ended.stderr))
+  for _, text in ipairs { ... } do t:ok(ended.stderr:find(text, 1, true), ended.stderr) end
+  t:ok(select(2, ended.stderr:gsub("\n", "")) == 1, ended.stderr)
   t:equal(host.file.exists(folder .. "/" .. words[2]), nil)
 end
 

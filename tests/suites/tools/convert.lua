@@ -1,6 +1,5 @@
---- convert.lua: `limax convert`, robots from and to VoxCad: what it writes is read by programs that
---- are not ours, what it reads comes back as it was, and bad or hostile files are refused in one
---- line.
+--- convert.lua: `limax convert` with the formats that it reads: VoxCad and EvoGym. Other programs
+--- read what it writes, a robot survives the round trip, and bad files end with one line.
 
 local conversion = require "support.conversion"
 local host = require "limax.host"
@@ -15,24 +14,25 @@ local suite = require("limax.test").suite "convert"
 local convert, refused = conversion.convert, conversion.refused
 local stage, write = conversion.stage, conversion.write
 
+local function read_json(path) return host.json.decode(assert(source.read(path))) end
+
 -- ---- VoxCad -------------------------------------------------------------------------------------
 
-suite:test("a robot comes back from .vxa and .vxd as it was", function(t)
+suite:test("a robot survives the round trip through .vxa and .vxd", function(t)
   local folder = stage(t)
-  local notes = convert(t, folder, "robot.json", "base.vxa").stderr
-  t:ok(notes:find("! not carried: weights.stiffness: read back by limax alone", 1, true), notes)
-  convert(t, folder, "base.vxa", "back.json")
+  convert(t, folder, "robot.json", "base.vxa")
+  t:equal(convert(t, folder, "base.vxa", "back.json"),
+    { "Simulator: all but a StopConditionFormula t - seconds" })
   convert(t, folder, "robot.json", "robot.vxd")
   convert(t, folder, "robot.vxd", "beside.json")
-  local before = host.json.decode(source.read(folder .. "/robot.json"))
+  local before = read_json(folder .. "/robot.json")
   for _, name in ipairs { "back", "beside" } do
-    local after = host.json.decode(source.read(("%s/%s.json"):format(folder, name)))
+    local after = read_json(("%s/%s.json"):format(folder, name))
     for _, field in ipairs { "lattice", "edge", "voxels", "weights" } do
       t:same_bits(after[field], before[field])
     end
     t:equal(after.materials.materials, before.materials.materials)
   end
-  -- and again: the same bytes
   convert(t, folder, "back.json", "again.vxa")
   t:equal(source.read(folder .. "/again.vxa"), source.read(folder .. "/base.vxa"))
 end)
@@ -41,7 +41,7 @@ suite:test("other programs find voxels, phases and materials in a .vxa", functio
   local folder = stage(t)
   convert(t, folder, "robot.json", "robot.vxa")
   reader.python(t, folder, {}, [==[
-import json, math, xml.etree.ElementTree as tree
+import json, xml.etree.ElementTree as tree
 robot = json.load(open("robot.json"))
 root = tree.parse("robot.vxa").getroot()
 structure = root.find("VXC/Structure")
@@ -63,8 +63,7 @@ assert float(root.find("Environment/Thermal/TempPeriod").text) == 0.5
 ]==])
 end)
 
--- A bar of bone that hangs from its top under 1 m/s^2 for so long that it rests: how far its lower
--- end sinks, m.
+-- How far the lower end of a hanging bar of bone sinks under 1 m/s^2, at rest, m.
 local function sag_of(width, height, edge)
   local layer = (("b"):rep(width) .. "\n"):rep(width) .. "\n"
   local hung = limax.robot({ voxels = layer:rep(height) }):simulate { duration = 8, settle = 0,
@@ -76,12 +75,12 @@ local function sag_of(width, height, edge)
   return -lowest
 end
 
-suite:test("a bar stretches as the Elastic_Mod of its bone says", { limit = 60 }, function(t)
+suite:test("a bar of bone has the Young's modulus of its Elastic_Mod", { limit = 60 }, function(t)
   local height, edge = 12, 0.1
-  -- a bar of w x w voxels has (w + 1)^2 columns of masses: its skin counts as 1 / w
+  -- a bar of w x w voxels has (w + 1)^2 columns of masses: the surface counts as 1 / w
   local sag = 2 * sag_of(8, height, edge) - sag_of(4, height, edge)
   local density, modulus = 0.1 / edge ^ 3, voxcad.MODULUS * 1e4 / edge
-  -- the rest of the skin, and the ends, are of second order
+  -- the rest of the surface, and the ends, are of second order
   t:near(sag, density * (height * edge) ^ 2 / (2 * modulus), { rtol = 0.05 })
 end)
 
@@ -116,11 +115,10 @@ local VOXCAD = [==[
 
 suite:test("a robot of VoxCad's own, with phases beyond half a period", function(t)
   local folder = t:folder()
-  write(folder .. "/v.vxa", VOXCAD)
-  local notes = convert(t, folder, "v.vxa", "v.json").stderr
-  t:ok(notes:find("! not carried: Structure.Stiffness\n", 1, true), notes)
-  local robot = host.json.decode(source.read(folder .. "/v.json"))
-  -- sin(a - pi / 2) is - sin(a + pi / 2): the second voxel is the opposite muscle
+  write(folder .. "/v.vxa", (VOXCAD:gsub("Active", "\233t\233 \27[31m")))
+  t:equal(convert(t, folder, "v.vxa", "v.json")[1], "Structure.Stiffness")
+  local robot = read_json(folder .. "/v.json")
+  -- sin(a - pi / 2) = -sin(a + pi / 2): the second voxel is the opposite muscle
   t:equal(robot.voxels, { { "ec", "s." } })
   t:near(robot.weights.phase[1][1], { 0.5, 0.5 }, { rtol = 1e-7 })
   local by_letter = {}
@@ -128,44 +126,34 @@ suite:test("a robot of VoxCad's own, with phases beyond half a period", function
   t:near(by_letter.e.amplitude, 0.14)
   t:near(by_letter.e.stiffness, 5e6 * 0.01 / 2.7, { rtol = 1e-11 })
   t:equal({ by_letter.c.kind, by_letter.c.stiffness }, { "contracting", by_letter.e.stiffness })
-  t:equal(by_letter.s.name, "Passive <b>")
+  -- the file's encoding is not UTF-8
+  t:equal({ by_letter.e.name, by_letter.s.name }, { "_t_ _[31m", "Passive <b>" })
   t:near(robot.scene.actuation.frequency, 4)
   t:equal(robot.scene.friction, { static = 1, kinetic = 0.5 })
   t:ok(limax.robot(folder .. "/v.json"):simulate({ duration = 0.1 }).status == "done")
 end)
 
-suite:test("a muscle of amplitude 0 stays one, with its phases", function(t)
+suite:test("muscles that do not move keep their kind, amplitude and phase", function(t)
   local folder = t:folder()
   local materials = limax.engine.materials("paper"):table()
   materials.materials[2].amplitude = 0
   limax.robot({ voxels = "eb\nbb", materials = materials, weights = 0.25 })
+    :simulate({ duration = 0.1, settle = 0, scene = { gravity = true, ground = true } })
     :save(folder .. "/still.json")
   convert(t, folder, "still.json", "still.vxa")
   convert(t, folder, "still.vxa", "back.json")
-  local before = host.json.decode(source.read(folder .. "/still.json"))
-  local after = host.json.decode(source.read(folder .. "/back.json"))
+  local before, after = read_json(folder .. "/still.json"), read_json(folder .. "/back.json")
   t:equal(after.materials.materials, before.materials.materials)
   t:same_bits(after.weights, before.weights)
-  -- what only limax writes is believed no more than the rest
-  write(folder .. "/odd.vxa", (source.read(folder .. "/still.vxa")
-    :gsub("<Kind>expanding</Kind>", ""):gsub("<Letter>e</Letter>", "<Letter>\200</Letter>")))
-  convert(t, folder, "odd.vxa", "odd.json")
-  t:equal(limax.robot(folder .. "/odd.json").body.letters, "ab\nbb")
+  t:equal({ after.scene.actuation, after.scene.gravity }, { nil, before.scene.gravity })
+  -- a constant temperature of any value moves nothing
+  write(folder .. "/hot.vxa", (VOXCAD:gsub("<VaryTempEnabled>1", "<VaryTempEnabled>0")
+    :gsub("<TempAmp>39", "<TempAmp>1000")))
+  convert(t, folder, "hot.vxa", "hot.json")
+  t:equal(limax.robot(folder .. "/hot.json").materials:get(2).kind, "passive")
 end)
 
-suite:test("names in any encoding, and bodies of very many layers", { limit = 20 }, function(t)
-  local folder = t:folder()
-  write(folder .. "/v.vxa", (VOXCAD:gsub("Active", "\233t\233 \27[31m")))
-  convert(t, folder, "v.vxa", "v.json")
-  local robot = host.json.decode(source.read(folder .. "/v.json"))
-  t:equal(robot.materials.materials[2].name, "_t_ _[31m")
-  limax.robot({ voxels = ("e\n\n"):rep(9000) }):save(folder .. "/tall.json")
-  convert(t, folder, "tall.json", "tall.vxa")
-  convert(t, folder, "tall.vxa", "back.json")
-  t:equal(host.json.decode(source.read(folder .. "/back.json")).lattice, { 1, 1, 9000 })
-end)
-
-suite:test("a .vxd takes the place of parts of its base", function(t)
+suite:test("a .vxd replaces parts of its base", function(t)
   local folder = t:folder()
   write(folder .. "/other.vxa", VOXCAD)
   local vxd = [==[<VXD><StopCondition replace="VXA.Simulator.StopCondition"><StopConditionFormula>
@@ -185,26 +173,28 @@ suite:test("a .vxd takes the place of parts of its base", function(t)
     "expected a path such as")
 end)
 
-suite:test("without actuation muscles keep their amplitude, and do not move", function(t)
+suite:test("elements of a .vxa that limax does not read are listed once", function(t)
   local folder = stage(t)
-  local still = limax.robot(folder .. "/robot.json"):simulate { duration = 0.1, settle = 0,
-    scene = { gravity = true, ground = true } }
-  still:save(folder .. "/still.json")
-  convert(t, folder, "still.json", "still.vxa")
-  convert(t, folder, "still.vxa", "back.json")
-  local before = host.json.decode(source.read(folder .. "/still.json"))
-  local after = host.json.decode(source.read(folder .. "/back.json"))
-  t:equal(after.materials.materials, before.materials.materials)
-  t:equal({ after.scene.actuation, after.scene.gravity }, { nil, before.scene.gravity })
-  write(folder .. "/hot.vxa", (VOXCAD:gsub("<VaryTempEnabled>1", "<VaryTempEnabled>0")
-    :gsub("<TempAmp>39", "<TempAmp>1000")))
-  convert(t, folder, "hot.vxa", "hot.json")
-  t:equal(limax.robot(folder .. "/hot.json").materials:get(2).kind, "passive")
+  convert(t, folder, "robot.json", "robot.vxa")
+  local text = source.read(folder .. "/robot.vxa")
+  write(folder .. "/rich.vxa", (text
+    :gsub("<CTE>", "<Plastic_Mod>0</Plastic_Mod><Yield_Stress>5</Yield_Stress><CTE>")
+    :gsub("</Display>", "</Display><Fixed>1</Fixed><Sticky> 0 </Sticky>")
+    :gsub("<Lattice>", "<Voxel><Vox_Name>BOX</Vox_Name><X_Squeeze>1</X_Squeeze></Voxel>"
+      .. "<Lattice><X_Dim_Adj>1</X_Dim_Adj><Y_Dim_Adj>2</Y_Dim_Adj>")
+    :gsub("<Environment>", "<RawPrint>words</RawPrint><Environment><Sea><Depth>3</Depth></Sea>")))
+  t:equal(convert(t, folder, "rich.vxa", "rich.json"), { "RawPrint", "Environment.Sea",
+    "VXC.Lattice.Y_Dim_Adj", "VXC.Palette.Material.Fixed",
+    "VXC.Palette.Material.Mechanical.Yield_Stress",
+    "Simulator: all but a StopConditionFormula t - seconds" })
+  local many = {}
+  for k = 1, 5000 do many[k] = ("<E%d>1</E%d>"):format(k, k) end
+  write(folder .. "/many.vxa", (text:gsub("<Palette>", table.concat(many) .. "<Palette>")))
+  local notes = convert(t, folder, "many.vxa", "many.json")
+  t:equal({ #notes, notes[21] }, { 22, "4980 more elements" })
 end)
 
--- ---- bad and hostile files ----------------------------------------------------------------------
-
-suite:test("a bad .vxa is refused with file, field and what is legal", function(t)
+suite:test("a bad .vxa is refused with its file and field", { limit = 20 }, function(t)
   local folder = t:folder()
   local function bad(from, to, ...)
     local text, count = VOXCAD:gsub(from, (to:gsub("%%", "%%%%")))
@@ -212,62 +202,25 @@ suite:test("a bad .vxa is refused with file, field and what is legal", function(
     write(folder .. "/bad.vxa", text)
     refused(t, folder, { "bad.vxa", "out.json" }, "limax: bad.vxa: ", ...)
   end
-  bad("1120", "1130", 'Structure.Data: layer 1, voxel 3 is "3"', "0 (empty) to 2")
-  bad("1120", "112", "layer 1 has 3 voxels; X_Voxels times Y_Voxels is 4")
+  bad("1120", "1130", "Structure.Data: layer 1, voxel 3 is 3; expected 0 (empty) to 2")
+  bad("1120", "112", "layer 1 has 3 numbers; X_Voxels times Y_Voxels is 4")
   bad("<Z_Voxels>1", "<Z_Voxels>2", "Structure.Data has 1 layers; Z_Voxels is 2")
-  bad("<X_Voxels>2", "<X_Voxels>2.5", "2.5 voxels along x; legal are whole numbers from 1")
+  bad("<X_Voxels>2", "<X_Voxels>2.5", "2.5 voxels along x; expected a whole number from 1")
   bad("<X_Voxels>2", "<X_Voxels>1e9", "at most 1000000 are read")
   bad("<X_Voxels>2", "<X_Voxels>nan", 'X_Voxels is "nan"; expected a number')
   bad("<X_Voxels>2", "<X_Voxels>\27[2J", 'X_Voxels is "\\27[2J"; expected a number')
-  bad("ASCII_READABLE", "ZLIB", 'Compression is "ZLIB"; legal is "ASCII_READABLE"')
-  bad("5e%+6", "5e+16", "Elastic_Mod 5e+16 Pa", "stiffness of 1.85185e+14", "1 to 1e+07 N/m")
-  bad("<CTE>0.01", "<CTE>1", "amplitude of 14; legal are 0 to 0.95")
+  bad("ASCII_READABLE", "ZLIB", 'Compression is "ZLIB"; expected "ASCII_READABLE"')
+  bad("5e%+6", "5e+16", 'material 2 "Active": stiffness is 1.85185', "1 to 10000000 N/m")
+  bad("<CTE>0.01", "<CTE>1", "amplitude is 14; it must be 0 to 0.95")
   bad("0.25, %-0.25", "0.25, x", 'layer 1 holds "x"; expected numbers')
-  bad("<TempPeriod>0.25", "<TempPeriod>0", "TempPeriod is 0; legal is above 0 s")
-  bad("<Lattice_Dim>0.01", "<Lattice_Dim>0", "Lattice_Dim is 0; legal are 1e-6 to 1000 m")
+  bad("<TempPeriod>0.25", "<TempPeriod>0", "TempPeriod is 0; expected more than 0 s")
+  bad("<Lattice_Dim>0.01", "<Lattice_Dim>0", "Lattice_Dim is 0; expected 1e-6 to 1000 m")
+  bad("<uStatic>1", "<uStatic>-1", "scene.friction.static is -1; it must be 0 to 1000")
   bad("</VXC>", "", "not XML")
   bad("1120", "0000", "the body is empty")
   bad('%?>', '?>\n<!DOCTYPE VXA [<!ENTITY a "b">]>', "declares a document type, which is refused")
-  -- nine muscles, each with its opposite
-  local palette, digits = {}, {}
-  for k = 1, 9 do
-    palette[k] = ("<Material><Name>m</Name><Mechanical><Elastic_Mod>%de6</Elastic_Mod>"):format(k)
-      .. "<Density>1e6</Density><CTE>0.01</CTE></Mechanical></Material>"
-    digits[k] = ("%d%d"):format(k, k)
-  end
-  bad("<Palette>.*</PhaseOffset>", ("<Palette>%s</Palette><Structure><X_Voxels>2</X_Voxels>"
-    .. "<Y_Voxels>9</Y_Voxels><Z_Voxels>1</Z_Voxels><Data><Layer>%s</Layer></Data><PhaseOffset>"
-    .. "<Layer>%s</Layer></PhaseOffset>"):format(table.concat(palette), table.concat(digits),
-    ("0.2, 0.7,"):rep(9)), "Structure.PhaseOffset: with the opposites of muscles",
-    "there are 18 materials, 9 without; limax holds up to 15")
-  bad("<uStatic>1", "<uStatic>-1", "it must be 0 to 1000", "uStatic of VXC.Palette.Material 1")
-  write(folder .. "/bad.vxd", "<VXD/>")
-  refused(t, folder, { "bad.vxd", "out.json" }, "name its .vxa with --base FILE")
-end)
-
-suite:test("a hostile .vxa ends soon and small", { limit = 20 }, function(t)
-  local folder = t:folder()
-  -- a bomb of entities, a deep nest, and very many elements
-  local bomb = { '<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a0 "aaaaaaaaaa">' }
-  for k = 1, 30 do
-    bomb[#bomb + 1] = ('<!ENTITY a%d "%s">'):format(k, ("&a%d;"):format(k - 1):rep(10))
-  end
-  write(folder .. "/bomb.vxa", table.concat(bomb) .. "]><VXA>&a30;</VXA>")
-  refused(t, folder, { "bomb.vxa", "out.json" }, "declares a document type")
-  write(folder .. "/deep.vxa", ("<a>"):rep(200000) .. ("</a>"):rep(200000))
-  refused(t, folder, { "deep.vxa", "out.json" }, "nested deeper than 64")
-  write(folder .. "/many.vxa", "<VXA>" .. ("<a/>"):rep(2000000) .. "</VXA>")
-  refused(t, folder, { "many.vxa", "out.json" }, "more than 100000 elements")
-  -- looked at before a tree of them is made
-  write(folder .. "/more.vxa", "<VXA>" .. ("<a/>"):rep(20000000) .. "</VXA>")
-  refused(t, folder, { "more.vxa", "out.json" }, "more than 100000 elements")
-  local attributes = {}
-  for k = 1, 100001 do attributes[k] = ("a%d=''"):format(k) end
-  write(folder .. "/wide.vxa", "<VXA " .. table.concat(attributes, " ") .. "/>")
-  refused(t, folder, { "wide.vxa", "out.json" }, "more than 100000 elements and attributes")
-  write(folder .. "/zero.vxa", "<VXA>\0</VXA>")
-  refused(t, folder, { "zero.vxa", "out.json" }, "not XML")
-  -- read by its size alone
+  bad("<VXA .*", ("<a>"):rep(200000) .. ("</a>"):rep(200000), "nested deeper than 64")
+  bad("<VXA .*", "<VXA>" .. ("<a/>"):rep(2000000) .. "</VXA>", "more than 100000 elements")
   local file = assert(io.open(folder .. "/large.vxa", "wb"))
   file:seek("set", 2 ^ 28)
   file:write "x"
@@ -275,24 +228,147 @@ suite:test("a hostile .vxa ends soon and small", { limit = 20 }, function(t)
   refused(t, folder, { "large.vxa", "out.json" }, "at most 134217728 are read")
 end)
 
+-- ---- EvoGym -------------------------------------------------------------------------------------
+
+local NUMPY = { "numpy", numpy = "python3-numpy" }
+
+suite:test("EvoGym's robots, as NumPy and JSON write them, are one voxel thick", function(t)
+  local folder = t:folder()
+  reader.python(t, folder, NUMPY, [==[
+import json, numpy
+body = numpy.array([[3, 3, 4], [1, 0, 2], [5, 0, 4]])
+joined = numpy.array([[0, 1, 0, 2, 3, 5], [1, 2, 3, 5, 6, 8]])
+numpy.savez("ga.npz", body, joined)
+numpy.savez_compressed("named.npz", body=body.astype("float64"), connections=joined[:, :-1])
+numpy.save("body.npy", body.astype("int8"))
+# a world of 5 x 4 cells, the lowest row first, the robot one cell from the left and from below
+cells = {(x + 1) + 5 * (y + 1): int(body[2 - y][x])
+         for y in range(3) for x in range(3) if body[2 - y][x]}
+beside = {str(i): [j for j in cells if j - i in (1, -1, 5, -5)] for i in cells}
+json.dump({"grid_width": 5, "grid_height": 4, "objects": {"robot": {"indices": list(cells),
+    "types": list(cells.values()), "neighbors": beside}, "ground": {"indices": [0], "types": [5],
+    "neighbors": {"0": []}}}}, open("world.json", "w"))
+]==])
+  for _, name in ipairs { "ga.npz", "named.npz", "body.npy", "world.json" } do
+    local out = name:gsub("%.", "_") .. ".json"
+    local notes = table.concat(convert(t, folder, name, out), "\n")
+    local robot = limax.robot(folder .. "/" .. out)
+    t:equal(robot.body.letters, "b.c\n\nb.s\n\neec")
+    t:equal(robot.description.lattice, { 3, 1, 3 })
+    t:ok(notes:find "actuators: " and notes:find "fixed voxels: ", notes)
+    t:equal(notes:find "connections: 1 pairs" ~= nil, name == "named.npz")
+    t:equal(notes:find "the world's other objects" ~= nil, name == "world.json")
+  end
+  t:ok(limax.robot(folder .. "/ga_npz.json"):simulate({ duration = 0.1 }).status == "done")
+end)
+
+suite:test("bad arrays are refused", { limit = 60 }, function(t)
+  local folder = t:folder()
+  reader.python(t, folder, NUMPY, [==[
+import numpy, zipfile
+numpy.save("objects.npy", numpy.array([{"a": 1}], dtype=object), allow_pickle=True)
+numpy.save("records.npy", numpy.array([(1, 2)], dtype=[("a", "i4"), ("b", "i4")]))
+numpy.save("flat.npy", numpy.array([1, 2]))
+numpy.save("kind.npy", numpy.array([[1, 7]]))
+numpy.save("nan.npy", numpy.array([[numpy.nan, 1]]))
+numpy.save("big.npy", numpy.array([[1, 2]], dtype=">i4"))
+numpy.save("fortran.npy", numpy.asfortranarray(numpy.ones((2, 2))))
+numpy.save("empty.npy", numpy.zeros((0, 3)))
+numpy.save("wide.npy", numpy.ones((2, 1000000), dtype="int8"))
+numpy.savez("none.npz", other=numpy.array([[1]]))
+good = open("kind.npy", "rb").read()
+open("cut.npy", "wb").write(good[:-3])
+open("short.npy", "wb").write(good[:20])
+open("promise.npy", "wb").write(good.replace(b"(1, 2), }        ", b"(99999, 99999), }"))
+with zipfile.ZipFile("bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+    for k in range(3): archive.writestr("arr_%d.npy" % k, bytes(100 << 20))
+with zipfile.ZipFile("up.npz", "w") as archive: archive.writestr("a/../../arr_0.npy", good)
+with zipfile.ZipFile("damaged.npz", "w") as archive: archive.writestr("arr_0.npy", good)
+whole = bytearray(open("damaged.npz", "rb").read())
+whole[150] ^= 255
+open("damaged.npz", "wb").write(whole)
+open("text.npz", "w").write("no archive")
+]==])
+  for _, each in ipairs {
+    { "objects.npy", "expected bool, int, uint or float" },
+    { "records.npy", "elements of type" },
+    { "flat.npy", "has 1 dimensions; expected 2, rows and columns" },
+    { "kind.npy", "row 1, column 2 is 7; expected a whole number from 0 to 5" },
+    { "nan.npy", "row 1, column 1 is nan" },
+    { "big.npy", 'elements of type ">i4"' },
+    { "fortran.npy", "is not in C (row-major) order" },
+    { "empty.npy", "0 voxels along z; expected a whole number from 1" },
+    { "wide.npy", "at most 1000000 are read" },
+    { "none.npz", 'has no array "body", "structure" or "arr_0"' },
+    { "cut.npy", "holds 13 bytes; its header states 2 numbers" },
+    { "short.npy", "elements of type" },
+    { "promise.npy", "at most 10000000 are read" },
+    { "bomb.npz", "more than 268435456 bytes when unpacked" },
+    { "up.npz", "an entry names a place outside of the archive" },
+    { "damaged.npz", "an entry is damaged" },
+    { "text.npz", "Not a zip archive" },
+  } do
+    refused(t, folder, { each[1], "out.json" }, "limax: " .. each[1] .. ": ", each[2])
+  end
+end)
+
+suite:test("bad worlds of EvoGym are refused with the field", function(t)
+  local folder = t:folder()
+  local function bad(width, objects, ...)
+    write(folder .. "/bad.json", ('{"grid_width": %s, "grid_height": 2, "objects": %s}'):format(
+      width, objects))
+    refused(t, folder, { "bad.json", "out.json" }, "limax: bad.json: ", ...)
+  end
+  local function object(indices, types)
+    return ('{"r": {"indices": [%s], "types": [%s]}}'):format(indices, types)
+  end
+  bad("0", object("0", "1"), "grid_width: expected a whole number from 1 to 1000000")
+  bad("2", object("4", "1"), "objects.r.indices[1]: expected a whole number from 0 to 3")
+  bad("2", object("1", "6"), "objects.r.types[1]: expected a whole number from 0 to 5")
+  bad("2", object("1, 1", "1, 2"), "objects.r: index 1 occurs twice")
+  bad("2", object("1, 2", "1"), "expected lists indices and types of the same length")
+  bad("2", '{"a": 1, "b": 2}', "objects has 2 entries")
+end)
+
+-- ---- the command --------------------------------------------------------------------------------
+
 suite:test("nothing is overwritten without --force", function(t)
   local folder = stage(t)
   write(folder .. "/robot.mtl", "mine")
-  local done = process.ends(folder, { "convert", "robot.json", "robot.obj" })
-  t:equal({ done.status, done.stderr },
-    { 2, "limax: robot.mtl is there already; --force overwrites it\n" })
+  local ended = process.ends(folder, { "convert", "robot.json", "robot.obj" })
+  t:equal({ ended.status, ended.stderr },
+    { 2, "limax: robot.mtl exists already; --force overwrites it\n" })
   t:equal(host.file.exists(folder .. "/robot.obj"), nil)
   convert(t, folder, "robot.json", "robot.obj", "--force")
   t:ok(source.read(folder .. "/robot.mtl") ~= "mine")
 end)
 
-suite:test("endings and files that are not there", function(t)
+suite:test("unknown endings, missing files and options that do not apply are refused", function(t)
   local folder = stage(t)
-  refused(t, folder, { "robot.json", "robot.slt" }, 'names no format; did you mean ".stl"?')
-  refused(t, folder, { "robot.txt", "robot.stl" }, "robot.txt: its ending is no robot's")
-  refused(t, folder, { "gone.json", "robot.stl" }, "gone.json: No such file")
+  local robot = read_json(folder .. "/robot.json")
+  robot.scene = { gravty = true }
+  write(folder .. "/scene.json", host.json.encode(robot))
+  robot.scene, robot.simulation = nil, { duration = -1 }
+  write(folder .. "/time.json", host.json.encode(robot))
   write(folder .. "/odd.json", '{"schema": "limax.robot/1"}')
-  refused(t, folder, { "odd.json", "robot.stl" }, "odd.json: robot.", "is missing")
+  for _, each in ipairs {
+    { { "robot.json", "robot.slt" }, 'names no format; did you mean ".stl"?' },
+    { { "robot.txt", "robot.stl" }, "robot.txt: its ending names no format" },
+    { { "gone.json", "robot.stl" }, "gone.json: No such file" },
+    { { "odd.json", "robot.stl" }, "odd.json: robot.", "is missing" },
+    { { "scene.json", "r.stl" }, 'scene.json: scene: unknown field "gravty"' },
+    { { "time.json", "r.stl" }, "time.json: robot.simulation.duration: expected", "got -1" },
+    { { "robot.json", "r.csv" }, "robot.json: is not a run folder, which a .csv needs" },
+    { { "robot.json", "r.vtu", "--edge", "8" }, "--edge is for a .stl, .obj or .3mf" },
+    { { "robot.json", "r.stl", "--record", "position=50" }, "--record is for a .pvd or .npz" },
+    { { "robot.json", "r.stl", "--generation", "3" }, "--generation is for the champion of a run" },
+    { { "robot.json", "r.vxd", "--base", "b.vxa" }, "--base is for a robot from a .vxd" },
+    { { "robot.json", "r.npz", "--record", "postion=20" }, 'did you mean "position"?' },
+    { { "robot.json", "r.npz", "--record", "position=0.5" }, "position", "got 0.5" },
+    { { "robot.json", "r.pvd", "--record", "energy=20" }, "needs position=HZ" },
+  } do
+    refused(t, folder, unpack(each))
+  end
 end)
 
 return suite

@@ -1,6 +1,6 @@
---- evogym.lua: two-dimensional robots of EvoGym, one voxel thick. Their files: .json with a grid
---- and the cells of one object, .npy with the rows of a body, .npz with that and the connections.
---- The first row of an array is the highest; here x stays x, and up becomes z.
+--- evogym.lua: two-dimensional robots of EvoGym become one voxel thick: .npy holds the rows of a
+--- body, .npz also its connections, .json a world with the cells of its objects. x stays x, up
+--- becomes z.
 
 local arrays = require "limax.tools.convert.arrays"
 local defaults = require "limax.settings.defaults"
@@ -10,65 +10,20 @@ local robot_file = require "limax.robot.robot_file"
 
 local evogym = {}
 
---- What stands for EvoGym's kinds of voxel, by number: empty, rigid, soft, the horizontal and the
---- vertical actuator, and fixed.
-evogym.LETTERS = { [0] = ".", "b", "s", "e", "c", "b" }
+-- Letters for EvoGym's kinds of voxel: empty, rigid, soft, horizontal and vertical actuator, fixed.
+local LETTERS = { [0] = ".", "b", "s", "e", "c", "b" }
+local MAX_KIND = 5
 
-local MOST_KIND = 5
+local NOTES = {
+  actuators = "actuators: EvoGym's stretch along one axis under a controller; horizontal ones"
+    .. " became expanding muscles, vertical ones contracting muscles",
+  fixed = "fixed voxels: they became bone; the effect anchors holds a part of a body",
+  materials = "materials: EvoGym's springs are replaced by limax's material table",
+  connections = "connections: %d pairs of neighbouring voxels that are separate there are joined",
+  objects = "the world's other objects",
+}
 
--- The description of rows of kinds, the highest first.
-local function describe(path, rows, notes)
-  local width, height = #(rows[1] or {}), #rows
-  input.check_lattice(path, { width, 1, height })
-  local voxels, actuators, fixed = {}, false, false
-  for z = 1, height do
-    local line = {}
-    for x, kind in ipairs(rows[height + 1 - z]) do
-      local letter = evogym.LETTERS[kind]
-      if not letter then
-        input.refuse(path, "row %d, column %d is %g; legal are whole numbers from 0 to %d",
-          height + 1 - z, x, kind, MOST_KIND)
-      end
-      actuators, fixed = actuators or kind == 3 or kind == 4, fixed or kind == 5
-      line[x] = letter
-    end
-    voxels[z] = { table.concat(line) }
-  end
-  if actuators then
-    notes[#notes + 1] = "actuators: EvoGym's stretch along one axis, as a controller says;"
-      .. " horizontal ones became expanding muscles, vertical ones contracting ones"
-  end
-  if fixed then notes[#notes + 1] = "fixed voxels: they became bone; the effect anchors holds" end
-  notes[#notes + 1] = "materials: EvoGym's springs; limax's own table takes their place"
-  return { schema = robot_file.schema, lattice = { width, 1, height },
-    edge = defaults.fields.simulation.edge.value, voxels = voxels,
-    weights = { stiffness = 1, amplitude = 1, phase = 1 },
-    materials = engine.materials(defaults.materials):table() }
-end
-
-local function rows_of(path, name, array)
-  if #array.shape ~= 2 then
-    input.refuse(path, "%s has %d dimensions; legal is 2, rows and columns", name, #array.shape)
-  end
-  input.check_lattice(path, { array.shape[2], 1, array.shape[1] })
-  local rows, at = {}, 0
-  for y = 1, array.shape[1] do
-    rows[y] = {}
-    for x = 1, array.shape[2] do
-      at = at + 1
-      rows[y][x] = array.data[at]
-    end
-  end
-  return rows
-end
-
-local function decoded(path, name, bytes)
-  local array, message = arrays.decode(bytes)
-  if not array then input.refuse(path, "%s %s", name, message) end
-  return array
-end
-
--- EvoGym may leave neighbours apart; limax joins all of them.
+-- Notes pairs of neighbours that EvoGym does not connect: limax joins all.
 local function note_connections(rows, connections, notes)
   local neighbours = 0
   for y, row in ipairs(rows) do
@@ -78,22 +33,66 @@ local function note_connections(rows, connections, notes)
     end
   end
   if connections < neighbours then
-    notes[#notes + 1] = ("connections: %d neighbouring voxels are apart there, and joined here")
-      :format(neighbours - connections)
+    notes[#notes + 1] = NOTES.connections:format(neighbours - connections)
   end
 end
 
---- Reads a body of a .npy file.
+-- The description of a body; the first of its rows is the highest.
+local function describe(path, rows, connections, notes)
+  local width, height, has = #(rows[1] or {}), #rows, {}
+  input.check_lattice(path, { width, 1, height })
+  local voxels = {}
+  for z = 1, height do
+    local y, line = height + 1 - z, {}
+    for x, kind in ipairs(rows[y]) do
+      if not LETTERS[kind] then
+        input.refuse(path, "row %d, column %d is %g; expected a whole number from 0 to %d", y, x,
+          kind, MAX_KIND)
+      end
+      line[x], has[kind] = LETTERS[kind], true
+    end
+    voxels[z] = { table.concat(line) }
+  end
+  if connections then note_connections(rows, connections, notes) end
+  if has[3] or has[4] then notes[#notes + 1] = NOTES.actuators end
+  if has[5] then notes[#notes + 1] = NOTES.fixed end
+  notes[#notes + 1] = NOTES.materials
+  return { schema = robot_file.schema, lattice = { width, 1, height },
+    edge = defaults.fields.simulation.edge.value, voxels = voxels,
+    weights = { stiffness = 1, amplitude = 1, phase = 1 },
+    materials = engine.materials(defaults.materials):table() }
+end
+
+local function decoded(path, bytes)
+  local array, message = arrays.decode(bytes)
+  if not array then input.refuse(path, "%s", message) end
+  return array
+end
+
+local function rows_of(path, array)
+  if #array.shape ~= 2 then
+    input.refuse(path, "has %d dimensions; expected 2, rows and columns", #array.shape)
+  end
+  local height, width = unpack(array.shape)
+  input.check_lattice(path, { width, 1, height })
+  local rows = {}
+  for y = 1, height do
+    rows[y] = {}
+    for x = 1, width do rows[y][x] = array.data[x + (y - 1) * width] end
+  end
+  return rows
+end
+
+--- Reads a body from a .npy file.
 ---@param path string
 ---@param _ table
 ---@param notes string[]
 ---@return limax.robot.description
 function evogym.read_npy(path, _, notes)
-  return describe(path, rows_of(path, "the array", decoded(path, "the array", input.read(path))),
-    notes)
+  return describe(path, rows_of(path, decoded(path, input.read(path))), nil, notes)
 end
 
---- Reads the body of a .npz file: the array `body`, `structure` or `arr_0`.
+--- Reads the array `body`, `structure` or `arr_0` of a .npz file, with its connections.
 ---@param path string
 ---@param _ table
 ---@param notes string[]
@@ -101,89 +100,80 @@ end
 function evogym.read_npz(path, _, notes)
   local by_name, message = arrays.unpack(input.read(path))
   if not by_name then input.refuse(path, "%s", message) end
-  for _, name in ipairs { "body", "structure", "arr_0" } do
-    if by_name[name] then
-      local shown = ("the array %q"):format(name)
-      local rows = rows_of(path, shown, decoded(path, shown, by_name[name]))
-      local joined = by_name.connections or by_name.arr_1
-      if joined then
-        joined = decoded(path, "the array of connections", joined)
-        note_connections(rows, #joined.data / 2, notes)
-      end
-      return describe(path, rows, notes)
-    end
-  end
-  input.refuse(path, "has no array \"body\", \"structure\" or \"arr_0\"")
+  local found = by_name.body or by_name.structure or by_name.arr_0
+  if not found then input.refuse(path, 'has no array "body", "structure" or "arr_0"') end
+  local rows = rows_of(path, decoded(path, found))
+  local joined = by_name.connections or by_name.arr_1
+  return describe(path, rows, joined and #decoded(path, joined).data / 2, notes)
 end
 
--- A whole number of a JSON file within a range.
-local function whole(path, field, value, least, most)
-  if type(value) ~= "number" or value ~= math.floor(value) or value < least or value > most then
-    input.refuse(path, "%s: expected a whole number from %d to %d", field, least, most)
+--- Is this decoded JSON a world of EvoGym?
+---@param value any
+---@return boolean
+function evogym.is_world(value)
+  return type(value) == "table" and type(value.objects) == "table" and value.grid_width ~= nil
+end
+
+-- A whole number of a JSON file.
+local function whole(path, field, value, minimum, maximum)
+  if type(value) ~= "number" or value ~= math.floor(value) or value < minimum
+    or value > maximum then
+    input.refuse(path, "%s: expected a whole number from %d to %d", field, minimum, maximum)
   end
   return value
 end
 
---- Is this decoded JSON a world of EvoGym?
----@param decoded_json any
----@return boolean
-function evogym.is_world(decoded_json)
-  return type(decoded_json) == "table" and type(decoded_json.objects) == "table"
-    and decoded_json.grid_width ~= nil
+-- The robot among a world's objects: the one of that name, or the only one.
+local function robot_of(path, objects)
+  local name, count = nil, 0
+  for each in pairs(objects) do name, count = each, count + 1 end
+  if objects.robot then name = "robot" end
+  if not name or count > 1 and name ~= "robot" then
+    input.refuse(path, 'objects has %d entries; expected one, or one named "robot"', count)
+  end
+  local robot = objects[name]
+  if type(robot) ~= "table" or type(robot.indices) ~= "table" or type(robot.types) ~= "table"
+    or #robot.indices ~= #robot.types or #robot.indices == 0 then
+    input.refuse(path, "objects.%s: expected lists indices and types of the same length", name)
+  end
+  return robot, "objects." .. name, count
 end
 
---- The robot of a world: its object "robot", or the only one there is.
+--- The robot of a world, cut out of its grid.
 ---@param path string
 ---@param world table decoded
 ---@param notes string[]
 ---@return limax.robot.description
 function evogym.of_world(path, world, notes)
-  local most = input.MOST_VOXELS
-  local width = whole(path, "grid_width", world.grid_width, 1, most)
-  local height = whole(path, "grid_height", world.grid_height, 1, most)
+  local width = whole(path, "grid_width", world.grid_width, 1, input.MAX_VOXELS)
+  local height = whole(path, "grid_height", world.grid_height, 1, input.MAX_VOXELS)
   input.check_lattice(path, { width, 1, height })
-  local names = {}
-  for name in pairs(world.objects) do names[#names + 1] = tostring(name) end
-  table.sort(names)
-  local name = world.objects.robot and "robot" or names[1]
-  if not name or #names > 1 and name ~= "robot" then
-    input.refuse(path, "objects has %d entries; expected one, or one that is called \"robot\"",
-      #names)
-  end
-  local object = world.objects[name]
-  if type(object) ~= "table" or type(object.indices) ~= "table" or type(object.types) ~= "table"
-    or #object.indices ~= #object.types then
-    input.refuse(path, "objects.%s: expected the lists indices and types, of one length", name)
-  end
-  local rows, left, right, low, high = {}, width, 1, height, 1
-  for i, index in ipairs(object.indices) do
-    local field = ("objects.%s.indices[%d]"):format(name, i)
-    whole(path, field, index, 0, width * height - 1)
+  local robot, name, objects = robot_of(path, world.objects)
+  local kinds, left, right, low, high = {}, width, 0, height, 0
+  for i, index in ipairs(robot.indices) do
+    whole(path, ("%s.indices[%d]"):format(name, i), index, 0, width * height - 1)
+    if kinds[index] then input.refuse(path, "%s: index %d occurs twice", name, index) end
+    kinds[index] = whole(path, ("%s.types[%d]"):format(name, i), robot.types[i], 0, MAX_KIND)
     -- cells are counted along rows, the lowest first
-    local x, y = index % width + 1, math.floor(index / width) + 1
-    rows[y] = rows[y] or {}
-    if rows[y][x] then input.refuse(path, "%s: cell %d is there twice", field, index) end
-    rows[y][x] = whole(path, ("objects.%s.types[%d]"):format(name, i), object.types[i], 0,
-      MOST_KIND)
+    local x, y = index % width, math.floor(index / width)
     left, right = math.min(left, x), math.max(right, x)
     low, high = math.min(low, y), math.max(high, y)
   end
-  if #object.indices == 0 then input.refuse(path, "objects.%s has no voxels", name) end
-  local cut = {}
+  local rows = {}
   for y = high, low, -1 do
     local row = {}
-    for x = left, right do row[#row + 1] = rows[y] and rows[y][x] or 0 end
-    cut[#cut + 1] = row
+    for x = left, right do row[#row + 1] = kinds[x + width * y] or 0 end
+    rows[#rows + 1] = row
   end
-  if type(object.neighbors) == "table" then
-    local ends = 0
-    for _, list in pairs(object.neighbors) do
+  local ends
+  if type(robot.neighbors) == "table" then
+    ends = 0
+    for _, list in pairs(robot.neighbors) do
       ends = ends + (type(list) == "table" and #list or 0)
     end
-    note_connections(cut, ends / 2, notes)
   end
-  if #names > 1 then notes[#notes + 1] = "the world's other objects" end
-  return describe(path, cut, notes)
+  if objects > 1 then notes[#notes + 1] = NOTES.objects end
+  return describe(path, rows, ends and ends / 2, notes)
 end
 
 return evogym

@@ -1,5 +1,5 @@
---- metrics.lua: the lines of a run's metrics.jsonl as rows of plain values, for tables and curves:
---- `quantiles.q10` is the field q10 of the object quantiles.
+--- metrics.lua: metrics.jsonl of a run as rows of plain values: `quantiles.q10` is the field q10 of
+--- the object quantiles.
 
 local choice = require "limax.base.choice"
 local csv = require "limax.base.csv"
@@ -9,40 +9,33 @@ local input = require "limax.tools.convert.input"
 
 local metrics = {}
 
+local function is_count(value)
+  return type(value) == "number" and value >= 0 and value == math.floor(value)
+end
+
+-- The lines of a file of a run folder, decoded.
+local function lines_of(path)
+  local list = {}
+  for line in input.read(path):gmatch "[^\n]+" do
+    local value = host.json.decode(line)
+    if type(value) ~= "table" or not is_count(value.repetition)
+      or not is_count(value.generation) then
+      input.refuse(path, "line %d: expected an object of a repetition and a generation", #list + 1)
+    end
+    list[#list + 1] = value
+  end
+  if #list == 0 then input.refuse(path, "holds no generation yet") end
+  return list
+end
+
 local function plain(value)
   if type(value) ~= "table" and value ~= host.json.null then return value end
 end
 
--- Where repetitions and generations begin, and most of either.
-local LEAST, MOST = { repetition = 1, generation = 0 }, 1e6
-
--- The lines of one file of a run folder, decoded; each is of a repetition and a generation.
-local function lines_of(path)
-  local list, number = {}, 0
-  for line in input.read(path):gmatch "[^\n]+" do
-    number = number + 1
-    local where = ("line %d"):format(number)
-    local value, message = host.json.decode(line, where)
-    if type(value) ~= "table" then
-      input.refuse(path, "%s", message or where .. ": expected an object")
-    end
-    for _, field in ipairs { "repetition", "generation" } do
-      local given, least = value[field], LEAST[field]
-      if type(given) ~= "number" or given ~= math.floor(given) or given < least or given > MOST then
-        input.refuse(path, "%s: %s: expected a whole number from %d to %d", where, field, least,
-          MOST)
-      end
-    end
-    list[number] = value
-  end
-  if number == 0 then input.refuse(path, "holds no generation yet") end
-  return list
-end
-
---- Rows of a run, in its order.
+--- The rows of a run, in the order of its file.
 ---@param folder string
 ---@return table<string, any>[] rows by name of column
----@return string[] names repetition and generation, then the rest in order of the alphabet
+---@return string[] names repetition and generation, then the others sorted
 function metrics.read(folder)
   local rows, seen = {}, {}
   for i, line in ipairs(lines_of(folder .. "/metrics.jsonl")) do
@@ -51,13 +44,14 @@ function metrics.read(folder)
     for name in pairs(rows[i]) do seen[name] = true end
   end
   seen.repetition, seen.generation = nil, nil
-  local names = { "repetition", "generation" }
-  for _, name in ipairs(choice.sorted_keys(seen)) do names[#names + 1] = name end
+  local names = choice.sorted_keys(seen)
+  table.insert(names, 1, "generation")
+  table.insert(names, 1, "repetition")
   return rows, names
 end
 
--- Seconds since 1970 of "2026-11-21T10:15:03Z": days from the civil calendar, whose year is taken
--- to begin in March, so that the leap day is its last.
+-- Seconds since 1970 of "2026-11-21T10:15:03Z", 0 for anything else. Years are counted from March,
+-- so that a leap day is the last day of its year.
 local function seconds_of(text)
   local year, month, day, hour, minute, second =
     tostring(text):match "^(%d%d%d%d)-(%d%d)-(%d%d)T(%d%d):(%d%d):(%d%d)Z$"
@@ -69,7 +63,7 @@ local function seconds_of(text)
   return ((days * 24 + hour) * 60 + minute) * 60 + second
 end
 
---- When each generation ended, s since 1970: [repetition][generation].
+--- When each generation ended, seconds since 1970: [repetition][generation].
 ---@param folder string
 ---@return table<integer, table<integer, number>>
 function metrics.times(folder)
@@ -81,7 +75,7 @@ function metrics.times(folder)
   return times
 end
 
---- A table of a run's metrics as CSV (RFC 4180); what a line lacks is empty.
+--- The metrics of a run as CSV (RFC 4180). Missing values are empty.
 ---@param folder string
 ---@return string
 function metrics.csv(folder)

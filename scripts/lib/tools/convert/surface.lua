@@ -1,60 +1,57 @@
---- surface.lua: the outside of a body at rest as triangles, closed: every edge belongs to exactly
---- two triangles, which run along it in opposite directions. Points in units of a voxel's edge,
+--- surface.lua: the closed surface of a body at rest as triangles: every edge belongs to exactly
+--- two triangles, which run along it in opposite directions. Points are in units of a voxel's edge,
 --- from the lattice's lowest corner; triangles are counter-clockwise seen from outside.
 
 local skin = require "limax.draw.skin"
 
 local surface = {}
 
---- Parts of a body that touch along an edge or at a corner alone are parted there by moving that
---- corner into its own part by this share of an edge: joined, the surface would not be closed.
-surface.PARTED = 0.01
+--- Parts of a body that touch only along an edge or at a corner are separated there: each part's
+--- point is moved into the part by this share of an edge. Joined, the surface would not be closed.
+surface.GAP = 0.01
 
 ---@class limax.convert.mesh
 ---@field points number[][] x, y, z
 ---@field triangles integer[][] three indices into points, from 1
 ---@field letters string[] of each triangle's voxel
 
--- Where a site lies.
-local function place(site, nx, ny)
-  local x = site % (nx + 1)
-  local row = (site - x) / (nx + 1)
-  local y = row % (ny + 1)
-  return { x, y, (row - y) / (ny + 1) }
-end
+-- A side of a face: face f from its corner k to the next one. Corners of all faces are numbered
+-- 4 (f - 1) + k.
+local function first_corner(side) return 4 * (side.f - 1) + side.k end
+local function second_corner(side) return 4 * (side.f - 1) + side.k % 4 + 1 end
 
--- Sides of faces by the edge that they lie on: two, or four where voxels touch along an edge.
-local function sides_by_edge(faces)
-  local edges, order = {}, {}
+-- The sides of faces on each edge: two, or four where voxels touch only along the edge.
+local function edges_of(faces)
+  local by_key, edges = {}, {}
   for f, face in ipairs(faces) do
     for k = 1, 4 do
-      local one, other = face.corners[k], face.corners[k % 4 + 1]
-      local key = math.min(one, other) .. " " .. math.max(one, other)
-      if not edges[key] then
-        edges[key] = {}
-        order[#order + 1] = key
+      local from, to = face.corners[k], face.corners[k % 4 + 1]
+      local key = math.min(from, to) .. " " .. math.max(from, to)
+      if not by_key[key] then
+        by_key[key] = {}
+        edges[#edges + 1] = by_key[key]
       end
-      table.insert(edges[key], { f = f, k = k })
+      table.insert(by_key[key], { f = f, k = k })
     end
   end
-  return edges, order
+  return edges
 end
 
--- Pairs of sides that the surface joins: the two of an edge or, of four, those of the same voxel.
-local function pairs_of(sides, voxels)
+-- The pairs of sides that are joined along an edge: of four sides, those of the same voxel.
+local function pairs_of(sides, faces)
   if #sides == 2 then return { sides } end
+  local own = faces[sides[1].f].voxel
   local first, second = { sides[1] }, {}
-  local mine = voxels[sides[1].f]
   for i = 2, 4 do
-    local other = voxels[sides[i].f]
-    local same = mine[1] == other[1] and mine[2] == other[2] and mine[3] == other[3]
+    local other = faces[sides[i].f].voxel
+    local same = own[1] == other[1] and own[2] == other[2] and own[3] == other[3]
     table.insert(same and first or second, sides[i])
   end
   return { first, second }
 end
 
--- Corners of faces (4 f + k) that are one point of the surface, by joining along paired sides.
-local function join(count)
+-- Disjoint sets of 1 to count: `find` returns the smallest member of a set.
+local function disjoint_sets(count)
   local parent = {}
   for i = 1, count do parent[i] = i end
   local function find(i)
@@ -66,122 +63,123 @@ local function join(count)
   end
   return find, function(i, j)
     i, j = find(i), find(j)
-    if i ~= j then parent[math.max(i, j)] = math.min(i, j) end
+    parent[math.max(i, j)] = math.min(i, j)
   end
 end
 
-local function corner(side, next) return 4 * (side.f - 1) + (side.k - 1 + next) % 4 + 1 end
-
--- A point moved by the share PARTED towards another.
-local function towards(point, other)
+-- `point` moved by the share GAP towards `target`.
+local function towards(point, target)
   local moved = {}
-  for k = 1, 3 do moved[k] = point[k] + surface.PARTED * (other[k] - point[k]) end
+  for k = 1, 3 do moved[k] = point[k] + surface.GAP * (target[k] - point[k]) end
   return moved
 end
 
--- Points of the surface: one for each class of corners, moved where a site has several classes.
-local function points_of(faces, voxels, find, nx, ny)
-  local points, index, classes, inside = {}, {}, {}, {}
+local function mean(list)
+  local sum = { 0, 0, 0 }
+  for _, point in ipairs(list) do
+    for k = 1, 3 do sum[k] = sum[k] + point[k] end
+  end
+  for k = 1, 3 do sum[k] = sum[k] / #list end
+  return sum
+end
+
+local function place_of(site, nx, ny)
+  local row = math.floor(site / (nx + 1))
+  return { site % (nx + 1), row % (ny + 1), math.floor(row / (ny + 1)) }
+end
+
+local function centre_of(face)
+  local x, y, z = unpack(face.voxel)
+  return { x - 0.5, y - 0.5, z - 0.5 }
+end
+
+-- A point for each set of joined corners, moved where a site has several. Returns the points and
+-- the index of each set's point.
+local function points_of(faces, find, nx, ny)
+  local points, index, sets, sets_at = {}, {}, {}, {}
   for f, face in ipairs(faces) do
     for k = 1, 4 do
-      local class, site = find(4 * (f - 1) + k), face.corners[k]
-      if not inside[class] then
-        inside[class] = { 0, 0, 0, site = site, count = 0 }
-        classes[site] = (classes[site] or 0) + 1
-        points[#points + 1] = class
-        index[class] = #points
+      local set, site = find(4 * (f - 1) + k), face.corners[k]
+      if not index[set] then
+        points[#points + 1] = place_of(site, nx, ny)
+        index[set], sets[#points] = #points, { site = site }
+        sets_at[site] = (sets_at[site] or 0) + 1
       end
-      local sum = inside[class]
-      sum.count = sum.count + 1
-      for axis = 1, 3 do sum[axis] = sum[axis] + voxels[f][axis] end
+      table.insert(sets[index[set]], centre_of(face))
     end
   end
-  for i, class in ipairs(points) do
-    local sum = inside[class]
-    local point = place(sum.site, nx, ny)
-    if classes[sum.site] > 1 then
-      point = towards(point, { sum[1] / sum.count, sum[2] / sum.count, sum[3] / sum.count })
-    end
-    points[i] = point
+  for i, set in ipairs(sets) do
+    if sets_at[set.site] > 1 then points[i] = towards(points[i], mean(set)) end
   end
   return points, index
+end
+
+-- Where both ends of an edge are shared by two parts, each part gets a point of its own in the
+-- middle of the edge. Returns the index of that point by the first corner of a side.
+local function add_middles(points, index, edges, faces, find)
+  local middle = {}
+  local function ends(side) return find(first_corner(side)), find(second_corner(side)) end
+  for _, sides in ipairs(edges) do
+    local joined = pairs_of(sides, faces)
+    local a, b = ends(joined[1][1])
+    local c, d = ends((joined[2] or joined[1])[1])
+    if joined[2] and (a == c and b == d or a == d and b == c) then
+      for _, pair in ipairs(joined) do
+        local half = mean { points[index[a]], points[index[b]] }
+        points[#points + 1] = towards(half, centre_of(faces[pair[1].f]))
+        for _, side in ipairs(pair) do middle[first_corner(side)] = #points end
+      end
+    end
+  end
+  return middle
+end
+
+-- The triangles of a face: two, or a fan around its centre where a side has a point in its middle.
+local function add_triangles(mesh, f, face, corner_point, middle)
+  local ring, corners = {}, {}
+  for k = 1, 4 do
+    local corner = 4 * (f - 1) + k
+    ring[#ring + 1], corners[k] = corner_point(corner), mesh.points[corner_point(corner)]
+    ring[#ring + 1] = middle[corner]
+  end
+  local function add(...)
+    table.insert(mesh.triangles, { ... })
+    table.insert(mesh.letters, face.letter)
+  end
+  if #ring == 4 then
+    add(ring[1], ring[2], ring[3])
+    add(ring[1], ring[3], ring[4])
+    return
+  end
+  table.insert(mesh.points, mean(corners))
+  local centre = #mesh.points
+  for k = 1, #ring do add(centre, ring[k], ring[k % #ring + 1]) end
 end
 
 --- The surface of a body.
 ---@param voxel string[][][] letters [x][y][z], "." is empty
 ---@return limax.convert.mesh
 function surface.of(voxel)
-  local nx, ny = #voxel, #voxel[1]
-  -- every site is its own mass
-  local faces = skin.faces(voxel, setmetatable({}, { __index = function(_, site) return site end }))
-  local voxels = {}
-  for f, face in ipairs(faces) do
-    local x, y, z = unpack(face.voxel)
-    voxels[f] = { x - 0.5, y - 0.5, z - 0.5 } -- its centre
-  end
-
-  local find, unite = join(4 * #faces)
-  local edges, order = sides_by_edge(faces)
-  for _, key in ipairs(order) do
-    for _, pair in ipairs(pairs_of(edges[key], voxels)) do
-      unite(corner(pair[1], 0), corner(pair[2], 1))
-      unite(corner(pair[1], 1), corner(pair[2], 0))
+  local every_site = setmetatable({}, { __index = function(_, site) return site end })
+  local faces = skin.faces(voxel, every_site)
+  local edges, find, unite = edges_of(faces), disjoint_sets(4 * #faces)
+  for _, sides in ipairs(edges) do
+    for _, pair in ipairs(pairs_of(sides, faces)) do
+      unite(first_corner(pair[1]), second_corner(pair[2]))
+      unite(second_corner(pair[1]), first_corner(pair[2]))
     end
   end
-  local points, index = points_of(faces, voxels, find, nx, ny)
-
-  -- where both ends of a touching edge stay joined, each part gets a point of its own in the middle
-  local middle = {}
-  for _, key in ipairs(order) do
-    local pairs_here = pairs_of(edges[key], voxels)
-    local one, other = pairs_here[1][1], pairs_here[2] and pairs_here[2][1]
-    local ends = other and { [find(corner(one, 0))] = true, [find(corner(one, 1))] = true }
-    if ends and ends[find(corner(other, 0))] and ends[find(corner(other, 1))] then
-      for _, pair in ipairs(pairs_here) do
-        local a = points[index[find(corner(pair[1], 0))]]
-        local b = points[index[find(corner(pair[1], 1))]]
-        local half = { (a[1] + b[1]) / 2, (a[2] + b[2]) / 2, (a[3] + b[3]) / 2 }
-        points[#points + 1] = towards(half, voxels[pair[1].f])
-        for _, side in ipairs(pair) do middle[corner(side, 0)] = #points end
-      end
-    end
-  end
-
-  local triangles, letters = {}, {}
-  local function add(letter, a, b, c)
-    triangles[#triangles + 1] = { a, b, c }
-    letters[#letters + 1] = letter
-  end
-  for f, face in ipairs(faces) do
-    local ring, split = {}, false
-    for k = 1, 4 do
-      local at = 4 * (f - 1) + k
-      ring[#ring + 1] = index[find(at)]
-      ring[#ring + 1] = middle[at]
-      split = split or middle[at] ~= nil
-    end
-    if split then
-      -- a fan around the face's own middle: no triangle is flat, whichever sides are split
-      local centre = { 0, 0, 0 }
-      for k = 1, 3 do
-        for c = 1, 4 do
-          centre[k] = centre[k] + points[index[find(4 * (f - 1) + c)]][k] / 4
-        end
-      end
-      points[#points + 1] = centre
-      local hub = #points
-      for k = 1, #ring do add(face.letter, hub, ring[k], ring[k % #ring + 1]) end
-    else
-      add(face.letter, ring[1], ring[2], ring[3])
-      add(face.letter, ring[1], ring[3], ring[4])
-    end
-  end
-  return { points = points, triangles = triangles, letters = letters }
+  local points, index = points_of(faces, find, #voxel, #voxel[1])
+  local middle = add_middles(points, index, edges, faces, find)
+  local mesh = { points = points, triangles = {}, letters = {} }
+  local function corner_point(corner) return index[find(corner)] end
+  for f, face in ipairs(faces) do add_triangles(mesh, f, face, corner_point, middle) end
+  return mesh
 end
 
---- The surface of a robot in millimetres, with the edge of its voxels as given.
+--- The surface of a robot in millimetres.
 ---@param robot limax.robot
----@param edge number mm
+---@param edge number mm, of a voxel
 ---@return limax.convert.mesh
 function surface.of_robot(robot, edge)
   local mesh = surface.of(robot.body.voxel)

@@ -1,6 +1,6 @@
---- tensorboard.lua: the metrics of a run as event files of TensorBoard, one for each repetition: a
---- row of records, each with its length and two checksums, that hold protocol buffers (Event, with
---- a Summary of named scalars). Steps are generations.
+--- tensorboard.lua: the metrics of a run as event files of TensorBoard, one for each repetition. A
+--- file is a sequence of records, each with its length and two checksums, that hold protocol
+--- buffers: an Event with a Summary of named scalars. Steps are generations.
 
 local bytes = require "limax.tools.convert.bytes"
 local choice = require "limax.base.choice"
@@ -8,13 +8,10 @@ local metrics = require "limax.tools.convert.metrics"
 
 local tensorboard = {}
 
--- ---- checksums ----------------------------------------------------------------------------------
+-- ---- records ------------------------------------------------------------------------------------
 
--- CRC-32C's polynomial (Castagnoli), bits reversed.
+-- The table of CRC-32C (Castagnoli's polynomial, bits reversed).
 local POLYNOMIAL = 0x82f63b78
--- What is added to a rotated checksum, so that one of data with checksums in them is no weak one.
-local MASK = 0xa282ead8
-
 local remainders = {}
 for byte = 0, 255 do
   local value = byte
@@ -26,7 +23,7 @@ for byte = 0, 255 do
   remainders[byte] = value
 end
 
---- CRC-32C of some bytes, 0 to 2^32 - 1.
+--- CRC-32C of a text, 0 to 2^32 - 1.
 ---@param text string
 ---@return number
 function tensorboard.crc(text)
@@ -38,14 +35,15 @@ function tensorboard.crc(text)
   return bit.bnot(value) % 2 ^ 32
 end
 
-local function masked(text)
-  local crc = tensorboard.crc(text)
-  return bytes.pack("uint32_t", { (bit.ror(crc, 15) % 2 ^ 32 + MASK) % 2 ^ 32 })
+-- The checksum as TensorBoard stores it: rotated, plus a constant.
+local function masked_crc(text)
+  local rotated = bit.ror(tensorboard.crc(text), 15) % 2 ^ 32
+  return bytes.pack("uint32_t", { (rotated + 0xa282ead8) % 2 ^ 32 })
 end
 
 local function record(data)
   local length = bytes.pack("uint64_t", { #data })
-  return length .. masked(length) .. data .. masked(data)
+  return length .. masked_crc(length) .. data .. masked_crc(data)
 end
 
 -- ---- protocol buffers ---------------------------------------------------------------------------
@@ -60,23 +58,23 @@ local function varint(value)
   return table.concat(parts)
 end
 
--- Kinds of a field: a varint, eight bytes, a length and as many bytes, four bytes.
-local VARINT, EIGHT, LENGTH, FOUR = 0, 1, 2, 5
+-- Wire types of a field.
+local VARINT, EIGHT_BYTES, LENGTH, FOUR_BYTES = 0, 1, 2, 5
 
-local function field(number, kind, data)
-  if kind == LENGTH then data = varint(#data) .. data end
-  return varint(number * 8 + kind) .. data
+local function field(number, wire_type, data)
+  if wire_type == LENGTH then data = varint(#data) .. data end
+  return varint(number * 8 + wire_type) .. data
 end
 
--- Event: 1 wall_time, 2 step, 3 file_version, 5 summary. Summary: 1 value. Value: 1 tag, 2
--- simple_value.
-local function event(time, rest)
-  return record(field(1, EIGHT, bytes.pack("double", { time })) .. rest)
+-- Event: 1 wall_time, 2 step, 3 file_version, 5 summary.
+local function event(time, fields)
+  return record(field(1, EIGHT_BYTES, bytes.pack("double", { time })) .. fields)
 end
 
-local function summary(tag, value)
+-- Summary: 1 value. Value: 1 tag, 2 simple_value.
+local function scalar(tag, value)
   return field(1, LENGTH, field(1, LENGTH, tag)
-    .. field(2, FOUR, bytes.pack("float", { value })))
+    .. field(2, FOUR_BYTES, bytes.pack("float", { value })))
 end
 
 --- The event files of a run.
@@ -86,32 +84,32 @@ end
 ---@return { [1]: string, [2]: string }[] path and bytes of each file
 function tensorboard.files(folder, to, notes)
   local rows, names = metrics.read(folder)
-  local times, parts, repetitions, texts = metrics.times(folder), {}, {}, {}
+  local times, events, files, skipped = metrics.times(folder), {}, {}, {}
   for _, row in ipairs(rows) do
     local repetition = row.repetition
     local time = (times[repetition] or {})[row.generation] or 0
-    if not parts[repetition] then
-      repetitions[#repetitions + 1] = repetition
-      parts[repetition] = { event(time, field(3, LENGTH, "brain.Event:2")) }
+    if not events[repetition] then
+      events[repetition] = { event(time, field(3, LENGTH, "brain.Event:2")) }
+      files[#files + 1] = { ("%s/r%02d/events.out.tfevents.0000000000.limax"):format(to,
+        repetition), events[repetition] }
     end
-    local values = {}
+    local scalars = {}
     for k = 3, #names do
-      local value = row[names[k]]
+      local name, value = names[k], row[names[k]]
       if type(value) == "number" then
-        values[#values + 1] = summary((names[k]:gsub("%.", "/"):gsub("[^%w_/%-]", "_")), value)
+        local tag = name:gsub("%.", "/"):gsub("[^%w_/%-]", "_")
+        scalars[#scalars + 1] = scalar(tag, value)
       elseif value ~= nil then
-        texts[names[k]] = true
+        skipped[name] = true
       end
     end
-    table.insert(parts[repetition], event(time, field(2, VARINT, varint(row.generation))
-      .. field(5, LENGTH, table.concat(values))))
+    table.insert(events[repetition], event(time, field(2, VARINT, varint(row.generation))
+      .. field(5, LENGTH, table.concat(scalars))))
   end
-  notes[#notes + 1] = "digits beyond those of 32 bits: a scalar is a float"
-  for _, name in ipairs(choice.sorted_keys(texts)) do notes[#notes + 1] = name .. ": no number" end
-  local files = {}
-  for i, repetition in ipairs(repetitions) do
-    files[i] = { ("%s/r%02d/events.out.tfevents.0000000000.limax"):format(to, repetition),
-      table.concat(parts[repetition]) }
+  for _, file in ipairs(files) do file[2] = table.concat(file[2]) end
+  notes[#notes + 1] = "digits beyond single precision"
+  for _, name in ipairs(choice.sorted_keys(skipped)) do
+    notes[#notes + 1] = name .. ": not a number"
   end
   return files
 end

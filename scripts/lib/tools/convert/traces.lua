@@ -1,56 +1,50 @@
---- traces.lua: what a robot does, as NumPy arrays: simulated again as its file says, with the
---- traces that are asked for. SI units.
+--- traces.lua: a robot simulated again as its file describes, and its traces, body and weights as
+--- NumPy arrays. SI units.
 
 local ffi = require "ffi"
 local arrays = require "limax.tools.convert.arrays"
 local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
 local robot_file = require "limax.robot.robot_file"
-local suggest = require "limax.base.suggest"
+local settings = require "limax.settings.settings"
 
 local traces = {}
 
---- Rates of traces from words "position=50".
+--- Rates of traces, Hz, from words such as "position=50".
 ---@param words string[]
----@return table<string, integer>|nil none where there are no words
+---@return table<string, integer>|nil rates nil without words
 function traces.rates(words)
   if #words == 0 then return nil end
-  local rates, field = {}, defaults.fields.record.rate
+  local rates = {}
   for _, word in ipairs(words) do
-    local name, text = word:match "^([%w_]+)=(.*)$"
-    local rate, known = tonumber(text), false
-    for _, kind in ipairs(defaults.traces) do known = known or kind == name end
-    if not known then
-      failure.raise(2, ("--record %s: expected TRACE=HZ%s"):format(word,
-        suggest.ending(name or word, defaults.traces)))
-    end
-    if not rate or rate ~= math.floor(rate) or rate < 1 or rate > field.maximum then
-      failure.raise(2, ("--record %s: expected a whole number from 1 to %d Hz"):format(word,
-        field.maximum))
-    end
-    rates[name] = rate
+    local name, rate = word:match "^([%w_]+)=(.*)$"
+    if not name then failure.raise(2, ("--record %s: expected TRACE=HZ"):format(word)) end
+    rates[name] = tonumber(rate) or rate
   end
+  local checked, message = settings.record(rates, "--record")
+  if not checked then failure.raise(2, message) end
   return rates
 end
 
---- Simulates a robot as its file says. It must end well.
+--- Simulates a robot as its file describes. A simulation that fails ends the command.
 ---@param path string for messages
 ---@param robot limax.robot
----@param record table<string, integer>|nil in place of the file's own
+---@param record table<string, integer>|nil rates that replace the file's own
 ---@param device string
 ---@return limax.scored_robot
 function traces.simulate(path, robot, record, device)
-  local fine, walked = failure.attempt(robot.simulate, robot, { record = record, device = device })
-  if not fine then failure.raise(1, ("%s: %s"):format(path, failure.bare(walked))) end
-  if walked.status ~= "done" then
-    failure.raise(1, ("%s: the robot is %s%s"):format(path, walked.status,
-      walked.reason and " (" .. walked.reason .. ")" or ""))
+  local succeeded, simulated = failure.attempt(robot.simulate, robot,
+    { record = record, device = device })
+  if not succeeded then failure.raise(1, ("%s: %s"):format(path, failure.bare(simulated))) end
+  if simulated.status ~= "done" then
+    failure.raise(1, ("%s: the robot is %s%s"):format(path, simulated.status,
+      simulated.reason and " (" .. simulated.reason .. ")" or ""))
   end
-  return walked
+  return simulated
 end
 
--- Numbers of [x][y][z], row by row.
-local function flat(grid)
+-- The values of a table [x][y][z] in row-major order.
+local function flattened(grid)
   local list = {}
   for _, plane in ipairs(grid) do
     for _, row in ipairs(plane) do
@@ -60,33 +54,31 @@ local function flat(grid)
   return list
 end
 
---- The arrays of a simulated robot: each trace and its times, the body, and where its masses lie in
---- the lattice.
----@param walked limax.scored_robot
----@return string the bytes of a .npz file
-function traces.encode(walked)
-  local context, list = walked.context, {}
+--- The traces of a simulated robot with their times, its body, and the site of each mass.
+---@param simulated limax.scored_robot
+---@return string bytes of a .npz file
+function traces.encode(simulated)
+  local context, list = simulated.context, {}
+  local function add(name, kind, shape, data)
+    list[#list + 1] = { name, arrays.encode(kind, shape, data) }
+  end
   for _, kind in ipairs(defaults.traces) do
     if (context.options.record[kind] or 0) > 0 then
-      local trace = walked:trace(kind)
+      local trace = simulated:trace(kind)
       local count, times = 1, {}
       for _, length in ipairs(trace.shape) do count = count * length end
       for k = 1, trace.shape[1] do times[k] = (k - 1) / trace.rate end
-      -- traces are doubles, row by row
-      local data = ffi.string(trace:pointer(), count * ffi.sizeof "double")
-      list[#list + 1] = { kind, arrays.encode("<f8", trace.shape, data) }
-      list[#list + 1] = { kind .. "_time", arrays.of_list("<f8", { #times }, times) }
+      add(kind, "<f8", trace.shape, ffi.string(trace:pointer(), count * ffi.sizeof "double"))
+      add(kind .. "_time", "<f8", { #times }, times)
     end
   end
   local voxels = context.population:voxels(context.index):table()
   local lattice = { #voxels, #voxels[1], #voxels[1][1] }
-  list[#list + 1] = { "voxels", arrays.of_list("|u1", lattice, flat(voxels)) }
+  add("voxels", "|u1", lattice, flattened(voxels))
   local weights = context.population:weights(context.index):table()
-  for k, name in ipairs(robot_file.weights) do
-    list[#list + 1] = { name, arrays.of_list("<f4", lattice, flat(weights[k])) }
-  end
+  for k, name in ipairs(robot_file.weights) do add(name, "<f4", lattice, flattened(weights[k])) end
   local sites = context.simulation:sites(context.index):table()
-  list[#list + 1] = { "sites", arrays.of_list("<i4", { #sites }, sites) }
+  add("sites", "<i4", { #sites }, sites)
   return arrays.pack(list)
 end
 

@@ -1,18 +1,16 @@
---- voxcad_document.lua: the elements of a .vxa, or of a .vxd over its base, before anything is made
---- of them.
+--- voxcad_document.lua: the elements of a .vxa, or of a .vxd merged into its base. Elements that
+--- are looked up are marked as read; the others are listed as lost.
 
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
 local source = require "limax.base.source"
+local voxcad = require "limax.tools.convert.voxcad"
 
-local voxcad_document = {}
+local document = {}
 
---- The first child of that name, if the node is one and has it.
----@param node limax.host.element|nil
----@param name string
----@return limax.host.element|nil
+-- The first child with a name.
 local function child(node, name)
-  for _, each in ipairs(node or {}) do
+  for _, each in ipairs(node) do
     if each.name == name then return each end
   end
 end
@@ -21,21 +19,39 @@ end
 ---@param node limax.host.element|nil
 ---@param path string
 ---@return limax.host.element|nil
-local function at(node, path)
-  for name in path:gmatch "[^.]+" do node = child(node, name) end
+function document.at(node, path)
+  for name in path:gmatch "[^.]+" do
+    node = node and child(node, name)
+    if node then node.read = true end
+  end
   return node
 end
 
-local function trimmed(text) return (text:gsub("^%s+", ""):gsub("%s+$", "")) end
+--- The children of a node with a name.
+---@param node limax.host.element|nil
+---@param name string
+---@return limax.host.element[]
+function document.children(node, name)
+  local list = {}
+  for _, each in ipairs(node or {}) do
+    if each.name == name then
+      each.read = true
+      list[#list + 1] = each
+    end
+  end
+  return list
+end
+
+local function trimmed(text) return text:match "^%s*(.-)%s*$" end
 
 --- A finite number at a path; `default` where the element is missing.
 ---@param file string for messages
 ---@param node limax.host.element
 ---@param path string
----@param default number|nil none: it must be there
+---@param default number|nil nil: a missing element is an error
 ---@return number
-function voxcad_document.number_at(file, node, path, default)
-  local found = at(node, path)
+function document.number_at(file, node, path, default)
+  local found = document.at(node, path)
   if not found then
     if default == nil then input.refuse(file, "%s.%s is missing", node.name, path) end
     return default
@@ -48,40 +64,43 @@ function voxcad_document.number_at(file, node, path, default)
   return value
 end
 
---- The text of an element below a node, empty where either is missing.
+--- The text at a path, empty where the element is missing.
 ---@param node limax.host.element|nil
----@param name string
+---@param path string
 ---@return string
-function voxcad_document.text_of(node, name)
-  local found = child(node, name)
+function document.text_at(node, path)
+  local found = document.at(node, path)
   return found and trimmed(found.text) or ""
 end
 
-local function parse(path)
+-- ---- files --------------------------------------------------------------------------------------
+
+local function parse(path, ...)
   local root, message = host.xml(input.read(path), path)
   if not root then input.refuse(path, "%s", message:sub(#path + 3)) end
-  return root
+  for _, name in ipairs { ... } do
+    if root.name == name then return root end
+  end
+  input.refuse(path, "its root is <%s>; expected <%s>", root.name:sub(1, 40),
+    table.concat({ ... }, "> or <"))
 end
 
--- Puts an element of a .vxd in the place that its attribute `replace` names.
+-- Puts an element of a .vxd into the place that its attribute `replace` names.
 local function replace(file, root, element)
-  local names = {}
-  for name in element.attributes.replace:gmatch "[^.]+" do names[#names + 1] = name end
-  if names[1] ~= "VXA" or #names < 2 then
+  local path, name = element.attributes.replace:match "^VXA%.(.-)%.?([^.]+)$"
+  if not path then
     input.refuse(file, "VXD.%s: replace is %q; expected a path such as \"VXA.VXC.Structure\"",
       element.name, element.attributes.replace:sub(1, 60))
   end
   local node = root
-  for k = 2, #names - 1 do
-    local below = child(node, names[k])
-    if not below then
-      below = { name = names[k], text = "", attributes = {} }
-      node[#node + 1] = below
-    end
+  for each in path:gmatch "[^.]+" do
+    local below = child(node, each) or { name = each, text = "", attributes = {} }
+    if not child(node, each) then node[#node + 1] = below end
     node = below
   end
+  element.name = name
   for i, each in ipairs(node) do
-    if each.name == names[#names] then
+    if each.name == name then
       node[i] = element
       return
     end
@@ -89,31 +108,74 @@ local function replace(file, root, element)
   node[#node + 1] = element
 end
 
---- The whole document: of a .vxd, its base with what it replaces.
+--- The root of a .vxa, or of the base of a .vxd with the elements that it replaces.
 ---@param path string
----@param base string|nil the .vxa of a .vxd; base.vxa beside it
+---@param base string|nil the .vxa of a .vxd; base.vxa beside it if left out
 ---@return limax.host.element VXA
-function voxcad_document.open(path, base)
-  local root = parse(path)
+function document.open(path, base)
+  local root = parse(path, "VXA", "VXD")
   if root.name == "VXA" then return root end
-  if root.name ~= "VXD" then
-    input.refuse(path, "its root is <%s>; expected <VXA> or <VXD>", root.name:sub(1, 40))
-  end
   base = base or source.folder_of(path) .. "/base.vxa"
   if host.file.exists(base) ~= "file" then
     input.refuse(path, "a .vxd has no materials: name its .vxa with --base FILE, or put it beside"
       .. " it as base.vxa")
   end
-  local whole = parse(base)
-  if whole.name ~= "VXA" then
-    input.refuse(base, "its root is <%s>; expected <VXA>", whole.name:sub(1, 40))
-  end
+  local whole = parse(base, "VXA")
   for _, element in ipairs(root) do
     if element.attributes.replace then replace(path, whole, element) end
   end
   return whole
 end
 
-voxcad_document.child, voxcad_document.at = child, at
+-- ---- losses -------------------------------------------------------------------------------------
 
-return voxcad_document
+local MAX_NAMES = 20
+
+-- Elements without a meaning in limax.
+local IGNORED = { ["Simulator"] = true, ["VXC.Palette.Material.Display"] = true,
+  ["VXC.Voxel.Vox_Name"] = true }
+
+-- The value, beside 0, that VoxCad writes by default.
+local function default_of(path)
+  if path:find "^VXC%.Lattice" or path:find "^VXC%.Voxel" then return 1 end
+  if path:find "Poissons_Ratio$" then return voxcad.POISSON end
+end
+
+-- Does an element hold a word, or a number other than 0 and the default?
+local function has_content(element, path)
+  local text = element.text:gsub("%s", "")
+  local number = tonumber(text)
+  if number and number ~= 0 and number ~= default_of(path) then return true end
+  if not number and text:find "%w" then return true end
+  for _, each in ipairs(element) do
+    local below = path .. "." .. each.name
+    if not IGNORED[below] and has_content(each, below) then return true end
+  end
+  return false
+end
+
+local function collect(element, path, names, listed)
+  for _, each in ipairs(element) do
+    local below = path == "" and each.name or path .. "." .. each.name
+    if each.read then
+      collect(each, below, names, listed)
+    elseif not IGNORED[below] and not listed[below] and has_content(each, below) then
+      listed[below] = true
+      names[#names + 1] = below:gsub("%c", ""):gsub("^VXC%.Structure", "Structure"):sub(1, 80)
+    end
+  end
+end
+
+--- Names of the elements that have not been read and hold something, each once.
+---@param root limax.host.element
+---@return string[]
+function document.unread(root)
+  local names = {}
+  collect(root, "", names, {})
+  local count = #names
+  for k = count, MAX_NAMES + 1, -1 do names[k] = nil end
+  if count > MAX_NAMES then names[#names + 1] = ("%d more elements"):format(count - MAX_NAMES) end
+  return names
+end
+
+return document

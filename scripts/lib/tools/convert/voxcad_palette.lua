@@ -1,5 +1,5 @@
---- voxcad_palette.lua: the palette of a .vxa as limax's materials, SI units, and the muscle that
---- does the opposite of one. voxcad.lua says how the numbers relate.
+--- voxcad_palette.lua: the palette of a .vxa as limax's materials; voxcad.lua documents the
+--- conversion of their numbers. SI units.
 
 local document = require "limax.tools.convert.voxcad_document"
 local engine = require "limax.engine"
@@ -7,128 +7,114 @@ local input = require "limax.tools.convert.input"
 local source = require "limax.base.source"
 local voxcad = require "limax.tools.convert.voxcad"
 
-local at, child, text_of = document.at, document.child, document.text_of
-
 local voxcad_palette = {}
 
----@class limax.convert.material : limax.material
----@field index integer in the palette, from 1
----@field static number coefficient of friction
----@field kinetic number
+---@class limax.convert.palette
+---@field [integer] limax.convert.material without the empty one
+---@field letters table<string, boolean> that are taken
+---@field names table<string, boolean> that are taken
 
--- What a material has that VoxCad's files do not state: as in the paper's table.
+---@class limax.convert.material : limax.material
+---@field static number coefficient of friction
+---@field kinetic number coefficient of friction
+
+-- Fields that VoxCad's files do not state, as in the paper's table.
 local DAMPING_RATIO, STIFFNESS_FLOOR = 0.1, 0.2
 
--- Letters for materials that come without one, by kind and then any.
+-- Letters of materials that state none: by kind, then any.
 local LETTERS = { expanding = "eE", contracting = "cC", passive = "sb" }
 local ANY = "adfghijklmnopqrtuvwxyz"
 
-local function free_letter(kind, taken)
+-- Fields that a robot file has no place for.
+local OWN_FIELDS = { "static", "kinetic" }
+
+local function free_letter(palette, kind)
   for letter in (LETTERS[kind] .. ANY .. ANY:upper()):gmatch "." do
-    if not taken[letter] then
-      taken[letter] = true
+    if not palette.letters[letter] then
+      palette.letters[letter] = true
       return letter
     end
   end
 end
 
-local function free_name(name, taken)
-  -- the file's encoding may be anything, a robot file's is UTF-8
+local function free_name(palette, name)
+  -- a .vxa may have any encoding, a robot file is UTF-8
   name = name:gsub("[^%w%p ]", "_"):sub(1, 40)
   if name == "" then name = "material" end
   local free, n = name, 1
-  while taken[free] or free == "empty" do
+  while palette.names[free] do
     n = n + 1
     free = ("%s %d"):format(name, n)
   end
-  taken[free] = true
+  palette.names[free] = true
   return free
 end
 
--- Letters that materials state, by the first that does, and all that are taken by that.
-local function stated_letters(root)
-  local stated_by, taken = {}, { ["."] = true }
-  for _, element in ipairs(at(root, "VXC.Palette") or {}) do
-    local letter = text_of(child(element, "Limax"), "Letter")
-    if letter:find "^[!-~]$" and not taken[letter] then
-      stated_by[letter], taken[letter] = element, true
+-- Takes the letters that materials state; of two with the same letter the first has it.
+local function take_stated_letters(palette, elements)
+  local stated = {}
+  for _, element in ipairs(elements) do
+    local letter = document.text_at(element, "Limax.Letter")
+    if letter:find "^[!-~]$" and not palette.letters[letter] then
+      stated[element], palette.letters[letter] = letter, true
     end
   end
-  return stated_by, taken
+  return stated
 end
 
---- The palette, without the empty material; `letters` and `names` are those that are taken.
+-- A material of an element. `swing` is the amplitude of the temperature, degrees.
+local function material_of(file, element, palette, stated, edge, swing, actuated)
+  local function number(path, default) return document.number_at(file, element, path, default) end
+  local strain = number("Mechanical.CTE", 0) * swing
+  -- a constant temperature may have any value
+  local most = engine.materials("paper"):field("amplitude").maximum
+  if not actuated and math.abs(strain) > most then strain = 0 end
+  local kind = strain > 0 and "expanding" or strain < 0 and "contracting" or "passive"
+  -- a muscle of amplitude 0
+  local own_kind = document.text_at(element, "Limax.Kind")
+  if strain == 0 and LETTERS[own_kind] then kind = own_kind end
+  local material = { kind = kind, letter = stated or free_letter(palette, kind),
+    name = free_name(palette, document.text_at(element, "Name")),
+    stiffness = voxcad.rounded(number "Mechanical.Elastic_Mod" * edge / voxcad.MODULUS),
+    mass_per_site = voxcad.rounded(number "Mechanical.Density" * edge ^ 3),
+    damping_ratio = number("Limax.DampingRatio", DAMPING_RATIO),
+    stiffness_floor = number("Limax.StiffnessFloor", STIFFNESS_FLOOR),
+    static = number("Mechanical.uStatic", 0), kinetic = number("Mechanical.uDynamic", 0) }
+  if kind ~= "passive" then
+    material.amplitude = voxcad.rounded(math.abs(strain))
+    material.phase = number("Limax.Phase", math.pi)
+  end
+  return material
+end
+
+--- The materials of a palette.
 ---@param file string for messages
 ---@param root limax.host.element
 ---@param edge number m
----@param swing number degrees by which the temperature swings
----@param swings boolean does it, or is that only what the file says?
----@return limax.convert.material[] list
----@return table<string, boolean> letters
----@return table<string, boolean> names
-function voxcad_palette.read(file, root, edge, swing, swings)
-  local limits, list, names = engine.materials "paper", {}, {}
-  local stated_by, letters = stated_letters(root)
-  for _, element in ipairs(at(root, "VXC.Palette") or {}) do
-    if element.name == "Material" then
-      local own = child(element, "Limax")
-      local where = ("VXC.Palette.Material %d"):format(#list + 1)
-      local function legal(field, value, said)
-        local range = limits:field(field)
-        if value < range.minimum or value > range.maximum then
-          input.refuse(file, "%s: %s is a %s of %.6g; legal are %.6g to %.6g %s", where, said,
-            field, value, range.minimum, range.maximum, range.unit)
-        end
-        return value
-      end
-      local function number(path, default)
-        return document.number_at(file, element, path, default)
-      end
-      local strain = number("Mechanical.CTE", 0) * swing
-      -- a temperature that stays as it is may be any
-      if not swings and math.abs(strain) > limits:field("amplitude").maximum then strain = 0 end
-      local kind = strain > 0 and "expanding" or strain < 0 and "contracting" or "passive"
-      local stated, letter = text_of(own, "Kind"), text_of(own, "Letter")
-      -- a muscle of amplitude 0
-      if strain == 0 and LETTERS[stated] then kind = stated end
-      if stated_by[letter] ~= element then letter = free_letter(kind, letters) end
-      local modulus, density = number "Mechanical.Elastic_Mod", number "Mechanical.Density"
-      local material = { letter = letter, kind = kind,
-        name = free_name(text_of(element, "Name"), names),
-        stiffness = legal("stiffness", voxcad.rounded(modulus * edge / voxcad.MODULUS),
-          ("Elastic_Mod %g Pa"):format(modulus)),
-        mass_per_site = legal("mass_per_site", voxcad.rounded(density * edge ^ 3),
-          ("Density %g kg/m^3"):format(density)),
-        damping_ratio = legal("damping_ratio", number("Limax.DampingRatio", DAMPING_RATIO),
-          "Limax.DampingRatio"),
-        stiffness_floor = legal("stiffness_floor",
-          number("Limax.StiffnessFloor", STIFFNESS_FLOOR), "Limax.StiffnessFloor") }
-      if kind ~= "passive" then
-        material.amplitude = legal("amplitude", voxcad.rounded(math.abs(strain)),
-          ("CTE times TempAmplitude"))
-        material.phase = legal("phase", number("Limax.Phase", math.pi), "Limax.Phase")
-      end
-      list[#list + 1] = material
-      material.index, material.static = #list, number("Mechanical.uStatic", 0)
-      material.kinetic = number("Mechanical.uDynamic", 0)
-    end
+---@param swing number amplitude of the temperature, degrees
+---@param actuated boolean whether the temperature varies
+---@return limax.convert.palette
+function voxcad_palette.read(file, root, edge, swing, actuated)
+  local palette = { letters = { ["."] = true }, names = { empty = true } }
+  local elements = document.children(document.at(root, "VXC.Palette"), "Material")
+  if #elements == 0 or #elements > voxcad.MAX_MATERIALS then
+    input.refuse(file, "VXC.Palette has %d materials; expected 1 to %d", #elements,
+      voxcad.MAX_MATERIALS)
   end
-  if #list == 0 or #list > voxcad.MOST_MATERIALS then
-    input.refuse(file, "VXC.Palette has %d materials; legal are 1 to %d", #list,
-      voxcad.MOST_MATERIALS)
+  local stated = take_stated_letters(palette, elements)
+  for k, element in ipairs(elements) do
+    palette[k] = material_of(file, element, palette, stated[element], edge, swing, actuated)
   end
-  return list, letters, names
+  return palette
 end
 
---- The muscle that does the opposite: found in the list, or added to it.
+--- The muscle that moves oppositely: one of the palette, or a new one.
+---@param palette limax.convert.palette
 ---@param material limax.convert.material
----@param list limax.convert.material[]
----@param letters table<string, boolean>
----@param names table<string, boolean>
 ---@return limax.convert.material
-function voxcad_palette.twin_of(material, list, letters, names)
+function voxcad_palette.opposite_of(palette, material)
   local kind = material.kind == "expanding" and "contracting" or "expanding"
-  for _, other in ipairs(list) do
+  for _, other in ipairs(palette) do
     local same = other.kind == kind
     for _, field in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude",
       "stiffness_floor" } do
@@ -136,26 +122,24 @@ function voxcad_palette.twin_of(material, list, letters, names)
     end
     if same then return other end
   end
-  local twin = source.copy(material)
-  twin.kind, twin.name, twin.index = kind, free_name(material.name, names), #list + 1
-  twin.letter = free_letter(kind, letters)
-  list[#list + 1] = twin
-  return twin
+  local opposite = source.copy(material)
+  opposite.kind, opposite.name = kind, free_name(palette, material.name)
+  opposite.letter = free_letter(palette, kind)
+  palette[#palette + 1] = opposite
+  return opposite
 end
 
---- The material table that a robot file holds.
----@param list limax.convert.material[]
+--- The material table of a robot file; the engine checks its ranges.
+---@param palette limax.convert.palette
 ---@return table
-function voxcad_palette.table(list)
-  local result = { schema = "limax.materials/1", name = "voxcad",
-    fields = engine.materials("paper"):table().fields,
-    materials = { { name = "empty", letter = ".", kind = "empty" } } }
-  for i, material in ipairs(list) do
-    local copy = source.copy(material)
-    copy.index, copy.static, copy.kinetic = nil, nil, nil
-    result.materials[i + 1] = copy
+function voxcad_palette.table(palette)
+  local materials = { { name = "empty", letter = ".", kind = "empty" } }
+  for i, material in ipairs(palette) do
+    materials[i + 1] = source.copy(material)
+    for _, field in ipairs(OWN_FIELDS) do materials[i + 1][field] = nil end
   end
-  return result
+  return { schema = "limax.materials/1", name = "voxcad",
+    fields = engine.materials("paper"):table().fields, materials = materials }
 end
 
 return voxcad_palette

@@ -1,71 +1,38 @@
---- voxcad_read.lua: a robot from .vxa or .vxd of VoxCad and voxcraft-sim, as the table of a robot
---- file. SI units; voxcad.lua says how its materials become limax's.
+--- voxcad_read.lua: a robot of VoxCad or voxcraft-sim (.vxa, .vxd) as the table of a robot file.
+--- SI units.
 
-local defaults = require "limax.settings.defaults"
 local document = require "limax.tools.convert.voxcad_document"
 local engine = require "limax.engine"
-local failure = require "limax.base.failure"
 local input = require "limax.tools.convert.input"
 local robot_file = require "limax.robot.robot_file"
-local schema = require "limax.base.schema"
-local settings = require "limax.settings.settings"
 local voxcad = require "limax.tools.convert.voxcad"
-local voxcad_losses = require "limax.tools.convert.voxcad_losses"
 local voxcad_palette = require "limax.tools.convert.voxcad_palette"
 
-local at, child, text_of = document.at, document.child, document.text_of
-local number_at = document.number_at
+local at, number_at = document.at, document.number_at
 
 local voxcad_read = {}
 
-local check_duration = schema.number(defaults.fields.simulation.duration)
-
 -- ---- voxels -------------------------------------------------------------------------------------
 
+-- The texts of the layers of an element of the structure; nil without the element.
 local function layers_at(file, structure, name, lattice)
-  local found = child(structure, name)
+  local found = at(structure, name)
+  if not found then return nil end
   local layers = {}
-  for _, layer in ipairs(found or {}) do
-    if layer.name == "Layer" then layers[#layers + 1] = layer.text end
-  end
-  if found and #layers ~= lattice[3] then
+  for k, layer in ipairs(document.children(found, "Layer")) do layers[k] = layer.text end
+  if #layers ~= lattice[3] then
     input.refuse(file, "Structure.%s has %d layers; Z_Voxels is %d", name, #layers, lattice[3])
   end
-  return found and layers
+  return layers
 end
 
--- Indices of the palette [z][i], i = x + (y - 1) nx.
-local function data_of(file, structure, lattice, materials)
-  local layers = layers_at(file, structure, "Data", lattice)
-  if not layers then input.refuse(file, "Structure.Data is missing") end
-  local data = {}
-  for z, text in ipairs(layers) do
-    text = text:gsub("%s", "")
-    if #text ~= lattice[1] * lattice[2] then
-      input.refuse(file, "Structure.Data: layer %d has %d voxels; X_Voxels times Y_Voxels is %d", z,
-        #text, lattice[1] * lattice[2])
-    end
-    data[z] = {}
-    for i = 1, #text do
-      local index = text:byte(i) - 48
-      if index < 0 or index > materials then
-        input.refuse(file, "Structure.Data: layer %d, voxel %d is %q; legal are 0 (empty) to %d,"
-          .. " the materials of the palette", z, i, text:sub(i, i), materials)
-      end
-      data[z][i] = index
-    end
-  end
-  return data
-end
-
--- Numbers of every voxel [z][i]; nil where the element is missing.
-local function numbers_of(file, structure, name, lattice)
-  local layers = layers_at(file, structure, name, lattice)
-  if not layers then return nil end
-  local grid, count = {}, lattice[1] * lattice[2]
-  for z, text in ipairs(layers) do
+-- Numbers of every voxel [z][i], i = x + (y - 1) nx, each matching a pattern; nil without the
+-- element.
+local function numbers_of(file, structure, name, lattice, pattern)
+  local layers, count = layers_at(file, structure, name, lattice), lattice[1] * lattice[2]
+  for z, text in ipairs(layers or {}) do
     local list = {}
-    for word in text:gmatch "[^%s,]+" do
+    for word in text:gmatch(pattern or "[^%s,]+") do
       local value = tonumber(word)
       if not value or value ~= value or math.abs(value) == math.huge then
         input.refuse(file, "Structure.%s: layer %d holds %q; expected numbers", name, z,
@@ -77,86 +44,27 @@ local function numbers_of(file, structure, name, lattice)
       input.refuse(file, "Structure.%s: layer %d has %d numbers; X_Voxels times Y_Voxels is %d",
         name, z, #list, count)
     end
-    grid[z] = list
+    layers[z] = list
   end
-  return grid
+  return layers
 end
 
--- ---- the whole ----------------------------------------------------------------------------------
-
--- Phases in radians [z][i] and the material of each voxel, by what a sine allows: a phase beyond
--- half a period is the opposite muscle's, half a period earlier.
-local function phases_of(offsets, data, list, letters, names)
-  local phases, used = {}, {}
-  for z, layer in ipairs(data) do
-    phases[z], used[z] = {}, {}
+-- Indices into the palette [z][i], 0 where a voxel is empty.
+local function indices_of(file, structure, lattice, materials)
+  local layers = numbers_of(file, structure, "Data", lattice, "%S")
+  if not layers then input.refuse(file, "Structure.Data is missing") end
+  for z, layer in ipairs(layers) do
     for i, index in ipairs(layer) do
-      local material, turn = list[index], offsets and offsets[z][i] or 0
-      turn = turn - math.floor(turn)
-      if turn > 0.5 and material and material.kind ~= "passive" then
-        material, turn = voxcad_palette.twin_of(material, list, letters, names), turn - 0.5
-      end
-      phases[z][i], used[z][i] = 2 * math.pi * math.min(turn, 0.5), material
-    end
-  end
-  -- a largest phase that is too small for a voxel is not this file's
-  for z, layer in ipairs(used) do
-    for i, material in pairs(layer) do
-      if material.phase and phases[z][i] > material.phase * (1 + 1e-12) then
-        material.phase = math.pi
+      if index > materials then
+        input.refuse(file, "Structure.Data: layer %d, voxel %d is %d; expected 0 (empty) to %d", z,
+          i, index, materials)
       end
     end
   end
-  return phases, used
+  return layers
 end
 
--- Where the numbers of a scene come from, for messages.
-local SOURCES = {
-  ["gravity.acceleration"] = ": Environment.Gravity.GravAcc",
-  ["friction.static"] = ": uStatic of VXC.Palette.Material 1",
-  ["friction.kinetic"] = ": uDynamic of VXC.Palette.Material 1",
-  ["actuation.frequency"] = ": 1 / Environment.Thermal.TempPeriod",
-}
-
-local function scene_of(file, root, swings, first)
-  local environment = child(root, "Environment") or { name = "Environment" }
-  local function number(path, default) return number_at(file, environment, path, default) end
-  local scene = { damping = true }
-  if number("Gravity.GravEnabled", 0) ~= 0 then
-    scene.gravity = { acceleration = { 0, 0, number("Gravity.GravAcc", -9.81) } }
-  end
-  if number("Gravity.FloorEnabled", 0) ~= 0 then
-    scene.ground = true
-    scene.friction = { static = first.static, kinetic = first.kinetic }
-  end
-  if swings then
-    local period = number("Thermal.TempPeriod", 0.1)
-    if not (period > 0) then
-      input.refuse(file, "Environment.Thermal.TempPeriod is %g; legal is above 0 s", period)
-    end
-    scene.actuation = { frequency = voxcad.rounded(1 / period), ramp = 0 }
-  end
-  local fine, made = failure.attempt(engine.scene, scene)
-  if fine then return made:table() end
-  local message = failure.bare(made)
-  input.refuse(file, "%s%s", message, SOURCES[message:match "^scene%.([%w_.]+)"] or "")
-end
-
--- Degrees by which the temperature swings, and whether it does.
-local function swing_of(file, root)
-  local thermal = at(root, "Environment.Thermal")
-  if not thermal then return 0, false end
-  local swings = number_at(file, thermal, "VaryTempEnabled", 0) ~= 0
-    and number_at(file, thermal, "TempEnabled", 1) ~= 0
-  if child(thermal, "TempAmplitude") then
-    return number_at(file, thermal, "TempAmplitude"), swings
-  end
-  -- VoxCad's older files state the highest temperature
-  local base = number_at(file, thermal, "TempBase", 25)
-  return number_at(file, thermal, "TempAmp", base) - base, swings
-end
-
--- Weights [z][y][x] from [z][i].
+-- A list [z][y][x] of values of every voxel, by z and i.
 local function grid_of(lattice, value)
   local grid = {}
   for z = 1, lattice[3] do
@@ -169,80 +77,140 @@ local function grid_of(lattice, value)
   return grid
 end
 
---- Reads a robot. `notes` receives what limax cannot carry.
----@param path string .vxa or .vxd
----@param options { base: string|nil } the .vxa of a .vxd
----@param notes string[]
----@return limax.robot.description
-function voxcad_read.read(path, options, notes)
-  local root = document.open(path, options.base)
+-- The phase (radians) and the material of every voxel [z][i]. A phase beyond half a period becomes
+-- the opposite muscle, half a period earlier.
+local function phases_of(offsets, indices, palette)
+  local phases, used = {}, {}
+  for z, layer in ipairs(indices) do
+    phases[z], used[z] = {}, {}
+    for i, index in ipairs(layer) do
+      local material, periods = palette[index], offsets and offsets[z][i] or 0
+      periods = periods - math.floor(periods)
+      if periods > 0.5 and material and material.kind ~= "passive" then
+        material, periods = voxcad_palette.opposite_of(palette, material), periods - 0.5
+      end
+      phases[z][i], used[z][i] = 2 * math.pi * math.min(periods, 0.5), material
+    end
+  end
+  -- a material's own largest phase holds only if no voxel exceeds it
+  for z, layer in ipairs(used) do
+    for i, material in pairs(layer) do
+      if material.phase and phases[z][i] > material.phase * (1 + 1e-12) then
+        material.phase = math.pi
+      end
+    end
+  end
+  return phases, used
+end
+
+-- ---- the world ----------------------------------------------------------------------------------
+
+-- Amplitude of the temperature, degrees, whether it varies, and its period, s.
+local function temperature_of(file, root)
+  local thermal = at(root, "Environment.Thermal")
+  if not thermal then return 0, false end
+  local function number(path, default) return number_at(file, thermal, path, default) end
+  local varies = number("VaryTempEnabled", 0) ~= 0 and number("TempEnabled", 1) ~= 0
+  local period, base = number("TempPeriod", 0.1), number("TempBase", 25)
+  -- older files state the highest temperature
+  local amplitude = number("TempAmplitude", number("TempAmp", base) - base)
+  if varies and not (period > 0) then
+    input.refuse(file, "Environment.Thermal.TempPeriod is %g; expected more than 0 s", period)
+  end
+  return amplitude, varies, period
+end
+
+local function scene_of(file, root, period, material)
+  local environment = at(root, "Environment") or { name = "Environment" }
+  local acceleration = number_at(file, environment, "Gravity.GravAcc", -9.81)
+  local scene = { damping = true }
+  if number_at(file, environment, "Gravity.GravEnabled", 0) ~= 0 then
+    scene.gravity = { acceleration = { 0, 0, acceleration } }
+  end
+  if number_at(file, environment, "Gravity.FloorEnabled", 0) ~= 0 then
+    scene.ground = true
+    scene.friction = { static = material.static, kinetic = material.kinetic }
+  end
+  if period then scene.actuation = { frequency = voxcad.rounded(1 / period), ramp = 0 } end
+  return input.about(file, engine.scene, scene):table()
+end
+
+-- Seconds of a StopConditionFormula t - seconds.
+local function duration_of(file, root)
+  local formula = at(root, "Simulator.StopCondition.StopConditionFormula.mtSUB")
+  if formula and document.text_at(formula, "mtVAR") == "t" then
+    return number_at(file, formula, "mtCONST")
+  end
+end
+
+-- ---- the whole ----------------------------------------------------------------------------------
+
+local function structure_of(file, root)
   local structure = at(root, "VXC.Structure")
-  if not structure then input.refuse(path, "VXC.Structure is missing") end
+  if not structure then input.refuse(file, "VXC.Structure is missing") end
   local compression = structure.attributes.Compression or "ASCII_READABLE"
   if compression ~= "ASCII_READABLE" then
-    input.refuse(path, "Structure: Compression is %q; legal is \"ASCII_READABLE\"",
+    input.refuse(file, 'Structure: Compression is %q; expected "ASCII_READABLE"',
       compression:sub(1, 40))
   end
   local lattice = {}
   for axis, name in ipairs { "X_Voxels", "Y_Voxels", "Z_Voxels" } do
-    lattice[axis] = number_at(path, structure, name)
+    lattice[axis] = number_at(file, structure, name)
   end
-  input.check_lattice(path, lattice)
-  local edge = number_at(path, root, "VXC.Lattice.Lattice_Dim")
-  if not (edge >= 1e-6 and edge <= 1e3) then
-    input.refuse(path, "VXC.Lattice.Lattice_Dim is %g; legal are 1e-6 to 1000 m", edge)
-  end
+  input.check_lattice(file, lattice)
+  return structure, lattice
+end
 
-  local swing, swings = swing_of(path, root)
-  local list, letters, names = voxcad_palette.read(path, root, edge, swing,
-    swings)
-  local data = data_of(path, structure, lattice, #list)
-  voxcad_losses.note(path, root, list, notes)
-  local offsets = numbers_of(path, structure, "PhaseOffset", lattice)
-  local scene = scene_of(path, root, swings, list[1])
-  local before = #list
-  local phases, used = phases_of(offsets, data, list, letters, names)
-  if #list > voxcad.MOST_OF_LIMAX then
-    input.refuse(path, "Structure.PhaseOffset: with the opposites of muscles whose phase is beyond"
-      .. " half a period there are %d materials, %d without; limax holds up to %d", #list, before,
-      voxcad.MOST_OF_LIMAX)
+local function note_losses(root, palette, notes)
+  for _, name in ipairs(document.unread(root)) do notes[#notes + 1] = name end
+  for _, material in ipairs(palette) do
+    if material.static ~= palette[1].static or material.kinetic ~= palette[1].kinetic then
+      notes[#notes + 1] = "uStatic and uDynamic of all materials but the first"
+      break
+    end
   end
+  notes[#notes + 1] = "Simulator: all but a StopConditionFormula t - seconds"
+end
+
+--- Reads a robot.
+---@param file string .vxa or .vxd
+---@param options { base: string|nil } the .vxa of a .vxd
+---@param notes string[] receives what limax cannot carry
+---@return limax.robot.description
+function voxcad_read.read(file, options, notes)
+  local root = document.open(file, options.base)
+  local structure, lattice = structure_of(file, root)
+  local edge = number_at(file, root, "VXC.Lattice.Lattice_Dim")
+  if not (edge >= 1e-6 and edge <= 1e3) then
+    input.refuse(file, "VXC.Lattice.Lattice_Dim is %g; expected 1e-6 to 1000 m", edge)
+  end
+  local amplitude, actuated, period = temperature_of(file, root)
+  local palette = voxcad_palette.read(file, root, edge, amplitude, actuated)
+  local indices = indices_of(file, structure, lattice, #palette)
+  local scene = scene_of(file, root, actuated and period, palette[1])
+  local phases, used = phases_of(numbers_of(file, structure, "PhaseOffset", lattice), indices,
+    palette)
 
   local weights = { stiffness = 1, amplitude = 1 }
   for _, each in ipairs(voxcad.WEIGHTS) do
-    local grid = numbers_of(path, structure, each[2], lattice)
-    if grid then
-      weights[each[1]] = grid_of(lattice, function(z, i) return grid[z][i] end)
+    local numbers = numbers_of(file, structure, each[2], lattice)
+    if numbers then
+      weights[each[1]] = grid_of(lattice, function(z, i) return numbers[z][i] end)
     end
   end
   weights.phase = grid_of(lattice, function(z, i)
-    local most = used[z][i] and used[z][i].phase or math.pi
-    return most > 0 and math.min(phases[z][i] / most, 1) or 0
+    local largest = used[z][i] and used[z][i].phase or math.pi
+    return largest > 0 and math.min(phases[z][i] / largest, 1) or 0
   end)
-  local voxels = {}
-  for z = 1, lattice[3] do
-    voxels[z] = {}
-    for y = 1, lattice[2] do
-      local line = {}
-      for x = 1, lattice[1] do
-        local material = used[z][x + (y - 1) * lattice[1]]
-        line[x] = material and material.letter or "."
-      end
-      voxels[z][y] = table.concat(line)
-    end
+  local voxels = grid_of(lattice, function(z, i) return used[z][i] and used[z][i].letter or "." end)
+  for _, layer in ipairs(voxels) do
+    for y, line in ipairs(layer) do layer[y] = table.concat(line) end
   end
-
-  local simulation = { edge = edge }
-  local formula = at(root, "Simulator.StopCondition.StopConditionFormula.mtSUB")
-  if formula and text_of(formula, "mtVAR") == "t" then
-    local wrong
-    simulation.duration, wrong = check_duration(number_at(path, formula, "mtCONST"),
-      "Simulator.StopCondition.StopConditionFormula")
-    if wrong then input.refuse(path, "%s", wrong) end
-  end
+  local duration = duration_of(file, root)
+  note_losses(root, palette, notes)
   return { schema = robot_file.schema, lattice = lattice, edge = edge, voxels = voxels,
-    weights = weights, materials = voxcad_palette.table(list), scene = scene,
-    simulation = input.about(path, settings.simulation_options, simulation) }
+    weights = weights, materials = voxcad_palette.table(palette), scene = scene,
+    simulation = { edge = edge, duration = duration } }
 end
 
 return voxcad_read

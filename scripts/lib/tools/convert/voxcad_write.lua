@@ -1,63 +1,69 @@
---- voxcad_write.lua: a robot as .vxa (robot, materials and world) or .vxd (the robot alone) of
---- VoxCad and voxcraft-sim. What only limax has stands in elements that those leave out: Limax in
---- a material, StiffnessWeight and AmplitudeWeight beside PhaseOffset.
+--- voxcad_write.lua: a robot as .vxa (robot, materials and world) or .vxd (only the robot) of
+--- VoxCad and voxcraft-sim. Values that only limax has are in elements that those programs ignore:
+--- Limax in a material, StiffnessWeight and AmplitudeWeight beside PhaseOffset.
 
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
-local losses = require "limax.tools.convert.losses"
 local palette = require "limax.draw.palette"
 local voxcad = require "limax.tools.convert.voxcad"
 local xml = require "limax.tools.convert.xml"
 
+local element = xml.element
+
 local voxcad_write = {}
 
--- As few digits as give the same number back.
+-- The fewest digits that give the same number back.
 local function number(value)
   local short = ("%.15g"):format(value)
   return tonumber(short) == value and short or ("%.17g"):format(value)
 end
 
--- Lines of <name>value</name>.
+-- Lines <name>value</name>.
 local function fields(list)
   local lines = {}
   for i, field in ipairs(list) do
-    local value = field[2]
+    local name, value = field[1], field[2]
     if type(value) == "number" then value = number(value) end
-    lines[i] = ("<%s>%s</%s>"):format(field[1], value, field[1])
+    lines[i] = ("<%s>%s</%s>"):format(name, value, name)
   end
   return table.concat(lines, "\n")
-end
-
-local function element(name, ...)
-  return ("<%s>\n%s\n</%s>"):format(name, table.concat({ ... }, "\n"), name:match "^%S+")
 end
 
 -- ---- the world ----------------------------------------------------------------------------------
 
 local CARRIED = { gravity = true, ground = true, friction = true, actuation = true, damping = true }
 
-local function environment(scene, notes)
-  local gravity = scene.gravity and scene.gravity.acceleration or { 0, 0, 0 }
-  if gravity[1] ~= 0 or gravity[2] ~= 0 then
-    notes[#notes + 1] = "scene.gravity: its parts along x and y"
+-- What a .vxa cannot carry of a scene: a test, and the note if it holds.
+local LOSSES = {
+  { function(s)
+    local a = s.gravity and s.gravity.acceleration
+    return a and (a[1] ~= 0 or a[2] ~= 0)
+  end, "scene.gravity: its x and y components" },
+  { function(s) return s.ground and s.ground.height ~= 0 end,
+    "scene.ground.height: VoxCad's floor is at z = 0" },
+  { function(s) return s.friction and not s.ground end,
+    "scene.friction: VoxCad has friction only on its floor" },
+  { function(s) return not s.damping end,
+    "scene: without damping; limax reads it back with damping" },
+  { function(s) return s.ground end, "scene.ground: stiffness and damping_ratio" },
+  { function(s) return s.actuation and s.actuation.ramp ~= 0 end,
+    "scene.actuation.ramp: muscles start at full amplitude" },
+}
+
+local function note_scene(scene, notes)
+  for _, loss in ipairs(LOSSES) do
+    if loss[1](scene) then notes[#notes + 1] = loss[2] end
   end
-  if scene.ground and scene.ground.height ~= 0 then
-    notes[#notes + 1] = "scene.ground.height: VoxCad's floor is at z = 0"
-  end
-  if scene.friction and not scene.ground then
-    notes[#notes + 1] = "scene.friction: VoxCad's is that of its floor"
-  end
-  if not scene.damping then notes[#notes + 1] = "scene: that nothing damps; limax reads damping" end
-  if scene.ground then notes[#notes + 1] = "scene.ground: stiffness and damping_ratio" end
   for _, name in ipairs(choice.sorted_keys(scene)) do
     if not CARRIED[name] then notes[#notes + 1] = "scene." .. name end
   end
+end
+
+local function environment(scene)
+  local gravity = scene.gravity and scene.gravity.acceleration or { 0, 0, 0 }
   local actuation = scene.actuation
-  if actuation and actuation.ramp ~= 0 then
-    notes[#notes + 1] = "scene.actuation.ramp: muscles begin at once"
-  end
   return element("Environment",
     element("Gravity", fields { { "GravEnabled", scene.gravity and 1 or 0 },
       { "GravAcc", gravity[3] }, { "FloorEnabled", scene.ground and 1 or 0 } }),
@@ -72,13 +78,15 @@ end
 local function material_element(material, id, edge, color, friction)
   local display = {}
   for k, name in ipairs { "Red", "Green", "Blue" } do
-    display[k] = { name, voxcad.rounded(tonumber(color.hex:sub(2 * k, 2 * k + 1), 16) / 255) }
+    local share = tonumber(color.hex:sub(2 * k, 2 * k + 1), 16) / 255
+    display[k] = { name, voxcad.rounded(share) }
   end
   display[4] = { "Alpha", 1 }
   local own = { { "Letter", xml.escaped(material.letter) }, { "Kind", material.kind },
     { "DampingRatio", material.damping_ratio }, { "StiffnessFloor", material.stiffness_floor } }
-  if material.kind ~= "passive" then own[#own + 1] = { "Phase", material.phase } end
-  return element(("Material ID=\"%d\""):format(id),
+  if material.kind ~= "passive" then own[5] = { "Phase", material.phase } end
+  local sign = material.kind == "contracting" and -1 or 1
+  return element(('Material ID="%d"'):format(id),
     fields { { "Name", xml.escaped(material.name) } },
     element("Display", fields(display)),
     element("Mechanical", fields {
@@ -87,15 +95,25 @@ local function material_element(material, id, edge, color, friction)
       { "Fail_Stress", 0 },
       { "Density", voxcad.rounded(material.mass_per_site / edge ^ 3) },
       { "Poissons_Ratio", voxcad.POISSON },
-      { "CTE", voxcad.strain_of(material) / voxcad.DEGREES },
+      { "CTE", sign * (material.amplitude or 0) / voxcad.DEGREES },
       { "MaterialTempPhase", 0 },
       { "uStatic", friction.static }, { "uDynamic", friction.kinetic } }),
     element("Limax", fields(own)))
 end
 
+-- The materials of a robot's table, the empty one first.
+local function materials_of(robot, path)
+  local list = robot.materials:table().materials
+  if #list - 1 > voxcad.MAX_MATERIALS then
+    input.refuse(path, "the robot's table has %d materials; .vxa and .vxd hold up to %d", #list - 1,
+      voxcad.MAX_MATERIALS)
+  end
+  return list
+end
+
 -- ---- voxels -------------------------------------------------------------------------------------
 
-local function layers_of(name, lattice, value, separator)
+local function layers_of(name, lattice, separator, value)
   local layers = {}
   for z = 1, lattice[3] do
     local values = {}
@@ -104,16 +122,15 @@ local function layers_of(name, lattice, value, separator)
     end
     layers[z] = ("<Layer><![CDATA[%s]]></Layer>"):format(table.concat(values, separator))
   end
-  -- not as arguments: there may be a million
   return element(name, table.concat(layers, "\n"))
 end
 
 local function weight_at(weight, x, y, z)
-  if type(weight) == "number" then return weight end
-  return weight[z][y][x]
+  return type(weight) == "number" and weight or weight[z][y][x]
 end
 
-local function structure(description, list, attributes)
+-- The structure of a robot; notes weights, which VoxCad and voxcraft-sim ignore.
+local function structure(description, list, attributes, notes)
   local lattice, weights = description.lattice, description.weights
   local index, by_letter = {}, {}
   for i, material in ipairs(list) do
@@ -122,93 +139,63 @@ local function structure(description, list, attributes)
   local function letter(x, y, z) return description.voxels[z][y]:sub(x, x) end
   local parts = {
     fields { { "X_Voxels", lattice[1] }, { "Y_Voxels", lattice[2] }, { "Z_Voxels", lattice[3] } },
-    layers_of("Data", lattice, function(x, y, z) return index[letter(x, y, z)] end, ""),
+    layers_of("Data", lattice, "", function(x, y, z) return index[letter(x, y, z)] end),
     -- in periods
-    layers_of("PhaseOffset", lattice, function(x, y, z)
+    layers_of("PhaseOffset", lattice, ", ", function(x, y, z)
       local most = by_letter[letter(x, y, z)].phase or math.pi
       return number(most * weight_at(weights.phase, x, y, z) / (2 * math.pi))
-    end, ", "),
+    end),
   }
   for _, each in ipairs(voxcad.WEIGHTS) do
-    if weights[each[1]] ~= 1 then
-      parts[#parts + 1] = layers_of(each[2], lattice, function(x, y, z)
-        return number(weight_at(weights[each[1]], x, y, z))
-      end, ", ")
-    end
-  end
-  return element("Structure" .. attributes, unpack(parts))
-end
-
--- Notes on weights: in the file, but VoxCad and voxcraft-sim leave them out.
-local function note_weights(weights, notes)
-  for _, name in ipairs { "stiffness", "amplitude" } do
+    local name, tag = each[1], each[2]
     if weights[name] ~= 1 then
-      notes[#notes + 1] = ("weights.%s: read back by limax alone; elsewhere every voxel has its"
+      notes[#notes + 1] = ("weights.%s: only limax reads it; in VoxCad every voxel has its"
         .. " material's full %s"):format(name, name)
+      parts[#parts + 1] = layers_of(tag, lattice, ", ", function(x, y, z)
+        return number(weight_at(weights[name], x, y, z))
+      end)
     end
   end
+  return element("Structure" .. attributes .. ' Compression="ASCII_READABLE"', unpack(parts))
 end
 
-local function materials_of(robot, path)
-  local list = robot.materials:table().materials
-  if #list - 1 > voxcad.MOST_MATERIALS then
-    input.refuse(path, "the robot's table has %d materials; .vxa and .vxd hold up to %d", #list - 1,
-      voxcad.MOST_MATERIALS)
-  end
-  return list
-end
-
-local function edge_of(description)
-  return description.edge or defaults.fields.simulation.edge.value
-end
-
---- A robot with its materials and world. `notes` receives what the file cannot carry.
+--- A robot with its materials and world.
 ---@param robot limax.robot
 ---@param path string for messages
----@param notes string[]
+---@param notes string[] receives what the file cannot carry
 ---@return string
 function voxcad_write.vxa(robot, path, notes)
   local description, list = robot:table(), materials_of(robot, path)
-  local edge, colors = edge_of(description), palette.of(list)
+  local edge = description.edge or defaults.fields.simulation.edge.value
   local scene = engine.scene(description.scene or defaults.scene):table()
-  local own = description.simulation or {}
   local friction = scene.friction or { static = 0, kinetic = 0 }
-  local entries = {}
+  local colors, entries = palette.of(list), {}
   for i = 2, #list do
     entries[i - 1] = material_element(list[i], i - 1, edge, colors[list[i].letter], friction)
   end
-  local duration = own.duration or defaults.fields.simulation.duration.value
+  local duration = (description.simulation or {}).duration
+    or defaults.fields.simulation.duration.value
   local stop = "<StopCondition><StopConditionFormula><mtSUB><mtVAR>t</mtVAR><mtCONST>%s</mtCONST>"
     .. "</mtSUB></StopConditionFormula></StopCondition>"
-  local world = environment(scene, notes)
-  note_weights(description.weights, notes)
-  if description.simulation then
-    notes[#notes + 1] = "simulation: all but its duration (settling, integrator, time step)"
-  end
-  notes[#notes + 1] = "materials: the table's name, and where its numbers come from"
-  notes[#notes + 1] = losses.fields(robot, { scene = true, simulation = true })
-  return '<?xml version="1.0" encoding="UTF-8"?>\n' .. element('VXA Version="1.1"',
+  note_scene(scene, notes)
+  local body = structure(description, list, "", notes)
+  if description.simulation then notes[#notes + 1] = "simulation: all but its duration" end
+  return xml.HEAD .. element('VXA Version="1.1"',
     element("Simulator", stop:format(number(duration))),
-    world,
+    environment(scene),
     element('VXC Version="0.94"',
       element("Lattice", fields { { "Lattice_Dim", edge } }),
-      element("Palette", unpack(entries)),
-      structure(description, list, ' Compression="ASCII_READABLE"'))) .. "\n"
+      element("Palette", unpack(entries)), body)) .. "\n"
 end
 
---- The robot alone, which takes the place of the structure of a base.vxa.
+--- Only the robot, which replaces the structure of a base.vxa.
 ---@param robot limax.robot
----@param path string
----@param notes string[]
+---@param path string for messages
+---@param notes string[] receives what the file cannot carry
 ---@return string
 function voxcad_write.vxd(robot, path, notes)
-  local description, list = robot:table(), materials_of(robot, path)
-  note_weights(description.weights, notes)
-  notes[#notes + 1] = "materials and scene: voxcraft-sim reads them from the base.vxa beside it,"
-    .. " which a .vxa of this robot can be"
-  notes[#notes + 1] = losses.fields(robot, { scene = true })
-  return element("VXD", structure(description, list,
-    ' replace="VXA.VXC.Structure" Compression="ASCII_READABLE"')) .. "\n"
+  return element("VXD", structure(robot:table(), materials_of(robot, path),
+    ' replace="VXA.VXC.Structure"', notes)) .. "\n"
 end
 
 return voxcad_write
