@@ -2,19 +2,9 @@
 --- reaches it, so that two runs can be compared byte for byte.
 
 local diversity = require "limax.run.diversity"
+local sample = require "limax.base.statistics.sample"
 
 local metrics = {}
-
---- The q-quantile of an ascending list, linear between neighbours (R's type 7).
----@param ascending number[]
----@param q number 0 to 1
----@return number
-function metrics.quantile(ascending, q)
-  local position = q * (#ascending - 1) + 1
-  local below = math.floor(position)
-  local above = math.min(below + 1, #ascending)
-  return ascending[below] + (position - below) * (ascending[above] - ascending[below])
-end
 
 --- Indices of the scored robots, best first; equal ones in index order.
 ---@param records table[]
@@ -100,7 +90,7 @@ function metrics.measure(population)
   local champion = records[ranked[1]]
   local quantiles = {}
   for _, q in ipairs { 10, 25, 50, 75, 90 } do
-    quantiles["q" .. q] = metrics.quantile(ascending, q / 100)
+    quantiles["q" .. q] = sample.quantile(ascending, q / 100)
   end
   return {
     best = champion.fitness,

@@ -5,7 +5,6 @@ local ffi = require "ffi"
 local limax = require "limax"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local metrics = require "limax.run.metrics"
 local run_folder = require "limax.run.run_folder"
 local source = require "limax.base.source"
 local evolution = require "support.evolution"
@@ -346,12 +345,6 @@ suite:test("memory outside Lua does not grow with the generations", function(t)
     held[entry.generation] = engine.bytes_held()
   end })
   t:ok(held[11] <= 1.05 * held[5], ("%d bytes, then %d"):format(held[5], held[11]))
-end)
-
-suite:test("quantiles are linear between neighbours", function(t)
-  t:near(metrics.quantile({ 1, 2, 3, 4 }, 0.5), 2.5)
-  t:near(metrics.quantile({ 1, 2, 3, 4 }, 0.1), 1.3)
-  t:equal(metrics.quantile({ 7 }, 0.9), 7)
 end)
 
 return suite

@@ -1,22 +1,21 @@
---- bootstrap.lua: how far a statistic of a sample could have been off: the percentile interval over
---- samples drawn again from it. Source: Efron, "Bootstrap methods: another look at the jackknife"
---- (1979).
+--- bootstrap.lua: percentile intervals of a statistic by resampling.
+--- Source: Efron, "Bootstrap methods: another look at the jackknife" (1979).
 
 local engine = require "limax.engine"
-local metrics = require "limax.run.metrics"
+local sample = require "limax.base.statistics.sample"
 
 local bootstrap = {}
 
---- Samples drawn again: the percentiles move by less than a hundredth of the interval's width.
+--- Resamples: enough that percentiles vary by less than a hundredth of the interval's width.
 bootstrap.RESAMPLES = 50000
--- any fixed seed: the same data give the same interval
+-- fixed, so that the same data give the same interval
 local SEED = 19790101
 
---- The interval that holds `share` of the statistic over samples drawn again, with replacement.
+--- The interval that contains `share` of the statistic over resamples drawn with replacement.
 ---@param list number[] not empty
 ---@param statistic fun(list: number[]): number
----@param share? number 0.95
----@param resamples? integer 50 000
+---@param share? number 0.95 if left out
+---@param resamples? integer 50 000 if left out
 ---@return number low
 ---@return number high
 function bootstrap.interval(list, statistic, share, resamples)
@@ -28,7 +27,7 @@ function bootstrap.interval(list, statistic, share, resamples)
   end
   table.sort(values)
   local tail = (1 - (share or 0.95)) / 2
-  return metrics.quantile(values, tail), metrics.quantile(values, 1 - tail)
+  return sample.quantile(values, tail), sample.quantile(values, 1 - tail)
 end
 
 return bootstrap

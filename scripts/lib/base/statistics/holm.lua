@@ -1,10 +1,10 @@
---- holm.lua: p values adjusted for having been looked at together.
+--- holm.lua: p values adjusted for multiple tests.
 --- Source: Holm, "A simple sequentially rejective multiple test procedure" (1979).
 
 local holm = {}
 
---- The adjusted p of each: the k-th smallest of m times m - k + 1, at most 1, and never below that
---- of a smaller one.
+--- The adjusted p values: the k-th smallest of m is multiplied by m - k + 1, and is at most 1 and
+--- at least the adjusted value of a smaller one.
 ---@param list number[]
 ---@return number[]
 function holm.adjust(list)

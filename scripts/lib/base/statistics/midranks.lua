@@ -1,9 +1,9 @@
---- midranks.lua: ranks of numbers where equal ones share the mean of their places. They are given
---- doubled, as whole numbers, so that sums of them compare exactly.
+--- midranks.lua: ranks of numbers; equal numbers share the mean of their ranks. Ranks are doubled,
+--- which makes them whole numbers, so that their sums compare exactly.
 
 local midranks = {}
 
---- Twice the mid-rank of each number, 1 the smallest, and whether any two are equal.
+--- Twice the mid-rank of each number, from 1 for the smallest, and whether any two are equal.
 ---@param list number[]
 ---@return integer[] doubled
 ---@return boolean ties

@@ -1,6 +1,6 @@
---- power.lua: how many runs it takes to see an effect: exact tests of normal samples, simulated
---- with a fixed seed. The effect d is a shift in standard deviations: of the differences for paired
---- samples, of the values for independent ones.
+--- power.lua: statistical power of the exact tests, by simulating normal samples with a fixed seed.
+--- The effect d is a shift in standard deviations: of the differences for paired samples, of the
+--- values for independent samples.
 
 local engine = require "limax.engine"
 local midranks = require "limax.base.statistics.midranks"
@@ -9,19 +9,18 @@ local signed_rank = require "limax.base.statistics.signed_rank"
 
 local power = {}
 
---- Experiments simulated for one n: the standard error of a power of 0.8 is 0.006.
+--- Simulated experiments for each n: the standard error of a power of 0.8 is 0.006.
 power.SIMULATED = 4000
--- any fixed seed: the same question gets the same answer
 local SEED = 20111111
--- beyond it nobody repeats a simulated evolution
-local MOST = 100
+-- largest n that is considered
+local MAX_RUNS = 100
 
 local function normals(random, n, shift, into)
   for i = 1, n do into[i] = random:normal() + shift end
   return into
 end
 
--- Chance that `rejects(random)` over the simulated experiments with n runs.
+-- Share of the simulated experiments with n runs in which `rejects(random)`.
 local function share_of(n, rejects)
   local count = 0
   for k = 1, power.SIMULATED do
@@ -66,8 +65,7 @@ function power.rank_sum(n, d, level)
   end)
 end
 
---- The smallest n with a power of at least 0.8, found by bisection, for power grows with n but for
---- the steps of an exact test; nil where more than 100 are needed.
+--- The smallest n with a power of at least 0.8, by bisection; nil if it is above 100.
 ---@param test "signed_rank"|"rank_sum"
 ---@param d number
 ---@param level number
@@ -75,8 +73,8 @@ end
 function power.runs_needed(test, d, level)
   local low, high = 1, 2
   while power[test](high, d, level) < 0.8 do
-    if high == MOST then return nil end
-    low, high = high, math.min(2 * high, MOST)
+    if high == MAX_RUNS then return nil end
+    low, high = high, math.min(2 * high, MAX_RUNS)
   end
   while high - low > 1 do
     local middle = math.floor((low + high) / 2)

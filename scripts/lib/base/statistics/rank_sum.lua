@@ -1,15 +1,15 @@
---- rank_sum.lua: Mann and Whitney's test of two independent samples, exact with ties too: the
---- distribution over all C(n+m, n) splits of the mid-ranks at hand, by dynamic programming; and the
---- effect size A12. Sources: Mann, Whitney, "On a test of whether one of two random variables is
---- stochastically larger than the other" (1947); Vargha, Delaney, "A critique and improvement of
+--- rank_sum.lua: the Mann-Whitney test of two independent samples, exact also with ties: the
+--- distribution over all C(n+m, n) splits of the observed mid-ranks, by dynamic programming; and
+--- the effect size A12. Sources: Mann, Whitney, "On a test of whether one of two random variables
+--- is stochastically larger than the other" (1947); Vargha, Delaney, "A critique and improvement of
 --- the CL common language effect size statistics" (2000).
 
 local midranks = require "limax.base.statistics.midranks"
 
 local rank_sum = {}
 
--- How many choices of n of the doubled ranks have each sum, from 0: counts[n][sum]. Doubles hold
--- them to 16 digits, up to about 1000 ranks.
+-- The number of choices of n of the doubled ranks by their sum, from 0; and the sum of all ranks.
+-- Doubles hold the counts to 16 digits, up to about 1000 ranks.
 local function choices(doubled, n)
   local counts, total = {}, 0
   for _, rank in ipairs(doubled) do total = total + rank end
@@ -18,12 +18,12 @@ local function choices(doubled, n)
     for s = 0, total do counts[k][s] = 0 end
   end
   counts[0][0] = 1
-  local sofar = 0
+  local partial = 0
   for i, rank in ipairs(doubled) do
-    sofar = sofar + rank
+    partial = partial + rank
     for k = math.min(i, n), 1, -1 do
       local into, from = counts[k], counts[k - 1]
-      for s = sofar, rank, -1 do into[s] = into[s] + from[s - rank] end
+      for s = partial, rank, -1 do into[s] = into[s] + from[s - rank] end
     end
   end
   return counts[n], total
@@ -31,13 +31,13 @@ end
 
 ---@class limax.statistics.rank_sum
 ---@field p number two-sided
----@field u number pairs in which the first is larger, equal ones half
----@field a12 number u / (n m): chance that one of the first is larger than one of the second
+---@field u number pairs in which the value of the first sample is larger; equal pairs count half
+---@field a12 number u / (n m): probability that a value of the first exceeds one of the second
 ---@field n integer
 ---@field m integer
 ---@field ties boolean
 
---- The exact two-sided test: the chance, over all splits, of a U at least as far from its mean.
+--- The exact two-sided test: the probability over all splits of a U at least as far from its mean.
 ---@param first number[] not empty
 ---@param second number[] not empty
 ---@return limax.statistics.rank_sum
@@ -67,14 +67,14 @@ local function splits(n, m)
   return count
 end
 
---- The smallest p that samples of n and m can give: 2 of C(n+m, n) splits.
+--- The smallest p of samples of n and m: 2 of C(n+m, n) splits.
 ---@param n integer
 ---@param m integer
 ---@return number
 function rank_sum.smallest_p(n, m) return math.min(1, 2 / splits(n, m)) end
 
---- The largest smaller U for which p is at most `level`, for samples without ties; nil where there
---- is none. Samples reject if min(U, n m - U) is at most that.
+--- The critical value: the test rejects at `level` if min(U, n m - U) is at most this. For samples
+--- without ties; nil where the test cannot reject.
 ---@param n integer
 ---@param m integer
 ---@param level number

@@ -1,37 +1,36 @@
---- ranking.lua: how well cheap scores order robots as good scores do. A score is a number, larger
---- is better; nil is a robot that failed, which ranks below every other and is never an elite.
+--- ranking.lua: how well cheap scores rank robots compared with reference scores. Larger is better;
+--- nil is a failed robot, which ranks below every other and is never an elite.
 
 local ranking = {}
 
--- Failures rank below every score, and equal each other.
 local function compare(a, b)
   a, b = a or -math.huge, b or -math.huge
   if a == b then return 0 end
   return a > b and 1 or -1
 end
 
---- Kendall's tau-b of two lists of scores of the same robots: concordant minus discordant pairs,
---- over the geometric mean of the numbers of pairs that each list tells apart. 1: the same order;
---- -1: the opposite one. nil where a list tells no two robots apart.
+--- Kendall's tau-b of two lists of scores of the same robots: concordant minus discordant pairs
+--- over the geometric mean of each list's number of untied pairs. 1 is the same order, -1 the
+--- reverse; nil if all pairs of a list are tied.
 ---@param a (number|nil)[]
 ---@param b (number|nil)[]
 ---@param count integer robots
 ---@return number|nil
 function ranking.kendall_tau(a, b, count)
-  local sum, told_a, told_b = 0, 0, 0
+  local sum, untied_a, untied_b = 0, 0, 0
   for i = 1, count do
     for j = 1, i - 1 do
       local in_a, in_b = compare(a[i], a[j]), compare(b[i], b[j])
       sum = sum + in_a * in_b
-      told_a, told_b = told_a + in_a * in_a, told_b + in_b * in_b
+      untied_a, untied_b = untied_a + in_a * in_a, untied_b + in_b * in_b
     end
   end
-  if told_a == 0 or told_b == 0 then return nil end
-  return sum / math.sqrt(told_a * told_b)
+  if untied_a == 0 or untied_b == 0 then return nil end
+  return sum / math.sqrt(untied_a * untied_b)
 end
 
---- The best `share` of the robots, best first: round(share x count) of them, one at least, as
---- breeding takes them; equal ones in index order.
+--- The elites: the best round(share x count) robots, at least one, best first as in breeding; equal
+--- ones in index order.
 ---@param scores (number|nil)[]
 ---@param count integer robots
 ---@param share number 0 to 1
@@ -51,12 +50,12 @@ function ranking.elites(scores, count, share)
   return elites
 end
 
---- Share of the reference's elites that are elites by the cheap scores too.
+--- Share of the reference's elites that are also elites by the cheap scores.
 ---@param reference (number|nil)[]
 ---@param cheap (number|nil)[]
 ---@param count integer robots
 ---@param share number of the robots that are elites
----@return number|nil nil without a robot that the reference could score
+---@return number|nil nil if the reference scored no robot
 function ranking.overlap(reference, cheap, count, share)
   local chosen, both = {}, 0
   for _, i in ipairs(ranking.elites(cheap, count, share)) do chosen[i] = true end
@@ -65,8 +64,7 @@ function ranking.overlap(reference, cheap, count, share)
   return #best > 0 and both / #best or nil
 end
 
--- Sum of the reference's scores of some robots; one that failed there counts as the worst that did
--- not.
+-- Sum of the scores of some robots; a failed robot counts as the worst scored one.
 local function sum_of(scores, count, robots)
   local worst, sum = math.huge, 0
   for i = 1, count do worst = math.min(worst, scores[i] or math.huge) end
@@ -74,10 +72,9 @@ local function sum_of(scores, count, robots)
   return sum
 end
 
---- Elite regret: the share of reference fitness that is lost by taking the elites of the cheap
---- scores instead of the reference's own. 0: nothing is lost. Elites that the cheap scores could
---- not fill (too many failed) count as the reference's worst robot. nil where the reference's
---- elites have a mean of 0 or nobody could be scored.
+--- Elite regret: the share of reference fitness that is lost by choosing elites by the cheap
+--- scores. If too many robots failed under the cheap scores, the missing elites count as the
+--- reference's worst robot. nil if the reference's elites have a mean of 0 or no robot was scored.
 ---@param reference (number|nil)[]
 ---@param cheap (number|nil)[]
 ---@param count integer robots
@@ -97,23 +94,23 @@ function ranking.elite_regret(reference, cheap, count, share)
   return (most - sum_of(reference, count, taken)) / math.abs(most)
 end
 
---- Mean distance of two lists where both have a number, and that mean over the mean size of the
---- first.
+--- Mean absolute error where both lists have a number, absolute and relative to the mean absolute
+--- value of the reference.
 ---@param reference (number|nil)[]
 ---@param cheap (number|nil)[]
 ---@param count integer
----@return number|nil mean nil where there is no pair
----@return number|nil relative nil where the reference is 0
+---@return number|nil mean nil without a pair
+---@return number|nil relative nil if the reference is 0
 function ranking.mean_error(reference, cheap, count)
-  local off, size, pairs_counted = 0, 0, 0
+  local error_sum, size, compared = 0, 0, 0
   for i = 1, count do
     if reference[i] and cheap[i] then
-      off, size = off + math.abs(cheap[i] - reference[i]), size + math.abs(reference[i])
-      pairs_counted = pairs_counted + 1
+      error_sum = error_sum + math.abs(cheap[i] - reference[i])
+      size, compared = size + math.abs(reference[i]), compared + 1
     end
   end
-  if pairs_counted == 0 then return nil, nil end
-  return off / pairs_counted, size > 0 and off / size or nil
+  if compared == 0 then return nil, nil end
+  return error_sum / compared, size > 0 and error_sum / size or nil
 end
 
 return ranking

@@ -1,4 +1,4 @@
---- sample.lua: numbers that describe a list of numbers.
+--- sample.lua: summary statistics of a list of numbers.
 
 local sample = {}
 
@@ -8,13 +8,24 @@ local function ascending(list)
   return sorted
 end
 
---- The middle of a list, or the mean of the two in the middle; nil of an empty one.
+--- The median; nil of an empty list.
 ---@param list number[]
 ---@return number|nil
 function sample.median(list)
   local sorted, n = ascending(list), #list
   if n == 0 then return nil end
   return (sorted[math.ceil(n / 2)] + sorted[math.floor(n / 2) + 1]) / 2
+end
+
+--- The q-quantile of an ascending list, linear between neighbours (R's type 7).
+---@param sorted number[] ascending, not empty
+---@param q number 0 to 1
+---@return number
+function sample.quantile(sorted, q)
+  local position = q * (#sorted - 1) + 1
+  local below = math.floor(position)
+  local above = math.min(below + 1, #sorted)
+  return sorted[below] + (position - below) * (sorted[above] - sorted[below])
 end
 
 --- The mean; nil of an empty list.
@@ -26,7 +37,7 @@ function sample.mean(list)
   return #list > 0 and sum / #list or nil
 end
 
---- The interquartile mean: that of what is left without the lowest and the highest floor(n/4).
+--- The interquartile mean: the mean without the lowest and the highest floor(n/4) values.
 --- Source: Agarwal et al., "Deep RL at the edge of the statistical precipice" (2021).
 ---@param list number[]
 ---@return number|nil
@@ -35,10 +46,10 @@ function sample.interquartile_mean(list)
   return sample.mean { unpack(sorted, cut + 1, #sorted - cut) }
 end
 
---- Runs from which the interquartile mean is told: below, its cut of n/4 is one run or none.
+--- Least number of values for the interquartile mean in reports: with fewer it drops one or none.
 sample.LEAST_FOR_MEAN = 8
 
---- The centre that reports tell: the interquartile mean of 8 numbers or more, else the median.
+--- The centre in reports: the interquartile mean of 8 values or more, else the median.
 ---@param list number[]
 ---@return number|nil
 ---@return "interquartile mean"|"median" name

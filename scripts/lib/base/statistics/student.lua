@@ -1,12 +1,12 @@
---- student.lua: Student's t distribution of a whole number of degrees of freedom, and the interval
---- of a mean. Sources: Student, "The probable error of a mean" (1908); Abramowitz and Stegun,
+--- student.lua: Student's t distribution for whole degrees of freedom, and confidence intervals of
+--- a mean. Sources: Student, "The probable error of a mean" (1908); Abramowitz and Stegun,
 --- "Handbook of mathematical functions" (1964), 26.7.3 and 26.7.4, the finite series used here.
 
 local sample = require "limax.base.statistics.sample"
 
 local student = {}
 
---- The chance that |T| stays below t.
+--- The probability of |T| < t.
 ---@param t number at least 0
 ---@param freedom integer degrees of freedom, 1 or more
 ---@return number
@@ -23,30 +23,29 @@ function student.within(t, freedom)
   return sine * sum
 end
 
---- The t that |T| stays below with this chance.
----@param chance number above 0, below 1
+--- The t for which |T| < t has this probability.
+---@param probability number above 0, below 1
 ---@param freedom integer
 ---@return number
-function student.quantile(chance, freedom)
+function student.quantile(probability, freedom)
   local low, high = 0, 1
-  while student.within(high, freedom) < chance do high = 2 * high end
-  -- halving to the last bit
+  while student.within(high, freedom) < probability do high = 2 * high end
   for _ = 1, 60 do
     local middle = (low + high) / 2
-    if student.within(middle, freedom) < chance then low = middle else high = middle end
+    if student.within(middle, freedom) < probability then low = middle else high = middle end
   end
   return (low + high) / 2
 end
 
---- The mean of a list, and how far from it the true one may lie.
+--- The mean of a list and the half width of its confidence interval.
 ---@param list number[] two or more
----@param chance number with which the interval holds it
+---@param confidence number 0 to 1
 ---@return number mean
 ---@return number half_width
-function student.interval(list, chance)
+function student.interval(list, confidence)
   local mean, sum, n = sample.mean(list), 0, #list
   for _, value in ipairs(list) do sum = sum + (value - mean) ^ 2 end
-  return mean, student.quantile(chance, n - 1) * math.sqrt(sum / (n - 1) / n)
+  return mean, student.quantile(confidence, n - 1) * math.sqrt(sum / (n - 1) / n)
 end
 
 return student
