@@ -15,7 +15,6 @@ local tiers = require "limax.settings.tiers"
 -- programs that limax or its developers use where they are found
 local TOOLS = {
   { "ffmpeg", "animations as MP4" },
-  { "rsvg-convert", "figures as PDF" },
   { "valgrind", "the tests that count instructions" },
   { "clang-format", "the C++ linter", "clang-format-14" },
   { "luacheck", "the Lua linter" },

@@ -2,27 +2,25 @@
 --- the CPU without a display.
 
 local failure = require "limax.base.failure"
+local film_strip = require "limax.draw.film_strip"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
-local pixels = require "limax.draw.picture.pixels"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
-local scene = require "limax.draw.picture.scene"
+local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
-local vectors = require "limax.draw.picture.vectors"
 local view = require "limax.draw.picture.view"
-local world = require "limax.draw.picture.world"
 
 local command = {
   summary = "draw a robot: still, film strip or animation",
-  usage = "limax picture ROBOT|RUN --out FILE.png|.svg|.gif|.mp4 [options]",
+  usage = "limax picture ROBOT|RUN --out FILE.png|.svg|.pdf|.gif|.mp4 [options]",
   text = [[
 ROBOT is a robot file, RUN a run folder: its last champion is drawn. The robot is simulated again as
 its file says. One time makes a still, several a film strip; .gif and .mp4 show the whole walk, or
 the part between the first and the last time. .mp4 needs ffmpeg.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
   options = {
-    { name = "out", argument = "FILE", text = "its ending says what is made" },
+    { name = "out", argument = "FILE", text = "the picture; its ending chooses the format" },
     { name = "view", argument = "NAME", choices = view.names, value = "side",
       text = "from where: side, top or iso" },
     { name = "times", argument = "LIST",
@@ -39,16 +37,17 @@ the part between the first and the last time. .mp4 needs ffmpeg.]],
 
 -- Frames per second of an animation: GIF counts in hundredths of a second.
 local FRAMES = 25
-local POSES = 6
 -- px if --width is left out
 local WIDTHS = { strip = 1200, still = 800, animation = 480 }
-
--- px: a panel that is narrower shows nothing
+-- px: a narrower panel shows nothing
 local NARROWEST = 20
--- px that a picture may have: it is drawn at nine times as many, of four bytes
+-- px that a picture may have, of four bytes each
 local MOST_PIXELS = 2e7
--- bytes of all frames of a GIF together, which are there at once
+-- bytes of all frames of a GIF together, which are in memory at once
 local MOST_BYTES = 8e8
+
+local STILLS = { png = true, svg = true, pdf = true }
+local ANIMATIONS = { gif = true, mp4 = true }
 
 local function usage(text, ...) failure.raise(2, text:format(...)) end
 
@@ -56,7 +55,7 @@ local function usage(text, ...) failure.raise(2, text:format(...)) end
 local function file_of(word)
   if not runs.is_folder(word) then
     if host.file.exists(word) ~= "file" then
-      usage("%s is no robot file and no run folder", word)
+      usage("%s is neither a robot file nor a run folder", word)
     end
     return word
   end
@@ -80,27 +79,30 @@ local function times_of(text, duration)
   return times
 end
 
--- Refuses what would be no picture, or more than there is memory for.
-local function check_size(frame, count, frames_at_once)
-  if frame.panel < NARROWEST then
-    usage("--width: %d poses side by side get %d px each; at least %d are needed", count,
-      frame.panel, NARROWEST)
-  end
-  local size = frame.panel * count * frame.height
-  if size > MOST_PIXELS then
-    usage("--width: a picture of %d x %d px is more than %g million; take a smaller width",
-      frame.panel * count, frame.height, MOST_PIXELS / 1e6)
-  end
-  if 4 * size * (frames_at_once or 1) > MOST_BYTES then
-    usage("%d frames of %d x %d px are too many for a .gif; take a part (--times), a smaller"
-      .. " --width, or .mp4", frames_at_once, frame.panel, frame.height)
-  end
+-- The times of an animation's frames, between the first and the last of `times`.
+local function frame_times(times, duration)
+  local first, last, list = 0, duration, {}
+  if times then first, last = math.min(unpack(times)), math.max(unpack(times)) end
+  -- 1e-6: a last frame that rounding puts just beyond the end
+  for k = 0, math.floor((last - first) * FRAMES + 1e-6) do list[k + 1] = first + k / FRAMES end
+  return list
 end
 
-local function evenly(duration)
-  local times = {}
-  for k = 1, POSES do times[k] = (k - 1) / (POSES - 1) * duration end
-  return times
+-- Refuses a picture that would show nothing, or need more memory than there is.
+local function check_size(drawn, panels, frames_at_once)
+  local panel, size = drawn.frames[1].panel, drawn.width * drawn.height
+  if panel < NARROWEST then
+    usage("--width: %d poses side by side get %d px each; at least %d are needed", panels, panel,
+      NARROWEST)
+  end
+  if size > MOST_PIXELS then
+    usage("--width: a picture of %d x %d px is more than %g million; take a smaller width",
+      drawn.width, drawn.height, MOST_PIXELS / 1e6)
+  end
+  if 4 * size * frames_at_once > MOST_BYTES then
+    usage("%d frames of %d x %d px are too many for a .gif; take a part (--times), a smaller"
+      .. " --width, or .mp4", frames_at_once, drawn.width, drawn.height)
+  end
 end
 
 local function write(path, bytes)
@@ -108,88 +110,41 @@ local function write(path, bytes)
   if not written then failure.raise(1, message) end
 end
 
--- ---- kinds of pictures --------------------------------------------------------------------------
-
-local function strip(arguments, film, ending)
-  local count = #film.poses
-  local width = arguments.width or (count > 1 and WIDTHS.strip or WIDTHS.still)
-  local frame = scene.frame(film, view.of[arguments.view], width, count)
-  local ground = not arguments.transparent and "#ffffff" or nil
-  check_size(frame, count)
-  local wide = frame.panel * count
-  local canvas = ending == "svg" and vectors.new(wide, frame.height, arguments[1],
-    { transparent = arguments.transparent, description = world.words(film.world) })
-    or pixels.new(wide, frame.height, ground)
-  for k, pose in ipairs(film.poses) do
-    scene.draw(canvas, film, frame, pose, k)
-    scene.caption(canvas, frame, pose, k)
-  end
-  scene.flows(canvas, film, frame)
-  scene.scale_bar(canvas, frame)
-  local drawn = canvas:finish()
-  if ending == "png" then
-    drawn = host.image.png(wide, frame.height, drawn, arguments.dpi)
-  end
-  write(arguments.out, drawn)
-  return wide, frame.height
-end
-
--- The frames of an animation, each given to `take`, even in both directions.
-local function frames(arguments, film, at_once, take)
-  local width = arguments.width or WIDTHS.animation
-  local frame = scene.frame(film, view.of[arguments.view], width - width % 2, 1)
-  frame.height = frame.height + frame.height % 2
-  check_size(frame, 1, at_once)
-  local ground = not arguments.transparent and "#ffffff" or nil
-  for k, pose in ipairs(film.poses) do
+-- Calls `take` with the pixels of each frame.
+local function each_frame(arguments, film, drawn, take)
+  for k = 1, #film.poses do
     host.raise_if_interrupted()
-    local canvas = pixels.new(frame.panel, frame.height, ground)
-    scene.draw(canvas, film, frame, pose, 1)
-    scene.caption(canvas, frame, pose, 1)
-    scene.flows(canvas, film, frame)
-    scene.scale_bar(canvas, frame)
-    take(canvas:finish(), k, frame)
+    take(drawn:render("pixels", { transparent = arguments.transparent }, k))
   end
-  return frame.panel, frame.height
 end
 
-local function gif(arguments, film)
+local function gif(arguments, film, drawn)
   local list = {}
-  local width, height = frames(arguments, film, #film.poses,
-    function(bytes, k) list[k] = bytes end)
-  write(arguments.out, host.image.gif(width, height, list, 100 / FRAMES))
-  return width, height
+  each_frame(arguments, film, drawn, function(bytes) list[#list + 1] = bytes end)
+  write(arguments.out, host.image.gif(drawn.width, drawn.height, list, 100 / FRAMES))
 end
 
 -- ffmpeg gets the frames through a pipe and writes a file beside, which then takes its place.
-local function mp4(arguments, film)
+local function mp4(arguments, film, drawn)
   local part = arguments.out .. ".part.mp4"
-  local pipe
   -- where nothing can be written ffmpeg would end and the pipe break
   write(part, "")
-  local width, height = frames(arguments, film, 1, function(bytes, _, frame)
-    if not pipe then
-      -- one that fails leaves nothing, and what it did not read is read by nobody
-      pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
-        .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
-        frame.panel, frame.height, FRAMES, shell.quoted(part), shell.quoted(part)), "w"))
-    end
-    pipe:write(bytes)
-  end)
+  -- if ffmpeg fails its file is removed, and `cat` reads the rest of the frames
+  local pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
+    .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
+    drawn.width, drawn.height, FRAMES, shell.quoted(part), shell.quoted(part)), "w"))
+  each_frame(arguments, film, drawn, function(bytes) pipe:write(bytes) end)
   pipe:close()
   local done, message = host.file.rename(part, arguments.out)
   if not done then failure.raise(1, "ffmpeg failed: " .. message) end
-  return width, height
 end
 
----@param arguments table
----@return integer status
-function command.run(arguments)
+-- Checks the options, and returns the ending of --out.
+local function check(arguments)
   if not arguments.out then usage "--out FILE is missing: where does the picture go?" end
   local ending = (arguments.out:match "%.(%w+)$" or ""):lower()
-  local animated = ending == "gif" or ending == "mp4"
-  if not animated and ending ~= "png" and ending ~= "svg" then
-    usage("--out %s: its name must end in .png, .svg, .gif or .mp4", arguments.out)
+  if not STILLS[ending] and not ANIMATIONS[ending] then
+    usage("--out %s: its name must end in .png, .svg, .pdf, .gif or .mp4", arguments.out)
   end
   if ending == "mp4" and arguments.transparent then
     usage "--transparent: a video has a ground; .gif and .png can be without"
@@ -200,31 +155,40 @@ function command.run(arguments)
   if ending == "mp4" and os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
     failure.raise(1, "an .mp4 needs ffmpeg, which is not installed; .gif needs nothing")
   end
+  return ending
+end
+
+---@param arguments table
+---@return integer status
+function command.run(arguments)
+  local ending = check(arguments)
   local path = file_of(arguments[1])
-  local read, given = failure.attempt(robot, path)
-  if not read then failure.raise(1, failure.bare(given)) end
-  local walked, message = motion.simulate(given, { device = arguments.device })
+  local read, walker = failure.attempt(robot, path)
+  if not read then failure.raise(1, failure.bare(walker)) end
+  local walked, message = motion.simulate(walker, { device = arguments.device })
   if not walked then failure.raise(1, message) end
-  local duration = walked:duration()
+  local duration, animated = walked:duration(), ANIMATIONS[ending]
   local times = times_of(arguments.times, duration)
-  if animated then
-    local first, last = 0, duration
-    if times then first, last = math.min(unpack(times)), math.max(unpack(times)) end
-    times = {}
-    -- 1e-6: a last frame that rounding puts just beyond the end
-    for k = 0, math.floor((last - first) * FRAMES + 1e-6) do times[k + 1] = first + k / FRAMES end
-  end
-  local film = motion.of(walked, times or evenly(duration))
-  local width, height
+  if animated then times = frame_times(times, duration) end
+  local film = motion.of(walked, times or sheet.evenly(duration, film_strip.POSES))
+  local panels = animated and 1 or #film.poses
+  local width = arguments.width
+    or WIDTHS[animated and "animation" or panels > 1 and "strip" or "still"]
+  local drawn = sheet.new({ film }, { view = view.of[arguments.view], panels = panels,
+    -- a video's sides are even
+    width = animated and width - width % 2 or width })
+  if animated then drawn.height = drawn.height + drawn.height % 2 end
+  check_size(drawn, panels, ending == "gif" and #film.poses or 1)
   if ending == "gif" then
-    width, height = gif(arguments, film)
+    gif(arguments, film, drawn)
   elseif ending == "mp4" then
-    width, height = mp4(arguments, film)
+    mp4(arguments, film, drawn)
   else
-    width, height = strip(arguments, film, ending)
+    write(arguments.out, drawn:render(ending, { title = arguments[1], dpi = arguments.dpi,
+      transparent = arguments.transparent }))
   end
-  io.stdout:write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), width, height,
-    shell.path(path)))
+  io.stdout:write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), drawn.width,
+    drawn.height, shell.path(path)))
   return 0
 end
 

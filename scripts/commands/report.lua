@@ -13,8 +13,8 @@ local command = {
   text = [[
 Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
 loads nothing: report.html in the folder of the first RUN, or where --out says. Runs that go on are
-read as they are. With --figures the figures of a paper are written instead: SVG of 85 and 175 mm,
-PDF where rsvg-convert is found, and the numbers drawn as CSV.]],
+read as they are. With --figures the figures of a paper are written instead: SVG and PDF of 85 and
+175 mm, and the numbers drawn as CSV.]],
   positional = { least = 1, name = "RUN" },
   options = {
     { name = "out", argument = "FILE", text = "write the page there" },
@@ -36,10 +36,8 @@ function command.run(arguments)
   local options = { device = arguments.device, robots = not arguments.no_robots,
     say = function(line) io.stderr:write(line, "\n") end }
   if arguments.figures then
-    local names, pdf = figures.write(arguments.figures, folders,
-      (page.fitness_label(folders)), options)
-    io.stdout:write(("%s: %s%s\n"):format(shell.path(arguments.figures),
-      table.concat(names, ", "), pdf and "" or "; no PDF: rsvg-convert is not installed"))
+    local names = figures.write(arguments.figures, folders, (page.fitness_label(folders)), options)
+    io.stdout:write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end
   end
   local path = arguments.out or folders[1].path .. "/report.html"

@@ -2,7 +2,6 @@
 --- the current best, what failed. It takes no lock and writes nothing, so the run does not notice.
 
 local body_picture = require "limax.draw.body_picture"
-local chart = require "limax.draw.chart.text"
 local curves = require "limax.tools.report.curves"
 local host = require "limax.host"
 local page = require "limax.tools.report.page"
@@ -10,6 +9,7 @@ local runs = require "limax.tools.report.runs"
 local shape = require "limax.tools.report.shape"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
+local text_plot = require "limax.draw.text_plot"
 
 local command = {
   summary = "watch a run while it goes on: curves and the current best",
@@ -117,12 +117,12 @@ function command.text_of(folder, style)
     count >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median", count,
     leading.repetition)
   local drawn = curves.learning(list, "")
-  parts[#parts + 1] = chart.draw(drawn, { style = style, rows = 10 })
+  parts[#parts + 1] = text_plot.panel(drawn, { style = style, rows = 10 })
   local diversity = curves.diversity(list)[1]
   parts[#parts + 1] = ""
   parts[#parts + 1] = diversity.title
   diversity.y.label, diversity.curves[1].name = "", "diversity"
-  parts[#parts + 1] = chart.draw(diversity, { style = style, rows = 5 })
+  parts[#parts + 1] = text_plot.panel(diversity, { style = style, rows = 5 })
   local body = body_text(leading, style)
   if body then
     parts[#parts + 1] = ""

@@ -1,10 +1,10 @@
 --- painted.lua: a robot that was simulated for a moment, and what colours the pixels of its picture
 --- have.
 
+local canvases = require "limax.draw.canvas"
 local limax = require "limax"
 local motion = require "limax.draw.motion"
 local palette = require "limax.draw.palette"
-local pixels = require "limax.draw.picture.pixels"
 local scene = require "limax.draw.picture.scene"
 local view = require "limax.draw.picture.view"
 
@@ -29,8 +29,8 @@ end
 ---@return table<string, integer>
 ---@return limax.picture.frame
 function painted.colors_of(film, name, width)
-  local frame = scene.frame(film, view.of[name], width or 300, 1)
-  local canvas = pixels.new(frame.panel, frame.height, "#ffffff")
+  local frame = scene.frame(film, view.of[name], width or 300, 1, { text = 9, gap = 0, head = 2 })
+  local canvas = canvases.new("pixels", frame.panel, frame.height)
   scene.draw(canvas, film, frame, film.poses[1], 1)
   scene.flows(canvas, film, frame)
   local bytes, count = canvas:finish(), {}

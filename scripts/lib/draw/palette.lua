@@ -1,12 +1,12 @@
---- palette.lua: one colour for each material, the same in terminals and in figures. Hues can be
---- told apart without seeing red and green (after Okabe and Ito), the first of each kind by their
---- greys too.
+--- palette.lua: the colours of materials and of the lines of charts, the same in terminals and in
+--- figures. Hues differ for readers who do not see red and green (after Okabe and Ito); the first of
+--- each kind of material differ in grey too.
 
 local palette = {}
 
 ---@class limax.color
 ---@field hex string "#rrggbb"
----@field terminal integer of the 256 that terminals know
+---@field terminal integer of a terminal's 256
 
 -- Muscles are warm when they expand and cool when they contract; passive tissue by its place in the
 -- table.
@@ -44,6 +44,20 @@ function palette.shade(hex, share)
     parts[k + 1] = ("%02x"):format(math.floor(math.min(math.max(value, 0), 255) + 0.5))
   end
   return "#" .. table.concat(parts)
+end
+
+-- Okabe and Ito's colours, except yellow, in an order whose greys differ; then the same with other
+-- dashes.
+local LINES = { "#0072b2", "#d55e00", "#009e73", "#26282b", "#cc79a7", "#e69f00", "#56b4e9" }
+local DASHES = { false, { 6, 3 }, { 2, 3 } }
+
+--- Colour and dash of the k-th of several lines of a chart.
+---@param k integer
+---@return string color
+---@return number[]|nil dash
+function palette.line(k)
+  return LINES[(k - 1) % #LINES + 1],
+    DASHES[(math.floor((k - 1) / #LINES) + k - 1) % #DASHES + 1] or nil
 end
 
 return palette

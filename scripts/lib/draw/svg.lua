@@ -1,115 +1,86 @@
---- svg.lua: a page of SVG, written element by element. Coordinates are pixels of 1/96 inch, y
---- downwards.
-
-local host = require "limax.host"
+--- svg.lua: a canvas that writes SVG, with texts as texts. See canvas.lua for the calls. Cairo's own
+--- SVG is not used: it turns letters into shapes, and the report's content policy forbids its style
+--- attributes.
 
 local svg = {}
 
----@class limax.svg
----@field parts string[]
-local Page = {}
-Page.__index = Page
+---@class limax.draw.svg : limax.canvas
+local Sink = {}
+svg.methods = Sink
 
--- Text as XML holds it: control characters, which it cannot hold, become question marks, and so do
--- the letters of a name that is no UTF-8, which a folder's may be.
-local function escaped(text)
-  local entities = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
-  text = tostring(text)
-  if not pcall(host.json.encode, text) then text = text:gsub("[\128-\255]", "?") end
-  return (text:gsub("[&<>\"]", entities):gsub("[%z\1-\8\11\12\14-\31]", "?")
-    :gsub("\239\191[\190\191]", "?"))
-end
+local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
+local function escaped(text) return (text:gsub("[&<>\"]", ENTITIES)) end
 
---- A page of this size.
----@param width integer
----@param height integer
----@param title string
----@param size integer of the text
----@param ink string colour of the text
----@param options? { millimetres: number|nil, transparent: boolean|nil, description: string|nil }
---- its width on paper; without a white ground; what a screen reader says of it, "" for nothing
----@return limax.svg
-function svg.page(width, height, title, size, ink, options)
-  options = options or {}
-  local page = setmetatable({ parts = {} }, Page)
-  local wide, high = ("%d"):format(width), ("%d"):format(height)
-  if options.millimetres then
-    wide = ("%.4gmm"):format(options.millimetres)
-    high = ("%.4gmm"):format(options.millimetres * height / width)
+local function add(self, pattern, ...) self.parts[#self.parts + 1] = pattern:format(...) end
+
+--- Writes the head of the page.
+function Sink:open()
+  self.parts, self.clips, self.open_clip = {}, 0, false
+  local wide, high = ("%d"):format(self.width), ("%d"):format(self.height)
+  if self.millimetres then
+    wide = ("%.4gmm"):format(self.millimetres)
+    high = ("%.4gmm"):format(self.millimetres * self.height / self.width)
   end
-  page:add('<svg xmlns="http://www.w3.org/2000/svg" width="%s" height="%s" viewBox="0 0 %d %d"'
-    .. ' role="img"', wide, high, width, height)
-  page:add('font-family="DejaVu Sans, Verdana, Helvetica, sans-serif" font-size="%.4g" fill="%s">',
-    size, ink)
-  page:add("<title>%s</title>", escaped(title))
-  if options.description and options.description ~= "" then
-    page:add("<desc>%s</desc>", escaped(options.description))
+  add(self, '<svg xmlns="http://www.w3.org/2000/svg" width="%s" height="%s" viewBox="0 0 %d %d"'
+    .. ' role="img" stroke-linejoin="round"', wide, high, self.width, self.height)
+  add(self, 'font-family="DejaVu Sans, Verdana, Helvetica, sans-serif">')
+  add(self, "<title>%s</title>", escaped(self.title))
+  if self.description ~= "" then add(self, "<desc>%s</desc>", escaped(self.description)) end
+end
+
+local function style_text(style)
+  local parts = { ('fill="%s"'):format(style.fill or "none") }
+  local function put(pattern, value)
+    if value then parts[#parts + 1] = pattern:format(value) end
   end
-  if not options.transparent then
-    page:add('<rect width="%d" height="%d" fill="#ffffff"/>', width, height)
-  end
-  return page
-end
-
---- Adds an element, by a format.
----@param pattern string
----@param ... any
-function Page:add(pattern, ...) self.parts[#self.parts + 1] = pattern:format(...) end
-
----@param x number
----@param y number of the base line
----@param text string
----@param attributes? string
-function Page:text(x, y, text, attributes)
-  self:add('<text x="%.1f" y="%.1f"%s>%s</text>', x, y, attributes and " " .. attributes or "",
-    escaped(text))
-end
-
----@param from number[] { x, y }
----@param to number[]
----@param color string
----@param width number
-function Page:line(from, to, color, width)
-  self:add('<line x1="%.1f" y1="%.1f" x2="%.1f" y2="%.1f" stroke="%s" stroke-width="%.2g"/>',
-    from[1], from[2], to[1], to[2], color, width)
-end
-
-local function points_text(points)
-  local parts = {}
-  for k, point in ipairs(points) do parts[k] = ("%.1f,%.1f"):format(point[1], point[2]) end
+  put('fill-opacity="%.3g"', style.fill_opacity)
+  put('stroke="%s"', style.stroke)
+  put('stroke-width="%.2g"', style.stroke and style.width)
+  put('stroke-opacity="%.3g"', style.opacity)
+  put('stroke-dasharray="%s"', style.dash and table.concat(style.dash, " "))
   return table.concat(parts, " ")
 end
 
---- A filled polygon.
----@param points number[][] { x, y }
----@param attributes string
-function Page:polygon(points, attributes)
-  self:add('<polygon points="%s" %s/>', points_text(points), attributes)
+function Sink:clip(left, top, right, bottom)
+  if self.open_clip then add(self, "</g>") end
+  self.open_clip = left ~= nil
+  if left then
+    self.clips = self.clips + 1
+    local name = ("%sclip%d"):format(self.prefix, self.clips)
+    add(self, '<clipPath id="%s"><rect x="%.2f" y="%.2f" width="%.2f" height="%.2f"/></clipPath>'
+      .. '<g clip-path="url(#%s)">', name, left, top, right - left, bottom - top, name)
+  end
 end
 
---- An open line through points.
----@param points number[][]
----@param color string
----@param width number
----@param opacity? number
-function Page:path(points, color, width, opacity)
-  local style = 'fill="none" stroke="%s" stroke-width="%.2g" stroke-opacity="%.2g"'
-  self:add('<polyline points="%s" %s/>', points_text(points),
-    style:format(color, width, opacity or 1))
+function Sink:outline(points, closed, style)
+  if #points == 2 then
+    add(self, '<line x1="%.1f" y1="%.1f" x2="%.1f" y2="%.1f" %s/>', points[1][1], points[1][2],
+      points[2][1], points[2][2], style_text(style))
+    return
+  end
+  local texts = {}
+  for k, p in ipairs(points) do texts[k] = ("%.1f,%.1f"):format(p[1], p[2]) end
+  add(self, '<%s points="%s" %s/>', closed and "polygon" or "polyline", table.concat(texts, " "),
+    style_text(style))
 end
 
----@param center number[]
----@param radius number
----@param fill string
-function Page:dot(center, radius, fill)
-  self:add('<circle cx="%.1f" cy="%.1f" r="%.2g" fill="%s" stroke="#ffffff" stroke-width="0.9"/>',
-    center[1], center[2], radius, fill)
+function Sink:circle(center, radius, style)
+  add(self, '<circle cx="%.1f" cy="%.1f" r="%.2g" %s/>', center[1], center[2], radius,
+    style_text(style))
+end
+
+function Sink:write(x, y, text, style)
+  local place = ('x="%.1f" y="%.1f"'):format(x, y)
+  if style.upwards then place = ('transform="translate(%.1f %.1f) rotate(-90)"'):format(x, y) end
+  add(self, '<text %s font-size="%.4g"%s%s %s>%s</text>', place, style.size,
+    style.anchor and (' text-anchor="%s"'):format(style.anchor) or "",
+    style.bold and ' font-weight="bold"' or "", style_text(style), escaped(text))
 end
 
 --- The whole text.
----@return string
-function Page:finish()
-  self:add "</svg>"
+function Sink:finish()
+  self:clip()
+  add(self, "</svg>")
   return table.concat(self.parts, "\n") .. "\n"
 end
 

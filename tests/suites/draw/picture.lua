@@ -1,10 +1,10 @@
 --- picture.lua: `limax picture`: what is drawn by pixels and as SVG, of which size, from where, and
 --- what is refused.
 
+local canvases = require "limax.draw.canvas"
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
-local pixels = require "limax.draw.picture.pixels"
 local process = require "support.process"
 local source = require "limax.base.source"
 local view = require "limax.draw.picture.view"
@@ -35,19 +35,27 @@ local function png_size(bytes)
   return number(17), number(21)
 end
 
-suite:test("polygons cover what they cover, and mix with what is there", function(t)
-  local canvas = pixels.new(3, 2)
-  -- the left pixel whole, the next one by a third, nothing of the last
-  canvas:polygon({ { 0, 0 }, { 4 / 3, 0 }, { 4 / 3, 1 }, { 0, 1 } }, "#ff0000")
-  local bytes = canvas:finish()
-  t:equal({ bytes:byte(1, 12) }, { 255, 0, 0, 255, 255, 0, 0, 85, 0, 0, 0, 0 })
-  canvas = pixels.new(1, 1, "#0000ff")
-  canvas:polygon({ { 0, 0 }, { 1, 0 }, { 1, 1 }, { 0, 1 } }, "#ff0000", 0.5)
-  t:equal({ canvas:finish():byte(1, 4) }, { 128, 0, 128, 255 })
-  canvas = pixels.new(2, 1)
-  canvas:clip(1, 0, 2, 1)
-  canvas:polygon({ { 0, 0 }, { 2, 0 }, { 2, 1 }, { 0, 1 } }, "#ffffff")
-  t:equal({ canvas:finish():byte(1, 8) }, { 0, 0, 0, 0, 255, 255, 255, 255 })
+suite:test("the same calls make pixels, SVG and PDF, and the same bytes each time", function(t)
+  local function drawn(kind)
+    local canvas = canvases.new(kind, 30, 20, { title = "a < b\1", transparent = true })
+    canvas:clip(0, 0, 20, 20)
+    canvas:polygon({ { 0, 0 }, { 30, 0 }, { 30, 1 }, { 0, 1 } }, { fill = "#ff0000" })
+    canvas:box(0, 1, 1, 1, "#0000ff", 0.5)
+    canvas:text(10, 15, "f(x) & \255", { size = 8, anchor = "middle", halo = true })
+    return canvas:finish()
+  end
+  local pixels = drawn "pixels"
+  t:equal(#pixels, 30 * 20 * 4)
+  t:equal({ pixels:byte(1, 4) }, { 255, 0, 0, 255 })
+  -- beyond the clip, and half covered
+  t:equal({ pixels:byte(4 * 25 + 1, 4 * 25 + 4) }, { 0, 0, 0, 0 })
+  t:equal({ pixels:byte(4 * 30 + 1, 4 * 30 + 4) }, { 0, 0, 255, 128 })
+  local svg = drawn "svg"
+  t:ok(svg:find(">f(x) &amp; ?</text>", 1, true) and svg:find("<title>a &lt; b?</title>", 1, true))
+  t:equal(drawn("pdf"):sub(1, 5), "%PDF-")
+  for _, kind in ipairs { "pixels", "png", "svg", "pdf" } do
+    t:ok(drawn(kind) == drawn(kind), kind)
+  end
 end)
 
 suite:test("points along the sight fall on each other", function(t)
@@ -71,7 +79,7 @@ suite:test("stills and strips have the size, the times and the dots that were as
         "--width", "300", "--dpi", "300" })
       local bytes = source.read(("%s/%s.png"):format(base, from))
       local width, height = png_size(bytes)
-      t:ok(width == 300 and height > 40 and height < 200, ("%d x %d"):format(width, height))
+      t:ok(width == 300 and height > 60 and height < 300, ("%d x %d"):format(width, height))
       -- 300 per inch are 11811 = 0x2e23 per metre
       t:ok(bytes:find("pHYs\0\0\46\35\0\0\46\35\1", 1, true))
       picture(t, base, { file, "--out", from .. ".svg", "--view", from, "--times", "0,0.2,0.5" })
@@ -79,14 +87,18 @@ suite:test("stills and strips have the size, the times and the dots that were as
       for _, text in ipairs { "0.00 s", "0.20 s", "0.50 s", " m</text>" } do
         t:ok(svg:find(text, 1, true), text)
       end
-      t:ok(svg:find('fill="#ffffff"/>', 1, true))
+      for _, text in ipairs { ">expanding muscle<", ">bone<", ">centre of mass<" } do
+        t:ok(svg:find(text, 1, true), "the legend has " .. text)
+      end
     end
     local side, top = source.read(base .. "/side.png"), source.read(base .. "/top.png")
     t:ok(side ~= top)
     picture(t, base, { file, "--out", "clear.svg", "--transparent" })
     local clear = source.read(base .. "/clear.svg")
-    t:ok(not clear:find('<rect width="%d+" height="%d+" fill="#ffffff"/>'))
+    t:ok(not clear:find('<polygon points="0.0,0.0 %S+ %S+ %S+" fill="#ffffff"/>'))
     t:equal(select(2, clear:gsub(" s</text>", "")), 6)
+    picture(t, base, { file, "--out", "walk.pdf" })
+    t:equal(source.read(base .. "/walk.pdf"):sub(1, 5), "%PDF-")
   end)
 
 suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(t)
@@ -120,14 +132,14 @@ suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 
   limax.robot { voxels = "e" .. ("\n\nb"):rep(5) }:simulate { scene = limax.scenes.land(),
     duration = 0.1 }:save(tall)
   for words, text in pairs {
-    [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .gif or .mp4",
+    [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
     [{ file, "--out", "x.png", "--view", "back" }] = "side, top, iso",
     [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png notes it",
     [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: a video has a ground",
-    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side get 15 px each",
+    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side get 9 px each",
     [{ tall, "--out", "x.png", "--width", "5000", "--times", "0" }] = "is more than 20 million",
-    [{ "none.json", "--out", "x.png" }] = "none.json is no robot file and no run folder",
+    [{ "none.json", "--out", "x.png" }] = "none.json is neither a robot file nor a run folder",
   } do
     done = picture(t, base, words, 2)
     t:ok(done.stderr:find(text, 1, true), done.stderr)

@@ -115,10 +115,9 @@ local SIZES = {
 local function count_of(text, pattern) return select(2, text:gsub(pattern, "")) end
 
 suite:test("every section leaves figures, tables and one page", { limit = 180 }, function(t)
-  local folder, said = t:folder() .. "/out", {}
+  local folder = t:folder() .. "/out"
   local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
-    out = folder, say = function(text) said[#said + 1] = text end }
-  local text = table.concat(said, "\n")
+    out = folder, say = function() end }
   local rows = {}
   for _, row in ipairs(result.rows) do
     rows[row.section] = rows[row.section] or {}
@@ -184,11 +183,7 @@ suite:test("every section leaves figures, tables and one page", { limit = 180 },
   t:equal(count_of(page, "<svg"), 6)
   t:ok(not page:find "<script" and not page:find "https?://[^w]", "the page needs others")
   t:ok(page:find("Asked, measured, met", 1, true))
-  if os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0 then
-    t:equal(source.read(folder .. "/elite_regret.png"):sub(2, 4), "PNG")
-  else
-    t:ok(text:find("no PNG: rsvg-convert is not installed", 1, true), text)
-  end
+  t:equal(source.read(folder .. "/elite_regret.png"):sub(2, 4), "PNG")
 end)
 
 -- Judged rows by what they are called.

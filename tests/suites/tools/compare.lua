@@ -7,7 +7,7 @@ local evolution = require "support.evolution"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local limax = require "limax"
-local lines = require "limax.draw.chart.lines"
+local palette = require "limax.draw.palette"
 local process = require "support.process"
 local proposals = require "limax.tools.compare.proposals"
 local runs = require "limax.tools.compare.runs"
@@ -82,15 +82,15 @@ suite:test("an arm's line looks alike in figures of a comparison and of a report
     say = evolution.silent }):finish()
   process.completes(t, folder, { "compare", "a", "--out", "compared" })
   process.completes(t, folder, { "report", "a", "--figures", "figures" })
-  local color = lines.look(1)
+  local color = palette.line(1)
   t:ok(source.read(folder .. "/compared/learning.svg"):find(color, 1, true), "compare")
   t:ok(source.read(folder .. "/figures/learning-85.svg"):find(color, 1, true), "report")
   -- twenty lines differ
   local seen = {}
   for k = 1, 20 do
-    local hex, dash = lines.look(k)
-    t:ok(not seen[hex .. tostring(dash)], ("line %d"):format(k))
-    seen[hex .. tostring(dash)] = true
+    local hex, dash = palette.line(k)
+    t:ok(not seen[hex .. (dash and dash[1] or "")], ("line %d"):format(k))
+    seen[hex .. (dash and dash[1] or "")] = true
   end
 end)
 
@@ -123,7 +123,7 @@ suite:test("a fitness of the script's own is found in the run folder", function(
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/own.lua", [[
 local limax = require "limax"
-local lines = require "limax.draw.chart.lines"
+local csv = require "limax.base.csv"
 return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 2,
   repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
   supervisor = "fixed", fitness = function(robot) return 7 + 0 * robot:distance() end }

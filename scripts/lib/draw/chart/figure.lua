@@ -1,42 +1,141 @@
---- figure.lua: panels side by side on one page of SVG, with a title, what it shows in a sentence,
---- and where it was measured.
+--- figure.lua: panels for a printed page: as wide as a column or a text, 8 pt throughout, with a key
+--- of markers and a sentence on what is drawn below. The same figure as SVG, PDF and PNG, and its
+--- numbers as rows.
 
+local canvases = require "limax.draw.canvas"
+local csv = require "limax.base.csv"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
 local panel = require "limax.draw.chart.panel"
-local svg = require "limax.draw.svg"
 
 local figure = {}
 
--- px; text of 11 px is 8.25 pt
-local MARGIN, HEAD, FOOT, TEXT = 22, 62, 34, 11
+--- Widths in mm: of a column and of a text in most journals.
+figure.WIDTHS = { 85, 175 }
+
+--- px of 1/96 inch in a millimetre.
+figure.PX_PER_MM = 96 / 25.4
+--- px of a text of 8 pt.
+figure.TEXT = 8 * 96 / 72
+
+-- px: height of a line of text and of a panel, least width of a panel, and the outer margin
+local LINE, HEIGHT, NARROWEST, MARGIN = 14, 205, 300, 6
+-- names of curves get no more room than this share of a panel
+local MOST_NAMES = 0.4
 
 ---@class limax.chart.figure
 ---@field name string of its files
----@field title string
----@field subtitle string
----@field foot string
+---@field title string for screen readers and viewers; it is not drawn
 ---@field panels limax.chart.panel[]
----@field columns integer|nil 2
----@field width integer|nil of a panel, px
----@field height integer|nil of a panel, px
+---@field foot string what is drawn, and of how many runs
+---@field key { marker: string, color: string, text: string }[]|nil
+---@field csv string|nil its numbers, if not those of its curves
+---@field columns integer|nil panels side by side; by the width if left out
+---@field height integer|nil px, of a panel
 
---- The SVG text of a figure.
----@param given limax.chart.figure
----@return string
-function figure.svg(given)
-  local columns = math.min(given.columns or 2, #given.panels)
-  local wide, high = given.width or 590, given.height or 380
-  local rows = math.ceil(#given.panels / columns)
-  local width = 2 * MARGIN + columns * wide
-  local height = HEAD + rows * high + FOOT
-  local out = svg.page(width, height, given.title, TEXT, "#26282b")
-  out:text(MARGIN + 8, 28, given.title, 'font-size="17" font-weight="bold"')
-  out:text(MARGIN + 8, 48, given.subtitle, 'font-size="12" fill="#6b7076"')
-  for k, each in ipairs(given.panels) do
-    panel.draw(out, each, MARGIN + (k - 1) % columns * wide,
-      HEAD + math.floor((k - 1) / columns) * high, wide, high)
+local function width_of(text) return canvases.text_width(text, { size = figure.TEXT }) end
+
+-- px that the names at the ends of curves need.
+local function names_room(given, wide)
+  local most = 0
+  for _, curve in ipairs(given.curves) do
+    most = math.max(most, curve.name and width_of(curve.name) or 0)
   end
-  out:text(MARGIN + 8, height - 14, given.foot, 'font-size="10" fill="#6b7076"')
-  return out:finish()
+  return most == 0 and 12 or math.min(18 + most, MOST_NAMES * wide)
+end
+
+-- The key as rows that fit: { { entry, x }, ... }.
+local function key_rows(key, width)
+  local rows, x = {}, math.huge
+  for _, entry in ipairs(key) do
+    local room = 12 + width_of(entry.text) + 14
+    if x + room > width then
+      rows[#rows + 1] = {}
+      x = MARGIN + 6
+    end
+    table.insert(rows[#rows], { entry = entry, x = x })
+    x = x + room
+  end
+  return rows
+end
+
+--- The file of a figure.
+---@param kind "svg"|"pdf"|"png"
+---@param given limax.chart.figure
+---@param millimetres number its width
+---@param options? { zoom: integer|nil } see canvas.lua
+---@return string
+function figure.draw(kind, given, millimetres, options)
+  local width = math.floor(millimetres * figure.PX_PER_MM + 0.5)
+  local columns = math.min(given.columns or math.max(1, math.floor(width / NARROWEST)),
+    #given.panels)
+  local wide = (width - 2 * MARGIN) / columns
+  local rows, high = math.ceil(#given.panels / columns), given.height or HEIGHT
+  local foot = canvases.wrapped(given.foot, { size = figure.TEXT }, width - 2 * MARGIN)
+  local key = key_rows(given.key or {}, width)
+  local canvas = canvases.new(kind, width, rows * high + (#key + #foot) * LINE + 12,
+    { title = given.title, description = given.foot, millimetres = millimetres,
+      zoom = options and options.zoom })
+  for k, each in ipairs(given.panels) do
+    local copy = {}
+    for name, value in pairs(each) do copy[name] = value end
+    copy.right = names_room(each, wide)
+    panel.draw(canvas, copy, { left = MARGIN + (k - 1) % columns * wide,
+      top = math.floor((k - 1) / columns) * high, width = wide, height = high,
+      size = figure.TEXT })
+  end
+  local y = rows * high + LINE
+  for _, row in ipairs(key) do
+    for _, at in ipairs(row) do
+      panel.marker(canvas, { at.x, y - 4 }, at.entry.marker, at.entry.color)
+      canvas:text(at.x + 10, y, at.entry.text, { size = figure.TEXT })
+    end
+    y = y + LINE
+  end
+  for _, line in ipairs(foot) do
+    canvas:text(MARGIN, y, line, { size = figure.TEXT })
+    y = y + LINE
+  end
+  return canvas:finish()
+end
+
+-- The numbers of a figure: a row per point of a line or a band.
+local function csv_of(given)
+  local rows = {}
+  local function add(each, name, points, low, high)
+    for _, point in ipairs(points) do
+      rows[#rows + 1] = { panel = each.title, x_axis = each.x.label, y_axis = each.y.label,
+        curve = name, x = point[1], y = not low and point[2] or nil, low = low and point[low],
+        high = high and point[high] }
+    end
+  end
+  for _, each in ipairs(given.panels) do
+    for k, curve in ipairs(each.curves) do
+      add(each, curve.name or curve.title or ("line %d"):format(k), curve.points)
+    end
+    for k, band in ipairs(each.bands or {}) do
+      add(each, band.name or ("band %d"):format(k), band.points, 2, 3)
+    end
+  end
+  return csv.encode({ "panel", "x_axis", "y_axis", "curve", "x", "y", "low", "high" }, rows)
+end
+
+--- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.
+---@param folder string
+---@param given { name: string, csv: string|nil }
+---@param draw? fun(kind: string, millimetres: number): string figure.draw if left out
+function figure.write(folder, given, draw)
+  local function write(name, text)
+    local written, message = host.file.write_atomic(folder .. "/" .. name, text)
+    if not written then failure.raise(1, message) end
+  end
+  for _, millimetres in ipairs(figure.WIDTHS) do
+    for _, kind in ipairs { "svg", "pdf" } do
+      write(("%s-%d.%s"):format(given.name, millimetres, kind),
+        draw and draw(kind, millimetres) or figure.draw(kind, given, millimetres))
+    end
+  end
+  write(given.name .. ".csv", given.csv or csv_of(given))
 end
 
 return figure

@@ -1,5 +1,5 @@
 --- polygon.lua: flat, convex pieces of what a picture shows, and how planes cut them. A plane is a
---- normal and an offset: n.p = offset; what lies at n.p > offset is in front of it. Metres, along,
+--- normal n and an offset: n.p = offset; points with n.p > offset are in front of it. Metres, along,
 --- away, up.
 
 local polygon = {}
@@ -11,7 +11,7 @@ local ROUNDING = 1e-9
 ---@field points number[][]
 ---@field edges (boolean|string)[] is the k-th edge, from point k to the next, one of the thing
 --- itself, and which?
----@field look table how it is drawn; see scene.lua
+---@field look table how it is drawn: colours `fill` and `ink`, and `ruled` for floors
 
 local function dot(a, b) return a[1] * b[1] + a[2] * b[2] + a[3] * b[3] end
 polygon.dot = dot
@@ -27,34 +27,34 @@ polygon.unit, polygon.cross = unit, cross
 
 --- The parts of a polygon in front of a plane and behind it. What leaves the plane by less than
 --- `slack` is not cut; what lies within it on both sides counts as in front.
----@param given limax.picture.polygon
+---@param whole limax.picture.polygon
 ---@param normal number[]
 ---@param offset number
 ---@param slack? number m, 0 if left out
 ---@return limax.picture.polygon|nil front
 ---@return limax.picture.polygon|nil behind
-function polygon.split(given, normal, offset, slack)
+function polygon.split(whole, normal, offset, slack)
   slack = slack or 0
-  local points, sides, low, high = given.points, {}, math.huge, -math.huge
+  local points, sides, low, high = whole.points, {}, math.huge, -math.huge
   for k, p in ipairs(points) do
     local side = dot(normal, p) - offset
     sides[k], low, high = side, math.min(low, side), math.max(high, side)
   end
-  if low >= -slack then return given, nil end
-  if high <= slack then return nil, given end
-  local front = { points = {}, edges = {}, look = given.look }
-  local behind = { points = {}, edges = {}, look = given.look }
+  if low >= -slack then return whole, nil end
+  if high <= slack then return nil, whole end
+  local front = { points = {}, edges = {}, look = whole.look }
+  local behind = { points = {}, edges = {}, look = whole.look }
   local function add(part, point, edge)
     part.points[#part.points + 1], part.edges[#part.edges + 1] = point, edge
   end
   for k, p in ipairs(points) do
     local next_k = k % #points + 1
-    local from, to, edge = sides[k], sides[next_k], given.edges[k]
+    local from, to, edge = sides[k], sides[next_k], whole.edges[k]
     add(from >= 0 and front or behind, p, edge)
     if (from >= 0) ~= (to >= 0) then
       local q, share, cut = points[next_k], from / (from - to), {}
       for c = 1, 3 do cut[c] = p[c] + (q[c] - p[c]) * share end
-      -- along the cut there is no edge, beyond it the old one goes on
+      -- the cut itself is not an edge; beyond it the old edge goes on
       add(from >= 0 and front or behind, cut, false)
       add(from >= 0 and behind or front, cut, edge)
     end
@@ -63,18 +63,18 @@ function polygon.split(given, normal, offset, slack)
 end
 
 --- The part of a polygon within half-spaces, behind all their planes; nil where nothing is left.
----@param given limax.picture.polygon
----@param spaces { normal: number[], offset: number }[]
+---@param whole limax.picture.polygon
+---@param spaces limax.picture.space[]
 ---@param but? integer one of them that does not count
 ---@return limax.picture.polygon|nil
-function polygon.within(given, spaces, but)
+function polygon.within(whole, spaces, but)
   for k, space in ipairs(spaces) do
     -- what lies in the plane itself stays
-    if k ~= but and given then
-      given = polygon.split(given, scaled(space.normal, -1), -space.offset, ROUNDING)
+    if k ~= but and whole then
+      whole = polygon.split(whole, scaled(space.normal, -1), -space.offset, ROUNDING)
     end
   end
-  return given
+  return whole
 end
 
 -- A square in a plane around the point of it that is nearest to `center`.
@@ -98,13 +98,13 @@ local function square(normal, offset, center, half)
 end
 
 --- Where a plane cuts a polygon: two points, or nothing.
----@param given limax.picture.polygon
+---@param whole limax.picture.polygon
 ---@param normal number[]
 ---@param offset number
 ---@return number[]|nil from
 ---@return number[]|nil to
-function polygon.crossing(given, normal, offset)
-  local front, behind = polygon.split(given, normal, offset)
+function polygon.crossing(whole, normal, offset)
+  local front, behind = polygon.split(whole, normal, offset)
   if not front or not behind then return nil end
   local found = {}
   for k, p in ipairs(front.points) do
@@ -114,8 +114,8 @@ function polygon.crossing(given, normal, offset)
   return found[1], found[2]
 end
 
---- The k-th side of what half-spaces have in common: their normals, of length 1, point out of it.
----@param spaces { normal: number[], offset: number }[]
+--- The k-th side of the common part of half-spaces, whose normals, of length 1, point out of it.
+---@param spaces limax.picture.space[]
 ---@param k integer
 ---@param center number[] a point near it, m
 ---@param half number m: no point of the side is farther than this from `center`

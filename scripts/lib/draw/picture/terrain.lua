@@ -1,6 +1,7 @@
 --- terrain.lua: a height field as pieces to paint: patches of its surface, and the walls where a
 --- slab of space cuts it. Metres, along, away, up.
 
+local order = require "limax.draw.picture.order"
 local palette = require "limax.draw.palette"
 local polygon = require "limax.draw.picture.polygon"
 local skin = require "limax.draw.skin"
@@ -8,14 +9,14 @@ local world = require "limax.draw.picture.world"
 
 local terrain = {}
 
--- Patches along the longer side of a slab, at most; each is as long as it is wide.
+-- Patches along the longer side of a slab, about; each is as long as it is wide.
 local PATCHES = 14
 -- m of soil below the lowest place
 local DEPTH = 0.02
 
 local dot = polygon.dot
 
--- The corners of a slab's floor, in the world, and what they span there.
+-- What the corners of a slab's floor span in the world.
 local function footprint(stage, slab)
   local low, high = { math.huge, math.huge }, { -math.huge, -math.huge }
   for _, along in ipairs { slab.low[1], slab.high[1] } do
@@ -29,24 +30,21 @@ end
 
 -- Adds a piece with four corners, counter-clockwise seen from outside, if it looks at the eye.
 local function add(patches, points, edges, within, sight)
-  local one, other, center = {}, {}, {}
+  local one, other = {}, {}
   for c = 1, 3 do
     one[c], other[c] = points[3][c] - points[1][c], points[4][c] - points[2][c]
-    center[c] = (points[1][c] + points[2][c] + points[3][c] + points[4][c]) / 4
   end
   local normal = polygon.cross(one, other)
-  local length = math.sqrt(dot(normal, normal))
-  if length == 0 or dot(normal, sight) >= 0 then return end
-  for c = 1, 3 do normal[c] = normal[c] / length end
+  if dot(normal, normal) == 0 or dot(normal, sight) >= 0 then return end
   patches[#patches + 1] = polygon.within({ points = points, edges = edges,
-    look = { fill = palette.shade(world.soil, skin.brightness(normal)), ink = world.furrow,
-      center = center, depth = dot(center, sight), place = #patches } }, within)
+    look = { fill = palette.shade(world.soil, skin.brightness(polygon.unit(normal))),
+      ink = world.furrow } }, within)
 end
 
 -- Adds the walls below the slab's four sides, from the surface down to `floor`.
 local function add_walls(patches, stage, slab, step, floor, sight)
   local low, high = slab.low, slab.high
-  -- around the slab counter-clockwise seen from above: what is outside lies at the right
+  -- counter-clockwise seen from above
   local corners = { { low[1], low[2] }, { high[1], low[2] }, { high[1], high[2] },
     { low[1], high[2] } }
   for side, from in ipairs(corners) do
@@ -67,29 +65,56 @@ local function add_walls(patches, stage, slab, step, floor, sight)
   end
 end
 
---- Pieces that look at the eye. Where heights are finer than a picture can show some are left out,
+-- Patches as slices along the ground, the farthest first; the plane of each is where it begins. In a
+-- slice the terrain is painted first, since the eye looks from above.
+local function slices_of(patches, sight, thickness)
+  order.by_depth(patches, sight)
+  local length = math.sqrt(sight[1] ^ 2 + sight[2] ^ 2)
+  if length < 1e-6 then
+    return { { plane = { normal = { 0, 0, 1 }, offset = -math.huge }, parts = patches,
+      whole = true } }
+  end
+  local toward = { -sight[1] / length, -sight[2] / length, 0 }
+  local by_number, least, most = {}, math.huge, -math.huge
+  for _, patch in ipairs(patches) do
+    local sum = 0
+    for _, p in ipairs(patch.points) do sum = sum + dot(toward, p) end
+    local k = math.floor(sum / #patch.points / thickness)
+    by_number[k] = by_number[k] or {}
+    table.insert(by_number[k], patch)
+    least, most = math.min(least, k), math.max(most, k)
+  end
+  local slices = {}
+  for k = least, most do
+    slices[#slices + 1] = { plane = { normal = toward, offset = k * thickness },
+      parts = by_number[k] or {}, whole = true }
+  end
+  return slices
+end
+
+--- Pieces that look at the eye. Where heights are finer than a picture can show some are left out;
 --- where they are coarse the surface between them is followed.
 ---@param stage limax.picture.stage
 ---@param slab limax.picture.slab
----@param within limax.picture.space[] the slab; its first four sides stand upright
+---@param within limax.picture.space[] the slab; its first four sides are upright
 ---@param sight number[] away from the eye
----@return limax.picture.polygon[]
----@return number thickness m, about the size of a patch
-function terrain.patches(stage, slab, within, sight)
-  local given, low, high = stage.terrain, footprint(stage, slab)
-  local wanted = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2]) / PATCHES
-  local step = given.spacing * math.max(1, math.floor(wanted / given.spacing))
-  if given.spacing > wanted then step = given.spacing / math.ceil(given.spacing / wanted) end
+---@return limax.picture.item[]
+function terrain.items(stage, slab, within, sight)
+  local field, low, high = stage.terrain, footprint(stage, slab)
+  local wanted = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2])
+    / (slab.patches or PATCHES)
+  local step = field.spacing * math.max(1, math.floor(wanted / field.spacing))
+  if field.spacing > wanted then step = field.spacing / math.ceil(field.spacing / wanted) end
   local first, last = {}, {}
   for c = 1, 2 do
-    first[c] = math.floor((low[c] - given.origin[c]) / step)
-    last[c] = math.floor((high[c] - given.origin[c]) / step)
+    first[c] = math.floor((low[c] - field.origin[c]) / step)
+    last[c] = math.floor((high[c] - field.origin[c]) / step)
   end
   local function at(i, j)
-    local x, y = given.origin[1] + i * step, given.origin[2] + j * step
-    return stage.turn { x, y, world.height(given, x, y) }
+    local x, y = field.origin[1] + i * step, field.origin[2] + j * step
+    return stage.turn { x, y, world.height(field, x, y) }
   end
-  -- heights do not limit the surface
+  -- the slab's heights do not limit the surface
   local upright, patches, lowest = { unpack(within, 1, 4) }, {}, math.huge
   for i = first[1], last[1] do
     for j = first[2], last[2] do
@@ -99,7 +124,7 @@ function terrain.patches(stage, slab, within, sight)
     end
   end
   add_walls(patches, stage, slab, step, lowest - DEPTH, sight)
-  return patches, step
+  return slices_of(patches, sight, step)
 end
 
 return terrain

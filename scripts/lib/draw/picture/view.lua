@@ -1,5 +1,4 @@
---- view.lua: how a picture looks at { along, away, up }, m: where a point falls on the page (right
---- and up, m), and which points fall on each other.
+--- view.lua: projections of { along, away, up }, m, to the page: right and up, m.
 
 local skin = require "limax.draw.skin"
 
@@ -7,17 +6,20 @@ local view = {}
 
 ---@class limax.picture.view
 ---@field project fun(p: number[]): number, number right and up, m
----@field sight number[] points on such a line fall on each other; away from the eye
----@field shadow boolean is the ground seen from beside, so that a shadow shows?
+---@field sight number[] direction away from the eye: points along it fall on each other
+---@field shadow boolean is the ground seen, so that a shadow shows?
 ---@field short number what a metre along the way takes on the page, m
 
 local HALF, THIRD, SIXTH = math.sqrt(1 / 2), math.sqrt(2 / 3), math.sqrt(1 / 6)
+-- the profile looks down a little, so that floors are not edge-on
+local TILT = 0.08
 
+--- Views to choose from.
 view.names = { "side", "top", "iso" }
 
 ---@type table<string, limax.picture.view>
 view.of = {
-  -- oblique: what is along and up is true to scale
+  -- oblique: along and up are true to scale
   side = { sight = { -skin.recede_x, 1, -skin.recede_y }, shadow = true, short = 1,
     project = function(p)
       return p[1] + skin.recede_x * p[2], p[3] + skin.recede_y * p[2]
@@ -29,6 +31,8 @@ view.of = {
     project = function(p)
       return (p[1] - p[2]) * HALF, p[3] * THIRD + (p[1] + p[2]) * SIXTH
     end },
+  profile = { sight = { 0, 1, -TILT }, shadow = false, short = 1,
+    project = function(p) return p[1], p[3] + TILT * p[2] end },
 }
 
 return view

@@ -7,8 +7,8 @@ local choice = require "limax.base.choice"
 local csv = require "limax.base.csv"
 local curves = require "limax.tools.compare.curves"
 local figure = require "limax.draw.chart.figure"
-local lines = require "limax.draw.chart.lines"
 local outcome = require "limax.tools.compare.outcome"
+local palette = require "limax.draw.palette"
 local runs = require "limax.tools.compare.runs"
 local sample = require "limax.base.statistics.sample"
 local supervise = require "limax.supervise"
@@ -19,29 +19,36 @@ local figures = {}
 local PLACES = 120
 -- more arms than this and the lines of single runs hide each other
 local MOST_WITH_RUNS = 4
+-- mm
+local WIDTH = 175
 
 -- Adds an arm's curve, and its runs' thin ones. `points_of(run)` are { x, y }; `xs` the places.
 local function add_curves(panel, arm, k, count, xs, points_of)
-  local color, dash = lines.look(k)
+  local color, dash = palette.line(k)
   local of_runs, middle = {}, {}
-  for i, run in ipairs(arm.runs) do of_runs[i] = points_of(run) end
+  for i, run in ipairs(arm.runs) do
+    of_runs[i] = points_of(run)
+    if count <= MOST_WITH_RUNS then
+      table.insert(panel.curves, { points = of_runs[i], color = color, width = 0.5,
+        marker = "none" })
+    end
+  end
   for _, x in ipairs(xs) do
     local values = {}
     for _, points in ipairs(of_runs) do
-      -- a run that has ended has no say beyond its end
+      -- a run does not count beyond its end
       local last = points[#points]
       values[#values + 1] = last and x <= last[1] and curves.at(points, x) or nil
     end
     if #values == #of_runs then middle[#middle + 1] = { x, (sample.centre(values)) } end
   end
-  if count <= MOST_WITH_RUNS then
-    for _, points in ipairs(of_runs) do
-      panel.curves[#panel.curves + 1] = { points = points, color = color, width = 0.5,
-        marker = "none" }
-    end
-  end
-  panel.curves[#panel.curves + 1] = { name = arm.name, points = middle, color = color, dash = dash,
-    width = 2, marker = "none" }
+  table.insert(panel.curves, { name = arm.name, points = middle, color = color, dash = dash,
+    width = 2, marker = "none" })
+end
+
+local function panel_of(title, x_label, y_label)
+  return { title = title, x = { label = x_label, linear = true },
+    y = { label = y_label, linear = true }, curves = {} }
 end
 
 -- Places between the first generation and the longest run.
@@ -59,25 +66,20 @@ local function places(list, points_of)
   return xs
 end
 
-local function over_evaluations(list, value)
-  return places(list, function(run) return curves.points(run, value) end)
-end
-
-local function panel_of(list, title, label, value)
-  local panel = { title = title, x = { label = "evaluations", linear = true },
-    y = { label = label, linear = true }, curves = {} }
-  local xs = over_evaluations(list, value)
-  for k, arm in ipairs(list) do
-    add_curves(panel, arm, k, #list, xs, function(run) return curves.points(run, value) end)
-  end
+local function by_evaluations(list, title, label, value)
+  local panel = panel_of(title, "evaluations", label)
+  local function points_of(run) return curves.points(run, value) end
+  local xs = places(list, points_of)
+  for k, arm in ipairs(list) do add_curves(panel, arm, k, #list, xs, points_of) end
   return panel
 end
 
 -- ---- data ---------------------------------------------------------------------------------------
 
--- A row per run and generation, filled by `fill(row, line, run)`.
-local function rows_of(list, fill)
-  local rows = {}
+-- CSV with a row per run and generation; `values(line)` are the named columns of a row.
+local function by_line(list, names, values)
+  local rows, columns = {}, { "arm", "seed", "repetition", "generation", "evaluations" }
+  for _, name in ipairs(names) do columns[#columns + 1] = name end
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
       local spent = run.before
@@ -85,35 +87,24 @@ local function rows_of(list, fill)
         spent = spent + line.evaluations
         local row = { arm = arm.name, seed = run.seed, repetition = run.repetition,
           generation = line.generation, evaluations = spent }
-        fill(row, line, run)
+        local own = values(line)
+        for _, name in ipairs(names) do row[name] = own[name] end
         rows[#rows + 1] = row
       end
     end
   end
-  return rows
-end
-
-local ABOUT = { "arm", "seed", "repetition", "generation", "evaluations" }
-
-local function columns(...)
-  local list = { unpack(ABOUT) }
-  for _, name in ipairs { ... } do list[#list + 1] = name end
-  return list
+  return csv.encode(columns, rows)
 end
 
 local function learning(list)
   return { name = "learning", title = "Learning curves",
-    subtitle = "The best of each generation under the first materials. What is tested: "
+    text = "The best of each generation under the first materials. What is tested: "
       .. outcome.TEXT .. ".",
-    panels = { panel_of(list, "best_standard", "fitness", runs.score),
-      panel_of(list, "mean of the population", "fitness",
+    panels = { by_evaluations(list, "best_standard", "fitness", runs.score),
+      by_evaluations(list, "mean of the population", "fitness",
         function(line) return line.mean end) },
-    csv = csv.encode(columns("best_standard", "best", "mean", "median", "worst"),
-      rows_of(list, function(row, line)
-        for _, name in ipairs { "best_standard", "best", "mean", "median", "worst" } do
-          row[name] = line[name]
-        end
-      end)) }
+    csv = by_line(list, { "best_standard", "best", "mean", "median", "worst" },
+      function(line) return line end) }
 end
 
 local function diversity(list)
@@ -121,17 +112,17 @@ local function diversity(list)
     return function(line) return line.diversity.all and line.diversity.all[name] end
   end
   return { name = "diversity", title = "Diversity curves",
-    subtitle = "Over all robots with a score. A distinct design may lower the mean distance: look"
+    text = "Over all robots with a score. A distinct design may lower the mean distance: look"
       .. " at both.",
-    panels = { panel_of(list, "voxels in which two robots differ", "share", of "hamming"),
-      panel_of(list, "different bodies", "number", of "distinct"),
-      panel_of(list, "spread of the genes", "standard deviation", of "genotype") },
-    csv = csv.encode(columns("hamming", "distinct", "genotype", "hamming_top", "distinct_top"),
-      rows_of(list, function(row, line)
+    panels = { by_evaluations(list, "voxels in which two robots differ", "share", of "hamming"),
+      by_evaluations(list, "different bodies", "number", of "distinct"),
+      by_evaluations(list, "spread of the genes", "standard deviation", of "genotype") },
+    csv = by_line(list, { "hamming", "distinct", "genotype", "hamming_top", "distinct_top" },
+      function(line)
         local all, top = line.diversity.all or {}, line.diversity.top or {}
-        row.hamming, row.distinct, row.genotype = all.hamming, all.distinct, all.genotype
-        row.hamming_top, row.distinct_top = top.hamming, top.distinct
-      end)) }
+        return { hamming = all.hamming, distinct = all.distinct, genotype = all.genotype,
+          hamming_top = top.hamming, distinct_top = top.distinct }
+      end) }
 end
 
 -- Fields of materials that any run changed, as "MATERIAL.FIELD".
@@ -152,7 +143,7 @@ local function changed_materials(list)
   return choice.sorted_keys(found)
 end
 
--- Does a value ever change within a run of this arm?
+-- Does a value change within a run of this arm?
 local function moves(arm, value)
   for _, run in ipairs(arm.runs) do
     for _, line in ipairs(run.lines) do
@@ -164,31 +155,29 @@ end
 
 -- A value by generation, of the arms in which it moves; of all if it moves in none.
 local function by_generation(list, title, value)
-  local panel = { title = title, x = { label = "generation", linear = true },
-    y = { label = title, linear = true }, curves = {}, right = 130 }
+  local panel = panel_of(title, "generation", title)
   local function points_of(run)
     local points = {}
     for k, line in ipairs(run.lines) do points[k] = { line.generation, value(line) } end
     return points
   end
-  local longest, xs = 0, {}
+  local longest, xs, still = 0, {}, 0
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do longest = math.max(longest, #run.lines) end
+    still = still + (moves(arm, value) and 0 or 1)
   end
   for generation = 0, longest - 1 do xs[#xs + 1] = generation end
-  local still = 0
-  for _, arm in ipairs(list) do still = still + (moves(arm, value) and 0 or 1) end
   local all = still == #list
   for k, arm in ipairs(list) do
     if all or moves(arm, value) then add_curves(panel, arm, k, #list, xs, points_of) end
   end
   if still > 0 and not all then
-    panel.note = ("left as it was in %d of the arms, which are not drawn"):format(still)
+    panel.note = ("unchanged in %d of the arms, which are not drawn"):format(still)
   end
   return panel
 end
 
--- Every entry of every ledger, but for those that kept what was without a word.
+-- Every entry of every ledger, except those that were kept.
 local function ledger_csv(list)
   local rows = {}
   for _, arm in ipairs(list) do
@@ -220,16 +209,16 @@ local function changes(list)
       function(line) return line.materials[material][field] end)
   end
   return { name = "changes", title = "What the supervisors changed",
-    subtitle = "As applied, after the ledger's limits; changes.csv has each proposal and its fate.",
+    text = "As applied, after the ledger's limits; changes.csv has each proposal and its outcome.",
     panels = panels, csv = ledger_csv(list) }
 end
 
 local ENDS = { [0] = "generation 0", [1] = "the last" }
 
 local function first_last(list, outcomes)
-  local panel = { title = "best_standard", curves = {}, y = { label = "fitness", linear = true },
-    x = { label = "", linear = true, low = -0.1, high = 1.02,
-      text = function(value) return ENDS[value] end } }
+  local panel = panel_of("best_standard", "", "fitness")
+  panel.x.low, panel.x.high = -0.1, 1.02
+  panel.x.text = function(value) return ENDS[value] end
   local rows = {}
   for k, arm in ipairs(list) do
     local first, last = {}, {}
@@ -243,12 +232,12 @@ local function first_last(list, outcomes)
         hamming_first = a.diversity.all and a.diversity.all.hamming,
         hamming_last = b.diversity.all and b.diversity.all.hamming }
     end
-    local color, dash = lines.look(k)
+    local color, dash = palette.line(k)
     panel.curves[k] = { name = arm.name, color = color, dash = dash, width = 2, marker = "dot",
       points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
   end
   return { name = "first_last", title = "Generation 0 against the last", panels = { panel },
-    subtitle = "Arms of equal seeds and repetitions begin with the same populations.",
+    text = "Arms of equal seeds and repetitions begin with the same populations.",
     csv = csv.encode({ "arm", "seed", "repetition", "generations", "evaluations", "best_first",
       "best_last", "outcome", "mean_first", "mean_last", "hamming_first", "hamming_last" }, rows) }
 end
@@ -258,13 +247,13 @@ end
 ---@param outcomes table<limax.compare.run, number>
 ---@return table<string, string>
 function figures.files(list, outcomes)
-  local files = {}
+  local files, count = {}, #list[1].runs
+  local centre = count >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median"
   for _, each in ipairs { learning(list), diversity(list), changes(list),
     first_last(list, outcomes) } do
-    local count = #list[1].runs
-    each.foot = ("%d arms, %d runs in the first; curves: the %s of the runs"):format(#list, count,
-      count >= sample.LEAST_FOR_MEAN and "interquartile mean" or "median")
-    files[each.name .. ".svg"] = figure.svg(each)
+    each.foot = ("%s %d arms, %d runs in the first; curves: the %s of the runs."):format(each.text,
+      #list, count, centre)
+    files[each.name .. ".svg"] = figure.draw("svg", each, WIDTH)
     files[each.name .. ".csv"] = each.csv
   end
   return files

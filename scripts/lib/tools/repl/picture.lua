@@ -8,14 +8,12 @@ local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local motion = require "limax.draw.motion"
 local robots = require "limax.robot.robot"
-local scene = require "limax.draw.picture.scene"
 local schema = require "limax.base.schema"
 local scored_robot = require "limax.robot.scored_robot"
+local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
 local suggest = require "limax.base.suggest"
-local vectors = require "limax.draw.picture.vectors"
 local view = require "limax.draw.picture.view"
-local world = require "limax.draw.picture.world"
 
 local picture = {}
 
@@ -33,14 +31,9 @@ end
 
 local function draw_pose(path, moving, title)
   local film = motion.now(moving.finished(), moving:positions():table(), moving.time or 0)
-  local frame = scene.frame(film, view.of.side, STILL, 1)
-  local canvas = vectors.new(frame.panel, frame.height, title or "a robot in motion",
-    { description = world.words(film.world) })
-  scene.draw(canvas, film, frame, film.poses[1], 1)
-  scene.caption(canvas, frame, film.poses[1], 1)
-  scene.flows(canvas, film, frame)
-  scene.scale_bar(canvas, frame)
-  local written, message = host.file.write_atomic(path, canvas:finish())
+  local drawn = sheet.new({ film }, { view = view.of.side, width = STILL }):render("svg",
+    { title = title or "a robot in motion" })
+  local written, message = host.file.write_atomic(path, drawn)
   if not written then engine.fail("picture: " .. message) end
 end
 

@@ -5,7 +5,7 @@
 local bootstrap = require "limax.base.statistics.bootstrap"
 local by_evaluations = require "limax.tools.compare.curves"
 local choice = require "limax.base.choice"
-local lines = require "limax.draw.chart.lines"
+local palette = require "limax.draw.palette"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
 
@@ -127,7 +127,7 @@ end
 function curves.panel(list, title, label, value)
   local panel = panel_of(title, label)
   for k, arm in ipairs(list) do
-    local color, dash = lines.look(k)
+    local color, dash = palette.line(k)
     local points, band = curves.over(arm, value, #list <= MOST_BANDS)
     add(panel, arm.name, color, dash, points, band)
   end
@@ -157,7 +157,8 @@ function curves.population(arm, label)
     { "median", function(line) return line.median end },
     { "mean", function(line) return line.mean end } } do
     local color = ({ "#d55e00", "#0072b2", "#26282b" })[k]
-    add(panel, each[1], color, ({ nil, "6 3", "2 3" })[k], curves.over(arm, each[2], false), {})
+    local _, dash = palette.line(k)
+    add(panel, each[1], color, dash, curves.over(arm, each[2], false), {})
   end
   panel.note = "bands: 10 to 90 % and 25 to 75 % of the robots"
   return panel
@@ -174,7 +175,8 @@ function curves.learning(list, label)
     panel.curves[1].name = "best"
     if panel.bands[1] then panel.bands[1].name = "best" end
     local points, band = curves.over(list[1], function(line) return line.mean end)
-    add(panel, "mean", "#d55e00", "6 3", points, band)
+    local color, dash = palette.line(2)
+    add(panel, "mean", color, dash, points, band)
   end
   return panel
 end
@@ -202,7 +204,7 @@ function curves.by_evaluations(list, label)
       points[#points + 1] = { x, (sample.centre(values)) }
       if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
     end
-    local color, dash = lines.look(k)
+    local color, dash = palette.line(k)
     add(panel, arm.name, color, dash, points, band)
   end
   return panel
@@ -258,9 +260,9 @@ function curves.failures(list)
   if #list > 1 then return curves.panel(list, "robots without a score", "robots", failed) end
   local panel = panel_of("robots without a score", "robots")
   for k, name in ipairs { "invalid", "diverged", "fitness" } do
-    local color = lines.look(k)
+    local color, dash = palette.line(k)
     local points, band = curves.over(list[1], function(line) return line.failed[name] end)
-    add(panel, name, color, ({ nil, "6 3", "2 3" })[k], points, band)
+    add(panel, name, color, dash, points, band)
   end
   return panel
 end

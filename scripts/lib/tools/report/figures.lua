@@ -1,19 +1,20 @@
 --- figures.lua: `limax report --figures DIR`: learning, diversity, parameters and generation 0
---- against the last, as numbers and as robots, for a paper: SVG of 85 and 175 mm, the numbers drawn
---- in it as CSV, and PDF where rsvg-convert is found.
+--- against the last, as numbers and as robots, for a paper: SVG and PDF of 85 and 175 mm, and the
+--- numbers drawn as CSV.
 
 local csv = require "limax.base.csv"
 local curves = require "limax.tools.report.curves"
 local failure = require "limax.base.failure"
+local figure = require "limax.draw.chart.figure"
 local host = require "limax.host"
-local lines = require "limax.draw.chart.lines"
+local motion = require "limax.draw.motion"
+local palette = require "limax.draw.palette"
 local parameters = require "limax.tools.report.parameters"
-local plate = require "limax.draw.chart.plate"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
-local shell = require "limax.base.shell"
-local strips = require "limax.tools.report.strips"
+local sheet = require "limax.draw.sheet"
+local view = require "limax.draw.picture.view"
 
 local figures = {}
 
@@ -76,7 +77,7 @@ local function first_last(list, label)
     y = { label = label, linear = true }, x = { label = "", linear = true, low = -0.15, high = 1.1,
       text = function(value) return ENDS[value] end } }
   for k, arm in ipairs(list) do
-    local color, dash = lines.look(k)
+    local color, dash = palette.line(k)
     local first, last = {}, {}
     for i, run in ipairs(arm.runs) do
       first[i] = runs.score(run.lines[1]) or 0
@@ -94,19 +95,33 @@ local function first_last(list, label)
     foot = (curves.meaning(list):gsub("; band[^.]*", "")) .. " Thin lines: single runs." }
 end
 
-local function write(path, text)
-  local written, message = host.file.write_atomic(path, text)
-  if not written then failure.raise(1, message) end
+-- mm that a pose needs to be made out, and px of a capital of 8 pt
+local POSE, CAPITAL = 21, 0.73 * figure.TEXT
+
+-- The robots, one below the other, to one scale.
+local function draw_robots(shown, kind, millimetres)
+  local count, films, names = math.floor(millimetres / POSE), {}, {}
+  for k, each in ipairs(shown) do
+    films[k] = motion.of(each.walked, sheet.evenly(each.walked:duration(), count))
+    names[k] = ("%s: %.2f m in %.4g s"):format(each.name, each.walked:distance(),
+      each.walked:duration())
+  end
+  return sheet.new(films, { view = view.of.side, text = CAPITAL, names = names,
+    width = math.floor(millimetres * figure.PX_PER_MM + 0.5) }):render(kind,
+    { title = "Robots of generation 0 and of the last", millimetres = millimetres })
 end
 
--- One figure of one width as SVG, and as PDF.
-local function write_figure(folder, name, millimetres, text, pdf)
-  local base = ("%s/%s-%d"):format(folder, name, millimetres)
-  write(base .. ".svg", text)
-  if not pdf then return end
-  local done = os.execute(("rsvg-convert --format pdf %s --output %s"):format(
-    shell.quoted(base .. ".svg"), shell.quoted(base .. ".pdf")))
-  if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
+-- Where the middles of the robots were: along their way, away from the eye, up, m.
+local function robots_csv(shown)
+  local rows = {}
+  for _, each in ipairs(shown) do
+    local rate = each.walked:trace("position").rate
+    for s, at in ipairs(motion.of(each.walked, { 0 }).path) do
+      rows[#rows + 1] = { robot = each.name, time = (s - 1) / rate, along = at[1], away = at[2],
+        up = at[3] }
+    end
+  end
+  return csv.encode({ "robot", "time", "along", "away", "up" }, rows)
 end
 
 --- Writes the figures.
@@ -115,32 +130,24 @@ end
 ---@param label string of the fitness, with its unit
 ---@param options limax.report.options
 ---@return string[] names
----@return boolean pdf was rsvg-convert found?
 function figures.write(folder, folders, label, options)
   local made, message = host.file.mkdir(folder)
   if not made then failure.raise(1, "--figures: " .. message) end
   local list, names = runs.arms(folders), {}
-  local pdf = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
   local all = { learning(list, label), diversity(list), first_last(list, label) }
   all[#all + 1] = measures(list)
   all[#all + 1] = supervision(list)
   for k, each in ipairs(all) do
     names[k] = each.name
-    for _, millimetres in ipairs(plate.WIDTHS) do
-      write_figure(folder, each.name, millimetres, plate.svg(each, millimetres), pdf)
-    end
-    write(("%s/%s.csv"):format(folder, each.name), csv.encode(plate.rows(each)))
+    figure.write(folder, each)
   end
   local shown = options.robots == false and {} or robots.simulate(list, options)
   if #shown > 0 then
     names[#names + 1] = "robots"
-    for _, millimetres in ipairs(plate.WIDTHS) do
-      write_figure(folder, "robots", millimetres, strips.svg(shown, millimetres,
-        "Robots of generation 0 and of the last"), pdf)
-    end
-    write(folder .. "/robots.csv", csv.encode(strips.rows(shown)))
+    figure.write(folder, { name = "robots", csv = robots_csv(shown) },
+      function(kind, millimetres) return draw_robots(shown, kind, millimetres) end)
   end
-  return names, pdf
+  return names
 end
 
 return figures

@@ -86,12 +86,6 @@ function robots.simulate(list, options)
   return shown
 end
 
--- A film strip's SVG with names of its own for what it refers to within itself.
-local function strip_of(each, k)
-  local text = film_strip.svg(each.walked, { title = each.name })
-  return (text:gsub('id="', ('id="strip%d-'):format(k)):gsub("url%(#", ("url(#strip%d-"):format(k)))
-end
-
 local CONTROLS = [[
 <div class="controls" role="group" aria-label="playback of all robots">
 <button type="button" id="play" aria-pressed="false">play</button>
@@ -138,7 +132,8 @@ function robots.section(list, options)
   local strips = {}
   for k, each in ipairs(shown) do
     strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">%s</figure>'
-      .. "\n"):format(html.escaped(each.name), strip_of(each, k))
+      .. "\n"):format(html.escaped(each.name), film_strip.svg(each.walked,
+      { title = each.name, prefix = ("strip%d-"):format(k) }))
   end
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then

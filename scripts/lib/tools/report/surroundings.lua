@@ -90,8 +90,8 @@ function surroundings.of(given, low, high)
   end
   local result = { up = given.up, low = from, high = to, ground = given.ground, hex = world.hex,
     sheets = {}, boxes = {}, spheres = {}, flows = {} }
-  for _, sheet in ipairs(stage.sheets(stage.new(given, AXES), { low = from, high = to })) do
-    local points = {}
+  for _, item in ipairs(stage.sheets(stage.new(given, AXES), { low = from, high = to })) do
+    local sheet, points = item.parts[1], {}
     for k, p in ipairs(sheet.points) do points[k] = shorts(p) end
     table.insert(result.sheets, { points = points, floor = sheet.look.ruled,
       lines = sheet.look.ruled and lines_of(sheet, from, to) or nil })

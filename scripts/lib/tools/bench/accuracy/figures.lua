@@ -11,9 +11,9 @@ local COLORS = { symplectic_euler = "#c8501e", leapfrog = "#1a6fae", rk4 = "#0f8
   xpbd = "#8a5a9e" }
 local SHORT = { symplectic_euler = "Euler", leapfrog = "leapfrog", rk4 = "RK4", xpbd = "XPBD" }
 local LOOKS = {
-  single = { dash = "2 3", marker = "ring" },
+  single = { dash = { 2, 3 }, marker = "ring" },
   compensated = { marker = "dot", width = 2.2 },
-  mixed = { dash = "7 3", marker = "diamond" },
+  mixed = { dash = { 7, 3 }, marker = "diamond" },
   double = { marker = "square", width = 1.1 },
 }
 local TIER_COLOR = "#3d3a5c"

@@ -1,6 +1,6 @@
---- pages.lua: the folder that `limax bench accuracy --out DIR` leaves: every figure as SVG and,
---- where rsvg-convert is found, as PNG; all rows as CSV and JSON; and accuracy.html, one page of
---- figures and tables that needs nothing else.
+--- pages.lua: the folder that `limax bench accuracy --out DIR` leaves: every figure as SVG and PNG;
+--- all rows as CSV and JSON; and accuracy.html, one page of figures and tables that needs nothing
+--- else.
 
 local csv = require "limax.base.csv"
 local failure = require "limax.base.failure"
@@ -10,6 +10,9 @@ local host = require "limax.host"
 local shell = require "limax.base.shell"
 
 local pages = {}
+
+-- mm, of a figure, and px, of a panel
+local WIDTH, HEIGHT = 320, 380
 
 -- Figures by section.
 local FIGURES = {
@@ -94,23 +97,19 @@ local function about(device)
 end
 
 -- Every figure of a section, as files; its SVG texts.
-local function draw(folder, section, result, foot, converter, made)
+local function draw(folder, section, result, about_machine, made)
   local texts = {}
   for _, name in ipairs(FIGURES[section] or {}) do
     local given = figures[name](result)
-    given.foot = foot
-    local text = figure.svg(given)
+    given.foot = ("%s. %s (%s)"):format(given.title, given.subtitle, about_machine)
+    given.height = given.height or HEIGHT
+    local text = figure.draw("svg", given, WIDTH)
     texts[#texts + 1] = text
-    local base = ("%s/%s"):format(folder, given.name)
-    write(base .. ".svg", text)
+    write(("%s/%s.svg"):format(folder, given.name), text)
+    -- twice the pixels, for screens and slides
+    write(("%s/%s.png"):format(folder, given.name), figure.draw("png", given, WIDTH, { zoom = 2 }))
     made[#made + 1] = given.name .. ".svg"
-    if converter then
-      -- twice the pixels, for screens and slides
-      local done = os.execute(("rsvg-convert --zoom 2 %s --output %s"):format(
-        shell.quoted(base .. ".svg"), shell.quoted(base .. ".png")))
-      if done ~= 0 then failure.raise(1, "rsvg-convert failed on " .. base .. ".svg") end
-      made[#made + 1] = given.name .. ".png"
-    end
+    made[#made + 1] = given.name .. ".png"
   end
   return texts
 end
@@ -122,7 +121,6 @@ end
 ---@param device limax.device
 ---@param say fun(text: string)
 function pages.write(folder, result, sections, device, say)
-  local converter = os.execute "command -v rsvg-convert >/dev/null 2>&1" == 0
   local foot, made = about(device), {}
   local parts = { "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">",
     "<title>What accuracy costs</title><style>", STYLE, "</style></head><body>",
@@ -130,7 +128,7 @@ function pages.write(folder, result, sections, device, say)
   for _, name in ipairs(sections) do
     local section = result.sections[name]
     parts[#parts + 1] = ("<h2>%s</h2>"):format(TITLES[name])
-    for _, text in ipairs(draw(folder, name, section, foot, converter, made)) do
+    for _, text in ipairs(draw(folder, name, section, foot, made)) do
       parts[#parts + 1] = text
     end
     local open = name == "targets" and " open" or ""
@@ -143,9 +141,8 @@ function pages.write(folder, result, sections, device, say)
   local document = { schema = "limax.bench/1", bench = "accuracy",
     environment = host.environment(), columns = result.columns, rows = result.rows }
   write(folder .. "/accuracy.json", host.json.encode(document, { indent = 2 }) .. "\n")
-  say(("\n%s: accuracy.html, accuracy.csv, accuracy.json, %s%s"):format(shell.path(folder),
-    table.concat(made, ", "), converter and ""
-      or "; no PNG: rsvg-convert is not installed"))
+  say(("\n%s: accuracy.html, accuracy.csv, accuracy.json, %s"):format(shell.path(folder),
+    table.concat(made, ", ")))
 end
 
 return pages

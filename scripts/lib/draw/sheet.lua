@@ -1,0 +1,218 @@
+--- sheet.lua: pictures of robots: rows of poses side by side with their times, a scale bar, wind and
+--- current, and below a legend of the colours. Film strips have a heading and the whole way too.
+
+local block_picture = require "limax.draw.block_picture"
+local canvases = require "limax.draw.canvas"
+local motion = require "limax.draw.motion"
+local scene = require "limax.draw.picture.scene"
+local track = require "limax.draw.picture.track"
+local world = require "limax.draw.picture.world"
+
+local sheet = {}
+
+-- Heights in capitals: above what is drawn in a panel, for the scale bar; below, for each line of its
+-- caption; a row's name; a line of the legend; the heading.
+local HEAD, CAPTION, NAME, LINE, HEADING = 2.6, 2, 2.4, 2.2, 4
+-- of the legend, in capitals: side of a square of colour, length of a line, room after them, and
+-- between two entries
+local SQUARE, DASH, AFTER, BETWEEN = 1.3, 2.4, 0.7, 2.2
+local PANEL = "#fbfaf8"
+
+---@class limax.sheet
+---@field width integer px
+---@field height integer px
+---@field frames limax.picture.frame[] of each film
+---@field description string what the picture shows, in words
+local Sheet = {}
+Sheet.__index = Sheet
+
+---@class limax.sheet.options
+---@field view limax.picture.view
+---@field width integer px
+---@field panels integer|nil side by side, as many as poses if left out
+---@field text number|nil px, height of a capital; by the width of a panel if left out
+---@field most number|nil px, height of a row at most
+---@field names string[]|nil of each film
+---@field title string|nil heading at the left
+---@field facts string|nil heading at the right
+---@field track boolean|nil the whole way of the first film, and distances below its poses
+
+--- `count` moments from 0 to the end, s.
+---@param duration number s
+---@param count integer
+---@return number[]
+function sheet.evenly(duration, count)
+  local times = {}
+  for k = 1, count do times[k] = (k - 1) / (count - 1) * duration end
+  return times
+end
+
+-- What the legend shows: { square or line colour, text }; what a film shows in words comes last.
+local function entries_of(films, width, size)
+  local entries, words, seen = {}, {}, {}
+  local function add(list, entry)
+    if entry.text ~= "" and not seen[entry.text] then
+      seen[entry.text] = true
+      list[#list + 1] = entry
+    end
+  end
+  for _, film in ipairs(films) do
+    for _, material in ipairs(film.materials) do
+      if film.used[material.letter] then
+        add(entries, { square = film.colors[material.letter].hex, text = material.name })
+      end
+    end
+    if #film.poses[1].block > 0 then
+      add(entries, { square = block_picture.hex, text = block_picture.letter })
+    end
+    if world.has_solids(film.world) then add(entries, { square = world.hex, text = world.word }) end
+    add(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })
+    if next(film.held) then add(entries, { line = scene.held, width = 2.4, text = "held" }) end
+    add(words, { text = world.words(film.world) })
+    add(words, { text = film.note or "" })
+  end
+  local texts = {}
+  for k, entry in ipairs(words) do
+    texts[k] = entry.text
+    for _, line in ipairs(canvases.wrapped(entry.text, { size = size }, width)) do
+      entries[#entries + 1] = { text = line }
+    end
+  end
+  return entries, table.concat(texts, "; ")
+end
+
+-- Adds a place to each entry: x and the number of its line. Returns the number of lines.
+local function place_entries(entries, left, right, text, size)
+  local x, line = left, 1
+  for _, entry in ipairs(entries) do
+    local mark = entry.square and SQUARE or entry.line and DASH
+    entry.mark = mark and (mark + AFTER) * text or 0
+    local wide = entry.mark + canvases.text_width(entry.text, { size = size })
+    if x + wide > right and x > left then x, line = left, line + 1 end
+    entry.x, entry.at = x, line
+    x = x + wide + BETWEEN * text
+  end
+  return line
+end
+
+--- Lays out a picture of films, one below the other, all to one scale.
+---@param films limax.motion.film[]
+---@param options limax.sheet.options
+---@return limax.sheet
+function sheet.new(films, options)
+  local self = setmetatable({ films = films, options = options, width = options.width }, Sheet)
+  local panels = options.panels or #films[1].poses
+  local text = options.text
+    or math.min(math.max(math.floor(options.width / panels / 32), 8), 14)
+  local margin, gap = math.ceil(text), math.ceil(text / 2)
+  self.text, self.margin, self.frames = text, margin, {}
+  local scale, top = math.huge, options.title and HEADING * text or 0
+  for k, film in ipairs(films) do
+    local frame = scene.frame(film, options.view, options.width - 2 * margin, panels,
+      { text = text, gap = gap, head = HEAD })
+    frame.left, self.frames[k] = margin, frame
+    if options.most then
+      scale = math.min(scale, (options.most - frame.head * text) / frame.tall)
+    end
+    scale = math.min(scale, frame.scale)
+  end
+  self.size = text / self.frames[1].capital
+  for _, frame in ipairs(self.frames) do
+    scene.rescale(frame, scale)
+    frame.top = math.ceil(top + (options.names and NAME * text or 0))
+    top = frame.top + frame.height + (options.track and 2 or 1) * CAPTION * text
+  end
+  if options.track then
+    self.track_top = top + text
+    self.track = track.layout(films[1], options.width - 2 * margin, 2 * scale)
+    top = self.track_top + self.track.height
+  end
+  self.entries, self.description = entries_of(films, options.width - 2 * margin, self.size)
+  self.legend_top = top + text
+  local lines = place_entries(self.entries, margin, options.width - margin, text, self.size)
+  self.height = math.ceil(self.legend_top + lines * LINE * text + text / 2)
+  return self
+end
+
+-- A bar of a round length in the upper left corner of a frame. In `iso` it is true along every axis.
+local function draw_scale_bar(canvas, frame, size)
+  local short, text = frame.view.short, frame.text
+  local length = motion.round_length(frame.panel / 3 / frame.scale / short)
+  local x, y = frame.left + text, frame.top + 1.5 * text
+  local wide = length * frame.scale * short
+  canvas:line({ x, y }, { x + wide, y }, canvases.ink, 1.6)
+  for _, at in ipairs { x, x + wide } do
+    canvas:line({ at, y - text / 2 }, { at, y + text / 2 }, canvases.ink, 1.6)
+  end
+  canvas:text(x + wide + 0.8 * text, y + text / 2, ("%g m"):format(length), { size = size })
+end
+
+local function draw_row(self, canvas, film, frame, first)
+  local text, bottom = self.text, frame.top + frame.height
+  for k = 1, math.min(frame.count, #film.poses - first + 1) do
+    local pose, left = film.poses[first + k - 1], scene.left(frame, k)
+    if not canvas.transparent then
+      canvas:box(left, frame.top, frame.panel, frame.height, PANEL)
+    end
+    scene.draw(canvas, film, frame, pose, k)
+    canvas:text(left + frame.panel / 2, bottom + 1.6 * text, ("%.2f s"):format(pose.time),
+      { size = self.size, anchor = "middle", bold = true })
+    if self.track then
+      canvas:text(left + frame.panel / 2, bottom + 3.4 * text, ("%+.2f m"):format(
+        pose.middle[1] - film.start), { size = self.size, anchor = "middle", fill = canvases.faint })
+    end
+  end
+  scene.flows(canvas, film, frame)
+  draw_scale_bar(canvas, frame, self.size)
+end
+
+local function draw_legend(self, canvas)
+  local text = self.text
+  for _, entry in ipairs(self.entries) do
+    local y = self.legend_top + (entry.at - 0.6) * LINE * text
+    if entry.square then
+      canvas:box(entry.x, y - SQUARE / 2 * text, SQUARE * text, SQUARE * text, entry.square)
+    elseif entry.line then
+      canvas:line({ entry.x, y }, { entry.x + DASH * text, y }, entry.line, entry.width)
+    end
+    canvas:text(entry.x + entry.mark, y + text / 2, entry.text,
+      { size = self.size, fill = entry.mark == 0 and canvases.faint or nil })
+  end
+end
+
+--- Draws a picture.
+---@param canvas limax.canvas
+---@param first? integer the pose in the first panel, 1
+function Sheet:draw(canvas, first)
+  local options, text = self.options, self.text
+  if options.title then
+    canvas:text(self.margin, 2.8 * text, options.title, { size = 1.4 * self.size, bold = true })
+    canvas:text(self.width - self.margin, 2.8 * text, options.facts or "",
+      { size = 1.05 * self.size, anchor = "end" })
+  end
+  for k, frame in ipairs(self.frames) do
+    if options.names then
+      canvas:text(frame.left, frame.top - 0.7 * text, options.names[k], { size = self.size })
+    end
+    draw_row(self, canvas, self.films[k], frame, first or 1)
+  end
+  if self.track then
+    track.draw(canvas, self.films[1], self.track, self.track_top, self.size)
+  end
+  draw_legend(self, canvas)
+end
+
+--- The file of a picture.
+---@param kind "png"|"svg"|"pdf"|"pixels"
+---@param options? limax.canvas.options
+---@param first? integer the pose in the first panel, 1
+---@return string
+function Sheet:render(kind, options, first)
+  local copy = { description = self.description }
+  for name, value in pairs(options or {}) do copy[name] = value end
+  local canvas = canvases.new(kind, self.width, self.height, copy)
+  self:draw(canvas, first)
+  return canvas:finish()
+end
+
+return sheet
