@@ -1,5 +1,5 @@
---- study.lua: the study of supervision: who lends to whom, equal budgets, equal first populations,
---- a study that was stopped goes on to the same bytes, and what it tells before and after.
+--- study.lua: the study of supervision: its plan, equal budgets and first populations, a study that
+--- was stopped continues to the same bytes, and what it prints.
 
 local cells = require "limax.tools.study.cells"
 local faulty_server = require "support.faulty_server"
@@ -20,65 +20,62 @@ local TINY = { seed = 3, lattice = { 2, 2, 2 }, population = 4, fitness = "dista
   genome = { sigma = 0.5 }, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
   record = {} }
 
-local function tiny(out, given)
+local function tiny(out, settings)
   local options = { experiment = TINY, out = out, repetitions = 2, evaluations = 32,
     device = limax.engine.device "cpu", with_model = false, say = function() end }
-  for name, value in pairs(given or {}) do options[name] = value end
+  for name, value in pairs(settings or {}) do options[name] = value end
   return study.new(options)
-end
-
-local function names_of(arms)
-  local list = {}
-  for k, arm in ipairs(arms) do list[k] = arm.name end
-  return list
 end
 
 -- ---- the plan -----------------------------------------------------------------------------------
 
 suite:test("the arms, without and with a model", function(t)
   local config = tiny "/nowhere".config
-  t:equal(names_of(plan.arms(config, false)), { "fixed", "tuned_fixed", "schedule", "random",
-    "random_materials", "random_both", "one_fifth", "self_adaptive", "bandit", "rules",
-    "constant_median", "yoked", "shuffled" })
-  t:equal(names_of(plan.arms(config, true)), { "fixed", "tuned_fixed", "schedule", "random",
-    "random_materials", "random_both", "one_fifth", "self_adaptive", "bandit", "rules", "llm",
-    "llm_materials", "llm_both", "llm_paper", "llm_unnamed", "llm_blind", "constant_median",
-    "yoked", "shuffled" })
-  for _, arm in ipairs(plan.arms(config, true)) do
-    if arm.asks then t:equal(arm.supervisor.fallback, "keep") end
+  local plain = { "fixed", "tuned_fixed", "schedule", "random", "random_materials", "random_both",
+    "one_fifth", "self_adaptive", "bandit", "rules" }
+  local model = { "llm", "llm_materials", "llm_both", "llm_paper", "llm_unnamed", "llm_blind" }
+  local reading = { "constant_median", "yoked", "shuffled" }
+  local function names(arms)
+    local list = {}
+    for k, arm in ipairs(arms) do
+      list[k] = arm.name
+      if arm.asks then t:equal(arm.supervisor.fallback, "keep") end
+    end
+    return table.concat(list, " ")
   end
+  local function joined(...)
+    local list = {}
+    for k, each in ipairs { ... } do list[k] = table.concat(each, " ") end
+    return table.concat(list, " ")
+  end
+  t:equal(names(plan.arms(config, false)), joined(plain, reading))
+  t:equal(names(plan.arms(config, true)), joined(plain, model, reading))
 end)
 
-suite:test("every cell once, donors first and from another repetition", function(t)
+suite:test("donors run before the cells that read them, in another repetition", function(t)
   local config = tiny "/nowhere".config
-  for _, repetitions in ipairs { 2, 3, 10 } do
-    local lent = {}
-    for repetition = 1, repetitions do
-      local donor = plan.donor_of(repetition, repetitions)
-      t:ok(donor ~= repetition and donor >= 1 and donor <= repetitions and not lent[donor])
-      lent[donor] = true
-    end
-    for _, with_model in ipairs { false, true } do
-      local list, place, arms = plan.cells(plan.arms(config, with_model), repetitions), {},
-        #plan.arms(config, with_model)
-      t:equal(#list, arms * repetitions)
-      for k, cell in ipairs(list) do
-        t:ok(not place[cell.path], cell.path)
-        place[cell.path] = k
-        t:equal(cell.donor ~= nil, cell.arm.reads ~= nil or cell.arm.blind == true)
-        if cell.donor then
-          t:equal(cell.donor.arm.name, with_model and "llm" or "rules")
-          t:equal(cell.donor.repetition, plan.donor_of(cell.repetition, repetitions))
-          t:ok(place[cell.donor.path], cell.path .. " comes before " .. cell.donor.path)
-        end
+  for _, with_model in ipairs { false, true } do
+    local arms = plan.arms(config, with_model)
+    local list, place, donors = plan.cells(arms, 3), {}, {}
+    t:equal(#list, 3 * #arms)
+    for k, cell in ipairs(list) do
+      t:ok(not place[cell.path], cell.path)
+      place[cell.path] = k
+      t:equal(cell.donor ~= nil, cell.arm.reads ~= nil or cell.arm.blind == true)
+      if cell.donor then
+        t:equal(cell.donor.arm.name, with_model and "llm" or "rules")
+        t:ok(cell.donor.repetition ~= cell.repetition and place[cell.donor.path], cell.path)
+        local key = cell.arm.name .. cell.donor.repetition
+        t:ok(not donors[key], key)
+        donors[key] = true
       end
     end
   end
 end)
 
-suite:test("what a study cannot be is refused", function(t)
-  t:raises("two repetitions at least", function() tiny("/nowhere", { repetitions = 1 }) end)
-  t:raises("8 populations at least, 32, got 31",
+suite:test("invalid settings are refused", function(t)
+  t:raises("at least two repetitions", function() tiny("/nowhere", { repetitions = 1 }) end)
+  t:raises("at least 8 populations, 32, got 31",
     function() tiny("/nowhere", { evaluations = 31 }) end)
   t:raises('unknown arm yoke; did you mean "yoked"?',
     function() tiny("/nowhere", { arms = { "fixed", "yoke" } }) end)
@@ -86,15 +83,15 @@ suite:test("what a study cannot be is refused", function(t)
     function() tiny("/nowhere", { arms = { "fixed", "yoked" } }) end)
 end)
 
--- ---- a whole one --------------------------------------------------------------------------------
+-- ---- a whole study ------------------------------------------------------------------------------
 
--- Bytes of every file of the runs but for those with clocks or the way there.
+-- Bytes of the files of the runs that contain no clock and no path.
 local function bytes_of(one)
   local list = {}
   for _, cell in ipairs(one.cells) do
     for _, name in ipairs { "metrics.jsonl", "ledger.jsonl",
       ("r%02d/population/g0001.jsonl"):format(cell.repetition) } do
-      -- a donor's folder is named by its way
+      -- the ledger names the folder of a donor
       local text = assert(source.read(("%s/%s/%s"):format(one.out, cell.path, name)))
       list[#list + 1] = text:gsub(one.out:gsub("%p", "%%%0"), "OUT")
     end
@@ -102,7 +99,7 @@ local function bytes_of(one)
   return list
 end
 
--- Takes a whole run of one repetition back to where it stood after a generation.
+-- Truncates a run of one repetition to its state after a generation.
 local function cut_to(path, generation)
   local bytes = {}
   for _, name in ipairs { "metrics", "ledger", "timing" } do
@@ -116,7 +113,7 @@ local function cut_to(path, generation)
   assert(host.file.write_atomic(path .. "/STATUS", '{"state":"running"}\n'))
 end
 
-suite:test("arms of a repetition begin alike and have equal budgets", { limit = 300 }, function(t)
+suite:test("arms have equal first populations and budgets", { limit = 300 }, function(t)
   local whole = tiny(t:folder() .. "/whole")
   local result = study.run(whole)
   local first = {}
@@ -128,7 +125,7 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
   end
   t:ok(first[1] ~= first[2])
 
-  -- nobody has more than the budget, tuning included, and nobody leaves a population of it
+  -- each run uses the budget up to less than one population, tuning included
   for _, run in ipairs(runs.read(runs.expand { whole.out })) do
     t:ok(run.evaluations <= 32 and run.evaluations > 32 - 4, run.path .. ": " .. run.evaluations)
     t:equal(run.before > 0, run.arm == "tuned_fixed")
@@ -146,14 +143,14 @@ suite:test("arms of a repetition begin alike and have equal budgets", { limit = 
   end
 end)
 
-suite:test("a study that was stopped goes on to the same bytes", { limit = 60 }, function(t)
+suite:test("a study that was stopped continues to the same bytes", { limit = 60 }, function(t)
   local own = source.copy(TINY)
   own.fitness = function(robot) return robot:distance() end
   local some = { arms = { "fixed", "tuned_fixed", "rules", "yoked" }, evaluations = 36,
     experiment = own }
   local whole = tiny(t:folder() .. "/whole", some)
   study.run(whole)
-  -- stopped after its third run, the first one cut to two of its generations
+  -- stopped after its third run, the first one truncated to two generations
   local stopped, count = tiny(t:folder() .. "/stopped", some), 0
   stopped.say = function()
     count = count + 1
@@ -168,40 +165,38 @@ suite:test("a study that was stopped goes on to the same bytes", { limit = 60 },
   t:equal(source.read(again.out .. "/compare/compare.csv"),
     source.read(whole.out .. "/compare/compare.csv"))
 
-  -- its script begins studies, not runs
+  -- only the study can resume its runs
   local done = process.ends(t:folder(), { "run", "--resume", again.out .. "/fixed/r01" })
   t:equal(done.status, 2)
   t:ok(done.stderr:find("was not started from a script that returns an experiment", 1, true),
     done.stderr)
 
-  -- the same folder is no place for another study, whole as it is
+  -- another study in the same folder
   some.evaluations = 40
-  t:raises("was begun by another study: evaluations was 36, is 40",
+  t:raises("was started by another study: evaluations was 36, is 40",
     function() study.run(tiny(again.out, some)) end)
 end)
 
-suite:test("what is spent on tuning is of the same budget, and the best setting is taken",
-  function(t)
+suite:test("tuning spends part of the budget and yields the best setting", function(t)
   local one = tiny(t:folder() .. "/one", { evaluations = 120 })
   local tuned = tuning.run(one, 1)
   t:equal({ tuning.budget(one) }, { 3, 12 })
-  -- the first, with one elite, takes 4, 3 and 3
   t:ok(tuned.evaluations >= 3 * 8 and tuned.evaluations <= 3 * 12, tuned.evaluations)
   one.tuned[1] = tuned
   for _, cell in ipairs(one.cells) do
-    if cell.arm.tuned and cell.repetition == 1 then
-      local config = cells.experiment(one, cell).config
-      t:equal(config.evaluations, 120 - tuned.evaluations)
-      t:equal(config.breeding, tuned.breeding)
-    end
+  if cell.arm.tuned and cell.repetition == 1 then
+    local config = cells.experiment(one, cell).config
+    t:equal(config.evaluations, 120 - tuned.evaluations)
+    t:equal(config.breeding, tuned.breeding)
+  end
   end
   for _, limit in ipairs(ledger.limits(4)) do
-    local value = tuned.breeding[limit.field]
-    t:ok(limit.material or value >= limit.minimum and value <= limit.maximum, limit.field)
+  local value = tuned.breeding[limit.field]
+  t:ok(limit.material or value >= limit.minimum and value <= limit.maximum, limit.field)
   end
 end)
 
-suite:test("the script tells its price first and says that it is too small", function(t)
+suite:test("the script prints its cost first, and that it is too small for a claim", function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", [[
 local study = require "limax.tools.study.study"
@@ -226,7 +221,7 @@ end)
 
 -- ---- arms that ask a model ----------------------------------------------------------------------
 
-suite:test("unnamed: names go out as letters and come back", function(t)
+suite:test("unnamed: names are sent as letters and translated back", function(t)
   local sent = 'Set "mutation_rate" (not mutation_rates) and bone.stiffness: {"elite_fraction":0.3}'
   local asked = model_arms.without_names(sent)
   t:equal(asked, 'Set "A" (not mutation_rates) and bone.E: {"D":0.3}')
@@ -241,7 +236,7 @@ study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2,
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
 ]]
 
-suite:test("a dead endpoint costs a study its three questions once", { limit = 300 }, function(t)
+suite:test("a dead endpoint gets three questions, then one probe per run", { limit = 300 }, function(t)
   local server, base = faulty_server.open(t), t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local done = process.completes(t, base, { "tiny.lua", "--out", "dead", "--device", "cpu",
@@ -255,14 +250,14 @@ suite:test("a dead endpoint costs a study its three questions once", { limit = 3
       elseif entry.kind == "attempt" then questions = questions + 1 end
     end
   end
-  -- each question is tried thrice; each run that follows begins with a probe
+  -- each question has three attempts; each later run begins with a probe
   t:equal(questions, 9)
   t:ok(probes >= 3 and probes <= 6, probes)
   t:ok(done.stdout:find("\nllm, llm_paper: partly model: it set 0 %", 1, true), done.stdout)
   server:close()
 end)
 
-suite:test("arms that ask a model: an endpoint, their share, and whose history they are told",
+suite:test("arms that ask a model: their share of generations, and the history they are shown",
   { limit = 60 }, function(t)
   local server = faulty_server.open(t)
   local base = t:folder()
@@ -271,7 +266,7 @@ suite:test("arms that ask a model: an endpoint, their share, and whose history t
     return process.ends(base, { "tiny.lua", "--out", out, "--device", "cpu", "--arms", arms },
       { before = "LIMAX_LLM_MODEL=played LIMAX_LLM_URL=" .. server:url "varied" })
   end
-  local done = run("told", "fixed,llm,llm_paper,llm_blind,yoked")
+  local done = run("asked", "fixed,llm,llm_paper,llm_blind,yoked")
   t:ok(done.status == 0, done.stderr .. done.stdout)
   t:ok(done.stdout:find "\ntokens: about [%d.e-]+ million for %d+ answers", done.stdout)
   for _, name in ipairs { "llm", "llm_paper", "llm_blind" } do
@@ -279,21 +274,20 @@ suite:test("arms that ask a model: an endpoint, their share, and whose history t
   end
   t:ok(done.stdout:find("\nllm_blind: history of another repetition of llm.", 1, true), done.stdout)
   t:ok(done.stdout:find("\nyoked: parameters of another repetition of llm.", 1, true), done.stdout)
-  -- the blind model's second question tells of the generations that the other repetition had
-  local function told(path)
+  -- the blind model's second question shows the generations of the other repetition
+  local function shown_history(path)
     for line in source.read(path):gmatch "[^\n]+" do
       local entry = host.json.decode(line)
       if entry.request and entry.generation == 2 then
         local content = host.json.decode(entry.request).messages[2].content
-        -- four robots, then three: two generations are scored
         t:ok(content:find('"evaluations":{"budget":32,"spent":7}', 1, true), content)
         return assert(content:match "\nThe last generations.-\n%[(.-)%]\n")
       end
     end
   end
-  local blind = told(base .. "/told/llm_blind/r01/transcript.jsonl")
-  t:equal(blind, told(base .. "/told/llm/r02/transcript.jsonl"))
-  t:ok(blind ~= told(base .. "/told/llm/r01/transcript.jsonl"))
+  local blind = shown_history(base .. "/asked/llm_blind/r01/transcript.jsonl")
+  t:equal(blind, shown_history(base .. "/asked/llm/r02/transcript.jsonl"))
+  t:ok(blind ~= shown_history(base .. "/asked/llm/r01/transcript.jsonl"))
 
   done = run("unnamed", "fixed,llm_unnamed")
   t:ok(done.status == 0, done.stderr .. done.stdout)

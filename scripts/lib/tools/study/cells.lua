@@ -1,4 +1,4 @@
---- cells.lua: one cell of a study: a run folder that is made, gone on with, or found whole.
+--- cells.lua: one cell of a study: a run folder that is created, resumed, or read if it is done.
 
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
@@ -12,7 +12,12 @@ local source = require "limax.base.source"
 
 local cells = {}
 
---- Is this run folder whole?
+---@class limax.study.result
+---@field evaluations integer
+---@field generations integer
+---@field best number|nil best_standard of the last generation
+
+--- Is this run folder done?
 ---@param path string
 ---@return boolean
 function cells.is_done(path)
@@ -21,55 +26,48 @@ function cells.is_done(path)
   return status ~= nil and status.state == "done"
 end
 
--- Evaluations and the last best_standard of a run folder with one repetition.
+-- The result of a run folder with one repetition.
 local function result_of(path)
   local text, message = source.read(path .. "/metrics.jsonl")
   if not text then failure.raise(1, message) end
-  local evaluations, generations, best = 0, 0, nil
+  local result = { evaluations = 0, generations = 0 }
   for line in text:gmatch "[^\n]+" do
     local entry = host.json.decode(line, path)
-    evaluations, generations = evaluations + entry.evaluations, generations + 1
-    best = entry.best_standard or best
+    result.evaluations = result.evaluations + entry.evaluations
+    result.generations = result.generations + 1
+    result.best = entry.best_standard or result.best
   end
-  return { evaluations = evaluations, generations = generations, best = best }
+  return result
 end
 
--- Refuses a run that another study, or another version of this one, has begun.
-local function check(path, before, now)
-  local first = resume.differences(before, now)[1]
-  if not first then return end
-  failure.raise(2, ("%s was begun by another study: %s was %s, is %s; name another --out")
-    :format(path, first.path, first.before, first.now))
+-- Refuses a run folder of another configuration.
+local function check(path, text, config)
+  local difference = resume.differences(host.json.decode(text, path .. "/config.json"), config)[1]
+  if difference then
+    failure.raise(2, ("%s was started by another study: %s was %s, is %s; choose another --out")
+      :format(path, difference.path, difference.before, difference.now))
+  end
 end
 
--- The folder of a run that was stopped, cut to its last whole generation.
-local function reopen(path, config, scripts)
-  local folder = run_folder.open(path)
-  folder:continue(config, scripts, { changed = false })
-  return folder
-end
-
----@class limax.study.result
----@field evaluations integer
----@field generations integer
----@field best number|nil best_standard of the last generation
-
---- Runs one repetition of an experiment in `path`, from where it stands to its end.
----@param given { experiment: limax.experiment, repetition: integer, path: string,
+--- Runs one repetition of an experiment in `path`, from its last generation to its end.
+---@param options { experiment: limax.experiment, repetition: integer, path: string,
 --- device: limax.device, say: fun(text: string) }
 ---@return limax.study.result
-function cells.run(given)
-  local path, repetition = given.path, given.repetition
-  local config, scripts = run_configuration.of(given.experiment, { repetition = repetition })
-  local text = source.read(path .. "/config.json")
-  local found = text and host.json.decode(text, path .. "/config.json")
-  if found then check(path, found, config) end
-  if cells.is_done(path) then return result_of(path) end
-  local folder = found and reopen(path, config, scripts)
-    or run_folder.create(path, given.experiment, { repetition = repetition })
-  folder:write_environment(given.device)
-  local run = evolve.start(given.experiment, { repetition = repetition, device = given.device,
-    folder = folder, say = given.say })
+function cells.run(options)
+  local path, repetition, experiment = options.path, options.repetition, options.experiment
+  local config, scripts = run_configuration.of(experiment, { repetition = repetition })
+  local text, folder = source.read(path .. "/config.json")
+  if not text then
+    folder = run_folder.create(path, experiment, { repetition = repetition })
+  else
+    check(path, text, config)
+    if cells.is_done(path) then return result_of(path) end
+    folder = run_folder.open(path)
+    folder:continue(config, scripts, { changed = false })
+  end
+  folder:write_environment(options.device)
+  local run = evolve.start(experiment, { repetition = repetition, device = options.device,
+    folder = folder, say = options.say })
   run:restore(folder, true)
   run:finish()
   folder:status "done"
@@ -77,22 +75,21 @@ function cells.run(given)
   return result_of(path)
 end
 
--- The run of a whole cell with its history, to be read by another.
-local function reread(path, experiment, repetition, device)
-  local run = evolve.start(experiment, { repetition = repetition, device = device,
-    say = function() end })
-  local folder = run_folder.open(path)
+-- The run of a cell that is done, with its history.
+local function reread(study, cell)
+  local run = evolve.start(cells.experiment(study, cell), { repetition = cell.repetition,
+    device = study.device, say = function() end })
+  local folder = run_folder.open(study.out .. "/" .. cell.path)
   run:restore(folder, true)
   folder:close()
   return run
 end
 
---- An experiment of a study. Its runs go on by the study alone: the script that began them returns
---- no experiment, and run again it would begin a study.
----@param given table
+--- An experiment of a study. It has no script of its own: only the study can resume its runs.
+---@param options table
 ---@return limax.experiment
-function cells.experiment_of(given)
-  local experiment = experiments.new(given)
+function cells.experiment_of(options)
+  local experiment = experiments.new(options)
   experiment.origin = nil
   return experiment
 end
@@ -102,26 +99,24 @@ end
 ---@param cell limax.study.cell
 ---@return limax.experiment
 function cells.experiment(study, cell)
-  local given, arm = source.copy(study.given), cell.arm
-  given.name, given.repetitions = arm.name, study.repetitions
-  given.generations, given.evaluations = study.generations, study.evaluations
-  given.supervision = arm.supervision or { hyperparameters = true, materials = false }
-  given.supervisor = arm.supervisor
+  local options, arm, donor = source.copy(study.options), cell.arm, cell.donor
+  options.name, options.repetitions = arm.name, study.repetitions
+  options.generations, options.evaluations = study.generations, study.evaluations
+  options.supervision = arm.supervision or { hyperparameters = true, materials = false }
+  options.supervisor = arm.supervisor
   if arm.reads then
-    given.supervisor = { arm.reads, run = study.out .. "/" .. cell.donor.path,
-      repetition = cell.donor.repetition }
+    options.supervisor = { arm.reads, run = study.out .. "/" .. donor.path,
+      repetition = donor.repetition }
   elseif arm.blind then
-    local other = reread(study.out .. "/" .. cell.donor.path,
-      cells.experiment(study, cell.donor), cell.donor.repetition, study.device)
-    given.supervisor = source.copy(arm.supervisor)
-    given.supervisor.context = model_arms.history_of(other)
+    options.supervisor = source.copy(arm.supervisor)
+    options.supervisor.context = model_arms.history_of(reread(study, donor))
   end
-  local tuned = study.tuned[cell.repetition]
-  if arm.tuned and tuned then
-    given.breeding, given.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
+  local tuned = arm.tuned and study.tuned[cell.repetition]
+  if tuned then
+    options.breeding, options.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
   end
-  local experiment = cells.experiment_of(given)
-  -- what one run learns of an endpoint holds for the next
+  local experiment = cells.experiment_of(options)
+  -- shared, so that a run knows what earlier runs learned about an endpoint
   experiment.endpoints = study.endpoints
   return experiment
 end

@@ -1,11 +1,11 @@
 --- model_arms.lua: the arms of a study that ask a language model: as shipped, with the paper's
---- literal populations, told of another repetition's history, and with the parameters' names
---- replaced by letters. In a study the fallback is `keep`, so that no other supervisor's work
---- passes for the model's.
+--- literal populations, with letters in place of the parameters' names, and with another
+--- repetition's history. In a study the fallback is `keep`, so that no other supervisor's work is
+--- counted as the model's.
 
 local model_arms = {}
 
---- Tokens of one answer, as an estimate of what a study costs: the default prompt and a short one.
+--- Estimated tokens of one question and answer, with the default prompt.
 model_arms.TOKENS = 3300
 
 local function llm(options)
@@ -14,16 +14,15 @@ local function llm(options)
   return spec
 end
 
---- Is there an endpoint to ask?
+--- Is an endpoint configured?
 ---@return boolean
 function model_arms.available()
   local url = os.getenv "LIMAX_LLM_URL"
   return url ~= nil and url ~= "" and require("limax.supervise").entries.llm ~= nil
 end
 
---- The arms.
----@param materials table supervision of materials alone
----@param both table of both
+---@param materials table supervision of only materials
+---@param both table supervision of hyperparameters and materials
 ---@return limax.study.arm[]
 function model_arms.list(materials, both)
   return {
@@ -37,9 +36,8 @@ function model_arms.list(materials, both)
   }
 end
 
--- ---- names replaced by letters ------------------------------------------------------------------
+-- ---- letters in place of names ------------------------------------------------------------------
 
--- What a model might know these parameters by, and what it is told in their place.
 local LETTERS = { { "mutation_rate", "A" }, { "mutation_scale", "B" }, { "crossover_rate", "C" },
   { "elite_fraction", "D" }, { "stiffness", "E" }, { "amplitude", "F" }, { "phase", "G" } }
 
@@ -53,7 +51,7 @@ function model_arms.without_names(text)
   return text
 end
 
---- A JSON text with the letters that stand for fields replaced by their names.
+--- A JSON text with letters that are keys replaced by the parameters' names.
 ---@param text string
 ---@return string
 function model_arms.with_names(text)
@@ -63,10 +61,9 @@ function model_arms.with_names(text)
   return text
 end
 
--- A schema's tables with names replaced in keys and values.
+-- A JSON value with names replaced in keys and strings. JSON's null and empty lists are kept.
 local function renamed(value)
   if type(value) == "string" then return model_arms.without_names(value) end
-  -- JSON's null and the like stay what they are
   if type(value) ~= "table" or getmetatable(value) ~= nil and #value == 0 then return value end
   local copy = setmetatable({}, getmetatable(value))
   for key, entry in pairs(value) do
@@ -75,16 +72,21 @@ local function renamed(value)
   return copy
 end
 
---- A client whose model never reads a parameter's name: messages and schema go out with letters,
---- answers come back with names.
+local function copied(fields)
+  local copy = {}
+  for name, value in pairs(fields) do copy[name] = value end
+  return copy
+end
+
+--- A client whose model never reads a parameter's name: messages and schema are sent with letters,
+--- answers are translated back.
 ---@param options table of the supervisor
----@param given table
+---@param context table of the client
 ---@return table client
-function model_arms.unnamed(options, given)
-  local plain = {}
-  for name, value in pairs(options) do plain[name] = value end
+function model_arms.unnamed(options, context)
+  local plain = copied(options)
   plain.client = nil
-  local inner, message = require("limax.supervise.llm.client").new(plain, given)
+  local inner, message = require("limax.supervise.llm.client").new(plain, context)
   if not inner then return nil, message end
   local client = setmetatable({}, { __index = function(_, name)
     local value = inner[name]
@@ -92,13 +94,12 @@ function model_arms.unnamed(options, given)
     return function(_, ...) return value(inner, ...) end
   end })
   function client:ask(messages, request)
+    local changed = copied(request)
+    changed.schema = renamed(request.schema)
     local asked = {}
     for k, each in ipairs(messages) do
       asked[k] = { role = each.role, content = model_arms.without_names(each.content) }
     end
-    local changed = {}
-    for name, value in pairs(request) do changed[name] = value end
-    changed.schema = renamed(request.schema)
     local answer, problem = inner:ask(asked, changed)
     if not answer then return nil, problem end
     for _, field in ipairs { "content", "reasoning" } do
@@ -111,16 +112,16 @@ end
 
 -- ---- another repetition's history ---------------------------------------------------------------
 
---- A context that tells of another run's generations in the place of its own; what may be changed,
---- and from where, stays its own.
+--- A context with the generations of another run instead of its own. The allowed changes and the
+--- current values remain its own.
 ---@param other limax.run with its whole history
 ---@return fun(history: table[], limits: limax.limit[]): table
 function model_arms.history_of(other)
   local context = require "limax.supervise.llm.context"
   return function(history, limits)
-    local told = {}
-    for k = 1, math.min(#history, #other.history) do told[k] = other.history[k] end
-    local holes = context.holes({ name = "summary", history = told, limits = limits,
+    local shown = {}
+    for k = 1, math.min(#history, #other.history) do shown[k] = other.history[k] end
+    local holes = context.holes({ name = "summary", history = shown, limits = limits,
       allowed = other.config.supervision, first = other.first_fields, config = other.config },
       context.levels("summary")[1])
     return { generations = holes.generations, outcomes = holes.outcomes, bodies = holes.bodies }

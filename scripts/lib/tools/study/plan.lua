@@ -1,5 +1,5 @@
 --- plan.lua: the arms of a study of supervision, and its cells: each arm in each repetition. Arms
---- differ in who sets the next generation's parameters; experiment, seed, repetitions, first
+--- differ in who sets the parameters of the next generation; experiment, seed, repetitions, first
 --- populations and the budget of evaluations are the same in all.
 
 local failure = require "limax.base.failure"
@@ -11,11 +11,12 @@ local plan = {}
 ---@class limax.study.arm
 ---@field name string
 ---@field supervisor? any as in an experiment
----@field supervision? { hyperparameters: boolean, materials: boolean } the first alone if left out
+---@field supervision? { hyperparameters: boolean, materials: boolean } only hyperparameters if left
+--- out
 ---@field reads? string name of the supervisor that reads the donor's run
 ---@field tuned? boolean breeding is tuned first, from the same budget
 ---@field asks? boolean asks a language model
----@field blind? boolean is told of the donor's history in the place of its own
+---@field blind? boolean is shown the donor's history instead of its own
 
 ---@class limax.study.cell
 ---@field arm limax.study.arm
@@ -23,28 +24,28 @@ local plan = {}
 ---@field path string of its run folder, below the study's
 ---@field donor? limax.study.cell
 
--- Elites fall from the most that is legal to one, mutations to a tenth, as in EvoGym's genetic
--- algorithm and in annealing; `horizon` is the last generation.
-local function schedule(given, horizon)
-  local scale = given.breeding.mutation_scale
-  return { "schedule", mutation_scale = { { 0, scale }, { horizon, scale / 10 } },
-    elite_fraction = { { 0, 0.5 }, { horizon, 1 / given.population } }, shape = "geometric" }
+-- Elites decrease from half of the population to one, mutations to a tenth, as in EvoGym's genetic
+-- algorithm and in annealing; `last` is the last generation.
+local function schedule(config, last)
+  local scale = config.breeding.mutation_scale
+  return { "schedule", mutation_scale = { { 0, scale }, { last, scale / 10 } },
+    elite_fraction = { { 0, 0.5 }, { last, 1 / config.population } }, shape = "geometric" }
 end
 
---- The arms, in the order in which they are run and told. Materials may be changed in `random` and
---- `llm` arms alone, without and with hyperparameters: a 2 x 2 with `fixed` and the plain arm.
+--- The arms in the order in which they run. Materials are changed by the `random` and `llm` arms
+--- only, without and with hyperparameters: a 2 x 2 design with `fixed` and the plain arm.
 ---@param config table of the experiment
 ---@param with_model boolean
 ---@return limax.study.arm[]
 function plan.arms(config, with_model)
-  -- a whole population each time: no arm has fewer generations
-  local horizon = math.max(1, math.floor(config.evaluations / config.population) - 1)
+  -- generations that simulate whole populations: no arm has fewer
+  local last = math.max(1, math.floor(config.evaluations / config.population) - 1)
   local materials = { hyperparameters = false, materials = true }
   local both = { hyperparameters = true, materials = true }
   local list = {
     { name = "fixed", supervisor = "fixed" },
     { name = "tuned_fixed", supervisor = "fixed", tuned = true },
-    { name = "schedule", supervisor = schedule(config, horizon) },
+    { name = "schedule", supervisor = schedule(config, last) },
     { name = "random", supervisor = "random" },
     { name = "random_materials", supervisor = "random", supervision = materials },
     { name = "random_both", supervisor = "random", supervision = both },
@@ -62,55 +63,54 @@ function plan.arms(config, with_model)
   return list
 end
 
--- Whose trajectory the arms that read one are lent: the model's where there is one.
-local function lender_of(arms)
-  local lender
+-- The arm whose parameters are read by others: the model's if there is one, else `rules`.
+local function donor_arm(arms)
+  local donor
   for _, arm in ipairs(arms) do
-    if arm.name == "llm" or arm.name == "rules" and not lender then lender = arm.name end
+    if arm.name == "llm" or arm.name == "rules" and not donor then donor = arm.name end
   end
-  return lender
+  return donor
 end
 
---- Some of the arms, by their names. Whatever reads another arm's runs needs that arm.
+--- Some of the arms, by their names. An arm that reads another arm's runs needs that arm.
 ---@param arms limax.study.arm[]
 ---@param names string[]|nil all if left out
 ---@return limax.study.arm[]
 function plan.choose(arms, names)
   if not names then return arms end
-  local known, wanted, list = {}, {}, {}
-  for k, arm in ipairs(arms) do known[k] = arm.name end
+  local all, wanted, chosen = {}, {}, {}
   for _, name in ipairs(names) do wanted[name] = true end
-  for _, arm in ipairs(arms) do
-    if wanted[arm.name] then list[#list + 1], wanted[arm.name] = arm, nil end
+  for k, arm in ipairs(arms) do
+    all[k] = arm.name
+    if wanted[arm.name] then chosen[#chosen + 1], wanted[arm.name] = arm, nil end
   end
   local unknown = next(wanted)
   if unknown then
-    failure.raise(2, ("study: unknown arm %s%s"):format(unknown, suggest.ending(unknown, known)))
+    failure.raise(2, ("study: unknown arm %s%s"):format(unknown, suggest.ending(unknown, all)))
   end
-  local lender = lender_of(list)
-  for _, arm in ipairs(list) do
-    if arm.reads and not lender or arm.blind and lender ~= "llm" then
+  local donor = donor_arm(chosen)
+  for _, arm in ipairs(chosen) do
+    if arm.reads and not donor or arm.blind and donor ~= "llm" then
       failure.raise(2, ("study: %s reads the runs of %s, which is not among the arms"):format(
         arm.name, arm.blind and "llm" or "llm or rules"))
     end
   end
-  return list
+  return chosen
 end
 
---- The repetition whose trajectory a repetition is lent: the next one, the first for the last. No
---- repetition is its own.
+--- The repetition whose parameters a repetition reads: the next one, the first for the last.
 ---@param repetition integer
----@param repetitions integer 2 at least
+---@param repetitions integer at least 2
 ---@return integer
 function plan.donor_of(repetition, repetitions) return repetition % repetitions + 1 end
 
---- All cells, donors before those that read them; repetition after repetition, so that a study that
---- is stopped has whole repetitions.
+--- All cells, donors before the cells that read them, repetition by repetition, so that a study
+--- that is stopped has whole repetitions.
 ---@param arms limax.study.arm[]
 ---@param repetitions integer
 ---@return limax.study.cell[]
 function plan.cells(arms, repetitions)
-  local list, cell_of, lender = {}, {}, lender_of(arms)
+  local list, cell_of, donor = {}, {}, donor_arm(arms)
   for _, arm in ipairs(arms) do cell_of[arm.name] = {} end
   for _, reading in ipairs { false, true } do
     for repetition = 1, repetitions do
@@ -119,8 +119,8 @@ function plan.cells(arms, repetitions)
           local cell = { arm = arm, repetition = repetition,
             path = ("%s/r%02d"):format(arm.name, repetition) }
           if reading then
-            local from = arm.blind and "llm" or lender
-            cell.donor = cell_of[from][plan.donor_of(repetition, repetitions)]
+            local from = cell_of[arm.blind and "llm" or donor]
+            cell.donor = from[plan.donor_of(repetition, repetitions)]
           end
           cell_of[arm.name][repetition] = cell
           list[#list + 1] = cell

@@ -1,4 +1,4 @@
---- probe.lua: what a study will cost, measured by one generation on this machine before it begins.
+--- probe.lua: the cost of a study, estimated before it begins from one generation on this machine.
 
 local cells = require "limax.tools.study.cells"
 local evolve = require "limax.evolution.evolve"
@@ -18,38 +18,36 @@ local function seconds_per_evaluation(study)
   return (host.clock() - began) / #robots
 end
 
---- Evaluations, hours and tokens of what is left of a study, in words.
+--- Evaluations, hours and tokens of the remaining runs of a study, in words.
 ---@param study limax.study
 ---@return string
 function probe.text(study)
-  local left, asked, names, seen = 0, 0, {}, {}
+  local left, asking, names, seen = 0, 0, {}, {}
   for _, cell in ipairs(study.cells) do
-    local done = cells.is_done(study.out .. "/" .. cell.path)
-    left = left + (done and 0 or 1)
-    asked = asked + (cell.arm.asks and not done and 1 or 0)
-    if not seen[cell.arm.name] then
-      seen[cell.arm.name] = true
-      names[#names + 1] = cell.arm.name
+    local arm = cell.arm
+    if not cells.is_done(study.out .. "/" .. cell.path) then
+      left, asking = left + 1, asking + (arm.asks and 1 or 0)
     end
+    if not seen[arm.name] then seen[arm.name], names[#names + 1] = true, arm.name end
   end
   local evaluations = left * study.evaluations
   local seconds = evaluations * seconds_per_evaluation(study)
   local tokens = "none: no arm asks a language model"
-  if asked > 0 then
+  if asking > 0 then
     -- with the default share of elites
     local bred = math.ceil((1 - study.config.breeding.elite_fraction) * study.config.population)
-    local answers = asked * math.ceil((study.evaluations - study.config.population) / bred)
-    tokens = ("about %.2g million for %d answers, whose seconds come on top"):format(
+    local answers = asking * math.ceil((study.evaluations - study.config.population) / bred)
+    tokens = ("about %.2g million for %d answers, whose time is not included"):format(
       answers * model_arms.TOKENS / 1e6, answers)
   end
   return table.concat({
     ("%d arms (%s), %d repetitions: %d of %d runs left"):format(#names, table.concat(names, " "),
       study.repetitions, left, #study.cells),
     ("evaluations: at most %d, %d a run"):format(evaluations, study.evaluations),
-    ("time: about %.2g h (%s) of simulating, by one generation on this machine"):format(
-      seconds / 3600, progress.duration(seconds)),
+    ("time: about %.2g h (%s) of simulating, measured on one generation"):format(seconds / 3600,
+      progress.duration(seconds)),
     "tokens: " .. tokens,
-    ("folder: %s; stop it at any time, started again there it goes on"):format(study.out),
+    ("folder: %s; the study can be stopped at any time and started again"):format(study.out),
   }, "\n")
 end
 
