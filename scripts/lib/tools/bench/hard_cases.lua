@@ -1,77 +1,57 @@
---- hard_cases.lua: what breaks other simulators, one case each, by kind. A case is a name, the row
---- of the table of hard cases that it answers, and a function that puts robots into a scene and
---- checks what physics says of them; `limax test tests/suites/hard` and `limax bench stability` run
---- the same ones. SI units.
+--- hard_cases.lua: scenes that break other simulators. A case is a test in tests/suites/hard, which
+--- simulates robots and checks the result against physics. `limax test tests/suites/hard` and
+--- `limax bench stability` run the same cases. SI units.
 
+local context = require "limax.tools.bench.hard_cases.context"
 local engine = require "limax.engine"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local stage = require "limax.tools.bench.hard_cases.stage"
+local script = require "limax.base.script"
+local test = require "limax.test"
 
 local hard_cases = {}
 
---- Modules of scripts/lib/tools/bench/hard_cases that hold cases.
-hard_cases.KINDS = { "flight", "modes", "extremes", "contact", "friction", "loads", "shapes",
-  "muscles", "sameness", "effects", "block" }
-
 ---@class limax.hard_case
----@field row integer|nil of the table of hard cases
+---@field row integer|nil row of the list of hard cases that it covers
 ---@field name string
----@field run fun(c: limax.hard_cases.context) raises where a check does not hold
----@field needs string[]|nil effects that the engine must have
----@field smooth boolean|nil no contact switches: integrators for smooth scenes do it too
----@field brief boolean|nil long: only `BRIEF` combinations unless the full ones are wanted
----@field full boolean|nil very long: only when the full ones are wanted
----@field except table<string, string>|nil why an integrator is not asked, by its name
----@field cpu boolean|nil it needs what the CPU alone has
----@field absent string|nil why the case cannot be put at all
----@field kind string
+---@field run fun(c: limax.hard_cases.context) raises if a check fails
+---@field smooth boolean|nil no contact: RK4 runs it too
+---@field xpbd false|nil XPBD does not run it; a comment says why
+---@field brief boolean|nil slow: runs in few combinations, in all of them with --full
+---@field cpu boolean|nil needs the CPU
+---@field kind string name of its file
 
---- Cases of one kind, in order.
----@param kind string
----@return limax.hard_case[]
-function hard_cases.of(kind)
-  local cases = require("limax.tools.bench.hard_cases." .. kind)
-  for _, case in ipairs(cases) do case.kind = kind end
-  return cases
-end
-
---- All cases, kind by kind.
----@return limax.hard_case[]
-function hard_cases.all()
-  local list = {}
-  for _, kind in ipairs(hard_cases.KINDS) do
-    for _, case in ipairs(hard_cases.of(kind)) do list[#list + 1] = case end
-  end
-  return list
-end
-
--- Several precisions and the integrators of every scene meet in these.
-local BRIEF = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true,
+-- For slow cases and GPUs, which compile a kernel for each combination.
+local FEW = { ["leapfrog compensated"] = true, ["symplectic_euler double"] = true,
   ["xpbd single"] = true }
--- integrators that take contacts, and of them those that a GPU has too; what takes none does the
--- smooth cases, on the CPU
-local CONTACTS = { leapfrog = true, symplectic_euler = true, xpbd = true }
-local ON_GPU = { leapfrog = true, symplectic_euler = true }
+-- For `limax test`: every precision and every integrator; `limax bench stability` runs every pair.
+local SOME = { ["leapfrog single"] = true, ["leapfrog compensated"] = true,
+  ["leapfrog mixed"] = true, ["leapfrog double"] = true, ["symplectic_euler single"] = true,
+  ["symplectic_euler double"] = true, ["rk4 double"] = true, ["xpbd compensated"] = true }
+
+local function able(case, integrator, kind)
+  if integrator == "rk4" then return kind == "cpu" and case.smooth end
+  if integrator == "xpbd" then return kind == "cpu" and case.xpbd ~= false end
+  return kind == "cpu" or not case.cpu
+end
 
 ---@class limax.hard_cases.combination
 ---@field integrator string
 ---@field precision string
 
---- The combinations of integrator and precision in which a case is run on a device.
+--- The combinations of integrator and precision in which a case runs on a kind of device.
 ---@param case limax.hard_case
 ---@param kind string of the device
----@param full boolean every one
----@param brief boolean|nil those of a long case, whatever the case
+---@param extent "few"|"some"|"all"
 ---@return limax.hard_cases.combination[]
-function hard_cases.combinations(case, kind, full, brief)
+function hard_cases.combinations(case, kind, extent)
   local list = {}
+  local chosen = extent ~= "all" and (extent == "few" or case.brief) and FEW
+    or extent == "some" and SOME
   for _, integrator in ipairs(engine.names.integrator.names) do
     for _, precision in ipairs(engine.names.precision.names) do
-      local able = (kind == "cpu" and (CONTACTS[integrator] or case.smooth)
-        or ON_GPU[integrator]) and not (case.except and case.except[integrator])
-      if case.cpu and kind ~= "cpu" then able = false end
-      local chosen = full or not (brief or case.brief) or BRIEF[integrator .. " " .. precision]
-      if able and chosen then
+      if able(case, integrator, kind)
+        and (not chosen or chosen[integrator .. " " .. precision]) then
         list[#list + 1] = { integrator = integrator, precision = precision }
       end
     end
@@ -79,47 +59,79 @@ function hard_cases.combinations(case, kind, full, brief)
   return list
 end
 
---- Why a case cannot be run with this engine, or nil.
----@param case limax.hard_case
----@return string|nil
-function hard_cases.missing(case)
-  if case.absent then return case.absent end
-  local known = {}
-  for _, effect in ipairs(engine.effects()) do known[effect.name] = true end
-  for _, name in ipairs(case.needs or {}) do
-    if not known[name] then return ("this engine has no effect %q"):format(name) end
-  end
-  return nil
-end
-
 ---@class limax.hard_cases.verdict
 ---@field status "holds"|"reported"|"fails"
----@field text string|nil the reason of the divergence that was rightly reported, or what fails
+---@field text string|nil reason of an expected divergence, or the check that failed
 ---@field notes string[]
 ---@field seconds number
 
 --- Runs one case in one combination.
 ---@param case limax.hard_case
----@param combination { device: limax.device, integrator: string, precision: string,
---- fraction: number|nil } `fraction` of the step's bound where a case has no choice of its own
----@param full boolean|nil
+---@param fields table see context.new
 ---@return limax.hard_cases.verdict
-function hard_cases.run(case, combination, full)
+function hard_cases.run(case, fields)
   local started = host.clock()
-  local c = stage.context { device = combination.device, integrator = combination.integrator,
-    precision = combination.precision, fraction = combination.fraction, full = full }
+  local c = context.new(fields)
   local fine, message = pcall(case.run, c)
-  if not fine and message == host.interrupt then error(message, 0) end
-  local verdict = { notes = c.notes, seconds = host.clock() - started }
+  if message == host.interrupt then error(message, 0) end
+  local verdict = { notes = c.notes, status = "holds", seconds = host.clock() - started }
   if not fine then
     verdict.status, verdict.text = "fails", tostring(message)
   elseif c.reported then
     verdict.status, verdict.text = "reported", c.reported
-  else
-    verdict.status = "holds"
   end
   collectgarbage "collect"
   return verdict
+end
+
+-- Runs a case's combinations on the test's device; all must have the same verdict.
+local function run_test(t, case, extent)
+  local first
+  for _, combination in ipairs(hard_cases.combinations(case, t.device.kind, extent)) do
+    local name = ("%s %s"):format(combination.integrator, combination.precision)
+    combination.device, combination.full = t.device, extent == "all"
+    local verdict = hard_cases.run(case, combination)
+    t:ok(verdict.status ~= "fails", ("%s: %s"):format(name, verdict.text))
+    for _, note in ipairs(verdict.notes) do t:note(("%s: %s"):format(name, note)) end
+    local text = verdict.text and ("%s (%s)"):format(verdict.status, verdict.text)
+      or verdict.status
+    first = first or text
+    t:ok(text == first, ("%s: %s; another combination: %s"):format(name, text, first))
+  end
+  if first ~= "holds" then t:note(first) end
+end
+
+local cases = {}
+
+--- Begins a suite of hard cases. The function that it returns adds one: a test on every device, and
+--- a test tagged full that runs the long version in every combination.
+---@param kind string
+---@return fun(case: limax.hard_case)
+function hard_cases.suite(kind)
+  local suite = test.suite("hard cases: " .. kind)
+  return function(case)
+    case.kind = kind
+    cases[#cases + 1] = case
+    local name = (case.row and ("%d. "):format(case.row) or "") .. case.name
+    local devices = case.cpu and "cpu" or "all"
+    suite:test(name, { devices = devices },
+      function(t) run_test(t, case, t.device.kind == "cpu" and "some" or "few") end)
+    suite:test(name .. ", in full", { devices = devices, tags = "full" },
+      function(t) run_test(t, case, "all") end)
+  end
+end
+
+--- All cases, in the order of tests/suites/hard.
+---@return limax.hard_case[]
+function hard_cases.all()
+  local folder = host.home .. "/tests/suites/hard"
+  local names = host.file.list(folder)
+  if not names then failure.raise(1, "no hard cases are installed: there is no " .. folder) end
+  cases = {}
+  test.collect(function()
+    for _, name in ipairs(names) do script.load(folder .. "/" .. name)() end
+  end)
+  return cases
 end
 
 return hard_cases

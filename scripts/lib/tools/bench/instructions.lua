@@ -3,6 +3,7 @@
 --- x86-64-v3.
 
 local host = require "limax.host"
+local shell = require "limax.base.shell"
 
 local instructions = {}
 
@@ -16,13 +17,11 @@ function instructions.available()
   return os.execute "command -v valgrind >/dev/null 2>&1" == 0
 end
 
-local function quoted(word) return "'" .. word:gsub("'", "'\\''") .. "'" end
-
 local function count(steps, scene)
   local pipe = assert(io.popen(table.concat({ "valgrind --tool=callgrind",
-    "--callgrind-out-file=/dev/null", quoted(host.executable),
-    quoted(host.home .. "/scripts/lib/tools/bench/counted_steps.lua"), steps, quoted(scene), "2>&1" },
-    " ")))
+    "--callgrind-out-file=/dev/null", shell.quoted(host.executable),
+    shell.quoted(host.home .. "/scripts/lib/tools/bench/counted_steps.lua"), steps,
+    shell.quoted(scene), "2>&1" }, " ")))
   local output = pipe:read "*a"
   pipe:close()
   return tonumber(output:match "Collected : (%d+)")

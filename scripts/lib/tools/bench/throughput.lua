@@ -63,7 +63,7 @@ end
 -- memory of a large population.
 local function whole_runs(how, rows)
   local walk = host.home .. "/scripts/experiments/walk.lua"
-  local runs = { { generations = 5, robots = 30 } }
+  local runs = { { generations = 2, robots = 30 } }
   if how.full then runs[2] = { generations = 1, robots = 1000 } end
   how.say ""
   for _, size in ipairs(runs) do

@@ -1,32 +1,28 @@
---- statics.lua: the forces and the stiffness matrix of a full box of voxels of one material,
---- written down a second time and in Lua, so that what a simulation comes to rest at can be held
---- against them. SI units.
+--- statics.lua: forces, energy and stiffness matrix of a full box of voxels of one material,
+--- written independently of the engine, as a reference for bodies at rest. SI units.
 
 local statics = {}
 
--- The 13 half-directions between sites of one voxel.
+-- Half of the 26 directions between sites of a voxel: one for each spring.
 local DIRECTIONS = {}
 for z = -1, 1 do
   for y = -1, 1 do
     for x = -1, 1 do
-      local first = z > 0 or (z == 0 and (y > 0 or (y == 0 and x > 0)))
-      if first then DIRECTIONS[#DIRECTIONS + 1] = { x, y, z } end
+      if z > 0 or (z == 0 and (y > 0 or (y == 0 and x > 0))) then
+        DIRECTIONS[#DIRECTIONS + 1] = { x, y, z }
+      end
     end
   end
 end
 
 ---@class limax.hard_cases.box
----@field sites integer[][] indices along x, y, z of each mass, from 0, x first
----@field springs { [1]: integer, [2]: integer, [3]: number, [4]: number|nil }[] two masses, L0 (m)
---- and a stiffness of its own (N/m)
+---@field sites integer[][] indices along x, y, z of each mass, from 0, x fastest
+---@field springs { [1]: integer, [2]: integer, [3]: number }[] two masses and the rest length, m
 
---- Masses and springs of a full box, of one stiffness or of layers that have their own: a spring
---- has the mean of its owners.
 ---@param lattice integer[]
 ---@param edge number m
----@param layers number[]|nil stiffness of the voxels of each layer along z, N/m
 ---@return limax.hard_cases.box
-function statics.box(lattice, edge, layers)
+function statics.box(lattice, edge)
   local nx, ny, nz = lattice[1] + 1, lattice[2] + 1, lattice[3] + 1
   local function index(x, y, z) return 1 + x + nx * (y + ny * z) end
   local box = { sites = {}, springs = {} }
@@ -37,11 +33,8 @@ function statics.box(lattice, edge, layers)
         for _, d in ipairs(DIRECTIONS) do
           local u, v, w = x + d[1], y + d[2], z + d[3]
           if u >= 0 and u < nx and v >= 0 and v < ny and w < nz then
-            local rest = edge * math.sqrt(d[1] ^ 2 + d[2] ^ 2 + d[3] ^ 2)
-            -- one that lies in a plane between layers has owners in both, the same number of each
-            local above, below = layers and layers[z + 1], layers and d[3] == 0 and layers[z]
-            box.springs[#box.springs + 1] = { index(x, y, z), index(u, v, w), rest,
-              above and below and 0.5 * (above + below) or above or below }
+            box.springs[#box.springs + 1] = { index(x, y, z), index(u, v, w),
+              edge * math.sqrt(d[1] ^ 2 + d[2] ^ 2 + d[3] ^ 2) }
           end
         end
       end
@@ -50,19 +43,35 @@ function statics.box(lattice, edge, layers)
   return box
 end
 
---- Springs' forces on each mass, N.
+--- Undeformed positions of the masses.
 ---@param box limax.hard_cases.box
----@param stiffness number|nil N/m, of springs without one of their own
+---@param edge number m
+---@return number[][]
+function statics.positions(box, edge)
+  local list = {}
+  for i, site in ipairs(box.sites) do
+    list[i] = { edge * site[1], edge * site[2], edge * site[3] }
+  end
+  return list
+end
+
+local function vector(positions, spring)
+  local a, b = positions[spring[1]], positions[spring[2]]
+  local e = { b[1] - a[1], b[2] - a[2], b[3] - a[3] }
+  return e, math.sqrt(e[1] ^ 2 + e[2] ^ 2 + e[3] ^ 2)
+end
+
+--- Forces of the springs on each mass, N.
+---@param box limax.hard_cases.box
+---@param stiffness number N/m
 ---@param positions number[][]
 ---@return number[][]
 function statics.forces(box, stiffness, positions)
   local forces = {}
   for i = 1, #positions do forces[i] = { 0, 0, 0 } end
   for _, spring in ipairs(box.springs) do
-    local a, b = positions[spring[1]], positions[spring[2]]
-    local e = { b[1] - a[1], b[2] - a[2], b[3] - a[3] }
-    local r = math.sqrt(e[1] ^ 2 + e[2] ^ 2 + e[3] ^ 2)
-    local pull = (spring[4] or stiffness) * (r - spring[3]) / r
+    local e, r = vector(positions, spring)
+    local pull = stiffness * (r - spring[3]) / r
     for axis = 1, 3 do
       forces[spring[1]][axis] = forces[spring[1]][axis] + pull * e[axis]
       forces[spring[2]][axis] = forces[spring[2]][axis] - pull * e[axis]
@@ -71,59 +80,51 @@ function statics.forces(box, stiffness, positions)
   return forces
 end
 
---- What the springs hold, J.
+--- Energy of the springs, J.
 ---@param box limax.hard_cases.box
----@param stiffness number|nil N/m, of springs without one of their own
+---@param stiffness number N/m
 ---@param positions number[][]
+---@param scale number|nil of the rest lengths
 ---@return number
-function statics.energy(box, stiffness, positions)
+function statics.energy(box, stiffness, positions, scale)
   local sum = 0
   for _, spring in ipairs(box.springs) do
-    local a, b = positions[spring[1]], positions[spring[2]]
-    local r = math.sqrt((b[1] - a[1]) ^ 2 + (b[2] - a[2]) ^ 2 + (b[3] - a[3]) ^ 2)
-    sum = sum + 0.5 * (spring[4] or stiffness) * (r - spring[3]) ^ 2
+    local _, r = vector(positions, spring)
+    sum = sum + 0.5 * stiffness * (r - (scale or 1) * spring[3]) ^ 2
   end
   return sum
 end
 
---- The tangent stiffness -dF/dx at a pose, dense, with a row for each axis of each mass.
+--- The tangent stiffness -dF/dx, dense, one row per axis of each mass.
 ---@param box limax.hard_cases.box
----@param stiffness number|nil N/m, of springs without one of their own
+---@param stiffness number N/m
 ---@param positions number[][]
 ---@return number[][]
 function statics.stiffness(box, stiffness, positions)
-  local n = 3 * #positions
-  local matrix = {}
+  local n, matrix = 3 * #positions, {}
   for i = 1, n do
-    local row = {}
-    for j = 1, n do row[j] = 0 end
-    matrix[i] = row
+    matrix[i] = {}
+    for j = 1, n do matrix[i][j] = 0 end
   end
   for _, spring in ipairs(box.springs) do
-    local i, j = spring[1], spring[2]
-    local a, b = positions[i], positions[j]
-    local e = { b[1] - a[1], b[2] - a[2], b[3] - a[3] }
-    local r = math.sqrt(e[1] ^ 2 + e[2] ^ 2 + e[3] ^ 2)
-    local along = spring[4] or stiffness
-    local across = along * (1 - spring[3] / r)
+    local e, r = vector(positions, spring)
+    local across = stiffness * (1 - spring[3] / r)
     for p = 1, 3 do
       for q = 1, 3 do
         -- k along the spring, k (1 - L / r) across it
-        local block = (along - across) * e[p] * e[q] / (r * r) + (p == q and across or 0)
-        local ip, iq, jp, jq = 3 * i - 3 + p, 3 * i - 3 + q, 3 * j - 3 + p, 3 * j - 3 + q
-        matrix[ip][iq] = matrix[ip][iq] + block
-        matrix[jp][jq] = matrix[jp][jq] + block
-        matrix[ip][jq] = matrix[ip][jq] - block
-        matrix[jp][iq] = matrix[jp][iq] - block
+        local block = (stiffness - across) * e[p] * e[q] / (r * r) + (p == q and across or 0)
+        local ip, iq = 3 * spring[1] - 3 + p, 3 * spring[1] - 3 + q
+        local jp, jq = 3 * spring[2] - 3 + p, 3 * spring[2] - 3 + q
+        matrix[ip][iq], matrix[jp][jq] = matrix[ip][iq] + block, matrix[jp][jq] + block
+        matrix[ip][jq], matrix[jp][iq] = matrix[ip][jq] - block, matrix[jp][iq] - block
       end
     end
   end
   return matrix
 end
 
---- Solves matrix x = right by elimination, in place, without pivots: stiffness matrices of what is
---- held need none. Also counts negative pivots, of which there are as many as negative eigenvalues
---- (Sylvester's law of inertia).
+--- Solves matrix x = right by elimination in place, without pivoting, and counts negative pivots:
+--- there are as many as negative eigenvalues (Sylvester's law of inertia).
 ---@param matrix number[][] is overwritten
 ---@param right number[] is overwritten with x
 ---@return integer negative pivots
@@ -149,8 +150,7 @@ function statics.solve(matrix, right)
   return negative
 end
 
---- Holds the masses for which `held(mass, axis)` is true: their rows and columns become those of a
---- stiff support of their own.
+--- Fixes the coordinates for which `held(mass, axis)` is true.
 ---@param matrix number[][]
 ---@param held fun(mass: integer, axis: integer): boolean
 function statics.hold(matrix, held)

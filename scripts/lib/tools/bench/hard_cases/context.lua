@@ -1,0 +1,290 @@
+--- context.lua: what a hard case gets as `c`: its device, precision and integrator, a way to
+--- simulate robots, and checks. invariants.lua checks every run too. SI units.
+
+local engine = require "limax.engine"
+local invariants = require "limax.tools.bench.hard_cases.invariants"
+
+local context = {}
+
+---@class limax.hard_cases.context
+---@field device limax.device
+---@field precision string
+---@field integrator string
+---@field full boolean run the long version
+---@field fraction number|nil of the step's bound where the case sets neither step nor fraction
+---@field notes string[]
+---@field reported string|nil reason of an expected divergence
+local methods = {}
+local class = { __index = methods }
+
+--- The effects of a passive scene on flat ground, with the engine's defaults.
+context.LAND = { gravity = true, ground = true, friction = true, damping = true }
+
+--- Defaults of the engine: m/s^2 and N/m.
+context.GRAVITY, context.GROUND = 9.81, 1e5
+
+-- ---- checks -------------------------------------------------------------------------------------
+
+local function fail(pattern, ...) error(pattern:format(...), 0) end
+
+--- A tolerance: a number, or a table with one for each precision, `fp32` for those that round
+--- forces to fp32. Plain sums round at every step: the tolerance of `single` is for 0.9 of the
+--- bound and grows as `--fraction` makes steps shorter.
+---@param tolerance number|table<string, number>|nil
+---@return number
+function methods:tolerance(tolerance)
+  if type(tolerance) ~= "table" then return tolerance or 0 end
+  local value = tolerance[self.precision] or tolerance.fp32
+  if self.precision ~= "single" or not self.fraction then return value end
+  return value * math.max(1, 0.9 / self.fraction)
+end
+
+--- Fails unless |got - expected| <= atol + rtol |expected|; always for NaN.
+---@param what string
+---@param got number
+---@param expected number
+---@param allowed { rtol: number|table|nil, atol: number|table|nil }
+function methods:near(what, got, expected, allowed)
+  local most = self:tolerance(allowed.atol) + self:tolerance(allowed.rtol) * math.abs(expected)
+  if not (math.abs(got - expected) <= most) then
+    fail("%s is %.9g; expected %.9g, %.2g off where %.2g is allowed", what, got, expected,
+      math.abs(got - expected), most)
+  end
+end
+
+--- Fails unless every number of two lists of vectors is near.
+---@param what string
+---@param got number[][]
+---@param expected number[][]
+---@param atol number|table
+function methods:near_rows(what, got, expected, atol)
+  if #got ~= #expected then fail("%s: %d rows, expected %d", what, #got, #expected) end
+  for i, row in ipairs(expected) do
+    for axis = 1, 3 do
+      self:near(("%s: mass %d"):format(what, i), got[i][axis], row[axis], { atol = atol })
+    end
+  end
+end
+
+--- Fails unless got <= most.
+---@param what string
+---@param got number
+---@param most number|table see `tolerance`
+function methods:at_most(what, got, most)
+  most = self:tolerance(most)
+  if not (got <= most) then fail("%s is %.6g; at most %.6g is allowed", what, got, most) end
+end
+
+--- Fails unless got >= least.
+---@param what string
+---@param got number
+---@param least number
+function methods:at_least(what, got, least)
+  if not (got >= least) then fail("%s is %.6g; at least %.6g is expected", what, got, least) end
+end
+
+--- Fails unless both have the same bits; compares tables element by element.
+---@param what string
+---@param got any
+---@param expected any
+function methods:same_bits(what, got, expected)
+  if type(expected) ~= "table" then
+    if got ~= expected then
+      fail("%s is %s; expected the same bits as %s", what, tostring(got), tostring(expected))
+    end
+    return
+  end
+  if #got ~= #expected then fail("%s: %d values, expected %d", what, #got, #expected) end
+  for i = 1, #expected do self:same_bits(("%s[%d]"):format(what, i), got[i], expected[i]) end
+end
+
+--- Fails unless `call` raises a message that contains `pattern`.
+---@param pattern string
+---@param call fun()
+function methods:raises(pattern, call)
+  local fine, message = pcall(call)
+  if fine then fail("nothing was raised where %q was expected", pattern) end
+  if not tostring(message):find(pattern) then fail("%q is not in: %s", pattern, message) end
+end
+
+--- A text printed beside the verdict.
+---@param pattern string
+function methods:note(pattern, ...) self.notes[#self.notes + 1] = pattern:format(...) end
+
+-- ---- bodies -------------------------------------------------------------------------------------
+
+--- The paper's materials with some fields of some letters changed.
+---@param changes table<string, table<string, number>>|nil { b = { stiffness = 1e6 } }
+---@return limax.materials
+function methods:materials(changes)
+  local materials = engine.materials "paper"
+  for letter, fields in pairs(changes or {}) do
+    for field, value in pairs(fields) do materials:set(materials:index(letter), field, value) end
+  end
+  return materials
+end
+
+-- One value per voxel, x fastest, from a constant or a function of x, y, z and the robot.
+local function each_voxel(lattice, value, robot)
+  local list = {}
+  for z = 1, lattice[3] do
+    for y = 1, lattice[2] do
+      for x = 1, lattice[1] do
+        list[#list + 1] = type(value) == "function" and value(x, y, z, robot) or value
+      end
+    end
+  end
+  return list
+end
+
+local function population_of(spec, materials)
+  local population = engine.population { lattice = spec.lattice, count = spec.count or 1 }
+  for robot = 1, population.count do
+    local weights = {}
+    for name, value in pairs(spec.weights or {}) do
+      weights[name] = type(value) == "number" and value or each_voxel(spec.lattice, value, robot)
+    end
+    population:set_body(robot, each_voxel(spec.lattice, spec.voxels or "b", robot), weights,
+      materials)
+  end
+  population:check(materials, { require_muscle = false })
+  return population
+end
+
+-- ---- runs ---------------------------------------------------------------------------------------
+
+---@class limax.hard_cases.run
+---@field simulation limax.simulation
+---@field spec table
+---@field options table of the simulation
+---@field verdict "holds"|"reported"
+local Run = {}
+Run.__index = Run
+
+--- Positions and velocities of a robot's masses.
+---@param robot integer|nil 1 if left out
+---@return number[][] m
+---@return number[][] m/s
+function Run:state(robot)
+  local positions, velocities = self.simulation:state(robot or 1)
+  return positions:table(), velocities:table()
+end
+
+--- Speed of the fastest mass of robot 1.
+---@return number m/s
+function Run:fastest()
+  local _, velocities = self:state()
+  local most = 0
+  for _, v in ipairs(velocities) do
+    most = math.max(most, math.sqrt(v[1] ^ 2 + v[2] ^ 2 + v[3] ^ 2))
+  end
+  return most
+end
+
+--- The least and largest coordinate of the masses of robot 1 along an axis.
+---@param axis integer
+---@return number m
+---@return number m
+function Run:extent(axis)
+  local low, high = math.huge, -math.huge
+  for _, p in ipairs((self:state())) do
+    low, high = math.min(low, p[axis]), math.max(high, p[axis])
+  end
+  return low, high
+end
+
+--- Force of the ground's penalty springs on robot 1.
+---@return number N
+function Run:ground_force()
+  local sum = 0
+  for _, p in ipairs((self:state())) do sum = sum + context.GROUND * math.max(0, -p[3]) end
+  return sum
+end
+
+---@param robot integer|nil
+---@return limax.outcome
+function Run:outcome(robot) return self.simulation:outcome(robot or 1) end
+
+--- Weight of robot 1 under the engine's gravity.
+---@return number N
+function Run:weight() return context.GRAVITY * self:outcome().mass end
+
+--- How far the centre of mass of robot 1 moved along an axis.
+---@param axis integer
+---@return number m
+function Run:moved(axis)
+  local outcome = self:outcome()
+  return outcome.center_end[axis] - outcome.center_start[axis]
+end
+
+---@param kind string
+---@param robot integer|nil
+---@return number[][]
+function Run:trace(kind, robot) return self.simulation:trace(robot or 1, kind):table() end
+
+---@param steps integer
+function Run:advance(steps) self.simulation:advance(1e6, steps) end
+
+local function place(run)
+  if not run.spec.place then return end
+  for robot = 1, run.spec.count or 1 do
+    local positions, velocities = run:state(robot)
+    if run.spec.place(positions, velocities, robot) ~= false then
+      run.simulation:place(robot, positions, velocities)
+    end
+  end
+end
+
+-- Fields of a spec that are options of the simulation.
+local OPTIONS = { "duration", "settle", "time_step", "bound_fraction", "edge", "position",
+  "velocity", "max_speed", "max_stretch" }
+
+--- Creates the simulation of a spec and places its robots, without a step.
+---@param spec table see `run`
+---@return limax.hard_cases.run
+function methods:prepare(spec)
+  local materials, record = self:materials(spec.materials), {}
+  for kind, rate in pairs(spec.record or {}) do record[kind] = rate end
+  if invariants.passive(spec) and not record.energy then record.energy = 100 end
+  local options = { record = record, integrator = self.integrator, precision = self.precision,
+    settle = 0, duration = 1, time_step = "auto", bound_fraction = self.fraction }
+  for _, name in ipairs(OPTIONS) do
+    if spec[name] ~= nil then options[name] = spec[name] end
+  end
+  local simulation = engine.simulation(population_of(spec, materials), materials,
+    engine.scene(spec.scene or {}), options, self.device)
+  local run = setmetatable({ simulation = simulation, spec = spec, options = options }, Run)
+  -- the first look at a state creates the robots; after it outcomes have the time step
+  if simulation.masses[1] > 0 then simulation:state(1) end
+  place(run)
+  run.start = invariants.start(run)
+  return run
+end
+
+--- Simulates robots to the end and checks the invariants.
+---
+--- A spec has a body (lattice, voxels, weights, count, materials), a `scene`, options of the
+--- simulation, and `place(positions, velocities, robot)`, which changes the start. For the
+--- invariants: `diverges`, reasons for which robot 1 must diverge; `may_diverge`, reasons for which
+--- a robot may; `energy = false` where the energy may rise; `center = false` where the centre of
+--- mass and the angular momentum are unknown.
+---@param spec table
+---@return limax.hard_cases.run
+function methods:run(spec)
+  local run = self:prepare(spec)
+  run.simulation:run()
+  invariants.check(self, run)
+  return run
+end
+
+--- The context of one case in one combination.
+---@param fields { device: limax.device, precision: string, integrator: string, full: boolean|nil,
+--- fraction: number|nil }
+---@return limax.hard_cases.context
+function context.new(fields)
+  return setmetatable({ device = fields.device, precision = fields.precision,
+    integrator = fields.integrator, full = fields.full or false, fraction = fields.fraction,
+    notes = {} }, class)
+end
+
+return context

@@ -1,2 +1,0 @@
---- block.lua: the hard cases of this kind; scripts/lib/tools/bench/hard_cases/block.lua holds them.
-require "limax.tools.bench.hard_cases.suite" "block"
