@@ -1,6 +1,6 @@
---- bench.lua: `limax bench NAME`: measurements that anyone can repeat. Each is a module under
---- scripts/lib/tools/bench that first checks what it is about to time, then measures, and returns rows;
---- this file runs it and writes them.
+--- bench.lua: `limax bench NAME`: repeatable measurements. Each is a module of
+--- scripts/lib/tools/bench that checks results before it times them, and returns rows; this file
+--- writes them.
 
 local choice = require "limax.base.choice"
 local csv = require "limax.base.csv"
@@ -11,15 +11,13 @@ local suggest = require "limax.base.suggest"
 
 local exit_usage = 2
 
--- modules of scripts/lib/tools/bench that measure; the other files there are what they share
 local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 
--- options of one bench alone
+-- Options of one bench.
 local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter = "stability",
-  fraction = "stability",
-  out = "accuracy", section = "accuracy", with = "accuracy", tune = "accuracy",
+  fraction = "stability", out = "accuracy", section = "accuracy", tune = "accuracy",
   champion = "accuracy" }
--- of a search that names no number: half a minute on two cores
+-- Half a minute on two cores.
 local DEFAULT_CASES = 1024
 
 local function write(path, text)
@@ -38,11 +36,12 @@ local function run(arguments)
     failure.attempt(engine.device, arguments.device, { threads = arguments.threads })
   if not fine then failure.raise(failure.status(device) or 1, failure.bare(device)) end
   if arguments.store and not (name == "throughput" and device.kind == "cuda") then
-    failure.raise(exit_usage, "--store keeps what a GPU gave: limax bench throughput --device cuda")
+    failure.raise(exit_usage,
+      "--store stores the hashes of a GPU: limax bench throughput --device cuda")
   end
   for _, option in ipairs(choice.sorted_keys(ONLY)) do
-    local given = arguments[option]
-    local absent = given == nil or type(given) == "table" and #given == 0
+    local value = arguments[option]
+    local absent = value == nil or type(value) == "table" and #value == 0
     if name ~= ONLY[option] and not absent then
       failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option, ONLY[option]))
     end
@@ -51,7 +50,6 @@ local function run(arguments)
   local result = bench.run {
     out = arguments.out,
     sections = arguments.section,
-    with = arguments.with,
     tune = arguments.tune,
     champions = arguments.champion,
     device = device,
@@ -81,13 +79,13 @@ return {
   text = "throughput measures springs per second: on the CPU by integrator, precision and\n"
     .. "effects, and the speed-up by threads; on a GPU by population, lattice and precision, with\n"
     .. "the kernel that served each. Then the seconds per generation of `limax run walk.lua`.\n"
-    .. "effects measures the time of a step with each effect alone, all but each, and all.\n"
+    .. "effects measures the time of a step with each effect, all but each, and all.\n"
     .. "stability runs the hard cases in every precision, with every integrator, as one table;\n"
-    .. "blow-ups searches random robots for such that diverge at the automatic step. Both exit 1\n"
-    .. "if they find a failure.\n"
+    .. "blow-ups searches for random robots that diverge at the automatic step. Both exit 1 if\n"
+    .. "they find a failure.\n"
     .. "accuracy measures what accuracy costs: error against time by integrator, precision and\n"
     .. "step, the order of walkers under cheap settings, rounding, drift; two minutes on two\n"
-    .. "cores. With --tune FILE, the step that an experiment bears instead.",
+    .. "cores. With --tune FILE, the longest accurate step of an experiment instead.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
     { name = "json", argument = "FILE", text = "also write the rows as JSON" },
@@ -107,24 +105,21 @@ return {
     { name = "fraction", argument = "F", kind = "number", minimum = 0.01, maximum = 0.99,
       text = "stability: of the step's bound, for cases with no choice of their own; 0.9" },
     { name = "cases", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
-      text = "blow-ups: so many random cases; 1024 if left out" },
+      text = "blow-ups: number of random cases; 1024 if left out" },
     { name = "first", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
       text = "blow-ups: number of the first case; 1 if left out" },
     { name = "case", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
-      text = "blow-ups: run this case alone, and print its robot and scene" },
+      text = "blow-ups: run only this case, and print its robot and scene" },
     { name = "out", argument = "DIR",
       text = "accuracy: a folder for figures, tables and the page accuracy.html" },
     { name = "section", argument = "NAME", many = true,
-      text = "accuracy: this section alone: work_precision, rounding, conservation, ranking,"
-        .. " evolutions, robustness, targets" },
-    { name = "with", argument = "FILE", many = true,
-      text = "accuracy: what another call left with --json (accuracy, blow-ups, stability), for the"
-        .. " targets" },
+      text = "accuracy: only this section: work_precision, rounding, conservation, ranking,"
+        .. " evolutions" },
     { name = "tune", argument = "FILE",
-      text = "accuracy: which step this experiment bears" },
+      text = "accuracy: the longest step at which this experiment is accurate" },
     { name = "champion", argument = "FILE", many = true,
       text = "accuracy, with --tune: a robot file to try beside the first generation" },
-    { name = "store", text = "throughput: keep the hashes of this GPU model's last states" },
+    { name = "store", text = "throughput: store the hashes of this GPU model's last states" },
   },
   run = run,
 }

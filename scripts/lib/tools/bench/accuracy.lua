@@ -1,26 +1,23 @@
---- accuracy.lua: what accuracy costs: the sections of `limax bench accuracy`, their sizes, and what
---- they leave behind.
+--- accuracy.lua: `limax bench accuracy`: what accuracy costs. Runs the sections of
+--- scripts/ACCURACY.md and writes what they measured.
 
-local earlier = require "limax.tools.bench.accuracy.earlier"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
 local pages = require "limax.tools.bench.accuracy.pages"
 local ranking = require "limax.tools.bench.accuracy.ranking"
 local suggest = require "limax.base.suggest"
-local targets = require "limax.tools.bench.accuracy.targets"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
+local trial = require "limax.tools.bench.accuracy.trial"
 local tune = require "limax.tools.bench.accuracy.tune"
 
 local accuracy = {}
 
 --- Sections in the order in which they run.
-accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions",
-  "robustness" }
+accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions" }
 
--- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first above the limit of
--- stiff bodies.
+-- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first too long for stiff
+-- bodies.
 local STEPS = { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 }
 local FINER = { unpack(STEPS) }
 FINER[#FINER + 1] = 2e-6
@@ -47,15 +44,14 @@ local QUICK = {
     }) },
 }
 
--- Every integrator that bodies on the ground can have, every precision, five steps; XPBD, which is
--- there for its long ones, in one precision.
+-- Every integrator for bodies on the ground, every precision, five steps; XPBD in one precision.
 local function all_settings()
   local list = {}
   for _, time_step in ipairs { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4 } do
     list[#list + 1] = { XPBD, "compensated", time_step }
   end
   for _, integrator in ipairs { LEAPFROG, EULER } do
-    for _, precision in ipairs(methods.PRECISIONS) do
+    for _, precision in ipairs(trial.PRECISIONS) do
       for _, time_step in ipairs { 1e-3, 5e-4, 2e-4, 1e-4, 5e-5 } do
         list[#list + 1] = { integrator, precision, time_step }
       end
@@ -79,10 +75,9 @@ local FULL = {
   evolutions = { case = 1, seeds = 5, robots = 20, generations = 15, reference = 1e-5,
     set = { "simulation.duration=2", "record={}" },
     settings = { "paper", "preview", "evolve", "publish" } },
-  robustness = { blow_ups = 1e5, seconds = 0.5, rounds = 10 },
 }
 
--- Rows of several sections as one table, for CSV: a row says which section it is of.
+-- Rows of several sections as one table for CSV, with the section's name in each row.
 local function joined(results, sections)
   local columns, known, rows = { "section" }, {}, {}
   for _, name in ipairs(sections) do
@@ -101,48 +96,41 @@ local function joined(results, sections)
   return columns, rows
 end
 
--- The sections to run: those asked for, in the usual order, or all that this size has. `targets`
--- judges what other calls left and runs nothing.
-local function chosen(wanted, sizes)
-  local sections, asked = {}, {}
-  for _, name in ipairs(wanted or {}) do
-    local known = false
-    local names = { unpack(accuracy.SECTIONS) }
-    names[#names + 1] = "targets"
-    for _, each in ipairs(names) do known = known or each == name end
-    if not known then
-      failure.raise(2, ('--section "%s": unknown%s'):format(name, suggest.ending(name, names)))
+-- The sections to run: those that the user names, or all that this size has.
+local function chosen(names, sizes)
+  local wanted, sections = {}, {}
+  for _, name in ipairs(names or {}) do
+    if not FULL[name] then
+      failure.raise(2, ('--section "%s": unknown%s'):format(name,
+        suggest.ending(name, accuracy.SECTIONS)))
     end
-    if not sizes[name] and name ~= "targets" then
-      failure.raise(2, ("--section %s needs --full"):format(name))
-    end
-    asked[name] = true
+    if not sizes[name] then failure.raise(2, ("--section %s needs --full"):format(name)) end
+    wanted[name] = true
   end
   for _, name in ipairs(accuracy.SECTIONS) do
-    if sizes[name] and (next(asked) == nil or asked[name]) then sections[#sections + 1] = name end
+    if sizes[name] and (not next(wanted) or wanted[name]) then sections[#sections + 1] = name end
   end
   return sections
 end
 
--- Tiers with what was found of them, as said and kept.
-local function tell_tiers(how, results)
+-- Prints what was measured of the tiers and stores it for `limax run` and `limax doctor`.
+local function report_tiers(how, results)
   local measured = tiers.summary(results)
   if not measured then return end
   for _, name in ipairs(tiers.NAMES) do
     how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
   end
-  -- some sections know a part of the price, and other sizes another one
+  -- one section measures a part of the price, and other sizes another one
   if how.sizes or not (results.ranking and results.work_precision) then return end
   local path, message = tiers.keep(how.device, measured)
-  how.say(path and "kept for limax run and limax doctor: " .. path
-    or "not kept for limax run and limax doctor: " .. message)
+  how.say(path and "stored for limax run and limax doctor: " .. path
+    or "not stored for limax run and limax doctor: " .. message)
 end
 
 ---@class limax.accuracy.how: limax.bench_how
 ---@field sections string[]|nil
----@field out string|nil a folder for pictures, tables and the page
----@field sizes table|nil by section, in the place of the usual ones
----@field with string[]|nil JSON files of other calls of limax bench, which the targets count too
+---@field out string|nil a folder for figures, tables and the page
+---@field sizes table|nil by section, instead of the usual ones
 ---@field tune string|nil an experiment's file: try its steps instead
 ---@field champions string[]|nil robot files that are tried with it
 
@@ -157,10 +145,7 @@ function accuracy.run(how)
   local sizes = how.sizes or how.full and FULL or QUICK
   local style, results = terminal.style {}, {}
   local sections = chosen(how.sections, sizes)
-  local judged = how.full or how.sizes ~= nil or #(how.with or {}) > 0
-  for _, name in ipairs(how.sections or {}) do judged = judged or name == "targets" end
-  -- a file that cannot be read is said before hours are spent
-  local others = earlier.read(how.with or {})
+  -- before hours of measuring: the folder may not be writable
   if how.out then pages.folder(how.out) end
   for _, name in ipairs(sections) do
     local section = require("limax.tools.bench.accuracy." .. name)
@@ -171,12 +156,7 @@ function accuracy.run(how)
       host.clock() - began))
   end
   how.say ""
-  tell_tiers(how, results)
-  if judged then
-    results.targets = targets.judge(earlier.joined(others, results))
-    sections[#sections + 1] = "targets"
-    how.say("\n" .. targets.text(results.targets, style))
-  end
+  report_tiers(how, results)
   local columns, rows = joined(results, sections)
   local result = { columns = columns, rows = rows, sections = results }
   if how.out then pages.write(how.out, result, sections, how.device, how.say) end

@@ -1,9 +1,9 @@
---- conservation.lua: what a body without damping and muscles must keep: its energy when it
---- vibrates, its energy and angular momentum when it spins freely. SI units.
+--- conservation.lua: the drift of the energy of a body without damping and muscles that vibrates,
+--- and of the energy and angular momentum of one that spins freely. SI units.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
+local invariants = require "limax.tools.bench.hard_cases.invariants"
 local subjects = require "limax.tools.bench.accuracy.subjects"
 local terminal = require "limax.base.terminal"
 local trial = require "limax.tools.bench.accuracy.trial"
@@ -39,58 +39,34 @@ local function energy_drift(simulation)
   return (after - before) / before
 end
 
--- Angular momentum about the centre of mass at a sample, over the mass of one site: the paper's
--- sites all weigh the same.
-local function momentum(places, speeds)
-  local center, drift, count = { 0, 0, 0 }, { 0, 0, 0 }, #places
-  for m = 1, count do
-    for axis = 1, 3 do
-      center[axis] = center[axis] + places[m][axis] / count
-      drift[axis] = drift[axis] + speeds[m][axis] / count
-    end
-  end
-  local sum = { 0, 0, 0 }
-  for m = 1, count do
-    local r, v = {}, {}
-    for axis = 1, 3 do
-      r[axis], v[axis] = places[m][axis] - center[axis], speeds[m][axis] - drift[axis]
-    end
-    sum[1] = sum[1] + r[2] * v[3] - r[3] * v[2]
-    sum[2] = sum[2] + r[3] * v[1] - r[1] * v[3]
-    sum[3] = sum[3] + r[1] * v[2] - r[2] * v[1]
-  end
-  return sum
-end
-
-local function length(v) return math.sqrt(v[1] ^ 2 + v[2] ^ 2 + v[3] ^ 2) end
-
--- Relative change of the angular momentum between the first and the last sample.
+-- Relative change of the angular momentum between the first and the last sample. The paper's sites
+-- all have the same mass.
 local function momentum_drift(simulation)
-  local places, speeds = simulation:trace(1, "position"), simulation:trace(1, "velocity")
-  local last = places:size()
-  local before = momentum(places[1]:table(), speeds[1]:table())
-  local after = momentum(places[last]:table(), speeds[last]:table())
-  local change = {}
-  for axis = 1, 3 do change[axis] = after[axis] - before[axis] end
-  return length(change) / length(before)
+  local positions, velocities = simulation:trace(1, "position"), simulation:trace(1, "velocity")
+  local function spin_at(sample)
+    return invariants.motion(positions[sample]:table(), velocities[sample]:table()).spin
+  end
+  local before, after = spin_at(1), spin_at(positions:size())
+  local change, size = 0, 0
+  for axis = 1, 3 do
+    change, size = change + (after[axis] - before[axis]) ^ 2, size + before[axis] ^ 2
+  end
+  return math.sqrt(change / size)
 end
 
--- Every mass on its circle about the vertical axis through the body's middle.
+-- Rotation about the vertical axis through the body's centre.
 local function spin(simulation, robot)
-  local places = (simulation:state(robot)):table()
-  local middle, velocities = { 0, 0 }, {}
-  for _, p in ipairs(places) do
-    middle[1], middle[2] = middle[1] + p[1] / #places, middle[2] + p[2] / #places
-  end
-  for m, p in ipairs(places) do
-    velocities[m] = { -SPIN * (p[2] - middle[2]), SPIN * (p[1] - middle[1]), 0 }
+  local positions, velocities = simulation:state(robot)
+  positions, velocities = positions:table(), velocities:table()
+  local center = invariants.motion(positions, velocities).center
+  for m, p in ipairs(positions) do
+    velocities[m] = { -SPIN * (p[2] - center[2]), SPIN * (p[1] - center[1]), 0 }
   end
   simulation:place(robot, nil, velocities)
 end
 
-local function subject_of(scene, size, materials)
-  local subject = subjects.get("free",
-    { materials = materials, lattice = size.lattice, count = 1 })
+local function subject_of(scene, size)
+  local subject = subjects.get("free", { lattice = size.lattice, count = 1 })
   subject.scene = engine.scene {}
   local steps = size.vibration
   if scene == "spin" then subject.place, steps = spin, size.spin end
@@ -98,27 +74,25 @@ local function subject_of(scene, size, materials)
   return subject, steps
 end
 
---- Measures every method in both scenes.
 ---@param how { device: limax.device, size: limax.accuracy.conservation_size,
 --- say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function conservation.run(how)
-  local materials, rows = engine.materials "paper", {}
+  local rows = {}
   local device = how.device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or how.device
   for _, scene in ipairs { "vibration", "spin" } do
-    local subject, steps = subject_of(scene, how.size, materials)
+    local subject, steps = subject_of(scene, how.size)
     how.say(("%s: %g steps of %g s without damping"):format(scene, steps, TIME_STEP))
-    for _, integrator in ipairs(methods.INTEGRATORS) do
-      for _, precision in ipairs(methods.PRECISIONS) do
+    for _, integrator in ipairs(trial.INTEGRATORS) do
+      for _, precision in ipairs(trial.PRECISIONS) do
         host.raise_if_interrupted()
         local row = { scene = scene, integrator = integrator, precision = precision,
           time_step = TIME_STEP, steps = steps }
         local record = { energy = RATE }
-        -- two samples of every mass would do; 20 Hz is the least rate
+        -- the first and the last sample are used; 20 Hz is the least rate
         if scene == "spin" then record.position, record.velocity = 20, 20 end
         local options = trial.options(subject, row, record)
-        local refused = not methods.in_build(integrator) and "not in this build"
-          or methods.refusal(subject, options, device)
+        local refused = trial.refusal(subject, options, device)
         if refused then
           row.status = "refused: " .. refused
         else
@@ -129,7 +103,7 @@ function conservation.run(how)
             row.energy_drift = energy_drift(simulation)
             if scene == "spin" then row.momentum_drift = momentum_drift(simulation) end
           end
-          simulation:free "what it kept was known"
+          simulation:free "its drift was measured"
         end
         rows[#rows + 1] = row
       end
@@ -138,15 +112,11 @@ function conservation.run(how)
   return { columns = conservation.COLUMNS, rows = rows }
 end
 
---- The rows as a table for people.
----@param result { rows: table[] }
----@param style limax.terminal.style
----@return string
 function conservation.text(result, style)
   local lines = {}
   for k, row in ipairs(result.rows) do
     local function shown(value) return value and ("%.1e"):format(value) or "-" end
-    lines[k] = { row.scene, methods.LABELS[row.integrator], row.precision, row.steps,
+    lines[k] = { row.scene, trial.LABELS[row.integrator], row.precision, row.steps,
       row.energy_drift and shown(row.energy_drift) or row.status, shown(row.momentum_drift) }
   end
   return ("relative drift without damping, steps of %g s; energies are means over %g steps\n")

@@ -1,12 +1,11 @@
---- evolutions.lua: the end of whole evolutions: the final best of each, scored again under the
---- finest setting, when it was evolved under a cheaper one. Seeds are paired: every setting begins
---- with the same genomes. SI units.
+--- evolutions.lua: whole evolutions under cheap settings: the final best of each, scored again
+--- under the finest setting. With one seed every setting starts from the same genomes. SI units.
 
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
 local rescore = require "limax.evolution.rescore"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
+local trial = require "limax.tools.bench.accuracy.trial"
 local walkers = require "limax.tools.bench.accuracy.walkers"
 
 local evolutions = {}
@@ -23,22 +22,19 @@ evolutions.COLUMNS = { "case", "seed", "setting", "best", "best_at_finest", "sec
 ---@field reference number s
 ---@field settings string[] tiers, and "paper"
 
-local PAPER = { "simulation.integrator=" .. methods.PAPER.integrator,
-  "simulation.precision=" .. methods.PAPER.precision,
-  ("simulation.time_step=%.17g"):format(methods.PAPER.time_step) }
+local PAPER = { "simulation.integrator=" .. trial.PAPER.integrator,
+  "simulation.precision=" .. trial.PAPER.precision,
+  ("simulation.time_step=%.17g"):format(trial.PAPER.time_step) }
 
--- One evolution under a setting: its last generation, and the wall time of all its simulations.
 local function evolved(case, seed, name, size, device)
   local changes = { "population=" .. size.robots, "generations=" .. size.generations,
     "seed=" .. seed }
   for _, list in ipairs { size.set, name == "paper" and PAPER or tiers.overrides(name) } do
     for _, text in ipairs(list) do changes[#changes + 1] = text end
   end
-  local experiment = walkers.experiment(case, changes)
-  return walkers.evolved(experiment, device)
+  return walkers.evolved(walkers.experiment(case, changes), device)
 end
 
---- Measures every setting with every seed.
 ---@param how { device: limax.device, size: limax.accuracy.evolutions_size,
 --- say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
@@ -71,10 +67,6 @@ function evolutions.run(how)
   return { columns = evolutions.COLUMNS, rows = rows }
 end
 
---- The rows as a table for people.
----@param result { rows: table[] }
----@param style limax.terminal.style
----@return string
 function evolutions.text(result, style)
   local lines = {}
   for k, row in ipairs(result.rows) do

@@ -1,8 +1,8 @@
 --- figures.lua: what the sections measured, as figures: colours for integrators, dashes and markers
 --- for precisions, every curve named where it ends.
 
-local methods = require "limax.tools.bench.accuracy.methods"
 local subjects = require "limax.tools.bench.accuracy.subjects"
+local trial = require "limax.tools.bench.accuracy.trial"
 
 local figures = {}
 
@@ -77,11 +77,11 @@ local function scene_panel(rows, scene)
   for _, entry in pairs(by_curve) do price_of_failures(entry.rows, entry.curve) end
   -- what comes nearer than the reference is to itself ends on the axis
   panel.y.low = panel.floor.y / 2
-  for _, integrator in ipairs(methods.INTEGRATORS) do
+  for _, integrator in ipairs(trial.INTEGRATORS) do
     local why = absent[integrator]
     if why then
       -- a refusal's first part says why, the rest what to do
-      panel.note = ("%s; %s: %s"):format(panel.note, methods.LABELS[integrator],
+      panel.note = ("%s; %s: %s"):format(panel.note, trial.LABELS[integrator],
         why:gsub("^integrator: ", ""):match "^[^;]*")
     end
   end
@@ -285,7 +285,7 @@ end
 local function drift_panel(rows, scene, field, title)
   local panel = { title = title, curves = {}, right = 110,
     x = { label = "precision", linear = true, low = 0.5, high = 4.5,
-      text = function(value) return methods.PRECISIONS[value] end },
+      text = function(value) return trial.PRECISIONS[value] end },
     y = { label = "relative drift" } }
   local of_key = {}
   for _, row in ipairs(rows) do
@@ -298,7 +298,7 @@ local function drift_panel(rows, scene, field, title)
         of_key[row.integrator] = curve
         panel.curves[#panel.curves + 1] = curve
       end
-      for place, precision in ipairs(methods.PRECISIONS) do
+      for place, precision in ipairs(trial.PRECISIONS) do
         if precision == row.precision and value ~= 0 then
           table.insert(curve.points, { place, math.abs(value) })
         end

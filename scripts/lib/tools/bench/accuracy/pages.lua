@@ -24,7 +24,6 @@ local FIGURES = {
 local TITLES = {
   work_precision = "Work and precision", rounding = "Rounding", conservation = "Conservation",
   ranking = "What a researcher pays", evolutions = "Whole evolutions",
-  targets = "Asked, measured, met",
 }
 
 local STYLE = [[
@@ -36,7 +35,6 @@ details { margin: 8px 0 24px; } summary { cursor: pointer; color: #1a6fae; }
 table { border-collapse: collapse; font-size: 12.5px; margin-top: 8px; }
 th, td { text-align: left; padding: 3px 10px 3px 0; border-bottom: 1px solid #e4e6e9; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
-td.met { color: #0f8a66; font-weight: bold; } td.missed { color: #b3261e; font-weight: bold; }
 ]]
 
 local function escaped(value)
@@ -56,11 +54,8 @@ function pages.folder(path)
   if not made then failure.raise(1, "--out: " .. message) end
 end
 
-local function cell(name, value)
+local function cell(value)
   if value == nil then return "<td></td>" end
-  if name == "met" or name == "aim_met" then
-    return value and '<td class="met">met</td>' or '<td class="missed">missed</td>'
-  end
   if type(value) == "number" then
     return ('<td class="number">%s</td>'):format(("%.4g"):format(value))
   end
@@ -79,7 +74,7 @@ local function html_table(result)
   for _, row in ipairs(result.rows) do
     parts[#parts + 1] = "<tr>"
     for _, name in ipairs(result.columns) do
-      if used[name] then parts[#parts + 1] = cell(name, row[name]) end
+      if used[name] then parts[#parts + 1] = cell(row[name]) end
     end
     parts[#parts + 1] = "</tr>\n"
   end
@@ -131,9 +126,8 @@ function pages.write(folder, result, sections, device, say)
     for _, text in ipairs(draw(folder, name, section, foot, made)) do
       parts[#parts + 1] = text
     end
-    local open = name == "targets" and " open" or ""
-    parts[#parts + 1] = ("<details%s><summary>%d rows</summary>%s</details>"):format(open,
-      #section.rows, html_table(section))
+    parts[#parts + 1] = ("<details><summary>%d rows</summary>%s</details>"):format(#section.rows,
+      html_table(section))
   end
   parts[#parts + 1] = "</body></html>\n"
   write(folder .. "/accuracy.html", table.concat(parts, "\n"))

@@ -1,17 +1,16 @@
---- ranking.lua: what a researcher really pays: how far cheap settings order walkers as the finest
---- one does. Random and evolved populations of the shipped scenes; beside them the chaos floor, the
---- finest setting against itself at a step changed by about one part in 1e4, which no setting can
---- be expected to beat. SI units.
+--- ranking.lua: how well cheap settings keep the order in which the finest one ranks robots: random
+--- and evolved populations of the shipped scenes. The chaos floor is the finest setting against
+--- itself at a step changed by about one part in 1e4; no setting can be expected to beat it.
+--- SI units.
 
 local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
-local price = require "limax.tools.bench.accuracy.price"
 local rescore = require "limax.evolution.rescore"
 local settings = require "limax.settings.settings"
 local statistics = require "limax.base.statistics.ranking"
 local terminal = require "limax.base.terminal"
+local trial = require "limax.tools.bench.accuracy.trial"
 local walkers = require "limax.tools.bench.accuracy.walkers"
 
 local ranking = {}
@@ -69,8 +68,15 @@ local function tier_of(time_step)
   return time_step == defaults.tiers.reference.time_step_most and "reference" or nil
 end
 
--- The settings of a population, the finest and the chaos floor first, and why the device takes some
--- of them not, by their place.
+-- Why the device does not support a setting of these robots, or nil.
+local function refusal(robots, setting)
+  return trial.brief_refusal({ population = robots.engine, materials = robots.materials,
+    scene = robots.world.scene }, rescore.options(robots.world.config, setting),
+    robots.world.device)
+end
+
+-- The settings of a population, the finest and the chaos floor first, and why the device refuses
+-- some of them, by index.
 local function settings_of(robots, size)
   local config = robots.world.config
   local finest = { integrator = "leapfrog", precision = "double", time_step = size.reference }
@@ -79,16 +85,12 @@ local function settings_of(robots, size)
   local list = { { name = "finest", setting = finest, tier = tier_of(size.reference) },
     { name = "chaos floor", setting = near } }
   for _, each in ipairs(size.settings) do list[#list + 1] = each end
-  local refused, trial = {}, { population = robots.engine, materials = robots.materials,
-    scene = robots.world.scene }
-  for k, each in ipairs(list) do
-    refused[k] = methods.brief_refusal(trial, rescore.options(config, each.setting),
-      robots.world.device)
-  end
+  local refused = {}
+  for k, each in ipairs(list) do refused[k] = refusal(robots, each.setting) end
   return list, refused
 end
 
--- Prices of those that the device takes, by their place, and the paper's.
+-- Prices of those that the device supports, by index, and the paper's.
 local function prices_of(robots, list, refused, seconds)
   local plain, place = {}, {}
   for k, each in ipairs(list) do
@@ -98,7 +100,7 @@ local function prices_of(robots, list, refused, seconds)
     end
   end
   local prices, paper = {}, nil
-  for k, found in pairs(price.measure(robots, plain, seconds)) do
+  for k, found in pairs(walkers.prices(robots, plain, seconds)) do
     prices[place[k]] = found
     if list[place[k]].name == "paper" then paper = found end
   end
@@ -120,7 +122,6 @@ local function measure(case, kind, robots, size, seconds, rows)
       local scores = rescore.population(robots, each.setting)
       reference = reference or scores
       row.failed = scores.failed
-      -- what no robot survives has no price
       row.seconds_per_second = scores.failed < #robots and prices[k] or nil
       if row.seconds_per_second and paper then
         row.relative_to_paper = row.seconds_per_second / paper
@@ -131,19 +132,16 @@ local function measure(case, kind, robots, size, seconds, rows)
   end
 end
 
--- Why the device takes no robot of an experiment, or nil: a scene may need what it has not.
+-- Why the device supports no robot of an experiment, or nil: its scene may need the CPU.
 local function refusal_of(experiment, device)
   local fine, robots = failure.attempt(walkers.random, experiment, device)
   if not fine then
     if failure.of_machine(robots) then error(robots, 0) end
     return failure.bare(robots)
   end
-  return methods.brief_refusal({ population = robots.engine, materials = robots.materials,
-    scene = robots.world.scene }, rescore.options(experiment.config, { accuracy = "evolve" }),
-    device)
+  return refusal(robots, { accuracy = "evolve" })
 end
 
---- Measures every case, with random and with evolved bodies.
 ---@param how { device: limax.device, size: limax.accuracy.ranking_size, say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function ranking.run(how)
@@ -167,8 +165,8 @@ function ranking.run(how)
   return { columns = ranking.COLUMNS, rows = rows }
 end
 
--- What each body's own step saves against the paper's, the least and the most.
-local function what_auto_saves(rows)
+-- What each body's own step saves against the paper's.
+local function savings_of_auto(rows)
   local least, most
   for _, row in ipairs(rows) do
     if row.setting == "auto" and row.relative_to_paper then
@@ -177,21 +175,17 @@ local function what_auto_saves(rows)
     end
   end
   return least and ("the step auto takes %.0f to %.0f times less time than the paper's %g s")
-    :format(least, most, methods.PAPER.time_step) or "the step auto has no price here"
+    :format(least, most, trial.PAPER.time_step) or "the step auto has no price here"
 end
 
 local function percent(value) return value and ("%.1f %%"):format(100 * value + 0) or "-" end
 
---- The rows as a table for people.
----@param result { rows: table[] }
----@param style limax.terminal.style
----@return string
 function ranking.text(result, style)
   local lines, notes = {}, {}
   for k, row in ipairs(result.rows) do
     local failed = row.failed
     if row.status == "refused" then
-      failed = row.reason == methods.CPU_ONLY and row.reason or "refused"
+      failed = row.reason == trial.CPU_ONLY and row.reason or "refused"
       local note = ("%s, %s: %s"):format(row.case, row.setting, row.reason)
       if failed == "refused" and notes[#notes] ~= note then notes[#notes + 1] = note end
     end
@@ -201,7 +195,7 @@ function ranking.text(result, style)
       percent(row.elite_regret), row.seconds_per_second or "-",
       row.relative_to_paper and ("%.3f"):format(row.relative_to_paper) or "-" }
   end
-  notes[#notes + 1] = what_auto_saves(result.rows)
+  notes[#notes + 1] = savings_of_auto(result.rows)
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(
     100 * ranking.ELITES) .. terminal.table({ "case", "bodies", "setting", "failed", "tau",
     "same elites", "distance, mm", "elite regret", "s per robot s", "of the paper's" }, lines,
@@ -220,10 +214,10 @@ function ranking.settings(names, others)
   list[#list + 1] = { name = "auto", setting = { integrator = "leapfrog",
     precision = "compensated", time_step = "auto" } }
   for _, other in ipairs(others) do
-    list[#list + 1] = { name = ("%s, %s, %g s"):format(methods.LABELS[other[1]], other[2],
+    list[#list + 1] = { name = ("%s, %s, %g s"):format(trial.LABELS[other[1]], other[2],
       other[3]), setting = { integrator = other[1], precision = other[2], time_step = other[3] } }
   end
-  list[#list + 1] = { name = "paper", setting = methods.PAPER }
+  list[#list + 1] = { name = "paper", setting = trial.PAPER }
   return list
 end
 

@@ -1,13 +1,11 @@
---- rounding.lua: the floor that rounding sets: error against step for plain fp32, fp32 with
---- compensated sums, and double, at the origin, 10 m and 1 km from it, and on a long way at 1 m/s,
---- where the robot's own origin follows it. The scene is smooth, an actuated body in the air, so
---- that its errors are the integrator's and the rounding's alone. SI units.
+--- rounding.lua: errors that rounding causes, by step: plain fp32, fp32 with compensated sums,
+--- mixed and double, at the origin, 10 m and 1 km from it, and over a long distance at 1 m/s. An
+--- actuated body in the air has no contact, so that its errors come only from the integrator and
+--- rounding. SI units.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
-local references = require "limax.tools.bench.accuracy.references"
 local subjects = require "limax.tools.bench.accuracy.subjects"
 local terminal = require "limax.base.terminal"
 local trial = require "limax.tools.bench.accuracy.trial"
@@ -17,10 +15,10 @@ local rounding = {}
 rounding.COLUMNS = { "integrator", "precision", "start", "way", "duration", "time_step", "bodies",
   "status", "error", "same_bits", "reference_error" }
 
---- m: where bodies start.
-rounding.STARTS = { 0, 10, 1000 }
+-- m
+local STARTS = { 0, 10, 1000 }
 
--- What is tried: the integrator that precisions differ under most, and the paper's.
+-- The integrator under which precisions differ most, and the paper's.
 local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "leapfrog", "mixed" },
   { "leapfrog", "double" }, { "symplectic_euler", "single" } }
 
@@ -32,19 +30,19 @@ local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "le
 ---@field way number m, at 1 m/s
 ---@field way_steps number[] s
 ---@field way_reference number s
----@field way_bodies integer bodies that go the way: after so many steps the rounding of one is luck
+---@field way_bodies integer bodies on the way: after so many steps the rounding of one is luck
 
 -- m/s: a good walker's
 local WALK = 1
 
 -- The subject starting at `start` m along x.
-local function placed(given, start)
-  local subject = subjects.get("air", given)
+local function placed(options, start)
+  local subject = subjects.get("air", options)
   subject.position = { start, 0, 0 }
   return subject
 end
 
--- Positions without start and way, which change nothing of what the body does.
+-- Positions relative to a start or a drift along x.
 local function shifted(positions, distance)
   local own = {}
   for i, value in ipairs(positions) do own[i] = i % 3 == 1 and value - distance or value end
@@ -55,21 +53,16 @@ local function leapfrog(precision, time_step)
   return { integrator = "leapfrog", precision = precision, time_step = time_step }
 end
 
---- Does a start so many metres along x change a bit of what becomes of a body? Compares positions
---- relative to the start, which are exact where the start is a power of two.
----@param subject limax.accuracy.subject
----@param setting limax.accuracy.setting
----@param start number m
----@param device limax.device
----@return boolean
-function rounding.same_bits(subject, setting, start, device)
+-- Whether a body's motion has the same bits at a start of so many metres along x. Positions
+-- relative to the start are exact if it is a power of two.
+local function same_bits(subject, setting, start, device)
   local found = {}
   for k, x in ipairs { 0, start } do
     subject.position = { x, 0, 0 }
     local simulation = trial.simulation(subject, trial.options(subject, setting), device)
     simulation:run()
-    found[k] = shifted(trial.positions(simulation, 1), x)
-    simulation:free "its bits were known"
+    found[k] = shifted(trial.positions(simulation), x)
+    simulation:free "its bits were compared"
   end
   for i, value in ipairs(found[1]) do
     if value ~= found[2][i] then return false end
@@ -77,12 +70,10 @@ function rounding.same_bits(subject, setting, start, device)
   return true
 end
 
--- Several bodies for as long as the way takes, at rest and on their way: errors are the root mean
--- square over the bodies.
-local function long_way(given, size, device, cpu, rows)
-  local cases, own = {}, {}
-  for key, value in pairs(given) do own[key] = value end
-  own.duration = size.way / WALK
+-- Several bodies, at rest and moving: errors are the root mean square over the bodies.
+local function long_way(size, device, rows)
+  local cases = {}
+  local own = { lattice = size.lattice, count = 1, duration = size.way / WALK }
   for _, precision in ipairs { "single", "compensated", "mixed" } do
     for _, time_step in ipairs(size.way_steps) do
       for _, way in ipairs { 0, size.way } do
@@ -95,7 +86,7 @@ local function long_way(given, size, device, cpu, rows)
   for number = 1, size.way_bodies do
     own.number = number
     local subject = placed(own, 0)
-    local reference = references.of(subject, size.way_reference, cpu)
+    local reference = trial.reference(subject, size.way_reference)
     reference_sum = reference_sum + reference.error ^ 2
     for _, case in ipairs(cases) do
       host.raise_if_interrupted()
@@ -117,20 +108,17 @@ local function long_way(given, size, device, cpu, rows)
   end
 end
 
---- Measures every method at every place.
 ---@param how { device: limax.device, size: limax.accuracy.rounding_size, say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function rounding.run(how)
   local size, rows = how.size, {}
-  local cpu = engine.device("cpu", { threads = 1 })
-  local device = how.device.kind == "cpu" and cpu or how.device
-  local given = { materials = engine.materials "paper", lattice = size.lattice, count = 1,
-    duration = size.duration }
-  local reference = references.of(placed(given, 0), size.reference, cpu)
+  local device = how.device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or how.device
+  local options = { lattice = size.lattice, count = 1, duration = size.duration }
+  local reference = trial.reference(placed(options, 0), size.reference)
   how.say(("rounding: reference %s, its own error %.2g m"):format(reference.name, reference.error))
   for _, method in ipairs(METHODS) do
-    for _, start in ipairs(rounding.STARTS) do
-      local subject = placed(given, start)
+    for _, start in ipairs(STARTS) do
+      local subject = placed(options, start)
       for _, time_step in ipairs(size.steps) do
         host.raise_if_interrupted()
         local got = trial.run(subject, { integrator = method[1], precision = method[2],
@@ -149,9 +137,9 @@ function rounding.run(how)
     rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
       duration = size.duration, time_step = setting.time_step, bodies = 1, status = "done",
       reference_error = reference.error,
-      same_bits = rounding.same_bits(placed(given, 0), setting, 1024, device) }
+      same_bits = same_bits(placed(options, 0), setting, 1024, device) }
   end
-  long_way(given, size, device, cpu, rows)
+  long_way(size, device, rows)
   return { columns = rounding.COLUMNS, rows = rows }
 end
 
@@ -161,18 +149,14 @@ local function place_of(row)
   return ("%g m, %g s"):format(row.start, row.duration)
 end
 
---- The rows as a table for people.
----@param result { rows: table[] }
----@param style limax.terminal.style
----@return string
 function rounding.text(result, style)
-  local lines, head, columns, of_key, said = {}, { "integrator", "precision", "at" }, {}, {}, {}
+  local lines, head, columns, of_key, starts = {}, { "integrator", "precision", "at" }, {}, {}, {}
   for _, row in ipairs(result.rows) do
     if row.same_bits ~= nil then
-      said[#said + 1] = ("%s: a start %g m away %s"):format(row.precision, row.start,
+      starts[#starts + 1] = ("%s: a start %g m away %s"):format(row.precision, row.start,
         row.same_bits and "changes no bit" or "changes bits")
     else
-      local label, at = methods.LABELS[row.integrator], place_of(row)
+      local label, at = trial.LABELS[row.integrator], place_of(row)
       local key = label .. row.precision .. at
       if not of_key[key] then
         of_key[key] = { label, row.precision, at }
@@ -186,7 +170,7 @@ function rounding.text(result, style)
     end
   end
   return "error (m) by start and time step, an actuated body in the air\n"
-    .. terminal.table(head, lines, style) .. "\n" .. table.concat(said, "; ")
+    .. terminal.table(head, lines, style) .. "\n" .. table.concat(starts, "; ")
 end
 
 return rounding

@@ -1,6 +1,5 @@
---- subjects.lua: the four scenes of the work-precision diagrams: a free body that vibrates, a body
---- that works in the air, a drop, and a walk. The first two are smooth: no contact switches. SI
---- units.
+--- subjects.lua: the four scenes of the work-precision diagrams: a free body that vibrates, an
+--- actuated body in the air, a drop, and a walk. SI units.
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
@@ -12,33 +11,30 @@ local subjects = {}
 
 subjects.NAMES = { "free", "air", "drop", "walk" }
 
---- What a figure calls them.
+--- Titles of figures.
 subjects.TITLES = {
   free = "free body, vibrating", air = "actuated body in the air", drop = "drop from 0.1 m",
   walk = "walk, before chaos",
 }
 
---- Is the scene without contact, so that every integrator keeps its order?
-subjects.SMOOTH = { free = true, air = true }
-
--- s of simulated time: some periods of the free body's slowest mode; the fall from 0.1 m takes
--- 0.14 s; and in contact two steps tell the same story for about half a second
+-- s: some periods of the free body's slowest mode; the fall from 0.1 m takes 0.14 s; in contact two
+-- steps agree for about half a second
 local DURATION = 0.4
 
--- m/s across the body: strains of some per cent, as muscles make
+-- m/s across the body: strains of some per cent, as of muscles
 local SHAKEN = 0.5
 
--- Velocities that stretch, bend and twist at once, with no momentum to speak of.
+-- Velocities that stretch, bend and twist at once, with almost no momentum.
 local function shake(simulation, robot)
-  local places = (simulation:state(robot)):table()
-  local low, high = { unpack(places[1]) }, { unpack(places[1]) }
-  for _, p in ipairs(places) do
+  local positions = (simulation:state(robot)):table()
+  local low, high = { unpack(positions[1]) }, { unpack(positions[1]) }
+  for _, p in ipairs(positions) do
     for axis = 1, 3 do
       low[axis], high[axis] = math.min(low[axis], p[axis]), math.max(high[axis], p[axis])
     end
   end
   local velocities = {}
-  for mass, p in ipairs(places) do
+  for mass, p in ipairs(positions) do
     local u = {}
     for axis = 1, 3 do
       u[axis] = (p[axis] - low[axis]) / math.max(high[axis] - low[axis], 1e-9) - 0.5
@@ -49,12 +45,11 @@ local function shake(simulation, robot)
   simulation:place(robot, nil, velocities)
 end
 
--- The best walker among the first bodies of the quickstart, as a population and a place in it.
-local function walker(given)
-  local n = given.lattice
+-- The best walker among the first bodies of the quickstart: its population and index.
+local function walker(lattice)
   local experiment = walkers.experiment(walkers.CASES[1], { "population=24",
-    ("lattice=[%d,%d,%d]"):format(n[1], n[2], n[3]), "simulation.duration=1", "record={}",
-    -- small lattices need it to be of several materials at all
+    ("lattice=[%d,%d,%d]"):format(unpack(lattice)), "simulation.duration=1", "record={}",
+    -- otherwise small bodies are of one material
     "genome.sigma=1" })
   local robots = walkers.random(experiment, engine.device("cpu", { threads = 1 }))
   local fitness = rescore.population(robots, { accuracy = "evolve" }).fitness
@@ -66,39 +61,35 @@ local function walker(given)
   return robots.engine, best
 end
 
--- A population that holds the body of a scene, and its place there.
-local function body_of(name, given)
-  if name == "walk" then return walker(given) end
-  return bodies.population(given.materials, given.lattice, 1, { first = given.number }), 1
-end
+local SCENES = {
+  free = function() return { damping = true } end,
+  air = function() return scenes.air { gravity = false } end,
+  drop = function() return scenes.land { actuation = false } end,
+  walk = function() return scenes.land() end,
+}
 
 --- The subject of a name, with `count` equal bodies.
 ---@param name string of subjects.NAMES
----@param given { materials: limax.materials, lattice: integer[], count: integer,
---- duration: number|nil, number: integer|nil } `number`: of the body, 1 if left out
+---@param options { lattice: integer[], count: integer, duration: number|nil, number: integer|nil }
+--- `number`: of the body, 1 if left out
 ---@return limax.accuracy.subject
-function subjects.get(name, given)
-  local materials = given.materials
-  local origin, place = body_of(name, given)
-  local population = engine.population { lattice = given.lattice, count = given.count }
-  for robot = 1, given.count do
-    population:set_body(robot, origin:voxels(place), origin:weights(place))
+function subjects.get(name, options)
+  local materials = engine.materials "paper"
+  local origin, index
+  if name == "walk" then
+    origin, index = walker(options.lattice)
+  else
+    origin, index = bodies.population(materials, options.lattice, 1, { first = options.number }), 1
+  end
+  local population = engine.population { lattice = options.lattice, count = options.count }
+  for robot = 1, options.count do
+    population:set_body(robot, origin:voxels(index), origin:weights(index))
   end
   population:check(materials, { require_muscle = false })
-  local subject = { name = name, population = population, materials = materials, settle = 0,
-    duration = given.duration or DURATION }
-  if name == "free" then
-    subject.scene = engine.scene { damping = true }
-    subject.place = shake
-  elseif name == "air" then
-    subject.scene = engine.scene(scenes.air { gravity = false })
-  elseif name == "drop" then
-    subject.scene = engine.scene(scenes.land { actuation = false })
-    subject.position = { 0, 0, 0.1 }
-  else
-    subject.scene = engine.scene(scenes.land())
-  end
-  return subject
+  return { name = name, population = population, materials = materials, settle = 0,
+    duration = options.duration or DURATION, scene = engine.scene(SCENES[name]()),
+    smooth = name == "free" or name == "air", place = name == "free" and shake or nil,
+    position = name == "drop" and { 0, 0, 0.1 } or nil }
 end
 
 return subjects

@@ -1,22 +1,37 @@
---- trial.lua: one setting, tried: where the masses of a body end, what it took, and whether it came
---- through. Wall time is the least of several runs, without the making of kernels and springs. SI
---- units.
+--- trial.lua: simulates a body under one setting: final positions of its masses, wall time, and
+--- whether it failed. Also the reference of a body, and the names of integrators and precisions.
+--- Wall time is the least of several runs, without creating kernels and springs. SI units.
 
 local engine = require "limax.engine"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
 
 local trial = {}
 
+trial.INTEGRATORS = engine.names.integrator.names
+trial.PRECISIONS = { "single", "compensated", "mixed", "double" }
+
+--- Names for people.
+trial.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", rk4 = "RK4",
+  xpbd = "XPBD" }
+
+--- The paper's setting. The paper names no integrator and no precision; its step is 1e-5 s.
+trial.PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
+
+--- The reason of a refusal on a GPU of what the CPU supports.
+trial.CPU_ONLY = "CPU only"
+
 ---@class limax.accuracy.subject what is simulated
----@field population limax.population equal bodies: robot 1 is looked at
+---@field name string
+---@field smooth boolean|nil no contact
+---@field population limax.population equal bodies; robot 1 is measured
 ---@field materials limax.materials
 ---@field scene limax.scene
 ---@field duration number s
 ---@field settle number s
 ---@field position number[]|nil m
 ---@field velocity number[]|nil m/s
----@field place fun(simulation: limax.simulation, robot: integer)|nil puts a robot's masses
+---@field place fun(simulation: limax.simulation, robot: integer)|nil places a robot's masses
 
 ---@class limax.accuracy.setting
 ---@field integrator string
@@ -33,6 +48,34 @@ local trial = {}
 ---@field time_step number|nil s
 ---@field runs integer|nil
 
+--- Why the engine refuses a simulation with these options; nil if it does not.
+---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
+---@param options table as engine.simulation takes them
+---@param device limax.device
+---@return string|nil
+function trial.refusal(subject, options, device)
+  local fine, value = failure.attempt(engine.simulation, subject.population, subject.materials,
+    subject.scene, options, device)
+  if fine then
+    value:free "its options were only checked"
+    return nil
+  end
+  if failure.of_machine(value) then error(value, 0) end
+  local message = failure.bare(value)
+  return message:match "simulation: (.*)$" or message
+end
+
+--- The same, "CPU only" if the CPU supports what this device does not.
+---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
+---@param options table
+---@param device limax.device
+---@return string|nil
+function trial.brief_refusal(subject, options, device)
+  local why = trial.refusal(subject, options, device)
+  if not why or device.kind == "cpu" then return why end
+  return trial.refusal(subject, options, engine.device "cpu") and why or trial.CPU_ONLY
+end
+
 --- Options of a subject under a setting.
 ---@param subject limax.accuracy.subject
 ---@param setting limax.accuracy.setting
@@ -45,7 +88,7 @@ function trial.options(subject, setting, record)
     position = subject.position, velocity = subject.velocity, record = record }
 end
 
---- A simulation of a subject, every robot in its place.
+--- A simulation of a subject, every robot placed.
 ---@param subject limax.accuracy.subject
 ---@param options table
 ---@param device limax.device
@@ -56,24 +99,23 @@ function trial.simulation(subject, options, device)
   if subject.place then
     for robot = 1, subject.population.count do subject.place(simulation, robot) end
   end
-  -- kernels and springs are made here, outside of what is timed
+  -- creates kernels and springs, which are not timed
   simulation:describe()
   return simulation
 end
 
---- Positions of a robot's masses now, flat, m.
+--- Positions of the masses of robot 1, flat, m.
 ---@param simulation limax.simulation
----@param robot integer
 ---@return number[]
-function trial.positions(simulation, robot)
+function trial.positions(simulation)
   local flat = {}
-  for _, row in ipairs((simulation:state(robot)):table()) do
+  for _, row in ipairs((simulation:state(1)):table()) do
     for axis = 1, 3 do flat[#flat + 1] = row[axis] end
   end
   return flat
 end
 
---- Root of the mean square of the distances between masses, m.
+--- Root mean square distance between masses, m.
 ---@param a number[] flat
 ---@param b number[]
 ---@return number
@@ -87,12 +129,12 @@ end
 ---@param subject limax.accuracy.subject
 ---@param setting limax.accuracy.setting
 ---@param device limax.device
----@param effort { seconds: number, runs: integer }|nil wall time and number of runs at most; one
---- run, untimed, if left out
+---@param effort { seconds: number, runs: integer }|nil wall time and runs at most; one run if left
+--- out
 ---@return limax.accuracy.trial
 function trial.run(subject, setting, device, effort)
   local options = trial.options(subject, setting)
-  local refused = methods.refusal(subject, options, device)
+  local refused = trial.refusal(subject, options, device)
   if refused then return { status = "refused", reason = refused } end
   local result = { runs = 0 }
   local least, spent = math.huge, 0
@@ -105,7 +147,7 @@ function trial.run(subject, setting, device, effort)
     local outcome = simulation:outcome(1)
     result.status, result.reason = outcome.status, outcome.reason
     result.time_step = outcome.time_step
-    if outcome.status == "done" then result.positions = trial.positions(simulation, 1) end
+    if outcome.status == "done" then result.positions = trial.positions(simulation) end
     simulation:free "its trial was over"
   until result.status ~= "done" or not effort or result.runs >= effort.runs
     or result.runs >= 2 and spent >= effort.seconds
@@ -113,6 +155,36 @@ function trial.run(subject, setting, device, effort)
     result.seconds = least / subject.population.count / (subject.duration + subject.settle)
   end
   return result
+end
+
+-- s: RK4's error falls with the fourth power of the step, so that the paper's step is enough.
+local RK4_STEP = 1e-5
+
+---@class limax.accuracy.reference
+---@field positions number[] of all masses at the end, m, flat
+---@field error number m, its distance from itself at twice the step
+---@field name string
+
+--- The reference of a subject: RK4 in double without contact, else leapfrog in double.
+---@param subject limax.accuracy.subject
+---@param time_step number s, of leapfrog
+---@return limax.accuracy.reference
+function trial.reference(subject, time_step)
+  local device = engine.device("cpu", { threads = 1 })
+  local integrator = subject.smooth and "rk4" or "leapfrog"
+  if subject.smooth then time_step = math.max(RK4_STEP, time_step) end
+  local function run(step)
+    local result = trial.run(subject,
+      { integrator = integrator, precision = "double", time_step = step }, device)
+    if result.status ~= "done" then
+      error(("%s: the reference is %s: %s"):format(subject.name, result.status,
+        tostring(result.reason)), 0)
+    end
+    return result.positions
+  end
+  local fine = run(time_step)
+  return { positions = fine, error = trial.rms(fine, run(2 * time_step)),
+    name = ("%s double %g s"):format(trial.LABELS[integrator], time_step) }
 end
 
 return trial

@@ -8,13 +8,13 @@ local evolve = require "limax.evolution.evolve"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local population = require "limax.evolution.population"
-local price = require "limax.tools.bench.accuracy.price"
 local ranking = require "limax.tools.bench.accuracy.ranking"
 local rescore = require "limax.evolution.rescore"
 local robot_file = require "limax.robot.robot_file"
 local script = require "limax.base.script"
 local settings = require "limax.settings.settings"
 local terminal = require "limax.base.terminal"
+local walkers = require "limax.tools.bench.accuracy.walkers"
 
 local tune = {}
 
@@ -170,7 +170,7 @@ local function measure(robots, how)
     list[k] = { share = share, setting = at_share(simulation, share, rate) }
     plain[k] = list[k].setting
   end
-  local prices = price.measure(robots, plain, TURN)
+  local prices = walkers.prices(robots, plain, TURN)
   local base
   for k, share in ipairs(tune.SHARES) do base = share == 1 and prices[k] or base end
   local own_scores = rescore.population(robots, own)

@@ -1,44 +1,48 @@
---- walkers.lua: the populations whose ranking is measured: random bodies, the first generation of a
---- shipped experiment, and evolved ones, its last generation after a short evolution under the tier
---- `evolve`.
+--- walkers.lua: the populations whose ranking is measured, of shipped experiments: random bodies
+--- (the first generation) and evolved ones (the last generation under the tier `evolve`); and the
+--- price of settings on the same robots.
 
+local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local host = require "limax.host"
+local rescore = require "limax.evolution.rescore"
 local script = require "limax.base.script"
+local settings = require "limax.settings.settings"
 local tiers = require "limax.settings.tiers"
+local timing = require "limax.tools.bench.timing"
 
 local walkers = {}
 
 ---@class limax.accuracy.case
 ---@field name string
 ---@field script string file in scripts/experiments
----@field set string[] overrides
+---@field set string[]|nil overrides
 
---- The shipped scenes: the quickstart at two frequencies (fast gaits hop, and hopping is chaotic),
---- jumping, the paper's, with its static friction below the kinetic one, and the other tasks.
+--- The shipped scenes: the quickstart at two frequencies (fast gaits hop, which is chaotic), the
+--- paper's, whose static friction is below the kinetic one, and the other tasks.
 ---@type limax.accuracy.case[]
 walkers.CASES = {
-  { name = "walk, 2 Hz", script = "walk.lua", set = {} },
+  { name = "walk, 2 Hz", script = "walk.lua" },
   { name = "walk, 5 Hz", script = "walk.lua", set = { "scene.actuation.frequency=5" } },
-  { name = "jump", script = "jump.lua", set = {} },
-  { name = "paper", script = "paper.lua", set = {} },
-  { name = "swim", script = "swim.lua", set = {} },
-  { name = "climb", script = "climb.lua", set = {} },
-  { name = "stairs", script = "stairs.lua", set = {} },
-  { name = "grip", script = "grip.lua", set = {} },
-  { name = "carry", script = "carry.lua", set = {} },
+  { name = "jump", script = "jump.lua" },
+  { name = "paper", script = "paper.lua" },
+  { name = "swim", script = "swim.lua" },
+  { name = "climb", script = "climb.lua" },
+  { name = "stairs", script = "stairs.lua" },
+  { name = "grip", script = "grip.lua" },
+  { name = "carry", script = "carry.lua" },
 }
 
 local function silent() end
 
---- An experiment of scripts/experiments, changed.
+--- An experiment of scripts/experiments with overrides.
 ---@param case limax.accuracy.case
 ---@param changes string[] further overrides
 ---@return limax.experiment
 function walkers.experiment(case, changes)
   local all = {}
-  for _, list in ipairs { case.set, tiers.overrides "evolve", { "repetitions=1" }, changes }
-  do
+  for _, list in ipairs { case.set or {}, tiers.overrides "evolve", { "repetitions=1" },
+    changes } do
     for _, text in ipairs(list) do all[#all + 1] = text end
   end
   return script.run(host.home .. "/scripts/experiments/" .. case.script):override(all)
@@ -65,6 +69,54 @@ function walkers.evolved(experiment, device)
     last, seconds = robots, seconds + robots.timing.simulate
   end
   return last, seconds
+end
+
+-- Rounds of measuring a price; and samples of the trace that replaces what the experiment records:
+-- the steps stay on the same samples, and at 50 Hz it lasts longer than all rounds.
+local ROUNDS, SAMPLES = 3, 1e4
+
+-- Robot-seconds simulated so far.
+local function simulated(simulation, count)
+  local sum = 0
+  for i = 1, count do
+    local outcome = simulation:outcome(i)
+    sum = sum + outcome.step * (outcome.time_step or 0)
+  end
+  return sum
+end
+
+--- Prices of settings on the same robots, s of wall time per robot-second, by index; nil if every
+--- robot failed before the first round. The settings alternate and each keeps its best round, so
+--- that other work on the machine affects none of them alone.
+---@param robots limax.population.scored
+---@param list table[] see rescore.options
+---@param seconds number of one round
+---@return table<integer, number>
+function walkers.prices(robots, list, seconds)
+  local world, cases, simulations = robots.world, {}, {}
+  local rate = settings.base_rate(world.config.record)
+  for k, setting in ipairs(list) do
+    local options = rescore.options(world.config, setting)
+    options.duration, options.record = SAMPLES / rate, { center_of_mass = rate }
+    local simulation =
+      engine.simulation(robots.engine, robots.materials, world.scene, options, world.device)
+    simulations[k] = simulation
+    -- the first slice measures the time of a step
+    simulation:advance(seconds / 4)
+    local before = simulated(simulation, #robots)
+    cases[k] = { run = function()
+      simulation:advance(seconds)
+      local done = simulated(simulation, #robots) - before
+      before = before + done
+      return done
+    end }
+  end
+  local prices = {}
+  for k, speed in ipairs(timing.best_rates(cases, ROUNDS)) do
+    prices[k] = speed > 0 and 1 / speed or nil
+    simulations[k]:free "its price was measured"
+  end
+  return prices
 end
 
 return walkers

@@ -1,12 +1,9 @@
---- work_precision.lua: error against wall time, a curve for each integrator and precision: where
---- the masses of a body end, against a reference whose own error is stated. Runs that fail stay in
---- the rows as failures. SI units.
+--- work_precision.lua: the error of the masses' final positions against wall time, a curve for each
+--- integrator and precision. Failed runs stay in the rows. SI units.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local methods = require "limax.tools.bench.accuracy.methods"
-local references = require "limax.tools.bench.accuracy.references"
 local subjects = require "limax.tools.bench.accuracy.subjects"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
@@ -37,7 +34,7 @@ local function curve(subject, method, reference, size, device, rows)
     row.seconds_per_second, row.runs = got.seconds, got.runs
     if got.positions then row.error = trial.rms(got.positions, reference.positions) end
     rows[#rows + 1] = row
-    -- a method that the engine refuses is refused at every step: said once
+    -- refused at every step
     if got.status == "refused" then return end
   end
 end
@@ -56,34 +53,27 @@ local function try_tiers(subject, reference, size, device, rows)
   end
 end
 
---- Measures every method and tier in every scene.
 ---@param how { device: limax.device, size: limax.accuracy.size, scenes: string[]|nil,
 --- say: fun(text: string) }
 ---@return { columns: string[], rows: table[], where: string } `where`: what was timed
 function work_precision.run(how)
-  local materials, rows = engine.materials "paper", {}
-  local one = engine.device("cpu", { threads = 1 })
-  local device = how.device.kind == "cpu" and one or how.device
-  -- one robot on one thread; a GPU is timed when it has enough to do
+  local rows = {}
+  local device = how.device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or how.device
+  -- one robot on one thread; many on a GPU
   local count = device.kind == "cpu" and 1 or how.size.robots or 264
   for _, name in ipairs(how.scenes or subjects.NAMES) do
-    local subject = subjects.get(name, { materials = materials, lattice = how.size.lattice,
-      count = count, duration = how.size.duration })
-    local alone = subjects.get(name, { materials = materials, lattice = how.size.lattice,
-      count = 1, duration = how.size.duration })
-    local reference = references.of(alone, how.size.reference, one)
+    local function subject_of(bodies)
+      return subjects.get(name, { lattice = how.size.lattice, count = bodies,
+        duration = how.size.duration })
+    end
+    local subject = subject_of(count)
+    local reference = trial.reference(subject_of(1), how.size.reference)
     how.say(("%s: reference %s, its own error %.2g m"):format(subjects.TITLES[name],
       reference.name, reference.error))
-    for _, integrator in ipairs(methods.INTEGRATORS) do
-      for _, precision in ipairs(methods.PRECISIONS) do
-        local method = { integrator = integrator, precision = precision }
-        if methods.in_build(integrator) then
-          curve(subject, method, reference, how.size, device, rows)
-        else
-          rows[#rows + 1] = { scene = name, integrator = integrator, precision = precision,
-            status = "refused", reason = "not in this build", reference = reference.name,
-            reference_error = reference.error }
-        end
+    for _, integrator in ipairs(trial.INTEGRATORS) do
+      for _, precision in ipairs(trial.PRECISIONS) do
+        curve(subject, { integrator = integrator, precision = precision }, reference, how.size,
+          device, rows)
       end
     end
     try_tiers(subject, reference, how.size, device, rows)
@@ -93,10 +83,7 @@ function work_precision.run(how)
   return { columns = work_precision.COLUMNS, rows = rows, where = where }
 end
 
---- The rows as a table for people: a line per scene and method, the steps side by side.
----@param result { rows: table[] }
----@param style limax.terminal.style
----@return string
+-- A line per scene and method, the steps side by side.
 function work_precision.text(result, style)
   local lines, steps, head = {}, {}, { "scene", "integrator", "precision" }
   for _, row in ipairs(result.rows) do
@@ -108,7 +95,7 @@ function work_precision.text(result, style)
   local line
   local tier_rows, notes = {}, {}
   for _, row in ipairs(result.rows) do
-    local label = methods.LABELS[row.integrator]
+    local label = trial.LABELS[row.integrator]
     if row.tier then
       tier_rows[#tier_rows + 1] = { row.scene, row.tier, row.time_step or "-",
         row.error and ("%.1e"):format(row.error) or row.status, row.seconds_per_second or "-" }
@@ -118,8 +105,9 @@ function work_precision.text(result, style)
       line = { row.scene, label, row.precision }
       lines[#lines + 1] = line
     end
-    local said = row.error and ("%.1e"):format(row.error) or row.status
-    if row.time_step and row.status ~= "refused" then line[steps[row.time_step]] = said end
+    if row.status ~= "refused" then
+      line[steps[row.time_step]] = row.error and ("%.1e"):format(row.error) or row.status
+    end
     if row.status == "refused" then
       line[4] = "refused"
       local note = ("%s in %s: %s"):format(label, row.scene, row.reason)
