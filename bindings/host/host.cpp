@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <string>
 #include <system_error>
@@ -149,6 +150,8 @@ int start(lua_State* L) {
 
 int main(int count, char** words) {
     try {
+        if (count == 2 && std::strcmp(words[1], limax::host::parser_process_argument) == 0)
+            return limax::host::run_parser_process();
         limax::host::run(count, words);
     } catch (const std::exception& problem) {
         std::fprintf(stderr, "limax: %s\n", problem.what());

@@ -359,7 +359,7 @@ function limax_population_scored:breed(choice) end
 ---@field steps_total number
 ---@field spring_steps number springs times steps done
 
----@class limax.proposal what a supervisor may ask for; the ledger says what became of it
+---@class limax.proposal what a supervisor may ask for; the ledger records what became of it
 ---@field mutation_rate? number per gene
 ---@field mutation_scale? number
 ---@field crossover_rate? number per gene
@@ -791,7 +791,7 @@ function limax_suite:test(name, options, run) end
 ---@overload fun(self: limax.suite, name: string, make: fun(t: limax.test_context): any)
 function limax_suite:fixture(name, options, make) end
 
----@class limax.supervision.given what a supervisor that keeps something between generations gets
+---@class limax.supervision.step what a supervisor with state between generations gets
 ---@field generation integer that is to be bred
 ---@field history limax.generation[]
 ---@field random table
@@ -801,7 +801,7 @@ function limax_suite:fixture(name, options, make) end
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
 ---@field call limax.supervisor.law|nil
----@field start (fun(run: limax.run): limax.supervisor.session)|nil in the place of `call`
+---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 
@@ -809,7 +809,7 @@ function limax_suite:fixture(name, options, make) end
 ---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
 
 ---@class limax.supervisor.session
----@field decide fun(self: any, given: limax.supervision.given): table, table, table, table
+---@field decide fun(self: any, step: limax.supervision.step): table, table, table, table
 
 ---@class limax.test_context
 ---@field name string of the test

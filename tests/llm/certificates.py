@@ -1,4 +1,4 @@
-"""Certificates for the TLS scenarios, made anew by the program openssl in a folder that the caller
+"""Certificates for the TLS scenarios, made by the program openssl in a folder that the caller
 removes."""
 
 import os
@@ -13,7 +13,7 @@ class Missing(Exception):
     """There is no openssl, or it cannot do this."""
 
 
-# what `openssl ca` wants to be told; dates are given on its command line
+# for `openssl ca`; dates are on its command line
 CONFIGURATION = """
 [ca]
 default_ca = own

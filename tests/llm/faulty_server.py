@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""A language model's server that misbehaves on purpose, one way per path:
-POST /NAME/v1/chat/completions plays the scenario NAME of scenarios.py. It listens on the loopback
-interface only, on ports that the system chooses, prints them as one line of JSON, and ends when its
-standard input does: with its parent. With a folder as its argument it also speaks TLS, with
-certificates that it puts there.
+"""A language model's server that misbehaves on purpose: POST /NAME/v1/chat/completions plays the
+scenario NAME of scenarios.py. It listens on the loopback interface only, on ports that the system
+chooses, prints them as one line of JSON, and ends when its standard input does: with its parent.
+With a folder as its argument it also speaks TLS, with certificates that it writes there.
 
 GET /_counts answers { name: { requests, keys } }: how many requests a scenario had, and how many of
-them carried a key. GET /_last/NAME answers the body of the last one, GET /_names all names.
+them carried a key. GET /_names answers all names.
 """
 
 import json
@@ -29,7 +28,6 @@ PATIENCE = 60  # s: no connection outlives it
 
 lock = threading.Lock()
 counts = {}
-last_bodies = {}
 
 
 class Closed(Exception):
@@ -37,7 +35,7 @@ class Closed(Exception):
 
 
 class Connection:
-    """One connection with one request: what scenarios answer on."""
+    """One connection with one request."""
 
     def __init__(self, peer):
         self.peer = peer
@@ -78,10 +76,6 @@ class Connection:
         bearer = self.headers.get("authorization", "").replace("Bearer ", "", 1)
         return self.headers.get("api-key") or bearer
 
-    def request(self):
-        """The request's JSON."""
-        return json.loads(self.body)
-
     def send(self, data):
         """Bytes as they are."""
         self.peer.sendall(data)
@@ -99,17 +93,17 @@ class Connection:
         self.send(("\r\n".join(lines) + "\r\n\r\n").encode("latin-1"))
 
     def answer(self, status, body, headers=None):
-        """A whole answer; a body that is no bytes is sent as JSON."""
-        given = {"Content-Type": "application/json"}
+        """A whole answer; a body other than bytes is sent as JSON."""
+        fields = {"Content-Type": "application/json"}
         if not isinstance(body, bytes):
             body = json.dumps(body).encode()
-        given["Content-Length"] = len(body)
-        given.update(headers or {})
-        self.head(status, given)
+        fields["Content-Length"] = len(body)
+        fields.update(headers or {})
+        self.head(status, fields)
         self.send(body)
 
     def hold(self):
-        """Says nothing until the client goes."""
+        """Sends nothing until the client closes the connection."""
         while self.peer.recv(65536):
             pass
 
@@ -131,17 +125,12 @@ def serve(peer):
         if method == "GET" and parts[0] == "_names":
             connection.answer("200 OK", sorted(scenarios.ALL))
             return
-        if method == "GET" and parts[0] == "_last":
-            with lock:
-                connection.answer("200 OK", last_bodies.get(parts[1], b""))
-            return
         name = parts[0]
         with lock:
             entry = counts.setdefault(name, {"requests": 0, "keys": 0})
             entry["requests"] += 1
             entry["keys"] += 1 if connection.key() else 0
             number = entry["requests"]
-            last_bodies[name] = connection.body
         play = scenarios.ALL.get(name)
         if play is None:
             connection.answer("404 Not Found", {"error": {"message": "no scenario " + name}})
@@ -177,11 +166,11 @@ def listen(wrap=None):
     return listener.getsockname()[1]
 
 
-KEPT = []  # sockets that are only held
+KEPT = []  # sockets that stay open
 
 
 def refuse():
-    """A port that is taken and does not listen: whoever connects is refused."""
+    """A port that is bound and does not listen: connections are refused."""
     taken = socket.socket()
     taken.bind((LOOPBACK, 0))
     KEPT.append(taken)
@@ -189,7 +178,7 @@ def refuse():
 
 
 def swallow(family, host, port):
-    """A port whose queue is full: further connections are neither taken nor refused."""
+    """A port whose queue is full: further connections are neither accepted nor refused."""
     listener = socket.socket(family)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listener.bind((host, port))

@@ -1,5 +1,5 @@
 --- faulty_server.lua: the misbehaving server of tests/llm as a child process. It ends with this
---- process, however that ends: its standard input is ours.
+--- process, since its standard input is ours.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -48,13 +48,6 @@ end
 ---@return string[]
 function methods:names()
   return host.json.decode(assert(host.http { url = self.base .. "_names" }).body)
-end
-
---- The last request to a scenario.
----@param name string
----@return table
-function methods:last(name)
-  return host.json.decode(assert(host.http { url = self.base .. "_last/" .. name }).body)
 end
 
 function methods:close() self.pipe:close() end

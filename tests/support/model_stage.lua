@@ -1,5 +1,5 @@
---- model_stage.lua: a client of a language model on a stage: its HTTP function, clock, waits and
---- environment are the test's, and everything that happens is noted.
+--- model_stage.lua: a client of a language model whose HTTP function, clock, waits and environment
+--- are the test's. It notes everything that happens.
 
 local client = require "limax.supervise.llm.client"
 local host = require "limax.host"
@@ -9,20 +9,20 @@ local model_stage = {}
 model_stage.KEY = "sk-SENTINEL/0123+456789=abcdef"
 model_stage.MESSAGES = { { role = "user", content = "Propose something as JSON." } }
 
---- A client whose requests are answered by `answers` in turn, the last one again and again: an
---- answer, a function of the request, or { kind = } of a failure below HTTP, which `takes` seconds.
+--- A client whose requests get `answers` one after the other, the last one repeatedly: an answer, a
+--- function of the request, or { kind = } for a failure below HTTP. `takes` is its seconds.
 ---@param options table|nil
 ---@param answers table
 ---@param environment table<string, string>|nil
----@param known table|nil shared with other clients
+---@param endpoints table|nil shared with other clients
 ---@return limax.llm.client|nil
 ---@return { requests: table[], bodies: table[], records: table[], waits: table, now: number }
 ---@return string|nil message
-function model_stage.new(options, answers, environment, known)
+function model_stage.new(options, answers, environment, endpoints)
   local notes = { requests = {}, bodies = {}, records = {}, waits = {}, now = 1000 }
   environment = environment or { LIMAX_LLM_URL = "http://127.0.0.1:1", LIMAX_LLM_MODEL = "m",
     LIMAX_LLM_KEY = model_stage.KEY }
-  local made, message = client.new(options or {}, { known = known,
+  local made, message = client.new(options or {}, { endpoints = endpoints,
     clock = function() return notes.now end,
     wall = function() return 1445412480 end, -- Wed, 21 Oct 2015 07:28:00 GMT
     wait = function(seconds)

@@ -1,6 +1,5 @@
---- talker.lua: a client that needs no network: it has the methods of scripts/lib/supervise/llm/client.lua and
---- answers as a function says. Experiments of a suite take it as `client`. And tiny runs under it,
---- with what they left.
+--- talker.lua: a client without a network, with the methods of limax.supervise.llm.client, whose
+--- answers a function gives; and tiny runs under it, with the files that they wrote.
 
 local host = require "limax.host"
 local limax = require "limax"

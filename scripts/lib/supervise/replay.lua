@@ -1,10 +1,8 @@
---- replay.lua: the answers of a recorded run come back, from the transcript in its folder: by the
---- request that they answered (strict: the same question must be asked again), or by generation.
+--- replay.lua: applies the answers of a recorded run again, from the transcript in its folder: by
+--- the request that they answered (the same question must be asked again), or by generation.
 
-local schema = require "limax.base.schema"
-
--- The options of `llm` that say what is asked.
 local llm = require "limax.supervise.llm"
+local schema = require "limax.base.schema"
 
 return {
   options = {
@@ -13,5 +11,7 @@ return {
     prompt = llm.options.prompt, context = llm.options.context,
     context_tokens = llm.options.context_tokens,
   },
-  start = function(options, run) return require("limax.supervise.llm.replay").start(run, options) end,
+  start = function(options, run)
+    return require("limax.supervise.llm.replay").start(run, options)
+  end,
 }

@@ -1,13 +1,25 @@
---- self_adaptive.lua: mutation scales that survive with the robots they made. In SAMR-GA (Clune et
---- al., "Natural selection fails to optimize mutation rates for long-term adaptation on rugged
---- fitness landscapes", 2008; constants as in evosax) every individual has a scale of its own,
---- inherited and multiplied by 2^U(-1, 1). Here a genome holds none: a generation has one scale for
---- all its offspring. So a robot's scale is read as that of the generation that bred it, a parent
---- is drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
---- offspring are not among the best die out, as in SAMR-GA.
+--- self_adaptive.lua: mutation scales that survive with the robots that they bred. In SAMR-GA
+--- (Clune et al., "Natural selection fails to optimize mutation rates for long-term adaptation on
+--- rugged fitness landscapes", 2008; constants as in evosax) every individual has a scale of its
+--- own, inherited and multiplied by 2^U(-1, 1). Here a genome has none: a generation has one scale
+--- for all its offspring, and a robot's scale is that of the generation that bred it. A parent is
+--- drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
+--- offspring are not among the best disappear, as in SAMR-GA.
 
-local metrics = require "limax.run.metrics"
 local schema = require "limax.base.schema"
+
+-- Indices of the scored robots, best first.
+local function ranked(population)
+  local list = {}
+  for i, robot in ipairs(population) do
+    if robot.fitness then list[#list + 1] = i end
+  end
+  table.sort(list, function(a, b)
+    local first, second = population[a].fitness, population[b].fitness
+    return first > second or first == second and a < b
+  end)
+  return list
+end
 
 return {
   options = {
@@ -20,8 +32,8 @@ return {
     return function(history, random)
       local now = history[#history]
       if not now then return nil, "nothing is scored yet" end
-      local best = metrics.rank(now.population)
-      if #best == 0 then return nil, "nobody has a score" end
+      local best = ranked(now.population)
+      if #best == 0 then return nil, "no robot has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
       local parent = now.population[best[random:integer(math.min(count, #best))]]
       local scale = now.parameters.mutation_scale

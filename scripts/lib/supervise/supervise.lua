@@ -1,12 +1,12 @@
---- supervise.lua: the library of supervisors: what sets the next generation's parameters. Each is
---- a pure function of (history, random, limits) that returns a proposal, or nil to keep what is,
---- and a reason in words.
+--- supervise.lua: the library of supervisors, which set the next generation's parameters. Each is a
+--- pure function of (history, random, limits) that returns a proposal, or nil to change nothing,
+--- and a reason.
 
 local choice = require "limax.base.choice"
 
 local supervise = {}
 
----@class limax.proposal what a supervisor may ask for; the ledger says what became of it
+---@class limax.proposal what a supervisor may ask for; the ledger records what became of it
 ---@field mutation_rate? number per gene
 ---@field mutation_scale? number
 ---@field crossover_rate? number per gene
@@ -20,12 +20,12 @@ local supervise = {}
 ---@class limax.supervisor.entry
 ---@field options table<string, schema.rule>
 ---@field make? fun(options: table): limax.supervisor.law
----@field start? fun(options: table, run: limax.run): limax.supervisor.session of those that keep
---- something between generations, in the place of `make`
+---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
+--- limax.supervisor.session instead of `make`, for supervisors with state between generations
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 
 ---@class limax.supervisor.session
----@field decide fun(self: any, given: limax.supervision.given): table, table, table, table
+---@field decide fun(self: any, step: limax.supervision.step): table, table, table, table
 
 -- Each is one file in supervise/.
 ---@type table<string, limax.supervisor.entry>
@@ -44,13 +44,13 @@ supervise.entries = {
   yoked = require "limax.supervise.yoked",
 }
 
---- The four parameters, in the order of DESIGN's table.
+--- Names of the four parameters.
 supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
 ---@field call limax.supervisor.law|nil
----@field start (fun(run: limax.run): limax.supervisor.session)|nil in the place of `call`
+---@field start (fun(run: limax.run): limax.supervisor.session)|nil instead of `call`
 ---@field own boolean|nil is it the user's own function?
 ---@field unfit? fun(config: table): string|nil why it cannot serve this experiment
 
@@ -64,8 +64,11 @@ function supervise.get(spec)
   local supervisor = { name = name, unfit = entry.unfit and function(config)
     return entry.unfit(options, config)
   end }
+  local fallback = options.fallback
+  if fallback == "keep" then fallback = nil end
+  fallback = fallback and supervise.get(fallback)
   if entry.start then
-    supervisor.start = function(run) return entry.start(options, run) end
+    supervisor.start = function(run) return entry.start(options, run, fallback) end
   else
     supervisor.call = entry.make(options)
   end

@@ -1,6 +1,6 @@
---- supervision.lua: the step between two generations of a run: the experiment's supervisor is
---- asked, the ledger binds what it says, and a supervisor that fails costs a generation's change,
---- never the run.
+--- supervision.lua: the step between two generations of a run: it asks the experiment's supervisor,
+--- and the ledger limits the proposal. A supervisor that fails costs a generation's change, never
+--- the run.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -11,7 +11,7 @@ local user_call = require "limax.base.user_call"
 
 local supervision = {}
 
----@class limax.supervision.given what a supervisor that keeps something between generations gets
+---@class limax.supervision.step what a supervisor with state between generations gets
 ---@field generation integer that is to be bred
 ---@field history limax.generation[]
 ---@field random table
@@ -19,7 +19,7 @@ local supervision = {}
 ---@field judge fun(proposal: any, reason: any, about: { supervisor: string, source?: string }):
 --- table, table, table as `ledger.judge`
 
--- What the ledger makes of a proposal for the generation after `robots`.
+-- The ledger's judgement of a proposal for the generation after `robots`.
 local function judge(run, robots, proposal, reason, about)
   local materials = {}
   for i = 1, robots.materials.count do materials[i] = robots.materials:get(i) end
@@ -46,7 +46,6 @@ local function ask(run, robots, generation, random)
     run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
     proposal, reason = nil, message
   elseif proposal ~= nil and type(proposal) ~= "table" then
-    -- the ledger says so too, where nobody looks while a run goes on
     local message = ("the supervisor returned %s, expected a table")
       :format(schema.show(proposal))
     run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
@@ -74,7 +73,7 @@ function supervision.decide(run, robots)
   else
     parameters, fields, record = ask(run, robots, generation, random)
   end
-  -- a misspelt field would else be found in the ledger alone
+  -- otherwise a misspelt field would show only in the ledger
   for _, entry in ipairs(record.entries) do
     if entry.outcome == "rejected" then
       local message = ("the supervisor's %s was rejected: %s"):format(entry.field, entry.reason)

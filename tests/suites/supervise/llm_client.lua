@@ -1,5 +1,5 @@
 --- llm_client.lua: the client of a language model with an injected HTTP function, clock and waits:
---- what is sent, what is read, what is tried again and when, what it costs.
+--- what is sent and recorded, retries and budgets, cost and caps.
 
 local host = require "limax.host"
 local model_stage = require "support.model_stage"
@@ -9,9 +9,7 @@ local suite = require("limax.test").suite "llm client"
 local MESSAGES = model_stage.MESSAGES
 local stage, completion = model_stage.new, model_stage.completion
 
-local SCHEMA = { schema = { type = "object" }, name = "proposal" }
-
-suite:test("a good answer comes back with what it cost, and is recorded", function(t)
+suite:test("an answer comes with usage and cost, and is recorded", function(t)
   local ask, notes = stage({ price = { input = 2, output = 10 }, temperature = 0.5, seed = 7 },
     { completion('{"mutation_rate":0.2}', { system_fingerprint = "fp_1" }) })
   local answer = ask:ask(MESSAGES, { schema = { type = "object" }, name = "proposal" })
@@ -36,7 +34,7 @@ suite:test("a good answer comes back with what it cost, and is recorded", functi
     provider = "openai_compatible", key = "LIMAX_LLM_KEY" })
 end)
 
-suite:test("the table of retries: which status, how often, how long", function(t)
+suite:test("which status is retried, how often and after how long", function(t)
   -- status, headers, body -> waits; nil: none
   local usual = { 0.5, 1 }
   for _, case in ipairs {
@@ -46,8 +44,6 @@ suite:test("the table of retries: which status, how often, how long", function(t
     { 429, { 3, 3 }, { ["retry-after"] = "3" } },
     { 503, { 0.25, 0.25 }, { ["retry-after"] = "0.25" } },
     { 429, { 10, 10 }, { ["retry-after"] = "Wed, 21 Oct 2015 07:28:10 GMT" } },
-    { 429, { 10, 10 }, { ["retry-after"] = "Wednesday, 21-Oct-15 07:28:10 GMT" } },
-    { 429, { 10, 10 }, { ["retry-after"] = "Wed Oct 21 07:28:10 2015" } },
     { 429, usual, { ["retry-after"] = "Wed, 21 Oct 2015 07:27:00 GMT" } },
     { 429, usual, { ["retry-after"] = "0" } }, { 429, usual, { ["retry-after"] = "-5" } },
     { 429, usual, { ["retry-after"] = "abc" } }, { 429, usual, { ["retry-after"] = "nan" } },
@@ -81,7 +77,7 @@ suite:test("jitter only shortens a wait, and the clock counts everything", funct
   t:near(failure.seconds, 3 * 2 + 0.375 + 0.75)
 end)
 
-suite:test("one read timeout is tried again, two are not; a connection that fails is tried thrice",
+suite:test("a read timeout is retried once, a connection that fails twice",
   function(t)
     local classes = { timeout = "timeout", connect_timeout = "timeout", encoding = "envelope",
       size = "envelope" }
@@ -96,7 +92,7 @@ suite:test("one read timeout is tried again, two are not; a connection that fail
     end
   end)
 
-suite:test("no wait and no attempt passes the budget", function(t)
+suite:test("no wait and no attempt exceeds the budget", function(t)
   -- an answer that never comes: the attempt ends with the budget
   local ask, notes = stage({ budget = 30, timeout = 120 }, { { kind = "timeout" } })
   local _, failure = ask:ask(MESSAGES)
@@ -116,36 +112,7 @@ suite:test("no wait and no attempt passes the budget", function(t)
   t:equal(notes.requests[1].timeout, 7)
 end)
 
-suite:test("a quota that is used up is told from a rate limit by its code, not by its words",
-  function(t)
-    local function refused(fields)
-      local ask, notes = stage({}, { { status = 429, body = { error = fields } } })
-      local _, failure = ask:ask(MESSAGES)
-      return failure.class, #notes.requests
-    end
-    t:equal({ refused { message = "You exceeded your quota", code = "insufficient_quota" } },
-      { "quota", 1 })
-    t:equal({ refused { message = "x", type = "insufficient_quota" } }, { "quota", 1 })
-    t:equal({ refused { message = "INSUFFICIENT QUOTA: tokens per minute" } }, { "http", 3 })
-  end)
-
-suite:test("a prompt or an answer that was cut is marked", function(t)
-  local long = { { role = "user", content = ("0.125 "):rep(2000) } } -- about 3400 tokens
-  local function asked(used, finish)
-    local ask = stage({}, { completion("{}", {
-      usage = { prompt_tokens = used, completion_tokens = 1 },
-      choices = { { message = { content = "{}" }, finish_reason = finish } },
-    }) })
-    local answer = ask:ask(long)
-    return answer.truncated, answer.truncation
-  end
-  t:equal({ asked(3600, "stop") }, { false })
-  t:equal({ asked(2048, "stop") }, { false })
-  t:equal({ asked(1024, "stop") }, { true, "prompt" })
-  t:equal({ asked(3600, "length") }, { true, "answer" })
-end)
-
-suite:test("tokens and cost add up, unknown is not zero, and caps end it", function(t)
+suite:test("tokens and cost add up, unknown is not 0, and caps end it", function(t)
   local ask, notes = stage({}, { completion "{}" })
   ask:ask(MESSAGES)
   t:equal(ask:totals().cost, host.json.null)
@@ -184,7 +151,7 @@ suite:test("tokens and cost add up, unknown is not zero, and caps end it", funct
   t:ok(message:find("max_cost needs price", 1, true), message)
 end)
 
-suite:test("misuse raises at the caller's line, and data that JSON cannot hold is a failure",
+suite:test("misuse raises at the caller's line, text that is not UTF-8 is a failure",
   function(t)
     local ask, notes = stage({}, { completion "{}" })
     local message = t:raises("expected a list of messages", function() ask:ask {} end)
@@ -192,57 +159,3 @@ suite:test("misuse raises at the caller's line, and data that JSON cannot hold i
     local _, failure = ask:ask { { role = "user", content = "\255" } }
     t:equal({ failure.class, failure.attempts, #notes.requests }, { "request", 0, 0 })
   end)
-
-suite:test("a message is one short line of printable text", function(t)
-  for said, expected in pairs {
-    ["a\nb\r\n\tc"] = "a b c", ["\27[2Jx"] = " [2Jx", ["x\194\1552Jy\226\128\174z"] = "x 2Jy z",
-    ["\127"] = " ",
-  } do
-    local ask = stage({}, { { status = 404, body = { error = { message = said } } } })
-    local _, failure = ask:ask(MESSAGES)
-    t:equal(failure.message, "HTTP 404: " .. expected:gsub("^ ", "")
-      .. "; are the URL and the model right?")
-  end
-  local ask = stage({}, { { status = 418, body = { error = ("é"):rep(1000) } } })
-  local _, failure = ask:ask(MESSAGES)
-  t:ok(#failure.message <= 300 and failure.message:find "é%.%.%.$", failure.message)
-end)
-
--- Numbers that look random and are the same every time.
-local function generator(seed)
-  return function(n)
-    seed = (seed * 1103515245 + 12345) % 2 ^ 31
-    return math.floor(seed / 65536) % n + 1
-  end
-end
-
-suite:test("whatever a body holds, an answer or a failure with a class comes out", function(t)
-  local random = generator(7)
-  local seeds = {
-    host.json.encode(completion('{"mutation_rate":0.2}').body),
-    host.json.encode { error = { message = "m", code = "c", type = "t", param = "max_tokens" } },
-    host.json.encode { detail = { { loc = { "body", "seed" }, msg = "x" } } },
-    host.json.encode { choices = { { message = { content = { { type = "text", text = "a" } },
-      reasoning = "b", refusal = "c" }, finish_reason = "length" } }, usage = {} },
-  }
-  local pieces = { "null", "[]", "{}", "1e999", "-1", '"x"', "\255", "\0", "[[", "]", "}", ",", ":",
-    '"choices":', '"error":', '"message":', "true", "\\ud800", "" }
-  local statuses, classes = { 200, 200, 200, 400, 401, 422, 429, 500, 204, 302 }, {}
-  for _ = 1, 5000 do
-    local body = seeds[random(#seeds)]
-    for _ = 1, random(4) do
-      local from = random(#body + 1)
-      body = body:sub(1, from - 1) .. pieces[random(#pieces)] .. body:sub(from + random(12) - 1)
-    end
-    local status = statuses[random(#statuses)]
-    local ask = stage({ temperature = 1 }, { { status = status, body = body } })
-    local answer, failure = ask:ask(MESSAGES, SCHEMA)
-    t:ok(answer and type(answer.content) == "string" or type(failure.class) == "string"
-      and type(failure.message) == "string")
-    local class = answer and "answer" or failure.class
-    classes[class] = (classes[class] or 0) + 1
-  end
-  for _, class in ipairs { "answer", "envelope", "http", "auth" } do
-    t:ok((classes[class] or 0) > 20, class .. ": " .. host.json.encode(classes))
-  end
-end)

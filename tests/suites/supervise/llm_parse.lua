@@ -1,5 +1,5 @@
---- llm_parse.lua: from a model's text to a proposal: where the object may stand, what a value may
---- be, what a parser of the user's own may do. The payload faults of language models, one by one.
+--- llm_parse.lua: from a model's text to a proposal: where the object may be, which values it may
+--- have, and parsers of the user's own.
 
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
@@ -8,10 +8,10 @@ local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "llm parse"
 
-local LIMITS = host.json.encode(ledger.limits(10))
+local LIMITS = ledger.limits(10)
 local BOM = "\239\187\191"
 
-local function read(text, parser) return (parser or parse.default()):read(text, LIMITS) end
+local function read(text, parser) return (parser or parse.from()):read(text, LIMITS) end
 
 suite:test("the object is found wherever a model puts it", function(t)
   local object = '{"mutation_rate": 0.2, "reason": "why"}'
@@ -37,7 +37,7 @@ suite:test("the object is found wherever a model puts it", function(t)
   end
 end)
 
-suite:test("what is no whole JSON object is no answer, and nothing is repaired", function(t)
+suite:test("text without a complete JSON object is no answer, nothing is repaired", function(t)
   for text, expected in pairs {
     [""] = "no JSON object", ["   \n \t" .. (" "):rep(1e5)] = "no JSON object",
     ["I cannot help with that."] = "no JSON object", ["null"] = "no JSON object",
@@ -58,8 +58,8 @@ suite:test("what is no whole JSON object is no answer, and nothing is repaired",
     ['{"reason": "\\ud800", "mutation_rate": 0.2}'] = "surrogate",
     ['{"reason": "\255", "mutation_rate": 0.2}'] = "UTF-8",
     ['{"reason": "\0", "mutation_rate": 0.2}'] = "line 1",
-    ["{}"] = "no object in the answer holds a field",
-    ['{"Mutation_Rate": 0.2, "mutationRate": 0.2}'] = "no object in the answer holds a field",
+    ["{}"] = "no object in the answer has a field",
+    ['{"Mutation_Rate": 0.2, "mutationRate": 0.2}'] = "no object in the answer has a field",
     ['{"a": {"mutation_rate": 0.1}, "b": {"mutation_rate": 0.2}}'] = "no object in the answer",
     ["<think>{\"mutation_rate\": 0.2}"] = "no JSON object",
     ["<think>{\"mutation_rate\": 0.2}</think>"] = "no JSON object",
@@ -80,7 +80,7 @@ suite:test("what is no whole JSON object is no answer, and nothing is repaired",
   t:ok(message:find("more than 100 fields", 1, true), message)
 end)
 
-suite:test("values come through as they are, for the ledger to judge", function(t)
+suite:test("values are kept as they are, for the ledger to judge", function(t)
   local got = t:ok(read [[{"mutation_rate": "0.2", "crossover_rate": null, "mutation_scale": true,
     "elite_fraction": [0.2], "Elites": 3, "x\ny": "a\u0000b",
     "materials": {"bone": {"stiffness": null, "amplitude": {"now": 1}}},
@@ -98,7 +98,7 @@ suite:test("values come through as they are, for the ledger to judge", function(
     { proposal = {}, reason = nil, stage = "whole" })
 end)
 
-suite:test("text of a model is never executed, opened or obeyed", function(t)
+suite:test("text of a model is never executed", function(t)
   local folder = t:folder()
   local touch = folder .. "/touched"
   for _, text in ipairs {
@@ -121,7 +121,7 @@ end)
 
 -- ---- parsers of the user's own ------------------------------------------------------------------
 
-suite:test("a parser may be a file or a function that stands alone", function(t)
+suite:test("a parser may be a file or a function without upvalues", function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/rate.lua", [[
 return function(text, limits)
@@ -147,7 +147,7 @@ end
   t:equal(named("", {}), nil)
 end)
 
-suite:test("the parser that prompts/README.md shows is one", function(t)
+suite:test("the parser in prompts/README.md works", function(t)
   local page = source.read(host.home .. "/prompts/README.md")
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/own.lua", t:ok(page:match "\n```lua\n(.-)\n```")))
@@ -156,13 +156,13 @@ suite:test("the parser that prompts/README.md shows is one", function(t)
   t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
 end)
 
-suite:test("a parser that cannot stand alone, or does not load, is refused at once", function(t)
+suite:test("a parser with upvalues, or one that does not load, is refused", function(t)
   local outside = 3
   local function uses(text) return { mutation_rate = outside + #text } end
   t:equal(uses "", { mutation_rate = 3 })
   local made, message = parse.from(uses)
   t:equal(made, nil)
-  t:ok(message:find("uses outside from around it", 1, true), message)
+  t:ok(message:find("cannot use the local variable outside from outside", 1, true), message)
   -- of several on one line the right one is taken
   local list = { function(x) return { a = x } end, function(x) return { b = #x } end,
     function() return { c = (function() return 7 end)() } end }
@@ -183,10 +183,10 @@ suite:test("a parser that cannot stand alone, or does not load, is refused at on
   t:ok(message:find("bad.lua:1", 1, true), message)
 end)
 
-suite:test("a parser that fails, loops or returns nonsense gives a message", { limit = 60 },
+suite:test("a parser that fails or returns nonsense gives a message", { limit = 60 },
   function(t)
     for text, expected in pairs {
-      ["error 'no idea'"] = "the parser failed: ", ["while true do end"] = "million instructions",
+      ["error 'no idea'"] = "the parser failed: ",
       ["return 7"] = "returned no table", ["return { 1, 2 }"] = "returned no table",
       ["return { mutation_rate = 0 / 0 }"] = "NaN", ["return function() end"] = "a function",
       ["return"] = "the parser found no proposal", ["return nil, {}"] = "found no proposal",

@@ -1,5 +1,5 @@
---- llm_resume.lua: a run under a language model that is killed goes on with the answers that it
---- has, asks only for those that it lacks, and ends in the bytes of one that was left alone.
+--- llm_resume.lua: a run under a language model that is killed resumes with the recorded answers,
+--- asks only for missing ones, and gives the bytes of an uninterrupted run.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -150,7 +150,7 @@ suite:test("an answer that came before the end is used, and a cut line is droppe
     end
   end)
 
-suite:test("a resumed run says that its prompt has changed, and goes on with it", { limit = 60 },
+suite:test("a resumed run reports a changed prompt and continues with it", { limit = 60 },
   function(t)
     local folder = t:folder()
     write_experiment(folder, 8)

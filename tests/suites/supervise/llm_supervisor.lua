@@ -1,5 +1,5 @@
---- llm_supervisor.lua: runs that a language model supervises, from prompt to transcript, with a
---- client of the suite's own in the model's place.
+--- llm_supervisor.lua: runs that a language model supervises, from prompt to transcript and replay.
+--- A client of the suite's own replaces the model.
 
 local host = require "limax.host"
 local limax = require "limax"
@@ -33,7 +33,7 @@ suite:test("a proposal goes from the model through parser and ledger into the ru
   t:equal(done.timing[2].supervision.accepted, 1)
 end)
 
-suite:test("rejected fields are asked about once, and the second answer counts", function(t)
+suite:test("rejected fields are asked about once more, and the second answer counts", function(t)
   local done = run(t, { "llm", client = talker.new(function(messages, n)
     if #messages == 2 then return '{"mutation_rate": "0.2", "elites": 3}' end
     t:equal(messages[3], { role = "assistant", content = '{"mutation_rate": "0.2", "elites": 3}' })
@@ -46,7 +46,7 @@ suite:test("rejected fields are asked about once, and the second answer counts",
   t:equal(#of_kind(done, "attempt"), 6)
 end)
 
-suite:test("a parser of one's own is promised no form but its own", function(t)
+suite:test("with a parser of the user's own, the form of the prompt is asked for", function(t)
   local function parse(text)
     local rate = tonumber(text:match "rate: (%S+)")
     if not rate then return nil, "expected rate: NUMBER" end
@@ -81,7 +81,7 @@ suite:test("a parser of one's own is promised no form but its own", function(t)
   end) })
 end)
 
-suite:test("without a usable answer the fallback proposes, and else nothing changes", function(t)
+suite:test("without a usable answer the fallback proposes, or nothing changes", function(t)
   local silent = talker.new(function() return { class = "timeout", message = "no answer" } end)
   local done = run(t, { "llm", client = silent, fallback = function()
     return { crossover_rate = 0.45 }, "my own"
@@ -123,7 +123,7 @@ end
 
 local LONG = { generations = 12 }
 
-suite:test("a replay gives the bytes of the run that it replays, and asks nobody", { limit = 60 },
+suite:test("a replay gives the bytes of the recorded run and asks no model", { limit = 60 },
   function(t)
     local recorded = run(t, { "llm", client = talker.new(moody), fallback = "rules" }, LONG)
     local sets = {}
@@ -138,7 +138,7 @@ suite:test("a replay gives the bytes of the run that it replays, and asks nobody
     end
   end)
 
-suite:test("a question that was asked in several generations has the answer of each",
+suite:test("a question asked in several generations gets the answer of each",
   { limit = 60 }, function(t)
     local prompt = t:folder() .. "/always.md"
     assert(host.file.write_atomic(prompt, "json {{answer}}"))
@@ -151,14 +151,14 @@ suite:test("a question that was asked in several generations has the answer of e
     same_run(t, again.folder, recorded.folder)
   end)
 
-suite:test("a replay that asks another question, or goes on longer, ends with the reason",
+suite:test("a replay that asks another question, or runs longer, ends with the reason",
   { limit = 60 }, function(t)
     local recorded = run(t, { "llm", client = talker.new(moody) })
-    t:raises("generation 1 of repetition 1 asks another question", function()
+    t:raises("the question of generation 1, repetition 1, differs", function()
       run(t, { "replay", run = recorded.folder }, { seed = 2 })
     end)
     local folder = t:folder() .. "/longer"
-    t:raises("holds no outcome of generation 4, repetition 1; a replay never asks a model",
+    t:raises("has no outcome of generation 4, repetition 1; a replay never asks a model",
       function()
         limax.start(talker.experiment({ "replay", run = recorded.folder, match = "generation" },
           { generations = 9 }), { out = folder, device = "cpu" }):finish()
@@ -167,7 +167,7 @@ suite:test("a replay that asks another question, or goes on longer, ends with th
     t:ok(run(t, { "replay", run = recorded.folder, match = "generation" }, { seed = 2 }))
   end)
 
-suite:test("a transcript that is none is refused before the run, a cut last line is not",
+suite:test("a broken transcript is refused before the run, a cut last line is not",
   { limit = 60 }, function(t)
     local recorded = run(t, { "llm", client = talker.new(moody) })
     local path = recorded.folder .. "/transcript.jsonl"
@@ -186,7 +186,7 @@ suite:test("a transcript that is none is refused before the run, a cut last line
     t:raises("expected a list as asks", function()
       replayed((text:gsub('"asks":%[.-%],"client"', '"client"')))
     end)
-    t:raises("holds no outcome of generation 3", function()
+    t:raises("has no outcome of generation 3", function()
       replayed((text:gsub('[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', "")))
     end)
     assert(host.file.remove(path))

@@ -291,7 +291,8 @@ suite:test("arms that ask a model: their share of generations, and the history t
 
   done = run("unnamed", "fixed,llm_unnamed")
   t:ok(done.status == 0, done.stderr .. done.stdout)
-  local asked = host.json.encode(server:last "varied")
+  local transcript = source.read(base .. "/unnamed/llm_unnamed/r01/transcript.jsonl")
+  local asked = host.json.decode(transcript:match "[^\n]+").request
   t:ok(not asked:find "mutation_rate" and asked:find('\\"A\\"', 1, true), asked)
   server:close()
 end)

@@ -1,5 +1,5 @@
---- check.lua: what `limax doctor` says of the language model: which endpoint is configured, whether
---- a key is found and where, and, if asked, whether it answers.
+--- check.lua: the language model in `limax doctor`: the endpoint, where the key comes from, and, if
+--- asked for, whether it answers.
 
 local client = require "limax.supervise.llm.client"
 
@@ -12,7 +12,7 @@ local QUESTION = { { role = "user",
 local SCHEMA = { type = "object", additionalProperties = false, required = { "mutation_rate" },
   properties = { mutation_rate = { type = "number" } } }
 
----@class limax.llm.facts
+---@class limax.llm.check
 ---@field configured boolean
 ---@field missing string|nil why no endpoint can be asked
 ---@field endpoint string|nil
@@ -21,17 +21,16 @@ local SCHEMA = { type = "object", additionalProperties = false, required = { "mu
 ---@field key string|nil where the key comes from
 ---@field answered boolean|nil only if it was asked
 ---@field seconds number|nil
----@field form "json_schema"|"json_object"|"plain"|nil what the endpoint takes
+---@field form "json_schema"|"json_object"|"plain"|nil what the endpoint accepts
 ---@field usage { input_tokens: integer, output_tokens: integer }|nil
 ---@field failure string|nil why it did not answer
 
---- Facts of the endpoint that the environment names. With `ask` one short question is sent; without
---- it nothing is.
+--- Describes the endpoint that the environment names. Only with `ask` is anything sent: one short
+--- question.
 ---@param ask boolean
----@param given? limax.llm.given
----@return limax.llm.facts
-function check.gather(ask, given)
-  local made, missing = client.new({ budget = BUDGET }, given)
+---@return limax.llm.check
+function check.gather(ask)
+  local made, missing = client.new { budget = BUDGET }
   if not made then return { configured = false, missing = missing } end
   local facts = made:describe()
   facts.configured = true
@@ -41,13 +40,13 @@ function check.gather(ask, given)
   if failure then
     facts.failure = ("%s: %s"):format(failure.class, failure.message)
   else
-    facts.form, facts.usage = made.capabilities.format, answer.usage
+    facts.form, facts.usage = made.form.values.format, answer.usage
   end
   return facts
 end
 
 --- The line of `limax doctor`: a mark, "ok", "bad" or "", and a text.
----@param facts limax.llm.facts
+---@param facts limax.llm.check
 ---@return string mark
 ---@return string text
 function check.line(facts)
@@ -61,7 +60,7 @@ function check.line(facts)
   local usage = facts.usage
   return "ok", ("%s; answered in %.1f s, form %s, %s"):format(text, facts.seconds, facts.form,
     usage and ("%d + %d tokens"):format(usage.input_tokens, usage.output_tokens)
-    or "tokens not told")
+    or "tokens not reported")
 end
 
 return check

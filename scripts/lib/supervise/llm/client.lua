@@ -1,32 +1,30 @@
 --- client.lua: asks a language model over the chat completions protocol within a budget of
---- seconds: one layer of retries, a ladder of capabilities, a breaker, caps. What can go wrong ends
---- as nil and a failure with a class; only misuse and Ctrl-C raise.
+--- seconds: retries, smaller forms of the request, a breaker, caps. A failure is nil and a table
+--- with a class; only misuse and Ctrl-C raise.
 
 local attempt = require "limax.supervise.llm.attempt"
-local breaker = require "limax.supervise.llm.breaker"
-local capabilities = require "limax.supervise.llm.capabilities"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"
 local engine = require "limax.engine"
-local envelope = require "limax.supervise.llm.envelope"
+local form = require "limax.supervise.llm.form"
 local host = require "limax.host"
 local options_rules = require "limax.supervise.llm.options"
+local reply = require "limax.supervise.llm.reply"
 local retry = require "limax.supervise.llm.retry"
-local spending = require "limax.supervise.llm.spending"
-local tokens = require "limax.supervise.llm.tokens"
+local usage = require "limax.supervise.llm.usage"
 
 local client = {}
 
--- With less than this left no further attempt is begun: it could only fail.
+-- With less time left no further attempt is begun: it could only fail.
 local LEAST_ATTEMPT = 1 -- s
 local PROBE = 5 -- s
-local PROBE_TOKENS = 16 -- the least that some models take
+local PROBE_TOKENS = 16 -- the least that some models accept
 local PROBE_MESSAGES = { { role = "user", content = "Answer with the word OK." } }
 
--- Failures that say nothing against the endpoint.
+-- Failures of a working endpoint.
 local ALIVE = { context = true, refusal = true, filter = true }
 
--- Not repeatable on purpose: clients that failed together should not come back together.
+-- Not repeatable on purpose: clients that failed together should not return together.
 local function jitter()
   return tonumber(host.sha256(("%.9f"):format(host.clock())):sub(1, 8), 16) / 2 ^ 32
 end
@@ -34,16 +32,16 @@ end
 ---@class limax.llm.client
 ---@field endpoint limax.llm.endpoint
 ---@field options table
----@field given table
+---@field machine limax.llm.machine
 ---@field breaker limax.llm.breaker
----@field capabilities limax.llm.capabilities
----@field spending limax.llm.spending
+---@field form limax.llm.form
+---@field account limax.llm.account
 ---@field budget number s per generation
 ---@field timeout number s per attempt
-local methods = {}
-local class = { __index = methods }
+local Client = {}
+Client.__index = Client
 
----@class limax.llm.given what tests put in the place of the machine
+---@class limax.llm.machine replaces parts of the machine in tests
 ---@field clock? fun(): number s, never steps back
 ---@field wait? fun(seconds: number)
 ---@field wall? fun(): number s since 1970
@@ -51,124 +49,112 @@ local class = { __index = methods }
 ---@field random? fun(): number from 0 to 1
 ---@field record? fun(attempt: table) called once for every attempt, before its text is parsed
 ---@field environment? fun(name: string): string|nil
----@field known? table<string, table> what was learnt of endpoints: clients that get the same table
---- share breaker and capabilities of an endpoint and model
+---@field endpoints? table<string, table> clients with the same table share what they learn of an
+--- endpoint and model
 
--- Breaker and capabilities of an endpoint and model.
-local function acquaintance(known, found, format)
-  local name = table.concat({ found.shown, found.model, format or "" }, "\n")
-  known[name] = known[name]
-    or { breaker = breaker.new(), capabilities = capabilities.new(found.provider, format) }
-  return known[name]
-end
-
---- A client for the endpoint that options and environment name; nil and why there is none.
+--- A client for the endpoint that options and environment name; nil and a message where there is
+--- none.
 ---@param options table as `options.rules` of limax.llm.options check them
----@param given? limax.llm.given
+---@param machine? limax.llm.machine
 ---@return limax.llm.client|nil
 ---@return string|nil message
-function client.new(options, given)
-  given = given or {}
+function client.new(options, machine)
+  machine = machine or {}
   local conflict = options_rules.conflict(options)
   if conflict then return nil, conflict end
-  local found, message = endpoint.find(options, given.environment)
+  local found, message = endpoint.find(options, machine.environment)
   if not found then return nil, message end
-  local where = found.loopback and "_loopback" or ""
-  local fields = defaults.fields.llm
-  local shared = acquaintance(given.known or {}, found, options.format)
-  shared.breaker:begin()
+  local endpoints = machine.endpoints or {}
+  local name = table.concat({ found.shown, found.model, options.format or "" }, "\n")
+  endpoints[name] = endpoints[name]
+    or { breaker = retry.breaker(), form = form.new(found.provider, options.format) }
+  endpoints[name].breaker:begin()
+  local where, fields = found.loopback and "_loopback" or "", defaults.fields.llm
   return setmetatable({
     endpoint = found, options = options,
-    given = {
-      clock = given.clock or host.clock, wait = given.wait or host.wait,
-      wall = given.wall or os.time, http = given.http or host.http,
-      random = given.random or jitter, record = given.record or function() end,
+    machine = {
+      clock = machine.clock or host.clock, wait = machine.wait or host.wait,
+      wall = machine.wall or os.time, http = machine.http or host.http,
+      random = machine.random or jitter, record = machine.record or function() end,
     },
-    breaker = shared.breaker, capabilities = shared.capabilities,
-    spending = spending.new(options),
+    breaker = endpoints[name].breaker, form = endpoints[name].form,
+    account = usage.account(options),
     budget = options.budget or fields["budget" .. where].value,
     timeout = options.timeout or fields["timeout" .. where].value,
-  }, class)
+  }, Client)
 end
 
 ---@return { endpoint: string, model: string, provider: string, key: string|nil }
-function methods:describe()
+function Client:describe()
   local found = self.endpoint
   return { endpoint = found.redact(found.shown), model = found.redact(found.model),
     provider = found.provider, key = found.key_source }
 end
 
---- A text without the key, in any form that redaction.lua knows.
----@param text string
----@return string
-function methods:redact(text) return self.endpoint.redact(text) end
-
--- One attempt; counted before it is sent.
+-- One attempt.
 local function send(self, wish, timeout, number)
-  local fields = self.capabilities:fields(wish)
+  local fields = self.form:fields(wish)
   fields.model = self.endpoint.model
   local body, message = attempt.encode(fields, self.endpoint.redact)
   if not body then return { class = "request", headers = {}, message = message } end
-  self.spending:count()
+  self.account:count()
   local outcome = attempt.send { endpoint = self.endpoint, options = self.options,
-    given = self.given, fields = fields, body = body, timeout = timeout, number = number,
+    machine = self.machine, fields = fields, body = body, timeout = timeout, number = number,
     probe = wish.probe or false }
-  local reply, refusal = outcome.reply, outcome.refusal
-  if outcome.envelope and envelope.has_choice(outcome.envelope) then
-    local text = reply and reply.content .. (reply.reasoning or "") or ""
-    outcome.cost = self.spending:book(outcome.usage, outcome.prompt_tokens, tokens.of(text))
+  local answer, refusal = outcome.reply, outcome.refusal
+  if outcome.decoded and reply.has_choice(outcome.decoded) then
+    local written = answer and answer.content .. (answer.reasoning or "") or ""
+    outcome.cost = self.account:add(outcome.usage, outcome.prompt_tokens, usage.tokens(written))
   end
   if refusal and outcome.class == "http" and (outcome.status == 400 or outcome.status == 422) then
-    outcome.learnt = self.capabilities:learn(refusal, fields)
+    outcome.learnt = self.form:learn(refusal, fields)
   end
   return outcome
 end
 
 local function answer_of(self, outcome)
-  local reply, redact = outcome.reply, self.endpoint.redact
-  local usage = outcome.usage
-  local cut = tokens.cut(outcome.prompt_tokens, usage and usage.input_tokens)
-  local answer = { usage = usage, cost = outcome.cost,
-    truncated = cut or reply.finish_reason == "length",
-    truncation = cut and "prompt" or reply.finish_reason == "length" and "answer" or nil }
-  -- an escaped key shows only in the decoded text
+  local read, used = outcome.reply, outcome.usage
+  local truncation = usage.is_cut(outcome.prompt_tokens, used and used.input_tokens) and "prompt"
+    or read.finish_reason == "length" and "answer" or nil
+  local answer = { usage = used, cost = outcome.cost, truncated = truncation ~= nil,
+    truncation = truncation }
+  -- a key in escapes shows only in the decoded text
   for _, name in ipairs { "content", "reasoning", "finish_reason", "model", "id" } do
-    answer[name] = reply[name] and redact(reply[name])
+    answer[name] = read[name] and self.endpoint.redact(read[name])
   end
   return answer
 end
 
-local function failed(class_name, message, outcome)
+local function failed(class, message, outcome)
   outcome = outcome or {}
-  return { class = class_name, message = message, http_status = outcome.status,
-    usage = outcome.usage, cost = outcome.cost }
+  return { class = class, message = message, http_status = outcome.status, usage = outcome.usage,
+    cost = outcome.cost }
 end
 
 local function no_time()
   return failed("budget", "no time is left in this generation's budget")
 end
 
--- Seconds to wait before this failure is tried again; nil, and why where that is worth a word, if
--- it is not.
-local function wait_for(self, outcome, count, timeouts, left)
+-- Seconds to wait before a failed attempt is repeated; nil where it is not, and perhaps a reason.
+local function wait_for(self, outcome, retries, timeouts, left)
   if not retry.wanted(outcome) then return nil end
-  if count == retry.MOST then return nil, ("%d attempts failed"):format(count + 1) end
-  if timeouts > retry.MOST_AFTER_TIMEOUT then return nil, "it came too late twice" end
-  local seconds, reason = retry.wait(count + 1, outcome.headers, self.given.wall(),
-    self.given.random())
+  if retries == retry.MOST then return nil, ("%d attempts failed"):format(retries + 1) end
+  if timeouts > retry.MOST_AFTER_TIMEOUT then return nil, "two attempts timed out" end
+  local seconds, reason = retry.wait(retries + 1, outcome.headers, self.machine.wall(),
+    self.machine.random())
   if not seconds then return nil, reason end
   if seconds + LEAST_ATTEMPT > left then return nil, "no time is left for another attempt" end
   return seconds
 end
 
--- Attempts until one succeeds or none may follow; `number` of them were made before.
+-- Attempts until one succeeds or none may follow; `number` of them were made before. Returns
+-- answer, failure and the number of attempts.
 local function try(self, wish, deadline, number)
-  local clock, retries, timeouts = self.given.clock, 0, 0
+  local clock, retries, timeouts = self.machine.clock, 0, 0
   while true do
     local left = deadline - clock()
     if left <= 0 then return nil, no_time(), number end
-    local prompt = tokens.estimate(wish.messages)
-    local refused = self.spending:refusal(prompt)
+    local refused = self.account:refusal(usage.prompt_tokens(wish.messages))
     if refused then return nil, failed("caps", refused), number end
     local outcome = send(self, wish, math.min(self.timeout, left), number + 1)
     if outcome.class == "request" then return nil, failed("request", outcome.message), number end
@@ -182,57 +168,54 @@ local function try(self, wish, deadline, number)
         return nil, failed(outcome.class, message, outcome), number
       end
       retries = retries + 1
-      self.given.wait(seconds)
+      self.machine.wait(seconds)
     end
   end
 end
 
 -- One short request; nil where the endpoint answers, else the failure.
 local function probe(self, left)
+  if left <= 0 then return no_time() end
   local wish = { messages = PROBE_MESSAGES, max_tokens = PROBE_TOKENS, plain = true,
     probe = true }
-  local refused = self.spending:refusal(tokens.estimate(wish.messages))
+  local refused = self.account:refusal(usage.prompt_tokens(wish.messages))
   if refused then return failed("caps", refused) end
   local outcome = send(self, wish, math.min(PROBE, self.timeout, left), 1)
-  -- an answer without a text is one: all tokens may have gone into thinking
-  local ran = outcome.envelope and envelope.has_choice(outcome.envelope)
+  -- an answer without a text counts: all tokens may have gone into thinking
+  local ran = outcome.decoded and reply.has_choice(outcome.decoded)
   if ran or outcome.learnt or ALIVE[outcome.class] then return nil end
   return failed("breaker", "a probe found the endpoint failing: " .. outcome.message, outcome)
 end
 
--- The messages of a caller, checked.
 local function check_messages(messages)
-  local fine = type(messages) == "table" and #messages > 0
-  for _, message in ipairs(fine and messages or {}) do
-    fine = fine and type(message) == "table" and type(message.role) == "string"
+  local valid = type(messages) == "table" and #messages > 0
+  for _, message in ipairs(valid and messages or {}) do
+    valid = valid and type(message) == "table" and type(message.role) == "string"
       and type(message.content) == "string"
   end
-  if not fine then
+  if not valid then
     engine.fail "client:ask: expected a list of messages { role = , content = }, at least one"
   end
 end
 
-local function decide(self, messages, asked, deadline)
-  local state, left = self.breaker:enter(asked.generation, self)
+-- Asks unless the breaker is open. Returns answer, failure and the number of attempts.
+local function ask(self, messages, question, deadline)
+  local state, left = self.breaker:enter(question.generation, self)
   if state == "open" then
     return nil, failed("breaker", ("the endpoint failed in %d generations; generations until it is"
-      .. " probed: %d"):format(self.breaker.failures, left)), 0
+      .. " probed: %d"):format(self.breaker.values.failures, left)), 0
   end
   local probed = 0
   if state == "probe" then
-    local rest = deadline - self.given.clock()
-    if rest <= 0 then return nil, no_time(), 0 end
-    local failure = probe(self, rest)
+    local failure = probe(self, deadline - self.machine.clock())
+    if failure and failure.class == "breaker" then self.breaker:failed() end
+    if failure then return nil, failure, failure.class == "breaker" and 1 or 0 end
     probed = 1
-    if failure then
-      if failure.class ~= "caps" then self.breaker:failed() end
-      return nil, failure, failure.class == "caps" and 0 or probed
-    end
   end
   local options = self.options
   local answer, failure, count = try(self, {
-    messages = messages, schema = asked.schema, name = asked.name, plain = asked.plain,
-    max_tokens = asked.max_tokens or options.max_tokens or defaults.fields.llm.max_tokens.value,
+    messages = messages, schema = question.schema, name = question.name, plain = question.plain,
+    max_tokens = question.max_tokens or options.max_tokens or defaults.fields.llm.max_tokens.value,
     temperature = options.temperature, seed = options.seed,
   }, deadline, probed)
   if answer or ALIVE[failure.class] then
@@ -248,15 +231,15 @@ end
 ---@field name? string of the schema
 ---@field budget? number s that this generation has left
 ---@field max_tokens? integer
----@field generation? integer to which this request belongs, for the breaker; without it, its own
----@field plain? boolean no form is asked of the answer
+---@field generation? integer to which this question belongs, for the breaker; without it, its own
+---@field plain? boolean the answer may have any form
 
 ---@class limax.llm.answer
 ---@field content string
 ---@field reasoning string|nil
 ---@field finish_reason string|nil
 ---@field usage { input_tokens: integer, output_tokens: integer }|nil
----@field cost number|nil unknown where price or usage are
+---@field cost number|nil nil where price or usage are unknown
 ---@field model string|nil as the endpoint names it
 ---@field id string|nil
 ---@field attempts integer
@@ -274,43 +257,42 @@ end
 ---@field usage { input_tokens: integer, output_tokens: integer }|nil where the model did run
 ---@field cost number|nil
 
---- Asks, and tries again where that makes sense, until the budget is used up.
+--- Asks, and retries where that can help, until the budget is used up.
 ---@param messages { role: string, content: string }[]
----@param asked? limax.llm.question
+---@param question? limax.llm.question
 ---@return limax.llm.answer|nil
 ---@return limax.llm.failure|nil
-function methods:ask(messages, asked)
+function Client:ask(messages, question)
   check_messages(messages)
-  asked = asked or {}
-  local clock = self.given.clock
-  local started = clock()
-  local deadline = started + (asked.budget or self.budget)
-  local answer, failure, attempts = decide(self, messages, asked, deadline)
+  question = question or {}
+  local started = self.machine.clock()
+  local answer, failure, attempts =
+    ask(self, messages, question, started + (question.budget or self.budget))
   local result = answer or failure
-  result.attempts, result.seconds = attempts, clock() - started
+  result.attempts, result.seconds = attempts, self.machine.clock() - started
   return answer, failure
 end
 
---- What has been used so far: calls, tokens, cost (null where it is unknown).
----@return table
-function methods:totals() return self.spending:state() end
+--- Calls, tokens and cost so far.
+---@return limax.llm.totals
+function Client:totals() return self.account:state() end
 
---- Breaker, capabilities and totals as plain values, for a checkpoint.
+--- Breaker, accepted fields and totals as plain values, for a checkpoint.
 ---@return table
-function methods:state()
-  return { endpoint = self:describe().endpoint, model = self:describe().model,
-    breaker = self.breaker:state(), capabilities = self.capabilities:state(),
-    totals = self.spending:state() }
+function Client:state()
+  local about = self:describe()
+  return { endpoint = about.endpoint, model = about.model, breaker = self.breaker:state(),
+    capabilities = self.form:state(), totals = self.account:state() }
 end
 
---- Goes on where `state` was taken. What was learnt of another endpoint or model is left out.
+--- Continues from a checkpoint. What was learnt of another endpoint or model is left out.
 ---@param state table
-function methods:restore(state)
-  local here = self:describe()
-  self.spending:restore(state.totals)
-  if state.endpoint ~= here.endpoint or state.model ~= here.model then return end
+function Client:restore(state)
+  local about = self:describe()
+  self.account:restore(state.totals)
+  if state.endpoint ~= about.endpoint or state.model ~= about.model then return end
   self.breaker:restore(state.breaker)
-  self.capabilities:restore(state.capabilities)
+  self.form:restore(state.capabilities)
 end
 
 return client

@@ -1,55 +1,47 @@
---- context.lua: what a prompt tells a model of the evolution so far, as values for its holes. All
---- numbers are rounded to four digits, so that equal histories give equal bytes on every machine.
---- Where a prompt is too long for its budget of tokens, detail goes in a stated order.
+--- context.lua: the values of a prompt's holes: what a model is told about the evolution so far,
+--- and the form of its answer. Numbers are rounded to four digits, so that equal histories give
+--- equal bytes on every machine. A prompt that is too long loses detail in a fixed order.
 
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
+local text = require "limax.supervise.llm.text"
 
 local context = {}
 
---- Bytes of a prompt per token, on the low side for text that is mostly numbers: an estimate that
---- is too small would let a server cut the prompt silently.
-context.BYTES_PER_TOKEN = 3
+-- Low for text that is mostly numbers: with an estimate that is too small, a server would cut the
+-- prompt silently.
+local BYTES_PER_TOKEN = 3
 
---- Tokens of a prompt if nothing else is said: what leaves room for an answer in the 4096 of
---- Ollama's default.
+--- Tokens of a prompt by default. They leave room for an answer within Ollama's default of 4096.
 context.TOKENS = 3000
 
--- Longest text of the run's own (names, reasons) that enters a prompt, bytes.
+-- Longest name or reason of the run that enters a prompt, bytes.
 local LONGEST = 120
 
----@class limax.llm.detail how much of a history is told
+---@class limax.llm.detail how much of a history a prompt contains
 ---@field bodies integer best robots of the last generation
 ---@field outcomes integer former proposals
 ---@field spread boolean quantiles and the diversity of genotypes
 ---@field generations integer
 ---@field half boolean|nil of "paper": the better half of each population
 
--- What is told, from most to least: the first that fits is taken. Bodies go first, then all but
--- the last proposal, the spread, the older generations, the last proposal.
-local SUMMARY = {
-  { bodies = 5, outcomes = 3, spread = true, generations = 3 },
-  { bodies = 3, outcomes = 3, spread = true, generations = 3 },
-  { bodies = 1, outcomes = 3, spread = true, generations = 3 },
-  { bodies = 0, outcomes = 3, spread = true, generations = 3 },
-  { bodies = 0, outcomes = 1, spread = true, generations = 3 },
-  { bodies = 0, outcomes = 1, spread = false, generations = 3 },
-  { bodies = 0, outcomes = 1, spread = false, generations = 1 },
-  { bodies = 0, outcomes = 0, spread = false, generations = 1 },
+-- Each row: bodies, outcomes, spread, generations, half. The first that fits is taken.
+local LEVELS = {
+  summary = { { 5, 3, true, 3 }, { 3, 3, true, 3 }, { 1, 3, true, 3 }, { 0, 3, true, 3 },
+    { 0, 1, true, 3 }, { 0, 1, false, 3 }, { 0, 1, false, 1 }, { 0, 0, false, 1 } },
+  paper = { { 0, 0, true, 3 }, { 0, 0, true, 2 }, { 0, 0, true, 1 }, { 0, 0, true, 1, true } },
 }
-
--- The paper's populations: fewer generations, then the better half of one.
-local PAPER = {
-  { bodies = 0, outcomes = 0, spread = true, generations = 3 },
-  { bodies = 0, outcomes = 0, spread = true, generations = 2 },
-  { bodies = 0, outcomes = 0, spread = true, generations = 1 },
-  { bodies = 0, outcomes = 0, spread = true, generations = 1, half = true },
-}
+for _, levels in pairs(LEVELS) do
+  for k, row in ipairs(levels) do
+    levels[k] = { bodies = row[1], outcomes = row[2], spread = row[3], generations = row[4],
+      half = row[5] }
+  end
+end
 
 --- The levels of detail of a context, from most to least.
 ---@param name "summary"|"paper"
 ---@return limax.llm.detail[]
-function context.levels(name) return name == "paper" and PAPER or SUMMARY end
+function context.levels(name) return LEVELS[name] end
 
 --- Estimated tokens of a list of messages.
 ---@param messages limax.llm.message[]
@@ -57,7 +49,70 @@ function context.levels(name) return name == "paper" and PAPER or SUMMARY end
 function context.tokens(messages)
   local bytes = 0
   for _, message in ipairs(messages) do bytes = bytes + #message.content end
-  return math.ceil(bytes / context.BYTES_PER_TOKEN)
+  return math.ceil(bytes / BYTES_PER_TOKEN)
+end
+
+-- ---- the form of an answer ----------------------------------------------------------------------
+
+---@class limax.llm.facts what holes are filled from
+---@field name "summary"|"paper"
+---@field history table[]
+---@field limits limax.limit[]
+---@field allowed { hyperparameters: boolean, materials: boolean }
+---@field first table<string, table<string, number>> first values of the materials
+---@field config table the experiment's configuration
+
+local function materials_now(facts) return facts.history[#facts.history].materials.materials end
+
+-- Names of the parameters and, by material, of the fields that may be set.
+local function proposable(facts)
+  local parameters, by_material = {}, {}
+  for _, limit in ipairs(facts.limits) do
+    if not limit.material and facts.allowed.hyperparameters then
+      parameters[#parameters + 1] = limit.field
+    end
+  end
+  for _, material in ipairs(facts.allowed.materials and materials_now(facts) or {}) do
+    local names = ledger.material_fields(material)
+    if #names > 0 then by_material[#by_material + 1] = { name = material.name, fields = names } end
+  end
+  return parameters, by_material
+end
+
+-- An object of JSON schema in the subset that all endpoints share: every field is required and
+-- nullable, without ranges, which the ledger has.
+local function object(properties)
+  local required = {}
+  for name in pairs(properties) do required[#required + 1] = name end
+  table.sort(required)
+  return { type = "object", properties = properties, required = required,
+    additionalProperties = false }
+end
+
+local function with_all(names, value)
+  local filled = {}
+  for _, name in ipairs(names) do filled[name] = value end
+  return filled
+end
+
+--- The object that a model is asked to fill in, with null where nothing changes, and its JSON
+--- schema.
+---@param facts limax.llm.facts
+---@return table form
+---@return table schema
+function context.answer(facts)
+  local parameters, by_material = proposable(facts)
+  local number = { type = { "number", "null" } }
+  local form, properties = with_all(parameters, host.json.null), with_all(parameters, number)
+  form.reason, properties.reason = "", { type = "string" }
+  local inner = {}
+  for _, material in ipairs(by_material) do
+    form.materials = form.materials or {}
+    form.materials[material.name] = with_all(material.fields, host.json.null)
+    inner[material.name] = object(with_all(material.fields, number))
+  end
+  if form.materials then properties.materials = object(inner) end
+  return form, object(properties)
 end
 
 -- ---- pieces -------------------------------------------------------------------------------------
@@ -70,15 +125,7 @@ local function rounded_all(values)
   return copy
 end
 
--- A text of the run's own, of bounded length, cut between letters of UTF-8.
-local function short(text)
-  if #text <= LONGEST then return text end
-  local last = LONGEST
-  while last > 1 and text:byte(last + 1) >= 0x80 and text:byte(last + 1) < 0xc0 do
-    last = last - 1
-  end
-  return text:sub(1, last)
-end
+local function short(value) return text.beginning(value, LONGEST) end
 
 -- A value, its range and what one generation can reach.
 local function choices(limit, now, unit)
@@ -89,74 +136,68 @@ local function choices(limit, now, unit)
     next = { inside(least), inside(most) } }
 end
 
-local function parameters(given)
-  if not given.allowed.hyperparameters then return "none: they are fixed in this experiment" end
-  local list, now = {}, given.history[#given.history].parameters
-  for _, limit in ipairs(given.limits) do
+local function parameters(facts)
+  if not facts.allowed.hyperparameters then return "none: they are fixed in this experiment" end
+  local list, now = {}, facts.history[#facts.history].parameters
+  for _, limit in ipairs(facts.limits) do
     if not limit.material then list[limit.field] = choices(limit, now[limit.field], 1) end
   end
   return list
 end
 
-local function materials(given)
-  if not given.allowed.materials then return "none: they are fixed in this experiment" end
-  local list, limit_of = {}, {}
-  for _, limit in ipairs(given.limits) do limit_of[limit.field] = limit end
-  for _, material in ipairs(given.history[#given.history].materials.materials) do
-    for _, field in ipairs(ledger.material_fields(material)) do
-      local unit = field == "stiffness" and given.first[material.name].stiffness or 1
-      local name = short(material.name)
-      list[name] = list[name] or {}
-      list[name][field] = choices(limit_of[field], material[field], unit)
-    end
-  end
-  return list
-end
-
-local function material_values(entry)
-  local list = {}
-  for _, material in ipairs(entry.materials.materials) do
+-- A value for each field of each material that may be set.
+local function by_material(list, value_of)
+  local all = {}
+  for _, material in ipairs(list) do
     for _, field in ipairs(ledger.material_fields(material)) do
       local name = short(material.name)
-      list[name] = list[name] or {}
-      list[name][field] = rounded(material[field])
+      all[name] = all[name] or {}
+      all[name][field] = value_of(material, field)
     end
   end
-  return list
+  return all
 end
 
-local function generation(entry, given, detail)
+local function materials(facts)
+  if not facts.allowed.materials then return "none: they are fixed in this experiment" end
+  local limit_of = {}
+  for _, limit in ipairs(facts.limits) do limit_of[limit.field] = limit end
+  return by_material(materials_now(facts), function(material, field)
+    local unit = field == "stiffness" and facts.first[material.name].stiffness or 1
+    return choices(limit_of[field], material[field], unit)
+  end)
+end
+
+local function generation(entry, facts, detail)
   local all = entry.diversity and entry.diversity.all or {}
-  local told = { generation = entry.generation, parameters = rounded_all(entry.parameters),
+  local summary = { generation = entry.generation, parameters = rounded_all(entry.parameters),
     best = rounded(entry.best), best_standard = rounded(entry.best_standard),
     mean = rounded(entry.mean), scored = entry.scored, failed = entry.failed,
     diversity = { hamming = rounded(all.hamming), distinct = all.distinct } }
-  if given.allowed.materials then told.materials = material_values(entry) end
-  if detail.spread then
-    told.quantiles = rounded_all(entry.quantiles or {})
-    told.diversity.genotype = rounded(all.genotype)
+  if facts.allowed.materials then
+    summary.materials = by_material(entry.materials.materials, function(material, field)
+      return rounded(material[field])
+    end)
   end
-  return told
+  if detail.spread then
+    summary.quantiles = rounded_all(entry.quantiles or {})
+    summary.diversity.genotype = rounded(all.genotype)
+  end
+  return summary
 end
 
--- The newest `count` entries of the history, oldest first.
-local function newest(history, count)
-  local list = {}
-  for k = math.max(1, #history - count + 1), #history do list[#list + 1] = history[k] end
-  return list
-end
-
-local function generations(given, detail)
-  local list = {}
-  for k, entry in ipairs(newest(given.history, detail.generations)) do
-    list[k] = generation(entry, given, detail)
+-- One summary for each of the newest generations, oldest first.
+local function generations(facts, detail)
+  local list, history = {}, facts.history
+  for k = math.max(1, #history - detail.generations + 1), #history do
+    list[#list + 1] = generation(history[k], facts, detail)
   end
   return list
 end
 
 -- What became of the former proposals: fields, and the best before and after.
-local function outcomes(given, detail)
-  local list, history = host.json.array {}, given.history
+local function outcomes(facts, detail)
+  local list, history = host.json.array {}, facts.history
   for k = math.max(2, #history - detail.outcomes + 1), #history do
     local record, fields = history[k].ledger, {}
     for _, entry in ipairs(record.entries) do
@@ -175,9 +216,6 @@ local function outcomes(given, detail)
   return list
 end
 
--- Layers from the lowest, parted by blanks, rows of a layer by strokes.
-local function slices(letters) return (letters:gsub("\n\n", " "):gsub("\n", "/")) end
-
 local function letters_of(entry)
   local list = {}
   for _, material in ipairs(entry.materials.materials) do
@@ -186,70 +224,58 @@ local function letters_of(entry)
   return list
 end
 
+-- The best robots. Layers of a body from the lowest, separated by blanks, rows by slashes.
 local function robots(population, count)
   local list = {}
   for k = 1, math.min(count, #population.ranked) do
     local record = population.records[population.ranked[k]]
-    list[k] = { fitness = rounded(record.fitness), body = slices(record.body.letters) }
+    list[k] = { fitness = rounded(record.fitness),
+      body = record.body.letters:gsub("\n\n", " "):gsub("\n", "/") .. "" }
   end
   return list
 end
 
-local function bodies(given, detail)
+local function bodies(facts, detail)
   if detail.bodies == 0 then return "left out" end
-  local entry = given.history[#given.history]
+  local entry = facts.history[#facts.history]
   return { letters = letters_of(entry), robots = robots(entry.population, detail.bodies) }
 end
 
-local function populations(given, detail)
-  local list = {}
-  for k, entry in ipairs(newest(given.history, detail.generations)) do
-    local told = generation(entry, given, detail)
-    local count = #entry.population
-    if detail.half then count = math.ceil(count / 2) end
-    told.population = robots(entry.population, count)
-    list[k] = told
+local function populations(facts, detail)
+  local list, history = generations(facts, detail), facts.history
+  for k, summary in ipairs(list) do
+    local population = history[#history - #list + k].population
+    summary.population = robots(population,
+      detail.half and math.ceil(#population / 2) or #population)
   end
-  return { letters = letters_of(given.history[#given.history]), generations = list }
+  return { letters = letters_of(history[#history]), generations = list }
 end
 
--- A budget that ends the run before its last generation may come.
-local function evaluations(given)
+-- A budget that may end the run before its last generation.
+local function evaluations(facts)
   local spent = 0
-  for _, entry in ipairs(given.history) do spent = spent + entry.evaluations end
-  return { budget = given.config.evaluations, spent = spent }
+  for _, entry in ipairs(facts.history) do spent = spent + entry.evaluations end
+  return { budget = facts.config.evaluations, spent = spent }
 end
 
--- ---- the whole ----------------------------------------------------------------------------------
-
----@class limax.llm.context.given
----@field name "summary"|"paper"
----@field history table[]
----@field limits limax.limit[]
----@field allowed limax.llm.allowed
----@field first table<string, table<string, number>> first values of the materials
----@field form table the object to be filled in (answer.lua)
----@field config table the experiment's configuration
-
---- The values of all holes at one level of detail.
----@param given limax.llm.context.given
+--- The values of all holes but `answer`, at one level of detail.
+---@param facts limax.llm.facts
 ---@param detail limax.llm.detail
 ---@return table<string, string|table>
-function context.holes(given, detail)
-  local config = given.config
+function context.holes(facts, detail)
+  local config = facts.config
   local fitness = config.fitness
   if type(fitness) == "table" then fitness = fitness.name or "a function; larger is better" end
-  local holes = {
-    run = { next_generation = given.history[#given.history].generation + 1,
+  return {
+    run = { next_generation = facts.history[#facts.history].generation + 1,
       generations = config.generations, population = config.population,
       lattice = config.lattice, fitness = short(fitness),
-      evaluations = config.evaluations and evaluations(given) },
-    parameters = parameters(given), materials = materials(given), answer = given.form,
-    generations = generations(given, detail), outcomes = outcomes(given, detail),
-    bodies = bodies(given, detail),
+      evaluations = config.evaluations and evaluations(facts) },
+    parameters = parameters(facts), materials = materials(facts),
+    generations = generations(facts, detail), outcomes = outcomes(facts, detail),
+    bodies = bodies(facts, detail),
+    populations = facts.name == "paper" and populations(facts, detail) or nil,
   }
-  if given.name == "paper" then holes.populations = populations(given, detail) end
-  return holes
 end
 
 return context

@@ -1,49 +1,42 @@
---- locate.lua: the parser of answers that is used when none is named, and a pattern for your own: a
---- file that returns a function(text, limits) -> proposal | nil, message. It runs in a Lua state
---- of its own that has string, table, math and json, and nothing else.
+--- locate.lua: the default parser of answers, and an example of your own: a file that returns a
+--- function(text, limits) -> proposal | nil, message. It runs in a process of its own that has
+--- string, table, math and json.
 ---
---- The place of the object is forgiving, its values are not. A model may think aloud, wrap the
---- object in a fence or in prose, and repeat the example before it answers: the LAST object that
---- holds a known field counts, because examples come first. Nothing is repaired: what is truncated
---- or no JSON counts as a whole as if it were not there, its insides too.
+--- A model may think aloud, put the object into a fence or prose, and repeat the example before it
+--- answers. So the object may be anywhere, and the last one with a known field counts. Nothing is
+--- repaired: text that is truncated or not JSON is ignored as a whole.
 
 -- luacheck: read_globals json
 
 -- Longest text that is searched, bytes: an answer has a few hundred.
 local LONGEST = 262144
--- Most objects in an answer: with more of them nobody can say which one is meant.
+-- Most objects in an answer: of more it is unclear which one is meant.
 local MOST = 512
 
--- Without what a model thought before it spoke. A block that never ends is all thought; one whose
--- beginning stood in the prompt ends at its closing tag.
-local function spoken(text)
+-- Without what a model thought before its answer. A block that never ends is all thought; one that
+-- began in the prompt ends at its closing tag.
+local function without_thoughts(text)
   for _, tag in ipairs { "think", "thinking", "reasoning" } do
     local open, close = "<" .. tag .. ">", "</" .. tag .. ">"
-    local parts, at = {}, 1
+    local kept, at = "", 1
     while true do
       local from, to = text:find(open, at, true)
       local ends, after = text:find(close, at, true)
       if ends and (not from or ends < from) then
-        parts, at = {}, after + 1
+        kept, at = "", after + 1
       elseif from then
-        parts[#parts + 1] = text:sub(at, from - 1)
-        ends, after = text:find(close, to, true)
-        if not ends then
-          at = #text + 1
-          break
-        end
-        at = after + 1
+        kept = kept .. text:sub(at, from - 1)
+        at = (select(2, text:find(close, to, true)) or #text) + 1
       else
         break
       end
     end
-    parts[#parts + 1] = text:sub(at)
-    text = table.concat(parts)
+    text = kept .. text:sub(at)
   end
   return text
 end
 
--- The place of the brace that ends the object which begins at `at`; nil: it does not end.
+-- The place of the brace that ends the object which begins at `at`; nil where it does not end.
 local function closing(text, at)
   local depth = 0
   while true do
@@ -67,20 +60,19 @@ local function closing(text, at)
   end
 end
 
--- Every object that stands for itself, in order, and what was wrong with the last that is none.
+-- All outermost objects in order; and what is wrong with the text that looks like one. nil and a
+-- message where the answer is cut off or has too many objects.
 local function objects(text)
-  local list, at, problem, truncated = {}, 1, nil, false
+  local list, at, problem = {}, 1, nil
   while true do
     local open = text:find("{", at, true)
-    if not open then break end
-    if #list == MOST then return {}, ("the answer has more than %d objects"):format(MOST), false end
-    -- after a brace of JSON comes a key or the end; any other brace belongs to prose
+    if not open then return list, problem end
+    if #list == MOST then return nil, ("the answer has more than %d objects"):format(MOST) end
+    -- in JSON a brace is followed by a key or the end; any other brace belongs to prose
     if text:find('^%s*["}]', open + 1) then
       local close = closing(text, open)
-      if not close then
-        truncated = true
-        break
-      end
+      -- an object that was cut off may have been the answer, and an earlier one an example
+      if not close then return nil, "the object does not end: the answer is cut off" end
       local value, message = json.decode(text:sub(open, close), "the answer")
       if value ~= nil then
         list[#list + 1] = { value = value, from = open, to = close }
@@ -90,11 +82,9 @@ local function objects(text)
       at = close + 1
     else
       at = open + 1
-      problem = problem or "it has braces, but after none of them comes a key in double quotes"
+      problem = problem or "no brace in the answer is followed by a key in double quotes"
     end
   end
-  if truncated then problem = "the object does not end: the answer is cut off" end
-  return list, problem, truncated
 end
 
 local function is_object(value)
@@ -108,7 +98,7 @@ local function has_known(value, known)
   return false
 end
 
--- The object that holds known fields: itself, or the only one inside that does.
+-- The object with known fields: itself, or the only one inside that has some.
 local function candidate(value, known)
   if not is_object(value) then return nil end
   if has_known(value, known) then return value end
@@ -131,20 +121,19 @@ return function(text, limits)
   if #text > LONGEST then
     return nil, ("the answer has %d bytes, more than %d"):format(#text, LONGEST)
   end
-  local said = spoken(text)
-  local list, problem, truncated = objects(said)
-  -- a later object that was cut off may have been the answer: an earlier one is an example then
-  if truncated then return nil, problem end
+  local answer = without_thoughts(text)
+  local list, problem = objects(answer)
+  if not list then return nil, problem end
   for k = #list, 1, -1 do
     local proposal = candidate(list[k].value, known)
     if proposal then
-      local around = said:sub(1, list[k].from - 1) .. said:sub(list[k].to + 1)
+      local around = answer:sub(1, list[k].from - 1) .. answer:sub(list[k].to + 1)
       local stage = "prose"
-      if not around:find "%S" then stage = #said == #text and "whole" or "after thought"
+      if not around:find "%S" then stage = #answer == #text and "whole" or "after thought"
       elseif around:find("```", 1, true) then stage = "fenced" end
       return proposal, nil, stage
     end
   end
-  if #list > 0 then return nil, "no object in the answer holds a field that may be set" end
+  if #list > 0 then return nil, "no object in the answer has a field that may be set" end
   return nil, problem or "there is no JSON object in the answer"
 end

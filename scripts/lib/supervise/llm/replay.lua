@@ -1,11 +1,11 @@
---- replay.lua: a repetition that a transcript supervises: every proposal, time-out and fallback of
---- another run comes back as it was, without a network and without a clock. What the transcript
---- does not hold ends the run; nobody is asked in its place.
+--- replay.lua: a repetition that is supervised by another run's transcript: its proposals, failures
+--- and fallbacks are applied again, without a network. What the transcript does not contain ends
+--- the run.
 
 local exchange = require "limax.supervise.llm.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local prompt_file = require "limax.supervise.llm.prompt_file"
+local prompt = require "limax.supervise.llm.prompt"
 local source = require "limax.base.source"
 local supervisor = require "limax.supervise.llm.supervisor"
 local transcript = require "limax.supervise.llm.transcript"
@@ -19,7 +19,7 @@ Replay.__index = Replay
 
 local function raise(text, ...) failure.raise(2, 'supervisor "replay": ' .. text:format(...)) end
 
--- The recorded run's options that say what was asked.
+-- The recorded run's options that decide what is asked.
 local function recorded_options(folder, options)
   local path = folder .. "/config.json"
   local text, message = source.read(path)
@@ -27,11 +27,11 @@ local function recorded_options(folder, options)
   if not config then
     raise("%s is no run folder: %s", folder, message or "config.json is broken")
   end
-  local theirs = type(config.supervisor) == "table" and config.supervisor or {}
-  local merged = { prompt = options.prompt, context = options.context,
-    context_tokens = options.context_tokens }
+  local recorded = type(config.supervisor) == "table" and config.supervisor or {}
+  local merged = { prompt = options.prompt }
   for _, name in ipairs { "context", "context_tokens" } do
-    if merged[name] == nil then merged[name] = theirs[name] end
+    merged[name] = options[name]
+    if merged[name] == nil then merged[name] = recorded[name] end
   end
   if type(merged.context) == "table" then
     raise("the context of %s is a function of %s: name it here too, context = f, or"
@@ -40,7 +40,7 @@ local function recorded_options(folder, options)
   return merged
 end
 
---- Begins the replay of a repetition. Raises on a folder without a whole transcript.
+--- Begins the replay of a repetition. Raises on a folder without a complete transcript.
 ---@param run limax.run
 ---@param options { run: string, match: "request"|"generation" }
 ---@return limax.llm.replay
@@ -55,8 +55,8 @@ function replay.start(run, options)
   if host.file.exists(path) ~= "file" then
     raise("there is no %s: only a run that a model supervised can be replayed", path)
   end
-  local self = setmetatable({ run = run, folder = folder, match = options.match or "request",
-    recorded = transcript.read(path) }, Replay)
+  local self = setmetatable({ run = run, folder = folder, path = path,
+    match = options.match or "request", recorded = transcript.read(path) }, Replay)
   if self.match == "request" then
     self.own_prompt = options.prompt ~= nil
     self.exchange = exchange.new(recorded_options(folder, options), run)
@@ -65,31 +65,30 @@ function replay.start(run, options)
 end
 
 -- The request of this generation, made with the version of the prompt that the recorded run used.
-function Replay:request(given, recorded)
+function Replay:request(step, recorded)
   local ask = recorded and recorded.asks[1]
   if ask and not self.own_prompt then
-    local version, message = prompt_file.version(self.folder, ask.template_sha256)
+    local version, message = prompt.version(self.folder, ask.template_sha256)
     if not version then
-      failure.raise(1, ("replay: the prompt of generation %d is gone: %s"):format(given.generation,
-        message))
+      failure.raise(1, ("replay: the prompt of generation %d is missing: %s"):format(
+        step.generation, message))
     end
     self.exchange.prompt.template = version
   end
-  local request, message = self.exchange:first(given.history)
+  local request, message = self.exchange:first(step.history)
   if request then return request end
   failure.raise(1, ("replay: the prompt of generation %d cannot be filled: %s")
-    :format(given.generation, message))
+    :format(step.generation, message))
 end
 
 -- The outcome line of this generation.
-function Replay:find(given)
-  local repetition, generation = self.run.repetition, given.generation
-  local here = ("%s/%s"):format(self.folder, transcript.FILE)
+function Replay:find(step)
+  local repetition, generation = self.run.repetition, step.generation
   local recorded = self.recorded:outcome(repetition, generation)
-  -- a generation in which nobody was asked has no request
+  -- a generation in which no model was asked has no request
   local silent = recorded and #recorded.asks == 0
   if self.match == "request" and not silent then
-    local request = self:request(given, recorded)
+    local request = self:request(step, recorded)
     -- a prompt may ask the same in several generations
     if recorded and recorded.asks[1].messages_sha256 == request.messages_sha256 then
       return recorded
@@ -97,26 +96,26 @@ function Replay:find(given)
     local found = self.recorded:of_request(repetition, request.messages_sha256)
     if found then return found end
     if recorded then
-      failure.raise(1, ("replay: generation %d of repetition %d asks another question than %s holds"
-        .. " (SHA-256 %.12s, there %.12s): the experiment, the prompt or the build is another;"
+      failure.raise(1, ("replay: the question of generation %d, repetition %d, differs from that in"
+        .. " %s (SHA-256 %.12s, there %.12s): the experiment, the prompt or the build has changed;"
         .. ' match = "generation" takes its answers nevertheless'):format(generation, repetition,
-        here, request.messages_sha256, recorded.asks[1].messages_sha256 or "none"))
+        self.path, request.messages_sha256, recorded.asks[1].messages_sha256 or "none"))
     end
   end
   if recorded then return recorded end
-  failure.raise(1, ("replay: %s holds no outcome of generation %d, repetition %d; a replay never"
-    .. " asks a model"):format(here, generation, repetition))
+  failure.raise(1, ("replay: %s has no outcome of generation %d, repetition %d; a replay never"
+    .. " asks a model"):format(self.path, generation, repetition))
 end
 
 --- As `limax.llm.session:decide`.
----@param given limax.supervision.given
+---@param step limax.supervision.step
 ---@return table parameters
 ---@return table fields
 ---@return table record
 ---@return table numbers
-function Replay:decide(given)
-  local line = self:find(given)
-  local parameters, fields, record = supervisor.apply(line, given.judge)
+function Replay:decide(step)
+  local line = self:find(step)
+  local parameters, fields, record = supervisor.apply(line, step.judge)
   return parameters, fields, record, { fallen_back = supervisor.is_fallback(line.source) }
 end
 

@@ -1,72 +1,70 @@
---- supervisor.lua: a repetition that a language model supervises. Before each generation: the
---- model, once more with what was wrong, the fallback, and else nothing changes. No way through
---- here ends the run, and every way ends with a line in the transcript from which it can be gone
---- again.
+--- supervisor.lua: a repetition that a language model supervises. Before each generation it asks
+--- the model, asks once more with what was wrong, then the fallback, and else changes nothing.
+--- Nothing here ends the run, and every decision is a line of the transcript from which a resumed
+--- run can repeat it.
 
+local client = require "limax.supervise.llm.client"
 local defaults = require "limax.settings.defaults"
+local duration = require "limax.base.duration"
 local exchange = require "limax.supervise.llm.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local parse = require "limax.supervise.llm.parse"
-local progress = require "limax.tools.console.progress"
 local source = require "limax.base.source"
+local text = require "limax.supervise.llm.text"
 local transcript = require "limax.supervise.llm.transcript"
 local user_call = require "limax.base.user_call"
 
 local supervisor = {}
 
 ---@class limax.llm.session
----@field client table client.lua, or what takes its place
+---@field client table client.lua, or the experiment's own
 ---@field name string
 local Session = { name = "llm" }
 Session.__index = Session
 
--- Equal answers in a row after which a user is told, once.
+-- After so many equal answers in a row a message is printed.
 local UNCHANGED = 5
 
---- Begins the supervision of a repetition. Raises on what can be known to be wrong before it runs:
---- no endpoint, no prompt, a parser that cannot stand alone.
+local function raise(message) failure.raise(2, 'supervisor "llm"' .. message) end
+
+--- Begins the supervision of a repetition. Raises on what is wrong before it runs: no endpoint, no
+--- prompt, a parser that cannot be used.
 ---@param run limax.run
 ---@param options table checked options of the supervisor
+---@param fallback limax.supervisor|nil replaces a model without a usable answer; nil: keep
 ---@return limax.llm.session
-function supervisor.start(run, options)
-  local self = setmetatable({ run = run, options = options, unchanged = 0 }, Session)
+function supervisor.start(run, options, fallback)
+  local self = setmetatable({ run = run, options = options, fallback = fallback, unchanged = 0 },
+    Session)
   local folder = run.experiment.origin and source.folder_of(run.experiment.origin)
   local parser, message = parse.from(options.parse, folder)
-  if not parser then failure.raise(2, "supervisor \"llm\": " .. message) end
+  if not parser then raise(": " .. message) end
   self.parser = parser
   self.exchange = exchange.new(options, run)
-  self.limits_text = host.json.encode(run.limits)
-  -- asked for here: a supervisor may be the fallback of another
-  local fallback = options.fallback or "keep"
-  if fallback ~= "keep" then
-    self.fallback = require("limax.supervise").get(fallback)
-    local unfit = self.fallback.unfit and self.fallback.unfit(run.config)
-    if unfit then failure.raise(2, ('supervisor "llm".fallback: %s'):format(unfit)) end
-  end
-  -- an endpoint that holds a model to limax's form never lets it answer in another
-  local asked = {}
-  for name, value in pairs(options) do asked[name] = value end
-  asked.format = options.format or (options.parse and "plain" or nil)
-  local make = options.client or require("limax.supervise.llm.client").new
-  -- a dead endpoint costs its budgets once, not in each repetition again
+  local unfit = fallback and fallback.unfit and fallback.unfit(run.config)
+  if unfit then raise((".fallback: %s"):format(unfit)) end
+  -- a schema of limax's form would exclude the form of the user's own parser
+  local client_options = source.copy(options)
+  client_options.format = options.format or (options.parse and "plain" or nil)
+  -- shared by the repetitions: a dead endpoint costs its budgets once
   local experiment = run.experiment
   experiment.endpoints = experiment.endpoints or {}
-  self.client, message = make(asked, { known = experiment.endpoints,
-    record = function(attempt) self:record(attempt) end })
-  if not self.client then failure.raise(2, "supervisor \"llm\": " .. tostring(message)) end
+  self.client, message = (options.client or client.new)(client_options,
+    { endpoints = experiment.endpoints, record = function(attempt) self:record(attempt) end })
+  if not self.client then raise(": " .. tostring(message)) end
   return self
 end
 
 -- ---- the transcript -----------------------------------------------------------------------------
 
--- The folder is there when the first generation ends.
+-- The run folder exists when the first generation ends.
 function Session:open()
   if self.transcript then return end
   self.transcript = transcript.open(self.run.folder)
   local recorded = self.transcript.recorded
   if not recorded then return end
-  -- where the breaker and the totals stood after the newest generation that is on disk
+  -- the state after the newest generation on disk
   for generation = #self.run.history - 1, 1, -1 do
     local outcome = recorded:outcome(self.run.repetition, generation)
     if outcome then
@@ -83,35 +81,28 @@ function Session:resume_from(outcome)
   self.same = outcome.answer_sha256
 end
 
--- Says so where a resumed run goes on with another prompt.
+-- Tells the user where a resumed run continues with another prompt.
 function Session:compare_prompts(outcome)
   local ask, now = outcome.asks[1], self.exchange.prompt.template
   if ask and ask.template_sha256 ~= now.sha256 then
-    self.run:say(("%s has changed since generation %d; going on with it as it is now")
+    self.run:say(("%s has changed since generation %d; the run continues with the new version")
       :format(now.name, outcome.generation))
   end
 end
 
--- Bytes above 127 of a body that is no UTF-8 become question marks.
-local function as_text(body)
-  if body == nil or pcall(host.json.encode, body) then return body end
-  return (body:gsub("[\128-\255]", "?"))
-end
-
--- Hears each attempt of the client before its answer is looked at.
+-- Called by the client for each attempt, before its answer is read.
 function Session:record(attempt)
-  local line, now = {}, self.asking
-  for key, value in pairs(attempt) do line[key] = value end
-  line.raw_body = as_text(line.raw_body)
+  local line, asking = source.copy(attempt), self.asking
+  line.raw_body = line.raw_body and text.utf8(line.raw_body)
   line.endpoint = self.client:describe().endpoint
-  line.ask, line.template_sha256 = now.purpose, now.request.template_sha256
-  line.messages_sha256, line.parser_sha256 = now.request.messages_sha256, self.parser.sha256
+  line.ask, line.template_sha256 = asking.purpose, asking.request.template_sha256
+  line.messages_sha256, line.parser_sha256 = asking.request.messages_sha256, self.parser.sha256
   self.transcript:attempt(self.run.repetition, self.generation, line)
 end
 
 -- ---- asking -------------------------------------------------------------------------------------
 
--- Asks the client once. Returns its answer, or nil and why; `note` is what the outcome line tells.
+-- Asks the client once. Returns its answer or nil, and the note for the outcome line.
 function Session:ask(purpose, request)
   local note = { purpose = purpose, messages_sha256 = request.messages_sha256,
     template_sha256 = request.template_sha256, estimated_tokens = request.tokens,
@@ -126,7 +117,7 @@ function Session:ask(purpose, request)
   self.model_seconds = self.model_seconds + note.seconds
   if not answer then
     note.attempts, note.http_status = problem.attempts, problem.http_status
-    note.failure, note.message = problem.class, parse.clean(problem.message, 300)
+    note.failure, note.message = problem.class, text.line(problem.message, 300)
     return nil, note
   end
   note.attempts, note.finish_reason = answer.attempts, answer.finish_reason
@@ -137,7 +128,7 @@ function Session:ask(purpose, request)
   return answer, note
 end
 
--- What is wrong with the fields of a proposal, and whether anything of it can be used.
+-- What is wrong with the fields of a proposal, and whether any of them can be used.
 local function problems_of(record)
   local problems, useful = {}, false
   for _, entry in ipairs(record.entries) do
@@ -150,11 +141,11 @@ local function problems_of(record)
   return problems, useful or #problems == 0
 end
 
--- Makes a proposal of an answer: what it is, or nil, and its problems.
+-- The proposal in an answer, or nil; and its problems.
 function Session:read(answer, note)
   local content = answer.content or ""
   local thought = not content:find "%S" and answer.reasoning
-  local parsed, message = self.parser:read(thought or content, self.limits_text)
+  local parsed, message = self.parser:read(thought or content, self.run.limits)
   if not parsed then
     note.stage, note.problems = "none", host.json.array { message }
     return nil, { message }
@@ -167,12 +158,12 @@ function Session:read(answer, note)
   return parsed, problems
 end
 
--- The model's proposal: nil and why where there is none that can be used, and what there is.
+-- The model's proposal; or nil, why there is no usable one, and the unusable one.
 function Session:consult(history)
   local request, message = self.exchange:first(history)
   if not request then return nil, message end
   local answer, note = self:ask("first", request)
-  -- too long for the model, or cut by its server without a word: shorter, once
+  -- too long for the model, or cut by its server: once more with half of it
   local cut = answer and answer.truncation == "prompt" and not self:read(answer, note)
   if note.failure == "context" or cut then
     local shorter = self.exchange:first(history, math.floor(request.tokens / 2))
@@ -200,41 +191,41 @@ end
 
 -- ---- deciding -----------------------------------------------------------------------------------
 
--- A proposal that JSON can hold, so that a replay judges the same.
+-- A copy of a proposal that JSON can hold, so that a replay judges the same values.
 local function recordable(value, depth)
   if type(value) == "number" and (value ~= value or math.abs(value) == math.huge) then
     return tostring(value)
   end
-  if type(value) == "string" then return parse.clean(value, 300) end
+  if type(value) == "string" then return text.line(value, 300) end
   if type(value) == "number" or type(value) == "boolean" then return value end
   if type(value) ~= "table" or depth == 0 then return "a " .. type(value) end
   local copy = {}
   for key, entry in next, value do
-    copy[type(key) == "string" and parse.clean(key, 60) or ("[%s]"):format(type(key))] =
+    copy[type(key) == "string" and text.line(key, 60) or ("[%s]"):format(type(key))] =
       recordable(entry, depth - 1)
   end
   return copy
 end
 
--- Another supervisor in the model's place, which may fail too. Where there is none, the ledger
--- shows how the model's fields were rejected.
-function Session:fall_back(given, why, rejected)
+-- The outcome without a usable answer: the fallback's proposal, which may fail too. Without one the
+-- ledger shows how the model's fields were rejected.
+function Session:fall_back(step, why, rejected)
   if not self.fallback then
     return { source = "keep", why = why, reason = "kept: " .. why,
       proposal = rejected and rejected.proposal }
   end
   local name = self.fallback.name
   local ok, proposal, reason =
-    user_call.attempt(self.fallback.call, given.history, given.random, given.limits)
+    user_call.attempt(self.fallback.call, step.history, step.random, step.limits)
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
     why = ("%s; the fallback %s failed: %s"):format(why, name,
-      parse.clean(failure.bare(proposal), 200))
+      text.line(failure.bare(proposal), 200))
     return { source = "keep", why = why, reason = "kept: " .. why }
   end
-  local said = type(reason) == "string" and "; " .. parse.clean(reason, 200) or ""
+  reason = type(reason) == "string" and "; " .. text.line(reason, 200) or ""
   return { source = name, why = why, proposal = type(proposal) == "table"
-    and recordable(proposal, 3) or nil, reason = ("%s instead: %s%s"):format(name, why, said) }
+    and recordable(proposal, 3) or nil, reason = ("%s instead: %s%s"):format(name, why, reason) }
 end
 
 -- Counts equal answers in a row.
@@ -247,124 +238,138 @@ function Session:compare(proposal)
   end
 end
 
--- The waiting that is to come, told once in an experiment.
+-- Tells the user how long the answers will take, once in an experiment.
 function Session:project()
   local experiment = self.run.experiment
-  if self.answered or experiment.told_of_waiting then return end
-  experiment.told_of_waiting = true
+  if self.answered or experiment.projected then return end
+  experiment.projected = true
   local config = self.run.config
   local answers = math.ceil((config.generations - 1) / self.options.ask_every)
   local each, repetitions = self.model_seconds * answers, config.repetitions
   local all = repetitions > 1
-    and (", %s for %d repetitions"):format(progress.duration(each * repetitions), repetitions) or ""
+    and (", %s for %d repetitions"):format(duration(each * repetitions), repetitions) or ""
   self.run:say(("the model answered in %.1f s: about %s for the %d answers of a repetition%s")
-    :format(self.model_seconds, progress.duration(each), answers, all))
+    :format(self.model_seconds, duration(each), answers, all))
 end
 
-function Session:decide_now(given)
+function Session:unwritable()
+  return "the transcript cannot be written: " .. self.transcript.problem
+end
+
+-- The outcome of this generation: source, proposal, reason.
+function Session:decide_now(step)
   local every = self.options.ask_every
-  if (given.generation - 1) % every ~= 0 then
-    -- what was decided before holds on
+  if (step.generation - 1) % every ~= 0 then
     return { source = "held", reason = ("the model is asked every %d generations"):format(every) }
   end
-  if not self.transcript:flush() then
-    return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
-  end
-  local ok, parsed, why, rejected = failure.attempt(self.consult, self, given.history)
+  if not self.transcript:flush() then return self:fall_back(step, self:unwritable()) end
+  local ok, parsed, why, rejected = failure.attempt(self.consult, self, step.history)
   if not ok then
     if failure.of_machine(parsed) then error(parsed, 0) end
-    -- a client of the experiment's own, most likely
-    why, rejected = "asking failed: " .. parse.clean(failure.bare(parsed), 200), nil
+    -- most likely a client of the experiment's own
+    why, rejected = "asking failed: " .. text.line(failure.bare(parsed), 200), nil
     parsed = nil
   end
-  if self.transcript.problem then
-    return self:fall_back(given, "the transcript cannot be written: " .. self.transcript.problem)
-  end
-  if not parsed then return self:fall_back(given, why, rejected) end
+  if self.transcript.problem then return self:fall_back(step, self:unwritable()) end
+  if not parsed then return self:fall_back(step, why, rejected) end
   self:compare(parsed.proposal)
   self:project()
   return { source = "model", proposal = parsed.proposal,
     reason = parsed.reason and "model: " .. parsed.reason or "model" }
 end
 
--- Prompts as they are now, each version kept.
+-- Reads live prompts again and keeps each version.
 function Session:refresh_prompts()
   for _, file in ipairs { self.exchange.prompt, self.exchange.again_prompt } do
-    local message
-    if self.run.live_prompts then message = file:refresh() end
+    local message = self.run.live_prompts and file:refresh()
     if message then self.run:say("the prompt before stays in use: " .. message) end
     message = file:keep(self.run.folder)
     if message then self.run:say("a prompt could not be kept: " .. message) end
   end
 end
 
-local function sum(notes, field)
+-- Sum of a field over the notes of a generation; nil where no note has it.
+function Session:sum(field)
   local total
-  for _, note in ipairs(notes) do
+  for _, note in ipairs(self.notes) do
     if type(note[field]) == "number" then total = (total or 0) + note[field] end
   end
   return total
 end
 
---- Decides about a generation. Returns what the ledger says (parameters, material fields, record)
---- and numbers for timing.jsonl.
----@param given limax.supervision.given
+-- Records an outcome and applies it. An answer that cannot be recorded is not used.
+function Session:record_outcome(step, line, began)
+  local run = self.run
+  local parameters, fields, record = supervisor.apply(line, step.judge)
+  line.fields, line.seconds = record.entries, host.clock() - began
+  if not self.transcript:outcome(run.repetition, step.generation, line) then
+    local why = self:unwritable()
+    run:say(("before generation %d %s; the model's answers are not used until it can")
+      :format(step.generation, why), why)
+    if line.source == "model" then
+      line.source, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
+      parameters, fields, record = supervisor.apply(line, step.judge)
+      line.fields = record.entries
+      self.transcript:replace_waiting(line)
+    end
+  end
+  -- printed once per cause; causes that differ only in a number are one
+  if line.why then run:say(("before generation %d the model was not used: %s")
+    :format(step.generation, line.why), "not used: " .. line.why:gsub("%d+", "#")) end
+  return parameters, fields, record
+end
+
+--- Decides about a generation.
+---@param step limax.supervision.step
 ---@return table parameters
----@return table fields
----@return table record
----@return table numbers
-function Session:decide(given)
+---@return table fields of materials
+---@return table record for the ledger
+---@return table numbers for timing.jsonl
+function Session:decide(step)
   self:open()
-  self.generation, self.judge = given.generation, given.judge
+  self.generation, self.judge = step.generation, step.judge
   self.notes, self.model_seconds = {}, 0
   local began = host.clock()
   self.deadline = began + (self.options.budget or self.client.budget
     or defaults.fields.llm.budget.value)
   self:refresh_prompts()
 
-  local before = self:recorded(given)
-  if before then
-    self:resume_from(before)
-    local parameters, fields, record = supervisor.apply(before, given.judge)
+  local recorded = self:recorded(step)
+  if recorded then
+    self:resume_from(recorded)
+    local parameters, fields, record = supervisor.apply(recorded, step.judge)
     return parameters, fields, record, {}
   end
-
-  local outcome = self:decide_now(given)
-  local line = { supervisor = "llm", asks = host.json.array(self.notes), source = outcome.source,
-    why = outcome.why, proposal = outcome.proposal, reason = outcome.reason,
-    unchanged = self.unchanged, answer_sha256 = self.same, client = self.client:state() }
-  local parameters, fields, record = supervisor.apply(line, given.judge)
-  line.fields = record.entries
-  line.seconds = host.clock() - began
-  local run = self.run
-  if not self.transcript:outcome(run.repetition, given.generation, line) then
-    local why = "the transcript cannot be written: " .. self.transcript.problem
-    run:say(("before generation %d %s; the model's answers are not used until it can")
-      :format(given.generation, why), why)
-    if outcome.source == "model" then
-      -- what is not recorded is not used: this line takes the other's place
-      line.source, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
-      parameters, fields, record = supervisor.apply(line, given.judge)
-      line.fields = record.entries
-      self.transcript:replace_waiting(line)
-    end
-  end
-  -- once for each cause: those that differ in a number, of generations left or seconds, are one
-  if line.why then run:say(("before generation %d the model was not used: %s")
-    :format(given.generation, line.why), "not used: " .. line.why:gsub("%d+", "#")) end
-  return parameters, fields, record, { model_seconds = self.model_seconds,
-    asks = #self.notes, attempts = sum(self.notes, "attempts"),
-    input_tokens = sum(self.notes, "input_tokens"),
-    output_tokens = sum(self.notes, "output_tokens"), cost = sum(self.notes, "cost"),
+  local line = self:decide_now(step)
+  line.supervisor, line.asks = "llm", host.json.array(self.notes)
+  line.unchanged, line.answer_sha256, line.client = self.unchanged, self.same, self.client:state()
+  local parameters, fields, record = self:record_outcome(step, line, began)
+  return parameters, fields, record, { model_seconds = self.model_seconds, asks = #self.notes,
+    attempts = self:sum "attempts", input_tokens = self:sum "input_tokens",
+    output_tokens = self:sum "output_tokens", cost = self:sum "cost",
     fallen_back = supervisor.is_fallback(line.source) }
 end
 
---- Was a generation set by somebody else, or nobody, because the model could not?
----@param who string `source` of an outcome
----@return boolean
-function supervisor.is_fallback(who) return who ~= "model" and who ~= "held" end
+-- The recorded outcome of this generation, if it asked what would be asked now: a run that was
+-- stopped after the answer came does not ask again.
+function Session:recorded(step)
+  local recorded = self.transcript.recorded
+  local line = recorded and recorded:outcome(self.run.repetition, step.generation)
+  if not line then return nil end
+  local first = line.asks[1]
+  if not first then return line end
+  local request = self.exchange:first(step.history)
+  return request and request.messages_sha256 == first.messages_sha256 and line or nil
+end
 
---- What an outcome line does to a generation.
+--- Was a generation decided without the model because the model could not?
+---@param outcome_source string `source` of an outcome
+---@return boolean
+function supervisor.is_fallback(outcome_source)
+  return outcome_source ~= "model" and outcome_source ~= "held"
+end
+
+--- Applies an outcome line to a generation.
 ---@param line table
 ---@param judge function
 ---@return table parameters
@@ -372,18 +377,6 @@ function supervisor.is_fallback(who) return who ~= "model" and who ~= "held" end
 ---@return table record
 function supervisor.apply(line, judge)
   return judge(line.proposal, line.reason, { supervisor = line.supervisor, source = line.source })
-end
-
--- What the transcript holds of this generation, if it began as it would begin now: a run that was
--- stopped after the answer came does not ask again.
-function Session:recorded(given)
-  local recorded = self.transcript.recorded
-  local line = recorded and recorded:outcome(self.run.repetition, given.generation)
-  if not line then return nil end
-  local first = line.asks[1]
-  if not first then return line end
-  local request = self.exchange:first(given.history)
-  return request and request.messages_sha256 == first.messages_sha256 and line or nil
 end
 
 return supervisor

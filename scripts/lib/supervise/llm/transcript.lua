@@ -1,6 +1,6 @@
---- transcript.lua: the file that keeps every exchange with a model: a line per attempt, on disk
---- before anything is made of its answer, and a line per generation that says what became of it.
---- A line that cannot be written is kept and tried again; until then no answer counts.
+--- transcript.lua: transcript.jsonl, which keeps every exchange with a model: a line per attempt,
+--- on disk before its answer is read, and a line per generation with the decision. A line that
+--- cannot be written is kept and tried again; until then no answer counts.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -9,7 +9,7 @@ local source = require "limax.base.source"
 local transcript = {}
 
 transcript.FILE = "transcript.jsonl"
-transcript.SCHEMA = "limax.transcript/1"
+local SCHEMA = "limax.transcript/1"
 
 ---@class limax.llm.transcript
 ---@field path string|nil nil: a run without a folder, which keeps nothing
@@ -19,30 +19,28 @@ Transcript.__index = Transcript
 
 -- ---- reading ------------------------------------------------------------------------------------
 
--- The last line of a process that was killed may lack its end: it counts as not written.
+-- The last line of a process that was killed may be incomplete: it counts as not written.
 local function whole_lines(text)
   local last_break = text:match ".*()\n" or 0
   return text:sub(1, last_break), #text > last_break
 end
 
-local function key_of(repetition, generation) return repetition .. ":" .. generation end
+local function key_of(repetition, name) return repetition .. ":" .. name end
 
-local function check(line, place)
-  if type(line) ~= "table" then return place .. ": expected an object" end
-  if line.schema ~= transcript.SCHEMA then
-    return ("%s: expected schema %s, got %s"):format(place, transcript.SCHEMA,
-      tostring(line.schema))
+-- What is wrong with a line; nil where nothing is.
+local function problem_of(line)
+  if type(line) ~= "table" then return "expected an object" end
+  if line.schema ~= SCHEMA then
+    return ("expected schema %s, got %s"):format(SCHEMA, tostring(line.schema))
   end
   for _, name in ipairs { "repetition", "generation" } do
-    if type(line[name]) ~= "number" then
-      return ("%s: expected a number as %s"):format(place, name)
-    end
+    if type(line[name]) ~= "number" then return "expected a number as " .. name end
   end
   if line.kind ~= "attempt" and line.kind ~= "outcome" then
-    return ("%s: expected kind attempt or outcome, got %s"):format(place, tostring(line.kind))
+    return "expected kind attempt or outcome, got " .. tostring(line.kind)
   end
   if line.kind == "outcome" and type(line.asks) ~= "table" then
-    return place .. ": expected a list as asks"
+    return "expected a list as asks"
   end
 end
 
@@ -50,8 +48,10 @@ end
 ---@field outcomes table<string, table> "repetition:generation" -> its last outcome line
 ---@field attempts table<string, integer> likewise, number of attempts
 ---@field by_request table<string, table> "repetition:SHA-256" of a first request -> the last one
+local Recorded = {}
+Recorded.__index = Recorded
 
---- Reads the outcome lines of a transcript; raises with file and line where it is no transcript.
+--- Reads the lines of a transcript; raises with file and line what is wrong with one.
 ---@param path string
 ---@return limax.llm.recorded
 function transcript.read(path)
@@ -62,9 +62,10 @@ function transcript.read(path)
   for row in (whole_lines(text)):gmatch "([^\n]*)\n" do
     number = number + 1
     local place = ("%s: line %d"):format(path, number)
-    local line, wrong = host.json.decode(row, place)
-    wrong = line == nil and wrong or check(line, place)
-    if wrong then failure.raise(2, wrong) end
+    local line, unreadable = host.json.decode(row, place)
+    if line == nil then failure.raise(2, unreadable) end
+    local problem = problem_of(line)
+    if problem then failure.raise(2, place .. ": " .. problem) end
     local key = key_of(line.repetition, line.generation)
     if line.kind == "attempt" then
       recorded.attempts[key] = (recorded.attempts[key] or 0) + 1
@@ -76,16 +77,14 @@ function transcript.read(path)
       end
     end
   end
-  return setmetatable(recorded, { __index = transcript.recorded })
+  return setmetatable(recorded, Recorded)
 end
-
-transcript.recorded = {}
 
 --- The outcome of a generation; nil if there is none.
 ---@param repetition integer
 ---@param generation integer
 ---@return table|nil
-function transcript.recorded:outcome(repetition, generation)
+function Recorded:outcome(repetition, generation)
   return self.outcomes[key_of(repetition, generation)]
 end
 
@@ -93,13 +92,13 @@ end
 ---@param repetition integer
 ---@param sha256 string
 ---@return table|nil
-function transcript.recorded:of_request(repetition, sha256)
+function Recorded:of_request(repetition, sha256)
   return self.by_request[key_of(repetition, sha256)]
 end
 
 -- ---- writing ------------------------------------------------------------------------------------
 
---- The transcript of a run folder, at its end. What a killed process left of a line is cut.
+--- Opens the transcript of a run folder at its end, without an incomplete last line.
 ---@param folder limax.run_folder|nil
 ---@return limax.llm.transcript
 function transcript.open(folder)
@@ -108,8 +107,8 @@ function transcript.open(folder)
   self.path = folder.path .. "/" .. transcript.FILE
   local text = source.read(self.path)
   if text then
-    local whole, more = whole_lines(text)
-    if more then self:note(host.file.truncate(self.path, #whole)) end
+    local whole, incomplete = whole_lines(text)
+    if incomplete then self:note(host.file.truncate(self.path, #whole)) end
     self.recorded = transcript.read(self.path)
     self.attempts = self.recorded.attempts
   end
@@ -118,7 +117,7 @@ end
 
 function Transcript:note(ok, message) self.problem = not ok and message or nil end
 
---- Writes what waits. False while it cannot be written; `problem` says why.
+--- Writes the lines that wait. False while they cannot be written; `problem` is the reason.
 ---@return boolean
 function Transcript:flush()
   if not self.path then return true end
@@ -130,9 +129,10 @@ function Transcript:flush()
   return true
 end
 
-function Transcript:append(line)
+function Transcript:append(kind, repetition, generation, line)
   if not self.path then return true end
-  line.schema = transcript.SCHEMA
+  line.kind, line.repetition, line.generation = kind, repetition, generation
+  line.schema = SCHEMA
   self.waiting[#self.waiting + 1] = host.json.encode(line) .. "\n"
   return self:flush()
 end
@@ -140,27 +140,25 @@ end
 --- Adds an attempt: on disk when this returns true.
 ---@param repetition integer
 ---@param generation integer
----@param line table the client's record, and what was asked
+---@param line table the client's record and its request
 ---@return boolean
 function Transcript:attempt(repetition, generation, line)
   local key = key_of(repetition, generation)
   self.attempts[key] = (self.attempts[key] or 0) + 1
-  line.kind, line.repetition, line.generation = "attempt", repetition, generation
   line.attempt = self.attempts[key]
-  return self:append(line)
+  return self:append("attempt", repetition, generation, line)
 end
 
---- Adds the line that says what became of a generation.
+--- Adds the outcome of a generation.
 ---@param repetition integer
 ---@param generation integer
 ---@param line table
 ---@return boolean
 function Transcript:outcome(repetition, generation, line)
-  line.kind, line.repetition, line.generation = "outcome", repetition, generation
-  return self:append(line)
+  return self:append("outcome", repetition, generation, line)
 end
 
---- Puts another line in the place of the last one that waits.
+--- Replaces the last line that waits.
 ---@param line table
 function Transcript:replace_waiting(line)
   self.waiting[#self.waiting] = host.json.encode(line) .. "\n"

@@ -1,6 +1,7 @@
 --- progress.lua: what a run shows on standard error: one bar that is drawn again in place on a
 --- terminal, one line per generation elsewhere, warnings alone when quiet.
 
+local duration = require "limax.base.duration"
 local host = require "limax.host"
 
 local progress = {}
@@ -30,16 +31,6 @@ function progress.new(options)
     columns = math.max(40, terminal.columns or 80),
     write = options.write or function(text) io.stderr:write(text) end,
     began = host.clock(), drawn = -1 }, Progress)
-end
-
---- Seconds as a person reads them: "8 s", "3 min 20 s", "2 h 5 min".
----@param seconds number
----@return string
-function progress.duration(seconds)
-  local s = math.floor(seconds + 0.5)
-  if s < 60 then return ("%d s"):format(s) end
-  if s < 3600 then return ("%d min %d s"):format(math.floor(s / 60), s % 60) end
-  return ("%d h %d min"):format(math.floor(s / 3600), math.floor(s % 3600 / 60))
 end
 
 function Progress:paint(code, text)
@@ -75,7 +66,7 @@ function Progress:time_left(share)
   local past = self.fresh + share
   if past < 0.2 then return "" end
   local left = (host.clock() - self.began) / past * (self.total - self.done - share)
-  return "  " .. progress.duration(left) .. " left"
+  return "  " .. duration(left) .. " left"
 end
 
 local function rate_text(rate)

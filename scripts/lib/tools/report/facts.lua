@@ -7,7 +7,7 @@ local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
-local progress = require "limax.tools.console.progress"
+local duration = require "limax.base.duration"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.base.schema"
@@ -62,7 +62,7 @@ function facts.final(list)
         #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
         most > -math.huge and most or none, last.mean or none,
         last.diversity.all and last.diversity.all.hamming or none, failed, distance or none,
-        speed or none, (progress.duration((seconds_of(run)))) }
+        speed or none, (duration((seconds_of(run)))) }
     end
   end
   return { "arm", "seed", "repetition", "state", "generations", "evaluations",

@@ -2,7 +2,7 @@
 --- `json`; scripts and style are named by their hashes in the page's content policy, so that
 --- nothing else can run even if it got there.
 
-local base64 = require "limax.supervise.llm.base64"
+local base64 = require "limax.base.base64"
 local host = require "limax.host"
 
 local html = {}

@@ -1,7 +1,7 @@
 --- replay.lua: a robot's motion, small enough for a page: the masses of its skin at 25 samples a
 --- second, in steps of 0.2 mm, as differences from sample to sample, packed by zlib.
 
-local base64 = require "limax.supervise.llm.base64"
+local base64 = require "limax.base.base64"
 local block_picture = require "limax.draw.block_picture"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"

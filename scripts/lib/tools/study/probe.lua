@@ -4,7 +4,7 @@ local cells = require "limax.tools.study.cells"
 local evolve = require "limax.evolution.evolve"
 local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
-local progress = require "limax.tools.console.progress"
+local duration = require "limax.base.duration"
 
 local probe = {}
 
@@ -45,7 +45,7 @@ function probe.text(study)
       study.repetitions, left, #study.cells),
     ("evaluations: at most %d, %d a run"):format(evaluations, study.evaluations),
     ("time: about %.2g h (%s) of simulating, measured on one generation"):format(seconds / 3600,
-      progress.duration(seconds)),
+      duration(seconds)),
     "tokens: " .. tokens,
     ("folder: %s; the study can be stopped at any time and started again"):format(study.out),
   }, "\n")

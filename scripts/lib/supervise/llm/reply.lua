@@ -1,9 +1,9 @@
---- envelope.lua: what stands around a model's text in an answer of the chat completions protocol,
---- and in a refusal, read without trust: every field may be missing or of another type.
+--- reply.lua: reads an answer or a refusal of the chat completions protocol. Every field may be
+--- missing or of another type.
 
 local host = require "limax.host"
 
-local envelope = {}
+local reply = {}
 
 local BOM = "\239\187\191"
 
@@ -14,54 +14,56 @@ local function object(value)
 end
 
 local function list(value)
-  return type(value) == "table" and host.json.is_array(value) and value or nil
+  return type(value) == "table" and host.json.is_array(value) and value or {}
 end
 
---- The JSON object of a body; nil and why not.
+--- The JSON object of a body.
 ---@param body string
 ---@param content_type string|nil
 ---@return table|nil
 ---@return string|nil message
-function envelope.decode(body, content_type)
+function reply.decode(body, content_type)
   if body == "" then return nil, "the answer is empty" end
   if body:sub(1, #BOM) == BOM then body = body:sub(#BOM + 1) end
   local value, message = host.json.decode(body, "the answer")
   -- Google wraps an error in a list
-  local first = (list(value) or {})[1]
+  local first = list(value)[1]
   if object(first).error ~= nil then value = first end
   if type(value) == "table" and not host.json.is_array(value) then return value end
   if body:find "^%s*data:" or (content_type or ""):find("text/event-stream", 1, true) then
-    return nil, "the endpoint streams its answer, though it was asked not to"
+    return nil, "the endpoint streams its answer, although stream = false was sent"
   end
   if body:find "^%s*<" then
     return nil, "the answer is a web page, not JSON: is the URL that of the API?"
   end
-  if value ~= nil then return nil, "the answer is JSON, but no object" end
-  return nil, "the answer is no JSON: " .. message
+  if value ~= nil then return nil, "the answer is JSON, but not an object" end
+  return nil, "the answer is not JSON: " .. message
 end
+
+-- ---- refusals -----------------------------------------------------------------------------------
 
 ---@class limax.llm.refusal
 ---@field message string|nil
 ---@field code string|nil
 ---@field type string|nil
 ---@field param string|nil
----@field status integer|nil an HTTP status that stands in the body
+---@field status integer|nil an HTTP status in the body
 
--- What pydantic says of the fields of a request: { detail = { { loc = , msg = } } }.
+-- pydantic's form: { detail = { { loc = , msg = } } }
 local function of_detail(detail)
   if text(detail) then return { message = detail } end
-  local first = object((list(detail) or {})[1])
-  local place = list(first.loc) or {}
+  local first = object(list(detail)[1])
+  local place = list(first.loc)
   return { message = text(first.msg), param = text(place[#place]) }
 end
 
---- What an error says: OpenAI's object, a bare text, the forms of vLLM, FastAPI and Mistral; nil
---- where the value is no error.
+--- The error in a body: OpenAI's object, a plain text, or the forms of vLLM, FastAPI and Mistral;
+--- nil where there is none.
 ---@param value table decoded
 ---@return limax.llm.refusal|nil
-function envelope.refusal(value)
+function reply.refusal(value)
   local inner = value.error
-  -- some servers send the field always
+  -- some servers always send the field
   if inner == nil or inner == host.json.null or inner == "" or inner == false then
     if value.choices ~= nil then return nil end
     if value.detail ~= nil then return of_detail(value.detail) end
@@ -82,10 +84,7 @@ end
 local CONTEXT_WORDS = { "maximum context length", "context size", "context window",
   "context length" }
 
---- Whether a refusal says that the prompt is too long.
----@param refusal limax.llm.refusal
----@return boolean
-function envelope.is_context(refusal)
+local function is_context(refusal)
   if refusal.type == "exceed_context_size_error" or refusal.code == "context_length_exceeded" then
     return true
   end
@@ -96,19 +95,29 @@ function envelope.is_context(refusal)
   return false
 end
 
---- Whether a refusal says that an account is used up, by its code or type: words like "quota" stand
---- in messages about limits per minute, too.
+--- The class of a refusal. The account's quota is recognised by code or type only: messages about
+--- limits per minute have the word "quota" as well.
+---@param status integer
 ---@param refusal limax.llm.refusal
----@return boolean
-function envelope.is_quota(refusal)
-  return refusal.code == "insufficient_quota" or refusal.type == "insufficient_quota"
+---@return "quota"|"auth"|"filter"|"context"|"http"
+function reply.class_of(status, refusal)
+  if status == 402 or refusal.code == "insufficient_quota"
+    or refusal.type == "insufficient_quota" then return "quota" end
+  if status == 401 or status == 403 then return "auth" end
+  if status == 400 and refusal.code == "content_filter" then return "filter" end
+  if (status == 400 or status == 413 or status == 422) and is_context(refusal) then
+    return "context"
+  end
+  return "http"
 end
+
+-- ---- answers ------------------------------------------------------------------------------------
 
 -- A text, or the texts of a list of parts one after the other.
 local function content_of(value)
   if type(value) == "string" then return value end
   local parts = {}
-  for _, part in ipairs(list(value) or {}) do
+  for _, part in ipairs(list(value)) do
     local kind = object(part).type
     if kind == "text" or kind == "output_text" then parts[#parts + 1] = text(part.text) end
   end
@@ -120,10 +129,10 @@ local function count(value)
   return value
 end
 
---- What an answer used: both counts, or none, because half a usage gives no cost.
+--- What an answer used: both counts or none, since half a usage gives no cost.
 ---@param value table decoded
 ---@return { input_tokens: integer, output_tokens: integer }|nil
-function envelope.usage(value)
+function reply.usage(value)
   value = object(value.usage)
   local input, output = count(value.prompt_tokens), count(value.completion_tokens)
   if not input or not output then return nil end
@@ -133,7 +142,7 @@ end
 --- Whether an answer holds a choice at all: then the model has run.
 ---@param value table decoded
 ---@return boolean
-function envelope.has_choice(value) return (list(value.choices) or {})[1] ~= nil end
+function reply.has_choice(value) return list(value.choices)[1] ~= nil end
 
 ---@class limax.llm.reply
 ---@field content string
@@ -142,43 +151,46 @@ function envelope.has_choice(value) return (list(value.choices) or {})[1] ~= nil
 ---@field model string|nil
 ---@field id string|nil
 
---- The first choice of an answer. nil: the class of the failure ("envelope", "refusal", "filter")
---- and why.
+local NO_TEXT = { length = "all tokens were used before it began (finish_reason length)",
+  tool_calls = "the model calls a tool that it was not offered" }
+
+--- The first choice of an answer; nil, the class of the failure and a message where there is none.
 ---@param value table decoded
 ---@return limax.llm.reply|nil
----@return string|nil class
+---@return "envelope"|"refusal"|"filter"|nil class
 ---@return string|nil message
-function envelope.reply(value)
-  local choices = list(value.choices)
-  if not choices then return nil, "envelope", "the answer has no list of choices" end
-  if choices[1] == nil then return nil, "envelope", "the answer's list of choices is empty" end
-  local choice = object(choices[1])
+function reply.read(value)
+  if not host.json.is_array(value.choices) then
+    return nil, "envelope", "the answer has no list of choices"
+  end
+  if value.choices[1] == nil then
+    return nil, "envelope", "the answer's list of choices is empty"
+  end
+  local choice = object(value.choices[1])
   local message = object(choice.message)
-  local reply = {
+  local read = {
     content = content_of(message.content),
     reasoning = text(message.reasoning_content) or text(message.reasoning),
     finish_reason = text(choice.finish_reason), model = text(value.model), id = text(value.id),
   }
   local refusal = text(message.refusal)
   if refusal then return nil, "refusal", "the model refuses: " .. refusal end
-  if reply.finish_reason == "content_filter" then
+  if read.finish_reason == "content_filter" then
     return nil, "filter", "the provider's content filter ended the answer"
   end
-  if reply.content == "" and not reply.reasoning then
-    local why = ({ length = "all tokens were used up before it began (finish_reason length)",
-      tool_calls = "the model calls a tool that it was not offered" })[reply.finish_reason]
-      or text(object(choice.error).message)
-    return nil, "envelope", "the answer holds no text" .. (why and ": " .. why or "")
+  if read.content == "" and not read.reasoning then
+    local why = NO_TEXT[read.finish_reason] or text(object(choice.error).message)
+    return nil, "envelope", "the answer has no text" .. (why and ": " .. why or "")
   end
-  return reply
+  return read
 end
 
---- The fields of an answer in OpenTelemetry's names, as far as they are there.
+--- The fields of an answer under OpenTelemetry's names.
 ---@param value table decoded
 ---@return table<string, any>
-function envelope.telemetry(value)
-  local usage, reasons = envelope.usage(value) or {}, host.json.array {}
-  for _, choice in ipairs(list(value.choices) or {}) do
+function reply.telemetry(value)
+  local usage, reasons = reply.usage(value) or {}, host.json.array {}
+  for _, choice in ipairs(list(value.choices)) do
     reasons[#reasons + 1] = text(object(choice).finish_reason)
   end
   return {
@@ -190,4 +202,4 @@ function envelope.telemetry(value)
   }
 end
 
-return envelope
+return reply

@@ -1,0 +1,222 @@
+--- prompt.lua: prompts: text with {{holes}} in files. Filling holes is all that a prompt can do; a
+--- value is never searched for holes. A table enters as JSON whose strings cannot end a fence,
+--- open a tag or control a terminal. A run folder keeps every version that was used, by its hash.
+
+local choice = require "limax.base.choice"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local prompt = {}
+
+---@class limax.llm.message
+---@field role "system"|"user"|"assistant"
+---@field content string
+
+---@class limax.llm.template
+---@field name string the file, for messages
+---@field original string
+---@field sha256 string of the original
+---@field parts table[] texts and holes, in order
+local Template = {}
+Template.__index = Template
+
+-- ---- tables as data -----------------------------------------------------------------------------
+
+-- All but letters, digits and signs that neither markup nor templates nor chat formats use.
+local SPECIAL = "[^%w %.,:;!%?%+%-%*/=%(%)'_%%]"
+
+local function escaped(letter)
+  -- already escaped by JSON
+  if letter == "\\" or letter == '"' then return nil end
+  return ("\\u%04x"):format(letter:byte())
+end
+
+-- The inside of a JSON string as ASCII with special characters escaped. The encoder has checked
+-- that it is UTF-8.
+local function escape_string(inside)
+  local ascii = inside:gsub("[\194-\244][\128-\191]*", function(sequence)
+    local first = sequence:byte()
+    local code = first % (first < 0xe0 and 0x20 or first < 0xf0 and 0x10 or 0x08)
+    for k = 2, #sequence do code = code * 0x40 + sequence:byte(k) % 0x40 end
+    if code < 0x10000 then return ("\\u%04x"):format(code) end
+    code = code - 0x10000
+    return ("\\u%04x\\u%04x"):format(0xd800 + math.floor(code / 0x400), 0xdc00 + code % 0x400)
+  end)
+  return (ascii:gsub(SPECIAL, escaped))
+end
+
+--- A value as JSON with all special characters of its strings escaped; it reads back equal.
+---@param value any
+---@return string
+function prompt.json(value)
+  local text, parts, at = host.json.encode(value), {}, 1
+  while true do
+    local quote = text:find('"', at, true)
+    if not quote then break end
+    local close = quote
+    repeat
+      close = text:find('["\\]', close + 1)
+      local is_escape = text:byte(close) == 92
+      if is_escape then close = close + 1 end
+    until not is_escape
+    parts[#parts + 1] = text:sub(at, quote)
+    parts[#parts + 1] = escape_string(text:sub(quote + 1, close - 1))
+    parts[#parts + 1] = '"'
+    at = close + 1
+  end
+  parts[#parts + 1] = text:sub(at)
+  return table.concat(parts)
+end
+
+-- ---- templates ----------------------------------------------------------------------------------
+
+local function line_of(text, at)
+  local _, breaks = text:sub(1, at - 1):gsub("\n", "")
+  return breaks + 1
+end
+
+--- Reads a prompt. The first line `---` separates the system's message, above it, from the user's.
+---@param text string
+---@param name string its file, for messages
+---@return limax.llm.template|nil
+---@return string|nil message
+function prompt.read(text, name)
+  local original = text
+  if not pcall(host.json.encode, text) then return nil, name .. ": is not UTF-8" end
+  text = text:gsub("^\239\187\191", ""):gsub("\r\n", "\n")
+  if not text:find "%S" then return nil, name .. ": is empty" end
+  local parts, at = {}, 1
+  while true do
+    local open = text:find("{{", at, true)
+    parts[#parts + 1] = text:sub(at, (open or #text + 1) - 1)
+    if not open then break end
+    local hole, close = text:match("^{{%s*([%a_][%w_]*)%s*}}()", open)
+    if not hole then
+      return nil, ("%s:%d: expected a hole, two braces around a name, such as {{generations}}")
+        :format(name, line_of(text, open))
+    end
+    parts[#parts + 1] = { hole = hole, line = line_of(text, open) }
+    at = close
+  end
+  return setmetatable({ name = name, original = original, sha256 = host.sha256(original),
+    parts = parts }, Template)
+end
+
+-- A value as it enters the text; nil and a message.
+local function text_of(value)
+  if type(value) == "table" then
+    local ok, text = pcall(prompt.json, value)
+    if ok then return text end
+    return nil, failure.bare(text)
+  end
+  if type(value) ~= "string" then
+    return nil, "expected a text or a table, got a " .. type(value)
+  end
+  if not pcall(host.json.encode, value) then return nil, "is not UTF-8" end
+  return value
+end
+
+--- Fills every hole. A hole without a value is an error; values without a hole are left out.
+---@param values table<string, string|table>
+---@return limax.llm.message[]|nil
+---@return string|nil message with file, line and hole
+function Template:fill(values)
+  local texts, system = { "" }, nil
+  for _, part in ipairs(self.parts) do
+    if type(part) == "string" then
+      -- only a line of the template itself separates messages
+      local above, below = part:match "^(.-)\n%-%-%-[ \t]*\n(.*)$"
+      if above and not system then
+        texts[#texts + 1] = above
+        system = table.concat(texts)
+        texts = { below }
+      else
+        texts[#texts + 1] = part
+      end
+    else
+      local value = values[part.hole]
+      if value == nil then
+        return nil, ("%s:%d: nothing fills the hole %s; values exist for: %s"):format(self.name,
+          part.line, part.hole, table.concat(choice.sorted_keys(values), ", "))
+      end
+      local text, message = text_of(value)
+      if not text then
+        return nil, ("%s:%d: the hole %s: %s"):format(self.name, part.line, part.hole, message)
+      end
+      texts[#texts + 1] = text
+    end
+  end
+  local user = { role = "user", content = table.concat(texts) }
+  if system then return { { role = "system", content = system }, user } end
+  return { user }
+end
+
+-- ---- files --------------------------------------------------------------------------------------
+
+-- The folder of versions in a run folder.
+local FOLDER = "prompts"
+
+---@class limax.llm.prompt_file
+---@field path string
+---@field template limax.llm.template the version in use
+local File = {}
+File.__index = File
+
+local function read_file(path)
+  local text, message = source.read(path)
+  if not text then return nil, message end
+  return prompt.read(text, source.name_of(path))
+end
+
+--- Opens a prompt: a file beside the experiment, or one of limax's own in prompts/.
+---@param name string
+---@param folder string|nil of the experiment
+---@return limax.llm.prompt_file|nil
+---@return string|nil message
+function prompt.open(name, folder)
+  local path = source.beside(name, folder)
+  if host.file.exists(path) ~= "file" then path = host.home .. "/prompts/" .. name end
+  if host.file.exists(path) ~= "file" then
+    local beside = folder and " beside the experiment or" or ""
+    return nil, ("prompt: there is no %s%s in %s/prompts"):format(name, beside, host.home)
+  end
+  local template, message = read_file(path)
+  if not template then return nil, "prompt: " .. message end
+  return setmetatable({ path = path, template = template }, File)
+end
+
+--- A version that a run folder keeps.
+---@param folder string
+---@param sha256 string
+---@return limax.llm.template|nil
+---@return string|nil message
+function prompt.version(folder, sha256)
+  return read_file(("%s/%s/%s.md"):format(folder, FOLDER, sha256))
+end
+
+--- Reads the file again. If it cannot be used, the version before stays in use.
+---@return string|nil message why
+function File:refresh()
+  local template, message = read_file(self.path)
+  if template then self.template = template end
+  return message
+end
+
+--- Keeps the version in use in a run folder.
+---@param folder limax.run_folder|nil
+---@return string|nil message why it could not be kept
+function File:keep(folder)
+  local sha256 = self.template.sha256
+  if not folder or self.kept == sha256 then return nil end
+  local place = folder.path .. "/" .. FOLDER
+  local ok, message = host.file.mkdir(place)
+  local name = ("%s/%s.md"):format(place, sha256)
+  if ok and not host.file.exists(name) then
+    ok, message = host.file.write_atomic(name, self.template.original)
+  end
+  if not ok then return message end
+  self.kept = sha256
+end
+
+return prompt

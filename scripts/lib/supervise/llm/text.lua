@@ -1,0 +1,123 @@
+--- text.lua: texts of a model made safe to print and record: cut to a length, without control
+--- characters, without the key.
+
+local base64 = require "limax.base.base64"
+local host = require "limax.host"
+
+local text = {}
+
+-- ---- length and control characters --------------------------------------------------------------
+
+--- The beginning of a text in UTF-8, cut between characters.
+---@param value string
+---@param longest integer bytes
+---@return string
+function text.beginning(value, longest)
+  if #value <= longest then return value end
+  while longest > 0 and value:byte(longest + 1) >= 0x80 and value:byte(longest + 1) < 0xc0 do
+    longest = longest - 1
+  end
+  return value:sub(1, longest)
+end
+
+-- Control characters of ASCII, C1 controls, line separators, marks that change the direction of
+-- writing (U+0080 to U+009F, U+2028 to U+202E, U+2066 to U+2069 in UTF-8).
+local CONTROLS = { "[%c\127]+", "\194[\128-\159]", "\226\128[\168-\174]", "\226\129[\166-\169]" }
+
+--- A text as one line of UTF-8 without control characters.
+---@param value string
+---@param longest integer bytes
+---@return string
+function text.line(value, longest)
+  for _, control in ipairs(CONTROLS) do value = value:gsub(control, " ") end
+  return text.beginning(text.utf8(value), longest)
+end
+
+--- The text if it is UTF-8, else with a question mark for each byte above 127.
+---@param value string
+---@return string
+function text.utf8(value)
+  return pcall(host.json.encode, value) and value or (value:gsub("[\128-\255]", "?"))
+end
+
+-- ---- the key ------------------------------------------------------------------------------------
+
+--- Replaces a key. It is legal inside a JSON string.
+text.MARK = "[key]"
+
+--- A shorter key is a placeholder for a server that wants a key and checks none: it is not hidden.
+--- Of a longer one, so many characters from its beginning are taken for the key ("sk-proj-****").
+text.SHORTEST_KEY = 8
+
+-- The letters of base64 that depend on the key only, for its three offsets in a longer text.
+local function add_base64(forms, key)
+  for offset = 0, 2 do
+    local form = base64.encode(("\0"):rep(offset) .. key):gsub("=+$", "")
+    local first = ({ 1, 3, 4 })[offset + 1]
+    local last = (#key + offset) % 3 == 0 and #form or #form - 1
+    form = form:sub(first, last)
+    local shortest = math.floor(text.SHORTEST_KEY * 4 / 3) - 1
+    forms[#forms + 1] = { form, shortest }
+    forms[#forms + 1] = { form:gsub("%+", "-"):gsub("/", "_"), shortest }
+  end
+end
+
+-- The key as it may be written in a text: { form, length of the shortest beginning }.
+local function forms_of(key)
+  local forms = { { key, text.SHORTEST_KEY } }
+  local function add(pattern, format)
+    local function escaped(part)
+      return (part:gsub(pattern, function(character) return format:format(character:byte()) end))
+    end
+    forms[#forms + 1] = { escaped(key), #escaped(key:sub(1, text.SHORTEST_KEY)) }
+  end
+  for _, format in ipairs { "%%%02X", "%%%02x", "%02X", "%02x", "\\u%04X", "\\u%04x" } do
+    add(".", format)
+  end
+  add("[^%w%-._~]", "%%%02X")
+  add("[^%w%-._~]", "%%%02x")
+  add("/", "\\/")
+  add('[\\"]', "\\%c")
+  add_base64(forms, key)
+  return forms
+end
+
+-- How much of a form a text holds from `at` on, bytes.
+local function matched(value, at, form, shortest)
+  local length = shortest
+  while length < #form and value:byte(at + length) == form:byte(length + 1) do
+    length = length + 1
+  end
+  return length
+end
+
+-- The text with the longest form at each place replaced.
+local function without(value, forms)
+  local parts, from, places = {}, 1, {}
+  while true do
+    local at, length = #value + 1, 0
+    for k, form in ipairs(forms) do
+      if not places[k] or places[k] < from then
+        places[k] = value:find(form[1]:sub(1, form[2]), from, true) or math.huge
+      end
+      if places[k] < at then at, length = places[k], 0 end
+      if places[k] == at then length = math.max(length, matched(value, at, form[1], form[2])) end
+    end
+    parts[#parts + 1] = value:sub(from, at - 1)
+    if length == 0 then return table.concat(parts) end
+    parts[#parts + 1] = text.MARK
+    from = at + length
+  end
+end
+
+--- The function that takes this key out of a text: in plain form, percent-encoded, in hexadecimal,
+--- escaped as in JSON, in base64; whole, or its first 8 characters and what follows of it.
+---@param key string|nil nil, or a placeholder: texts stay as they are
+---@return fun(value: string): string
+function text.redactor(key)
+  if not key or #key < text.SHORTEST_KEY then return function(value) return value end end
+  local forms = forms_of(key)
+  return function(value) return without(value, forms) end
+end
+
+return text

@@ -1,0 +1,122 @@
+--- usage.lua: tokens and cost: estimates for a prompt, the totals of a client, and the caps that
+--- end it. A cost is in the currency of the price. Where price or usage are unknown it is null, not
+--- 0.
+
+local host = require "limax.host"
+local source = require "limax.base.source"
+
+local usage = {}
+
+-- English prose has 4 to 4.5 bytes per token, JSON with numbers 2 to 3.5.
+local BYTES_PER_TOKEN = 3.5
+-- A chat template adds a few tokens to each message.
+local PER_MESSAGE = 4
+-- A server that counts less than this share of the estimate (8.75 bytes per token, twice what
+-- prose has) has cut the prompt. In small prompts templates and rounding weigh too much.
+local LEAST_SHARE, LEAST_PROMPT = 0.4, 500
+
+--- Estimated tokens of a text.
+---@param text string
+---@return integer
+function usage.tokens(text) return math.ceil(#text / BYTES_PER_TOKEN) end
+
+--- Estimated tokens of a list of messages.
+---@param messages { role: string, content: string }[]
+---@return integer
+function usage.prompt_tokens(messages)
+  local sum = 0
+  for _, message in ipairs(messages) do sum = sum + usage.tokens(message.content) + PER_MESSAGE end
+  return sum
+end
+
+--- Whether an endpoint cut a prompt without saying so.
+---@param estimated integer tokens
+---@param counted integer|nil tokens that the endpoint reports
+---@return boolean
+function usage.is_cut(estimated, counted)
+  return counted ~= nil and estimated >= LEAST_PROMPT and counted < LEAST_SHARE * estimated
+end
+
+---@class limax.llm.totals
+---@field calls integer requests sent, failed ones included
+---@field answers integer
+---@field input_tokens number as endpoints report them
+---@field output_tokens number
+---@field estimated_tokens number of answers without a usage; they count towards the caps
+---@field charged number the cost that the caps see, estimates included
+---@field cost number|userdata of all answers; null as soon as one cost is unknown
+
+---@class limax.llm.account
+---@field caps { max_calls?: integer, max_tokens_total?: number, max_cost?: number,
+--- price?: { input: number, output: number } }
+---@field totals limax.llm.totals
+local Account = {}
+Account.__index = Account
+
+---@param caps table options of a client
+---@return limax.llm.account
+function usage.account(caps)
+  return setmetatable({ caps = caps, totals = { calls = 0, answers = 0, input_tokens = 0,
+    output_tokens = 0, estimated_tokens = 0, charged = 0,
+    cost = caps.price and 0 or host.json.null } }, Account)
+end
+
+function Account:cost(input, output)
+  local price = self.caps.price
+  return price and (price.input * input + price.output * output) / 1e6
+end
+
+--- Why a prompt may not be sent; nil where it may.
+---@param prompt integer estimated tokens
+---@return string|nil reason
+function Account:refusal(prompt)
+  local caps, totals = self.caps, self.totals
+  if caps.max_calls and totals.calls >= caps.max_calls then
+    return ("max_calls: %d requests have been sent"):format(totals.calls)
+  end
+  local used = totals.input_tokens + totals.output_tokens + totals.estimated_tokens
+  if caps.max_tokens_total and used + prompt > caps.max_tokens_total then
+    return ("max_tokens_total: %.0f tokens are used, the next prompt has about %d, and the cap is"
+      .. " %.0f"):format(used, prompt, caps.max_tokens_total)
+  end
+  if caps.max_cost and totals.charged + self:cost(prompt, 0) > caps.max_cost then
+    return ("max_cost: %.6g is spent, and the cap is %.6g"):format(totals.charged, caps.max_cost)
+  end
+end
+
+--- Counts a request that is about to be sent.
+function Account:count() self.totals.calls = self.totals.calls + 1 end
+
+--- Adds an answer. Without a usage its estimates count towards the caps.
+---@param used { input_tokens: integer, output_tokens: integer }|nil
+---@param prompt integer estimated tokens
+---@param written integer estimated tokens
+---@return number|nil cost
+function Account:add(used, prompt, written)
+  local totals = self.totals
+  totals.answers = totals.answers + 1
+  local input, output = prompt, written
+  if used then
+    input, output = used.input_tokens, used.output_tokens
+    totals.input_tokens = totals.input_tokens + input
+    totals.output_tokens = totals.output_tokens + output
+  else
+    totals.estimated_tokens = totals.estimated_tokens + input + output
+  end
+  local cost = self:cost(input, output)
+  totals.charged = totals.charged + (cost or 0)
+  if not used then cost = nil end
+  if totals.cost ~= host.json.null then
+    totals.cost = cost and totals.cost + cost or host.json.null
+  end
+  return cost
+end
+
+--- A copy of the totals, for a checkpoint.
+---@return limax.llm.totals
+function Account:state() return source.copy(self.totals) end
+
+---@param totals limax.llm.totals
+function Account:restore(totals) self.totals = source.copy(totals) end
+
+return usage
