@@ -1,13 +1,12 @@
---- multi_fidelity.lua: evolution that looks twice. Every robot is scored at the tier `preview`; the
+--- multi_fidelity.lua: evolution with two fidelities. Every robot is scored at the tier `preview`;
 --- promising ones are scored again at `publish`, and only those scores choose elites and parents.
---- Shows an own loop over `population:breed` with `limax.rescore`, and measures what looking twice
---- saves: the same evolution with every robot at `publish`, from the same genomes, and both final
---- bests scored again at `reference`.
+--- Shows an own loop over `population:breed` with `limax.rescore`. For comparison, the same
+--- evolution runs with every robot at `publish`; both final bests are scored again at `reference`.
 ---
 --- Two seeds of 12 generations of 24 robots take one to two minutes on two cores of an AMD EPYC.
---- There it simulated 50 and 49 robots at `publish` in place of 211, which saved 74 % and 52 % of
---- the time of simulating, and both final bests walked farther than those of `publish` alone (3.4 m
---- and 2.8 m against 1.1 m and 1.7 m). That is what two seeds can say: as much as chance.
+--- There it simulated 50 and 49 robots at `publish` instead of 211, which saved 74 % and 52 % of
+--- the simulation time. Both final bests walked farther than those of `publish` (3.4 m and 2.8 m
+--- against 1.1 m and 1.7 m), which with two seeds may be chance.
 --- Run it with: limax scripts/experiments/multi_fidelity.lua [GENERATIONS [POPULATION [SECONDS]]]
 
 local limax = require "limax"
@@ -16,7 +15,7 @@ local generations = tonumber(arg[1]) or 12
 local population_size = tonumber(arg[2]) or 24
 local duration = tonumber(arg[3]) or 3 -- s
 local seeds = { 1, 2 }
--- Of the population: the elites (0.3) and a third more, so that `preview` may be wrong about some.
+-- Share of the population: the elites (0.3) and a third more, since `preview` may misjudge some.
 local promising_share = 0.4
 
 local function experiment(seed, accuracy)
@@ -39,31 +38,31 @@ local function ranked(scores)
   return list
 end
 
--- Scores of the promising robots at `publish`; an elite keeps the one that it has.
-local function look_again(robots, known)
-  local promising, unknown = {}, {}
+-- Scores of the promising robots at `publish`; an elite keeps its score.
+local function score_again(robots, scored)
+  local promising, unscored = {}, {}
   for k = 1, math.min(#robots.ranked, math.ceil(promising_share * #robots)) do
     promising[k] = robots.ranked[k]
   end
   for _, i in ipairs(promising) do
-    if not known[robots[i].id] then unknown[#unknown + 1] = i end
+    if not scored[robots[i].id] then unscored[#unscored + 1] = i end
   end
   local seconds = 0
-  if #unknown > 0 then
-    local again = limax.rescore.population(robots, { accuracy = "publish" }, unknown)
-    -- -math.huge: it failed at `publish`, and need not be tried again
-    for _, i in ipairs(unknown) do known[robots[i].id] = again.fitness[i] or -math.huge end
+  if #unscored > 0 then
+    local again = limax.rescore.population(robots, { accuracy = "publish" }, unscored)
+    -- -math.huge: it failed at `publish`
+    for _, i in ipairs(unscored) do scored[robots[i].id] = again.fitness[i] or -math.huge end
     seconds = again.seconds
   end
   local scores = {}
   for _, i in ipairs(promising) do
-    local score = known[robots[i].id]
+    local score = scored[robots[i].id]
     if score > -math.huge then scores[i] = score end
   end
-  return scores, seconds, #unknown
+  return scores, seconds, #unscored
 end
 
--- Elites and pairs of parents from the best of the finer scores: tournaments of 3.
+-- Elites and pairs of parents by the finer scores, in tournaments of 3.
 local function choose(seed, robots, scores)
   local best = ranked(scores)
   local count = math.min(#best, math.floor(0.3 * #robots + 0.5))
@@ -81,17 +80,17 @@ local function choose(seed, robots, scores)
   return { elites = elites, parents = parents }
 end
 
--- One evolution: its final best at `reference` (m), the wall time of all simulations (s) and the
--- number of those at `publish`.
+-- Runs one evolution: its final best at `reference` (m), the wall time of all simulations (s), and
+-- the number of simulations at `publish`.
 local function evolve(seed, twice)
-  local known, seconds, fine, result = {}, 0, 0, nil
+  local scored, seconds, fine, result = {}, 0, 0, nil
   for robots in limax.start(experiment(seed, twice and "preview" or "publish")):generations() do
     robots:simulate():score()
     seconds = seconds + robots.timing.simulate
     local scores = {}
     if twice then
       local again, count
-      scores, again, count = look_again(robots, known)
+      scores, again, count = score_again(robots, scored)
       seconds, fine = seconds + again, fine + count
     else
       fine = fine + robots.evaluations
@@ -118,5 +117,5 @@ for _, seed in ipairs(seeds) do
     all, all_fine, all_seconds, twice, twice_fine, twice_seconds,
     100 * (1 - twice_seconds / all_seconds)))
 end
-print(("looking twice saves %.0f %% of the time of simulating, mean of %d seeds"):format(
+print(("two fidelities save %.0f %% of the simulation time, mean of %d seeds"):format(
   100 * saved, #seeds))

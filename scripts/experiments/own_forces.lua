@@ -1,16 +1,16 @@
---- own_forces.lua: two effects of a script's own, each a few lines of text in its scene: a magnet
---- that pulls a robot through the air, and a treadmill that carries it back while it walks. The
---- engine compiles the text; engine/README.md has its language. A second or two.
+--- own_forces.lua: two effects written as text in a scene: a magnet that pulls a robot through the
+--- air, and a treadmill that carries it back while it walks. The engine compiles the text;
+--- engine/README.md describes the language. One or two seconds.
 --- Run it with: limax scripts/experiments/own_forces.lua
 
 local limax = require "limax"
 
 local robot = limax.robot { voxels = "e.c\ne.c\n\nsss\nsss" }
-local function shown(place) return ("%.3f, %.3f, %.3f m"):format(place[1], place[2], place[3]) end
+local function shown(point) return ("%.3f, %.3f, %.3f m"):format(point[1], point[2], point[3]) end
 
--- A force towards `centre` that weakens with the distance r as r / (r^2 + reach^2). Its gradient is
--- largest at the centre, strength / reach^2: that is its bound for the automatic step. The air
--- slows the body, so that it comes to rest there.
+-- A force towards `centre` that depends on the distance r as r / (r^2 + reach^2). Its gradient is
+-- largest at the centre, strength / reach^2: the bound for the automatic time step. Drag lets the
+-- body come to rest there.
 local strength, reach = 0.5, 0.2 -- N m, m
 local centre = { 1, 0, 0.5 } -- m, in the world
 local pulled = robot:simulate {
@@ -30,10 +30,10 @@ local pulled = robot:simulate {
   record = { center_of_mass = 20 }, -- Hz
 }
 local path = pulled:trace "center_of_mass"
-print(("magnet: at %s; from %s the centre of mass comes to %s"):format(shown(centre),
+print(("magnet: at %s; the centre of mass moves from %s to %s"):format(shown(centre),
   shown(path[1]), shown(path[path:size()])))
 
--- A belt that drags along whatever is within `height` of the ground.
+-- A belt that drags everything within `height` of the ground.
 local speed = -0.2 -- m/s
 local function walk_on(belt_speed)
   return robot:simulate {

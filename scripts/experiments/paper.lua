@@ -4,7 +4,7 @@
 --- cores; with --set generations=2 --set repetitions=1 --set population=4, ten seconds.
 --- Run it with: limax run scripts/experiments/paper.lua
 ---
---- NOT in the paper, and our choice: what `not_in_paper` lists below. The report prints that list.
+--- `not_in_paper` lists what the paper does not state and we chose. The report prints the list.
 
 local limax = require "limax"
 
@@ -60,7 +60,7 @@ return limax.experiment {
   simulation = {
     edge = 0.1, -- m, the original rest length
     time_step = 1e-5, -- s
-    -- not in the paper, from here to the end
+    -- not in the paper, from here on
     integrator = "symplectic_euler",
     precision = "compensated",
     sharing = "mean",

@@ -1,6 +1,6 @@
 --- sigma_sweep.lua: which standard deviation of the positional encoding suits walkers? The paper
---- chose sigma by a sweep; this script drives limax itself, one short evolution per sigma and seed,
---- and prints a table. 15 runs of 10 generations of 20 robots; about half a minute on two cores.
+--- chose sigma by a sweep. This script runs a short evolution for each sigma and seed, and prints a
+--- table. 15 runs of 10 generations of 20 robots; about half a minute on two cores.
 --- Run it with: limax scripts/experiments/sigma_sweep.lua [GENERATIONS [POPULATION]]
 
 local limax = require "limax"
@@ -9,7 +9,7 @@ local generations = tonumber(arg[1]) or 10
 local population = tonumber(arg[2]) or 20
 local seeds = { 1, 2, 3 }
 
--- One evolution; its history.
+-- The history of one evolution.
 local function evolve(sigma, seed)
   local experiment = limax.experiment {
     name = "sigma", seed = seed, genome = { sigma = sigma },

@@ -1,7 +1,6 @@
---- supervised.lua: the walk of walk.lua under a language model, which may change the algorithm's
---- parameters and the materials before each generation. 40 seconds on two cores, and what 39
---- answers take. It needs an endpoint; without one it says so and does not begin. One on this
---- machine, either of:
+--- supervised.lua: walk.lua with a language model, which may change the algorithm's parameters and
+--- the materials before each generation. 40 seconds on two cores plus the time of 39 answers. It
+--- needs an endpoint, for instance one on this machine, either of:
 ---
 ---   llama-server -m model.gguf --port 8080 -c 8192
 ---   export LIMAX_LLM_URL=http://127.0.0.1:8080 LIMAX_LLM_MODEL=any
@@ -10,7 +9,7 @@
 ---   export LIMAX_LLM_URL=http://127.0.0.1:11434 LIMAX_LLM_MODEL=qwen2.5:7b
 ---
 --- Run it with: limax run scripts/experiments/supervised.lua
---- Without a network, afterwards, with the same bytes:
+--- Repeat it later without a network, with the same bytes:
 ---   limax run scripts/experiments/supervised.lua --set 'supervisor=["replay"]'
 ---     --set supervisor.run=runs/supervised-1
 
@@ -33,13 +32,13 @@ return limax.experiment {
   fitness = "walk", -- m
   selection = { "tournament", size = 3 },
 
-  -- what the model may set: rates and shares, and within 0.2 to 5 times their first values the
-  -- stiffnesses; the champion's score under the first materials is `best_standard`
+  -- the model may set rates and shares, and stiffnesses from 0.2 to 5 times their first values;
+  -- `best_standard` is the champion's score under the first materials
   supervision = { hyperparameters = true, materials = true },
   supervisor = { "llm",
     prompt = "supervise.md", -- of prompts/, or a file beside this one
     context = "summary", -- or "paper": whole populations of three generations
-    fallback = "rules", -- proposes where the model could not
+    fallback = "rules", -- proposes if the model does not answer
     ask_every = 1, -- generations
   },
 }

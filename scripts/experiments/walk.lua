@@ -1,6 +1,6 @@
---- walk.lua: soft bodies learn to walk. Shows the main job of limax from genome to champion: 40
---- generations of 30 robots on flat ground, scored by the distance of the second half of five
---- seconds, so that falling over is no gait. One repetition; about 40 seconds on two cores.
+--- walk.lua: soft bodies learn to walk. Shows the main use of limax: 40 generations of 30 robots on
+--- flat ground, scored by the distance of the second half of five seconds, so that falling over
+--- does not count. One repetition; about 40 seconds on two cores.
 --- Run it with: limax run scripts/experiments/walk.lua
 
 local limax = require "limax"
@@ -11,7 +11,7 @@ return limax.experiment {
   materials = "paper",
   seed = 1,
 
-  -- smooth bodies, whole limbs of one material: sigma_sweep.lua finds that they walk farthest
+  -- smooth bodies with limbs of one material walk farthest: see sigma_sweep.lua
   genome = { sigma = 0.25 },
 
   scene = {
@@ -22,8 +22,8 @@ return limax.experiment {
     actuation = { frequency = 2 }, -- Hz
   },
 
-  -- s; at twice this tier's step (`preview`, or time_step = "auto") a run takes half of the time,
-  -- and its champion may live by the step: 5.2 m there were 2 m at the finest
+  -- s; with twice the step (`preview`, or time_step = "auto") a run takes half of the time, but its
+  -- champion may exploit the step: 5.2 m there were 2 m at the finest step
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" },
 
   population = 30,

@@ -236,7 +236,8 @@ study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2,
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
 ]]
 
-suite:test("a dead endpoint gets three questions, then one probe per run", { limit = 300 }, function(t)
+suite:test("a dead endpoint gets three questions, then one probe per run", { limit = 300 },
+  function(t)
   local server, base = faulty_server.open(t), t:folder()
   assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local done = process.completes(t, base, { "tiny.lua", "--out", "dead", "--device", "cpu",

@@ -56,7 +56,8 @@ end
 function cells.run(options)
   local path, repetition, experiment = options.path, options.repetition, options.experiment
   local config, scripts = run_configuration.of(experiment, { repetition = repetition })
-  local text, folder = source.read(path .. "/config.json")
+  local text = source.read(path .. "/config.json")
+  local folder
   if not text then
     folder = run_folder.create(path, experiment, { repetition = repetition })
   else
