@@ -1,9 +1,9 @@
---- block_picture.lua: the rigid block of a scene as a figure needs it: its corners in the world, m,
---- and its sides. Corners count from 1 by their bits, x lowest.
+--- block_picture.lua: the rigid block of a scene for figures: its corners in the world, m, and its
+--- sides. Corners count from 1 by their bits, x lowest.
 
 local block_picture = {}
 
---- What a block is drawn with.
+--- The block's name in a legend, and its colour.
 block_picture.letter, block_picture.hex = "block", "#b98b4f"
 
 -- Corners of the six sides, counter-clockwise seen from outside.
@@ -34,7 +34,7 @@ function block_picture.corners(sample, size)
   return corners
 end
 
---- A block as the half-spaces that it is what they have in common of.
+--- The half-spaces whose common part is a block.
 ---@param corners number[][] eight, as corners() gives them, m
 ---@return limax.picture.space[]
 function block_picture.spaces(corners)

@@ -1,10 +1,13 @@
 --- body_picture.lua: bodies as letters in the terminal, coloured by material: layers side by side,
---- the lowest first. Nothing here writes; every function returns text.
+--- the lowest first. Every function returns text.
 
 local palette = require "limax.draw.palette"
 local terminal = require "limax.base.terminal"
 
 local body_picture = {}
+
+-- columns between two bodies, and between two layers
+local GAP, BETWEEN = 4, 2
 
 ---@class limax.body_picture
 ---@field title string
@@ -20,25 +23,36 @@ local function cell_text(letter, colors, cell, style)
   return color and ("\27[48;5;%d;38;5;16m%s\27[0m"):format(color.terminal, text) or text
 end
 
+-- Columns of one layer.
+local function layer_width(picture, cell)
+  return math.max(#picture.layers[1][1] * cell, #("z=" .. #picture.layers))
+end
+
+-- Columns of a body whose layers are all in one row.
+local function full_width(picture, cell)
+  return math.max(#picture.layers * (layer_width(picture, cell) + BETWEEN) - BETWEEN,
+    terminal.width(picture.title))
+end
+
 -- The lines of one body: title, numbers of the layers, and the layers side by side in rows that
 -- fit.
 local function picture_lines(picture, cell, columns, style)
   local layers, colors = picture.layers, palette.of(picture.materials)
-  local nx, ny = #layers[1][1], #layers[1]
-  local wide = math.max(nx * cell, #("z=" .. #layers))
-  local per_row = math.max(1, math.floor((columns + 2) / (wide + 2)))
+  local wide = layer_width(picture, cell)
+  local per_row = math.max(1, math.floor((columns + BETWEEN) / (wide + BETWEEN)))
   local lines = { terminal.bold(picture.title, style) }
   for first = 1, #layers, per_row do
     local last = math.min(#layers, first + per_row - 1)
     local head = {}
     for z = first, last do head[#head + 1] = terminal.pad("z=" .. z, wide) end
     lines[#lines + 1] = terminal.dim(table.concat(head, "  "), style)
-    for y = 1, ny do
+    for y = 1, #layers[1] do
       local parts = {}
       for z = first, last do
-        local cells = {}
-        for x = 1, nx do cells[x] = cell_text(layers[z][y]:sub(x, x), colors, cell, style) end
-        parts[#parts + 1] = terminal.pad(table.concat(cells), wide)
+        local row = layers[z][y]:gsub(".", function(letter)
+          return cell_text(letter, colors, cell, style)
+        end)
+        parts[#parts + 1] = terminal.pad(row, wide)
       end
       lines[#lines + 1] = table.concat(parts, "  ")
     end
@@ -46,35 +60,27 @@ local function picture_lines(picture, cell, columns, style)
   return lines
 end
 
--- Columns of a body whose layers all stand in one row.
-local function full_width(picture, cell)
-  local layers = picture.layers
-  local wide = math.max(#layers[1][1] * cell, #("z=" .. #layers))
-  return math.max(#layers * (wide + 2) - 2, terminal.width(picture.title))
-end
-
 --- Bodies as layers of letters, side by side where the width allows, else one below the other.
 ---@param pictures limax.body_picture[]
 ---@param style limax.terminal.style
 ---@return string
 function body_picture.side_by_side(pictures, style)
-  local gap = 4
   -- two columns per letter look square; one column is enough where room is short
   for cell = 2, 1, -1 do
-    local total = -gap
-    for _, picture in ipairs(pictures) do total = total + full_width(picture, cell) + gap end
+    local total, blocks, rows = -GAP, {}, 0
+    for k, picture in ipairs(pictures) do
+      total = total + full_width(picture, cell) + GAP
+      blocks[k] = picture_lines(picture, cell, style.width, style)
+      rows = math.max(rows, #blocks[k])
+    end
     if total <= style.width then
-      local blocks, widths, rows = {}, {}, 0
-      for k, picture in ipairs(pictures) do
-        blocks[k] = picture_lines(picture, cell, style.width, style)
-        widths[k] = full_width(picture, cell)
-        rows = math.max(rows, #blocks[k])
-      end
       local lines = {}
       for row = 1, rows do
         local parts = {}
-        for k = 1, #pictures do parts[k] = terminal.pad(blocks[k][row] or "", widths[k]) end
-        lines[row] = table.concat(parts, (" "):rep(gap))
+        for k, picture in ipairs(pictures) do
+          parts[k] = terminal.pad(blocks[k][row] or "", full_width(picture, cell))
+        end
+        lines[row] = table.concat(parts, (" "):rep(GAP))
       end
       return table.concat(lines, "\n")
     end

@@ -5,6 +5,7 @@
 local block_picture = require "limax.draw.block_picture"
 local defaults = require "limax.settings.defaults"
 local palette = require "limax.draw.palette"
+local polygon = require "limax.draw.picture.polygon"
 local skin = require "limax.draw.skin"
 local stage = require "limax.draw.picture.stage"
 local world = require "limax.draw.picture.world"
@@ -13,92 +14,13 @@ local motion = {}
 
 -- A way shorter than this share of a body's length has no direction.
 local LEAST_WAY = 0.05
-
--- Directions of along, away and up in the world. Along is level, in the direction `way`; x where
--- that has hardly any.
-local function axes_of(way, least, up)
-  local function level(v)
-    local rise = v[1] * up[1] + v[2] * up[2] + v[3] * up[3]
-    return { v[1] - rise * up[1], v[2] - rise * up[2], v[3] - rise * up[3] }
-  end
-  local along = level(way)
-  local length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
-  if length < least then
-    along = level { 1, 0, 0 }
-    length = math.sqrt(along[1] ^ 2 + along[2] ^ 2 + along[3] ^ 2)
-  end
-  for k = 1, 3 do along[k] = along[k] / length end
-  return { along, { up[2] * along[3] - up[3] * along[2], up[3] * along[1] - up[1] * along[3],
-    up[1] * along[2] - up[2] * along[1] }, up }
-end
-
-local function mean_of(points)
-  local sum = { 0, 0, 0 }
-  for _, point in ipairs(points) do
-    for k = 1, 3 do sum[k] = sum[k] + point[k] end
-  end
-  return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
-end
-
--- The way of the scene's block; nil where there is no block or it was not recorded.
-local function block_trace(robot)
-  local block = robot.context.scene.block
-  if not block or (robot.context.options.record.block or 0) == 0 then return nil end
-  return robot:trace "block", block.size
-end
-
--- The corners of the scene's block at a moment, along, away, up; none where none was recorded.
-local function block_at(robot, time, turn)
-  local path, size = block_trace(robot)
-  if not path then return {} end
-  local sample = math.min(path:size(), math.floor(time * path.rate + 0.5) + 1)
-  local corners = block_picture.corners(path[sample]:table(), size)
-  for k, corner in ipairs(corners) do corners[k] = turn(corner) end
-  return corners
-end
-
--- The moments nearest to these times: all masses, their middle, and the block's corners.
-local function poses_of(robot, trace, turn, times)
-  local poses, samples = {}, trace:size()
-  for k, wanted in ipairs(times) do
-    local sample = math.min(samples, math.max(0, math.floor(wanted * trace.rate + 0.5)) + 1)
-    local points = {}
-    for m, point in ipairs(trace[sample]:table()) do points[m] = turn(point) end
-    local time = (sample - 1) / trace.rate
-    poses[k] = { sample = sample, time = time, points = points, middle = mean_of(points),
-      block = block_at(robot, time, turn) }
-  end
-  return poses
-end
-
--- The middle of all masses at each sample: along, away, up. (Equal masses make it the centre of
--- mass; a trace of it is used where there is one.)
-local function path_of(robot, trace, turn)
-  local path = {}
-  local recorded = robot.context.options.record.center_of_mass or 0
-  if recorded == trace.rate then
-    local centers = robot:trace "center_of_mass"
-    for s = 1, centers:size() do path[s] = turn(centers[s]) end
-    return path
-  end
-  for s = 1, trace:size() do path[s] = turn(mean_of(trace[s]:table())) end
-  return path
-end
-
--- s before and after a moment over which the eye's height is the mean of the body's, where there is
--- no ground to keep to: half a period of the default muscles.
+-- s: without ground the eye's height is the mean of the body's over this time before and after a
+-- pose, half a period of the default muscles
 local CALM = 0.25
-
--- The height that a pose is seen from: of the ground below its middle, else about that of the body.
-local function base_of(film, pose, rate)
-  local ground = stage.ground_height(film.stage, pose.middle[1], pose.middle[2])
-  if ground then return ground end
-  local around, sum, count = math.floor(CALM * rate + 0.5), 0, 0
-  for s = math.max(1, pose.sample - around), math.min(#film.path, pose.sample + around) do
-    sum, count = sum + film.path[s][3], count + 1
-  end
-  return sum / count
-end
+-- m: anchors hold what is nearer to their box than this; see engine/physics/effects/anchors.h
+local HELD_WITHIN = 1e-6
+-- Hz: shows a gait; much more is memory for nothing
+local ENOUGH = 20
 
 ---@class limax.motion.pose
 ---@field sample integer
@@ -121,8 +43,67 @@ end
 ---@field note string|nil what is not drawn, and why
 ---@field start number m along the way
 
--- m: anchors hold what is nearer to their box than this; see engine/physics/effects/anchors.h
-local HELD_WITHIN = 1e-6
+-- Directions of along, away and up in the world. Along is level, in the direction `way`; x where
+-- that is too short.
+local function axes_of(way, least, up)
+  local function level(v)
+    local rise = polygon.dot(v, up)
+    return { v[1] - rise * up[1], v[2] - rise * up[2], v[3] - rise * up[3] }
+  end
+  local along = level(way)
+  if polygon.dot(along, along) < least ^ 2 then along = level { 1, 0, 0 } end
+  along = polygon.unit(along)
+  return { along, polygon.cross(up, along), up }
+end
+
+local function mean_of(points)
+  local sum = { 0, 0, 0 }
+  for _, point in ipairs(points) do
+    for k = 1, 3 do sum[k] = sum[k] + point[k] end
+  end
+  return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
+end
+
+local function turned(points, turn)
+  local result = {}
+  for k, point in ipairs(points) do result[k] = turn(point) end
+  return result
+end
+
+-- The sample of a trace that is nearest to a time.
+local function sample_at(trace, time)
+  return math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
+end
+
+-- The trace of the scene's block; nil where there is no block or it was not recorded.
+local function block_trace(robot)
+  local recorded = (robot.context.options.record.block or 0) > 0
+  return robot.context.scene.block and recorded and robot:trace "block" or nil
+end
+
+-- The middle of all masses at each sample. (With equal masses it is the centre of mass, whose trace
+-- is used where there is one.)
+local function path_of(robot, trace, turn)
+  local path = {}
+  if robot.context.options.record.center_of_mass == trace.rate then
+    local centers = robot:trace "center_of_mass"
+    for s = 1, centers:size() do path[s] = turn(centers[s]) end
+  else
+    for s = 1, trace:size() do path[s] = turn(mean_of(trace[s]:table())) end
+  end
+  return path
+end
+
+-- The height that a pose is seen from: of the ground below its middle, else about that of the body.
+local function base_of(film, pose, rate)
+  local ground = stage.ground_height(film.stage, pose.middle[1], pose.middle[2])
+  if ground then return ground end
+  local around, sum, count = math.floor(CALM * rate + 0.5), 0, 0
+  for s = math.max(1, pose.sample - around), math.min(#film.path, pose.sample + around) do
+    sum, count = sum + film.path[s][3], count + 1
+  end
+  return sum / count
+end
 
 --- The masses that a scene's anchors hold.
 ---@param robot limax.scored_robot
@@ -160,8 +141,7 @@ local function film_of(robot, way, least)
   local materials, used = context.materials:table().materials, {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
   return { materials = materials, colors = palette.of(materials), used = used, world = around,
-    held = motion.held(robot, sites),
-    faces = skin.faces(robot.body.voxel, mass_at),
+    held = motion.held(robot, sites), faces = skin.faces(robot.body.voxel, mass_at),
     stage = stage.new(around, axes_of(way, least, around.up)) }
 end
 
@@ -170,13 +150,24 @@ end
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)
-  local trace = robot:trace "position"
+  local trace, block = robot:trace "position", block_trace(robot)
   local film = film_of(robot, robot:displacement(), LEAST_WAY * robot:length())
-  film.path = path_of(robot, trace, film.stage.turn)
-  film.poses = poses_of(robot, trace, film.stage.turn, times)
-  for _, pose in ipairs(film.poses) do pose.base = base_of(film, pose, trace.rate) end
-  if robot.context.scene.block and not block_trace(robot) then
-    film.note = "the block is not drawn: its way was not recorded"
+  local turn = film.stage.turn
+  film.path, film.poses = path_of(robot, trace, turn), {}
+  for k, wanted in ipairs(times) do
+    local sample = sample_at(trace, wanted)
+    local pose = { sample = sample, time = (sample - 1) / trace.rate, block = {},
+      points = turned(trace[sample]:table(), turn) }
+    pose.middle = mean_of(pose.points)
+    pose.base = base_of(film, pose, trace.rate)
+    if block then
+      pose.block = turned(block_picture.corners(block[sample_at(block, pose.time)]:table(),
+        robot.context.scene.block.size), turn)
+    end
+    film.poses[k] = pose
+  end
+  if robot.context.scene.block and not block then
+    film.note = "the block is not drawn: its positions were not recorded"
   end
   film.start = film.poses[1].middle[1]
   return film
@@ -189,15 +180,14 @@ end
 ---@return limax.motion.film
 function motion.now(robot, positions, time)
   local film, context = film_of(robot, { 1, 0, 0 }, 0), robot.context
-  local turn, pose = film.stage.turn, { sample = 1, time = time, points = {}, block = {} }
-  for m, point in ipairs(positions) do pose.points[m] = turn(point) end
+  local turn = film.stage.turn
+  local pose = { sample = 1, time = time, points = turned(positions, turn), block = {} }
   pose.middle = mean_of(pose.points)
   if context.scene.block then
     local block = context.simulation:block(context.index)
     local p, q = block.position, block.orientation
-    local corners = block_picture.corners({ p[1], p[2], p[3], q[1], q[2], q[3], q[4] },
-      context.scene.block.size)
-    for k, corner in ipairs(corners) do pose.block[k] = turn(corner) end
+    pose.block = turned(block_picture.corners({ p[1], p[2], p[3], unpack(q) },
+      context.scene.block.size), turn)
   end
   film.poses, film.path, film.start = { pose }, { pose.middle }, pose.middle[1]
   pose.base = base_of(film, pose, 1)
@@ -223,12 +213,12 @@ function motion.position_rate(record)
   local best
   for _, kind in ipairs(defaults.traces) do
     local rate = record[kind] or 0
-    -- 20 Hz show a gait; much more is memory for nothing
-    if rate > 0 and (not best or best < 20 and rate > best or rate >= 20 and rate < best) then
+    if rate > 0 and (not best or best < ENOUGH and rate > best
+      or rate >= ENOUGH and rate < best) then
       best = rate
     end
   end
-  return best or 20
+  return best or ENOUGH
 end
 
 ---@class limax.motion.options
@@ -238,8 +228,8 @@ end
 ---@field duration? number s
 ---@field progress? fun(progress: table)
 
---- Simulates a robot with its positions recorded. `nil, message` where it comes to no good end:
---- there is nothing to draw.
+--- Simulates a robot with its positions recorded. `nil, message` where the simulation fails: there
+--- is nothing to draw.
 ---@param robot limax.robot
 ---@param options? limax.motion.options
 ---@return limax.scored_robot|nil
@@ -251,7 +241,7 @@ function motion.simulate(robot, options)
   for kind, rate in pairs(own) do
     if kind ~= "position" then record[kind] = rate end
   end
-  -- the block of the scene that is drawn, which need not be the robot's own
+  -- the block of the scene that is drawn, which may not be the robot's own
   local scene = options.scene or robot.description.scene or {}
   record.block = scene.block and record.position or nil
   local walked = robot:simulate { record = record, device = options.device,

@@ -1,18 +1,17 @@
---- skin.lua: the outside of a deformed body in oblique projection: what is along the way and up is
---- drawn true, what is away from the eye goes up and to the right. Points are { along, away, up },
---- m.
+--- skin.lua: the outside of a deformed body. Points are { along, away, up }, m.
 
 local palette = require "limax.draw.palette"
+local polygon = require "limax.draw.picture.polygon"
 
 local skin = {}
 
---- How far a metre away from the eye moves a point to the right and up.
+--- How far a metre away from the eye moves a point to the right and up in oblique projection.
 skin.recede_x, skin.recede_y = 0.36, 0.22
 
---- The lines between the faces of a body.
+--- Colour of the lines between the faces of a body.
 skin.ink = "#ffffff"
 
--- Towards the light, of length 1: from the left, from above, from the eye's side.
+-- Direction to the light, of length 1: from the left, from above, from the eye's side.
 local light = { -0.40, -0.45, 0.80 }
 
 -- The six sides of a voxel: where the neighbour is, and the four corners, counter-clockwise seen
@@ -60,40 +59,31 @@ end
 --- How bright a face with this normal is: a factor on its colour.
 ---@param normal number[] of length 1
 ---@return number
-function skin.brightness(normal)
-  return 0.80 + 0.28 * (normal[1] * light[1] + normal[2] * light[2] + normal[3] * light[3])
-end
+function skin.brightness(normal) return 0.80 + 0.28 * polygon.dot(normal, light) end
 
 --- The faces that look at the eye.
 ---@param faces { corners: integer[], letter: string }[]
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
 ---@param sight number[] away from the eye
----@param held? table<integer, boolean> masses that stay where they are: edges between two are
---- "held"
+---@param held? table<integer, boolean> masses that anchors hold: edges between two are "held"
 ---@return limax.picture.polygon[]
 function skin.visible(faces, positions, colors, sight, held)
   held = held or {}
   local list = {}
   for _, face in ipairs(faces) do
-    local p = {}
-    for k = 1, 4 do p[k] = positions[face.corners[k]] end
-    -- normal of a quad that need not be flat: the cross product of its diagonals
-    local a, b, n = {}, {}, {}
-    for k = 1, 3 do a[k], b[k] = p[3][k] - p[1][k], p[4][k] - p[2][k] end
-    for k = 1, 3 do
-      local i, j = k % 3 + 1, (k + 1) % 3 + 1
-      n[k] = a[i] * b[j] - a[j] * b[i]
+    local p, edges, one, other = {}, {}, {}, {}
+    for k, corner in ipairs(face.corners) do
+      p[k] = positions[corner]
+      edges[k] = held[corner] and held[face.corners[k % 4 + 1]] and "held" or true
     end
-    local length = math.sqrt(n[1] ^ 2 + n[2] ^ 2 + n[3] ^ 2)
-    if length > 0 and n[1] * sight[1] + n[2] * sight[2] + n[3] * sight[3] < 0 then
-      for k = 1, 3 do n[k] = n[k] / length end
-      local edges = {}
-      for k = 1, 4 do
-        edges[k] = held[face.corners[k]] and held[face.corners[k % 4 + 1]] and "held" or true
-      end
-      list[#list + 1] = { points = p, edges = edges, look = {
-        fill = palette.shade(colors[face.letter].hex, skin.brightness(n)), ink = skin.ink } }
+    -- a quad need not be flat: its normal is that of its diagonals
+    for c = 1, 3 do one[c], other[c] = p[3][c] - p[1][c], p[4][c] - p[2][c] end
+    local normal = polygon.cross(one, other)
+    if polygon.dot(normal, sight) < 0 then
+      local brightness = skin.brightness(polygon.unit(normal))
+      list[#list + 1] = { points = p, edges = edges,
+        look = { fill = palette.shade(colors[face.letter].hex, brightness), ink = skin.ink } }
     end
   end
   return list

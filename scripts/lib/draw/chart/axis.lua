@@ -1,12 +1,12 @@
---- axis.lua: logarithmic and linear axes of a chart: the range that holds all values, places of
---- values between 0 and 1, ticks and their labels.
+--- axis.lua: logarithmic and linear axes of a chart: the range that holds all values, the place of
+--- a value between 0 and 1, ticks and their labels.
 
 local axis = {}
 
 local SUPERSCRIPTS = { ["-"] = "⁻", ["0"] = "⁰", ["1"] = "¹", ["2"] = "²", ["3"] = "³",
   ["4"] = "⁴", ["5"] = "⁵", ["6"] = "⁶", ["7"] = "⁷", ["8"] = "⁸", ["9"] = "⁹" }
 
--- A digit times 10 to the power n, as people read it: plain near 1.
+-- A digit times 10 to the power n; a plain number near 1.
 local function power_text(digit, n)
   if n >= -2 and n <= 3 then return ("%g"):format(digit * 10 ^ n) end
   return (digit == 1 and "10" or digit .. "·10") .. tostring(n):gsub(".", SUPERSCRIPTS)
@@ -28,7 +28,7 @@ local function logarithmic(low, high)
   local first, last = math.log10(low), math.log10(high)
   local ticks = {}
   local decades = last - first
-  -- more decades than this and their labels would crowd each other
+  -- labels of more than eight decades would crowd each other
   local every = math.max(1, math.ceil(decades / 8))
   for n = math.floor(first), math.ceil(last) do
     for digit = 1, 9 do
@@ -70,39 +70,38 @@ local function linear(low, high)
   end, ticks
 end
 
---- An axis that holds all `values`. A logarithmic one leaves out what is not above 0 and gets half
---- a decade of room where there is none; `low` and `high` fix an end, `reversed` puts the high end
---- first.
----@param given { label: string, linear: boolean|nil, low: number|nil, high: number|nil,
+--- An axis that holds all `values`. A logarithmic one leaves out values up to 0 and spans half a
+--- decade at least; `low` and `high` fix an end, `reversed` puts the high end first.
+---@param options { label: string, linear: boolean|nil, low: number|nil, high: number|nil,
 --- reversed: boolean|nil, text: nil|fun(value: number): string }
 ---@param values number[]
 ---@return limax.chart.axis
-function axis.new(given, values)
-  local low, high = given.low or math.huge, given.high or -math.huge
+function axis.new(options, values)
+  local low, high = options.low or math.huge, options.high or -math.huge
   for _, value in ipairs(values) do
-    local fits = value == value and math.abs(value) < math.huge and (given.linear or value > 0)
-    if fits and not given.low then low = math.min(low, value) end
-    if fits and not given.high then high = math.max(high, value) end
+    local fits = value == value and math.abs(value) < math.huge and (options.linear or value > 0)
+    if fits and not options.low then low = math.min(low, value) end
+    if fits and not options.high then high = math.max(high, value) end
   end
-  if low > high then low, high = given.linear and 0 or 0.1, 1 end
-  if given.linear then
+  if low > high then low, high = options.linear and 0 or 0.1, 1 end
+  if options.linear then
     local room = high > low and 0.05 * (high - low) or math.max(0.05 * math.abs(low), 1e-3)
-    low, high = given.low or low - room, given.high or high + room
+    low, high = options.low or low - room, options.high or high + room
   else
     -- a little room, and half a decade at least
     local room = math.max(1.25, math.sqrt(10 ^ 0.5 / (high / low)))
-    low, high = given.low or low / room, given.high or high * room
+    low, high = options.low or low / room, options.high or high * room
   end
-  local place, ticks = (given.linear and linear or logarithmic)(low, high)
-  if given.reversed then
+  local place, ticks = (options.linear and linear or logarithmic)(low, high)
+  if options.reversed then
     local forwards = place
     place = function(value) return 1 - forwards(value) end
     for _, tick in ipairs(ticks) do tick.at = 1 - tick.at end
   end
-  if given.text then
-    for _, tick in ipairs(ticks) do tick.text = tick.text and given.text(tick.value) end
+  if options.text then
+    for _, tick in ipairs(ticks) do tick.text = tick.text and options.text(tick.value) end
   end
-  return { place = place, ticks = ticks, low = low, high = high, label = given.label }
+  return { place = place, ticks = ticks, low = low, high = high, label = options.label }
 end
 
 return axis

@@ -120,7 +120,7 @@ function scene.frame(film, view, width, count, options)
       end
     end
   end
-  local flow_room = flow.room(film.stage, view)
+  local flow_room = flow.room(film.stage)
   local panel = math.floor((width - (count - 1) * options.gap) / count)
   local room = 0.03 * (most[1] - least[1])
   local frame = { view = view, panel = panel, count = count, gap = options.gap, left = 0, top = 0,

@@ -155,7 +155,7 @@ function replay.of(walked, description, name, about)
   if block and (context.options.record.block or 0) == trace.rate then
     add_block(result, samples, walked:trace "block", stride, block.size, own)
   elseif block then
-    result.note = "the block is not shown: its way was not recorded"
+    result.note = "the block is not shown: its positions were not recorded"
   end
   local low, high = ends_of(samples)
   local extent = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])

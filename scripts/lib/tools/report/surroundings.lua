@@ -112,7 +112,9 @@ function surroundings.of(given, low, high)
       seen = seen and sphere.center[c] + sphere.radius > from[c]
         and sphere.center[c] - sphere.radius < to[c]
     end
-    if seen then table.insert(result.spheres, sphere) end
+    if seen then
+      table.insert(result.spheres, { center = sphere.center, radius = sphere.radius })
+    end
   end
   for k, flow in ipairs(given.flows) do
     result.flows[k] = { name = flow.kind, label = world.flow_label(flow),

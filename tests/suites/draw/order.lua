@@ -1,5 +1,4 @@
---- picture_order.lua: what pictures paint over what: everything before what it hides and behind
---- what hides it.
+--- order.lua: the painting order: a piece is painted before whatever hides it.
 
 local block_picture = require "limax.draw.block_picture"
 local limax = require "limax"
@@ -9,7 +8,7 @@ local skin = require "limax.draw.skin"
 local stage = require "limax.draw.picture.stage"
 local view = require "limax.draw.picture.view"
 
-local suite = require("limax.test").suite "picture_order"
+local suite = require("limax.test").suite "draw_order"
 
 local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 local SLAB = { low = { -1, -1, -1 }, high = { 1, 1, 1 } }

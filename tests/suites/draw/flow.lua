@@ -1,0 +1,122 @@
+--- flow.lua: wind and current in pictures: arrows in their direction, longer if faster, with words.
+
+local film_strip = require "limax.draw.film_strip"
+local flow = require "limax.draw.picture.flow"
+local limax = require "limax"
+local painted = require "support.painted"
+local repl_picture = require "limax.tools.repl.picture"
+local source = require "limax.base.source"
+local stage = require "limax.draw.picture.stage"
+local surroundings = require "limax.tools.report.surroundings"
+local view = require "limax.draw.picture.view"
+local world = require "limax.draw.picture.world"
+
+local suite = require("limax.test").suite "draw_flow"
+
+local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
+
+local function windy(velocity) return { wind = { velocity = velocity, drag = 0.01 } } end
+
+-- What is drawn of the flows of a scene at 100 px/m and 10 px a capital: ends of the arrows, numbers
+-- of dots, lines and rings, and the texts.
+local function drawn(scene, name)
+  local got = { tips = {}, starts = {}, dots = 0, lines = 0, rings = 0, texts = {} }
+  local canvas = {}
+  function canvas.line(_, from)
+    got.lines = got.lines + 1
+    got.starts[#got.starts + 1] = from
+  end
+  function canvas.polygon(_, points) got.tips[#got.tips + 1] = points[1] end
+  function canvas.circle(_, _, _, style)
+    local kind = style.fill and "dots" or "rings"
+    got[kind] = got[kind] + 1
+  end
+  function canvas.text(_, _, _, text) got.texts[#got.texts + 1] = text end
+  local turned = stage.new(world.of(scene), AXES)
+  flow.draw(canvas, turned, { view = view.of[name], scale = 100, text = 10, capital = 1, left = 0 },
+    0)
+  return got, flow.room(turned)
+end
+
+-- Right and up on the page, px, of the first arrow.
+local function arrow(got)
+  local from, tip = got.starts[1], got.tips[1]
+  return tip[1] - from[1], from[2] - tip[2]
+end
+
+suite:test("an arrow has the direction of the flow as the eye sees it", function(t)
+  for _, name in ipairs(view.names) do
+    for _, v in ipairs { { 3, 0, 0 }, { 0, 2, 0 }, { 1, -2, 2 }, { 0.4, 1, -2 } } do
+      local x, y = arrow((drawn(windy(v), name)))
+      local right, up = view.of[name].project(v)
+      local length = math.sqrt((x ^ 2 + y ^ 2) * (right ^ 2 + up ^ 2))
+      t:near((x * right + y * up) / length, 1, { atol = 1e-9 })
+    end
+  end
+end)
+
+suite:test("an arrow is longer when the flow is faster, within limits", function(t)
+  local before = 0
+  for _, speed in ipairs { 1e-9, 8, 10, 13, 1000 } do
+    local x, y = arrow((drawn(windy { speed, 0, 0 }, "side")))
+    t:near(y, 0, { atol = 1e-9 })
+    t:ok(x > before and x >= 20 and x <= 40, ("%g m/s: %.1f px"):format(speed, x))
+    before = x
+  end
+end)
+
+suite:test("a flow along the line of sight is a dot or a cross in a ring", function(t)
+  local up = drawn(windy { 0, 0, 2 }, "top")
+  t:equal({ up.rings, up.dots, up.lines, #up.tips }, { 1, 1, 0, 0 })
+  local down = drawn(windy { 0, 0, -2 }, "top")
+  t:equal({ down.rings, down.dots, down.lines, #down.tips }, { 1, 0, 2, 0 })
+end)
+
+suite:test("rows are apart, and nothing takes room where nothing flows", function(t)
+  local got, room = drawn({ wind = { velocity = { 0, 0, 50 } },
+    drag = { current = { 0, 0, -40 } } }, "side")
+  t:equal(got.texts, { "wind 50 m/s", "current 40 m/s" })
+  -- up from the first, down from the second
+  t:ok(got.starts[1][2] < got.starts[2][2] and got.tips[2][2] <= room * 10)
+  local rest, none = drawn({ wind = { velocity = { 0, 0, 0 } } }, "side")
+  t:equal({ none, #rest.texts, rest.lines + rest.rings }, { 0, 0, 0 })
+end)
+
+suite:test("flows in words", function(t)
+  local function words(scene) return world.words(world.of(scene)) end
+  t:equal(words(windy { 5, 0, 0 }), "wind of 5 m/s along x")
+  t:equal(words(windy { 3, 4, -0 }), "wind of 5 m/s along (0.6, 0.8, 0)")
+  t:equal(words(windy { 0, 0, 0 }), "still air")
+  t:equal(words { drag = { current = { 0, 0, 0 } } }, "a fluid")
+  t:equal(words { drag = { current = { 0, 0, -0.5 } } }, "a current of 0.5 m/s along -z")
+  t:equal(words { magnet = { force = "f = vec(0, 0, 0);" } }, "force magnet")
+  t:equal(words {}, "")
+end)
+
+suite:test("film strips and pictures in the REPL have the arrows and the words", { limit = 20 },
+  function(t)
+    local scene = limax.scenes.land { wind = { velocity = { 0, 2, 0 }, drag = 0.01 },
+      drag = { density = 1.2, current = { -0.5, 0, 0 } } }
+    local moving = limax.robot { voxels = painted.VOXELS }:begin { duration = 1, settle = 0,
+      scene = scene }
+    for _, svg in ipairs { film_strip.svg(painted.walked_in(scene)),
+      source.read(repl_picture.write(moving, t:folder() .. "/now.svg")) } do
+      for _, ink in pairs(world.flow_ink) do
+        t:ok(select(2, svg:gsub(ink, "")) >= 3, "shaft, head and text in " .. ink)
+      end
+      t:ok(svg:find(">wind 2 m/s<", 1, true) and svg:find(">current 0.5 m/s<", 1, true))
+      t:ok(svg:find "<desc>[^<]*wind of 2 m/s along y, a current of 0%.5 m/s along %-x[^<]*</desc>",
+        "for screen readers")
+    end
+  end)
+
+suite:test("the page's viewer gets flows in the world's own coordinates", function(t)
+  local around = world.of { ground = { height = 0 }, wind = { velocity = { 0, 2, 0 } },
+    drag = { current = { 0, 0, 0 } } }
+  local shown = surroundings.of(around, { 0, 0, 0 }, { 1, 1, 1 })
+  t:equal(shown.flows, { { name = "wind", label = "wind 2 m/s", velocity = { 0, 2, 0 },
+    hex = world.flow_ink.wind } })
+  t:equal(surroundings.of(world.of {}, { 0, 0, 0 }, { 1, 1, 1 }).flows, nil)
+end)
+
+return suite
