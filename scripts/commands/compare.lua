@@ -62,7 +62,7 @@ end
 ---@return integer status
 function command.run(arguments)
   printed(arguments)
-  local list = runs.read(runs.expand(arguments))
+  local list = runs.read(arguments)
   local groups = arms.group(list)
   local device = engine.device(arguments.device)
   local outcomes = outcome.measure(list, device)

@@ -6,10 +6,10 @@ local curves = require "limax.tools.compare.curves"
 local evolution = require "support.evolution"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
+local ledgers = require "limax.tools.compare.ledgers"
 local limax = require "limax"
 local palette = require "limax.draw.palette"
 local process = require "support.process"
-local proposals = require "limax.tools.compare.proposals"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
 local tables = require "limax.tools.compare.tables"
@@ -110,7 +110,7 @@ suite:test("the outcome is the last champion at publish under the first material
   local folder = run(t:folder() .. "/r", { generations = 4, fitness = { "distance", axis = "x" },
     supervision = { materials = true },
     supervisor = function() return { materials = { bone = { stiffness = 9000 } } } end })
-  local read = runs.read { { path = folder } }
+  local read = runs.read { folder }
   local value = require("limax.tools.compare.outcome").measure(read, limax.engine.device "cpu")[read[1]]
   local champion = limax.robot(folder .. "/r01/champions/g0003.json")
   local again = champion:simulate { accuracy = "publish", materials = read[1].config.materials }
@@ -138,7 +138,7 @@ suite:test("other questions and budgets are refused with the fields that differ"
   local function refused(fields, ...)
     local first = run(base .. "/a" .. #host.file.list(base), { seed = 1 })
     local second = run(base .. "/b" .. #host.file.list(base), fields)
-    local list = runs.read { { path = first }, { path = second } }
+    local list = runs.read { first, second }
     for _, text in ipairs { "another question or budget", ... } do
       t:raises(text, function() arms.group(list) end)
     end
@@ -148,21 +148,21 @@ suite:test("other questions and budgets are refused with the fields that differ"
   refused({ population = 8, lattice = { 2, 2, 3 } }, "  lattice.3: 2, 3", "  population: 6, 8")
   refused({ simulation = { duration = 0.1, settle = 0, accuracy = "preview" } },
     "  simulation.duration: 0.2, 0.1")
-  t:raises("is no run folder and no study", function() runs.expand { base } end)
+  t:raises("is not a run folder", function() runs.read { base } end)
   local twice = run(base .. "/twice", {})
   t:raises("are the same: arm fixed, seed 1, repetition 1", function()
-    arms.group(runs.read { { path = twice }, { path = twice } })
+    arms.group(runs.read { twice, twice })
   end)
   assert(host.file.write_atomic(twice .. "/STATUS", '{"state":"interrupted"}\n'))
-  t:raises("is not done (interrupted)", function() runs.read { { path = twice } } end)
+  t:raises("is not done (interrupted)", function() runs.read { twice } end)
 end)
 
 suite:test("arms that share a supervisor are told apart by what differs", function(t)
   local base = t:folder()
-  local list = runs.read { { path = run(base .. "/a", { supervisor = "rules" }) },
-    { path = run(base .. "/b", { supervisor = { "rules", patience = 2 } }) },
-    { path = run(base .. "/c", { supervisor = "rules", breeding = { mutation_rate = 0.2 } }) },
-    { path = run(base .. "/d", { supervisor = "rules", name = "other", seed = 2 }) } }
+  local list = runs.read { run(base .. "/a", { supervisor = "rules" }),
+    run(base .. "/b", { supervisor = { "rules", patience = 2 } }),
+    run(base .. "/c", { supervisor = "rules", breeding = { mutation_rate = 0.2 } }),
+    run(base .. "/d", { supervisor = "rules", name = "other", seed = 2 }) }
   local names = {}
   for i, arm in ipairs(arms.group(list)) do names[i] = ("%s: %d"):format(arm.name, #arm.runs) end
   t:equal(names[1], "rules: 2")
@@ -175,7 +175,7 @@ suite:test("arms that no supervisor tells apart have their experiments' names", 
   local function wait() end
   local function names_of(given)
     local list, names = {}, {}
-    for k, each in ipairs(given) do list[k] = { path = run(base .. "/" .. each.at, each[1]) } end
+    for k, each in ipairs(given) do list[k] = run(base .. "/" .. each.at, each[1]) end
     for i, arm in ipairs(arms.group(runs.read(list))) do names[i] = arm.name end
     return names
   end
@@ -193,11 +193,11 @@ end)
 
 suite:test("an arm that repeats another run says whose parameters they are", function(t)
   local base = t:folder()
-  local given = { { path = run(base .. "/a", { supervisor = "random" }) },
-    { path = run(base .. "/b", { supervisor = "fixed", seed = 2 }) } }
+  local given = { run(base .. "/a", { supervisor = "random" }),
+    run(base .. "/b", { supervisor = "fixed", seed = 2 }) }
   for seed, lender in ipairs { "b", "a", "a" } do
-    given[#given + 1] = { path = run(base .. "/yoked" .. seed, { seed = seed + 2,
-      supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } }) }
+    given[#given + 1] = run(base .. "/yoked" .. seed, { seed = seed + 2,
+      supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } })
   end
   local groups = arms.group(runs.read(given))
   t:equal(#groups, 4)
@@ -304,9 +304,9 @@ suite:test("exploratory: shares of proposed fields by what became of them", func
   local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
     { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
     { outcome = "accepted" } } } } }
-  t:equal(proposals.shares { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
+  t:equal(ledgers.proposals { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
     rate_limited = 0.25, rejected = 0 })
-  t:equal(proposals.shares { { ledger = {} } }, { proposed = 0 })
+  t:equal(ledgers.proposals { { ledger = {} } }, { proposed = 0 })
 end)
 
 suite:test("exploratory: a missed target is censored, the area is a mean", function(t)

@@ -126,7 +126,7 @@ suite:test("arms have equal first populations and budgets", { limit = 300 }, fun
   t:ok(first[1] ~= first[2])
 
   -- each run uses the budget up to less than one population, tuning included
-  for _, run in ipairs(runs.read(runs.expand { whole.out })) do
+  for _, run in ipairs(runs.read { whole.out }) do
     t:ok(run.evaluations <= 32 and run.evaluations > 32 - 4, run.path .. ": " .. run.evaluations)
     t:equal(run.before > 0, run.arm == "tuned_fixed")
   end
@@ -157,7 +157,7 @@ suite:test("a study that was stopped continues to the same bytes", { limit = 60 
     if count == 4 then error("stop", 0) end
   end
   t:raises("stop", function() study.run(stopped) end)
-  t:raises("runs are not done", function() runs.expand { stopped.out } end)
+  t:raises("runs are not done", function() runs.read { stopped.out } end)
   cut_to(stopped.out .. "/fixed/r01", 1)
   local again = tiny(stopped.out, some)
   study.run(again)

@@ -107,7 +107,7 @@ suite:test("a run without a generation, and no run", function(t)
   t:ok(done.stderr:find("nothing to report", 1, true), done.stderr)
   done = process.ends(base, { "watch", "nothing" })
   t:equal(done.status, 2)
-  t:ok(done.stderr:find("nothing is no run folder", 1, true), done.stderr)
+  t:ok(done.stderr:find("nothing is not a run folder", 1, true), done.stderr)
 end)
 
 return suite

@@ -1,6 +1,6 @@
 --- arms.lua: runs grouped into arms, by configuration without seed and repetition. Arms differ in
---- how they search; what they search for and how much they may spend must be the same, else nothing
---- can be said about them together.
+--- how they search; what they search for and their budget must be the same, else they cannot be
+--- compared.
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -10,24 +10,24 @@ local source = require "limax.base.source"
 
 local arms = {}
 
--- What says nothing about an arm: who repeats it, what it is called, what it writes down.
+-- Fields in which the runs of an arm may differ.
 local ASIDE = { seed = true, repetitions = true, run = true, name = true, schema = true,
   not_in_paper = true, record = true, evaluations = true }
 
 -- What must be equal in all runs: the question (fitness, world, body, time) and the budget.
 local QUESTION = { fitness = true, lattice = true, materials = true, scene = true,
   population = true, generations = true }
--- of `simulation` everything but what a tier sets: the outcome is simulated again at one tier
+-- of `simulation` everything except what a tier sets: the outcome is simulated again at one tier
 local OF_TIER = { accuracy = true, integrator = true, precision = true, time_step = true,
   bound_fraction = true, time_step_most = true }
 
--- Supervisors that read another run: which one differs between repetitions of one arm.
+-- Supervisors that read another run, which differs between repetitions of one arm.
 local READERS = { yoked = true, shuffled = true, constant_median = true, replay = true }
 
 -- The longest list of differing fields that a message shows.
 local MOST_SHOWN = 12
 
--- A function is its text: the same one in two files is the same.
+-- Functions are compared by their text, not by their file.
 local function shown(value)
   if type(value) == "table" and value.sha256 and value.first_line then
     return schema.show(value.sha256)
@@ -35,7 +35,7 @@ local function shown(value)
   return flat.text(value)
 end
 
--- The fields that an arm is told by, and those that all runs share, by path.
+-- The fields that identify an arm, and those that all runs share, by path.
 local function fields_of(run)
   local own, shared = {}, {}
   local config = source.copy(run.config)
@@ -52,14 +52,14 @@ local function fields_of(run)
       flat.add(value, name, QUESTION[name] and shared or own, shown)
     end
   end
-  -- what was spent on tuning is of the same budget
+  -- tuning counts for the budget
   if config.evaluations then
     shared.evaluations = schema.show(config.evaluations + run.before)
   end
   return own, shared
 end
 
--- Refuses runs that asked another question or had another budget.
+-- Refuses runs with another question or another budget.
 local function check_question(first, shared, run, its)
   local list, texts = flat.differences(shared, its), {}
   if #list == 0 then return end
@@ -80,7 +80,7 @@ local function supervisor_name(config)
   return supervisor.name or tostring(supervisor[1])
 end
 
--- The name that the experiments of an arm have, where those of no other arm have it.
+-- The name of an arm's experiments, where no experiment of another arm has it.
 local function own_name(arm, groups)
   local name = arm.runs[1].config.name
   for _, other in ipairs(groups) do
@@ -92,7 +92,7 @@ local function own_name(arm, groups)
   return name
 end
 
--- Is a supervisor's name enough to know this arm by: no place in a script, and of no other arm?
+-- Does a supervisor's name identify this arm: no place in a script, and of no other arm?
 local function is_telling(arm, groups)
   local config = arm.runs[1].config
   if type(config.supervisor) == "table" and config.supervisor["function"] then return false end
@@ -103,9 +103,8 @@ local function is_telling(arm, groups)
   return true
 end
 
--- The name of an arm: its supervisor; where that does not tell it from others, the name of its
--- experiments; where they have none of their own, what else it differs in from the first arm of
--- that supervisor.
+-- The name of an arm: its supervisor; where another arm has the same, the name of its experiments;
+-- where they have none of their own, the fields that differ from the first arm of that supervisor.
 local function name_arm(arm, named, own)
   if own then return own end
   local base = supervisor_name(arm.runs[1].config)
@@ -127,12 +126,12 @@ end
 ---@field by_pair table<string, limax.compare.run> by "seed/repetition"
 ---@field donor string|nil
 
---- What two runs of a pair have in common.
+--- What makes two runs a pair.
 ---@param run limax.compare.run
 ---@return string
 function arms.pair(run) return ("%s/%d"):format(run.seed, run.repetition) end
 
--- Runs in the order of their pairs, none of them twice.
+-- Sorts runs by their pairs, and refuses one that is there twice.
 local function order(arm)
   table.sort(arm.runs, function(a, b)
     if a.seed ~= b.seed then return #a.seed < #b.seed or #a.seed == #b.seed and a.seed < b.seed end

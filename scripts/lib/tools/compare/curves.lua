@@ -1,5 +1,5 @@
 --- curves.lua: what a run reached after how many evaluations. An evaluation is one simulation of a
---- robot for its score; elites that keep their score are none, and those of a tuning come first.
+--- robot for its score; elites that keep their score need none, and those of a tuning come first.
 
 local runs = require "limax.tools.compare.runs"
 local sample = require "limax.base.statistics.sample"
@@ -61,19 +61,9 @@ local function area(points)
   return span > 0 and sum / span or best
 end
 
---- A field of each run.
----@param list limax.compare.run[]
----@param name string
----@return table<limax.compare.run, any>
-function curves.field_of(list, name)
-  local values = {}
-  for _, run in ipairs(list) do values[run] = run[name] end
-  return values
-end
-
---- Exploratory numbers of an arm: runs that reached the target, the median of the evaluations that
---- it took (runs that missed it count as longer than all; nil where the median is one of them), and
---- the centre of the area under the curve, as a mean over evaluations.
+--- Exploratory numbers of an arm: how many runs reached the target, the median of the evaluations
+--- that this took (runs that missed it count as longer than all; nil where the median is one of
+--- them), and the centre of the area under the curve, as a mean over evaluations.
 ---@param list limax.compare.run[]
 ---@param target number
 ---@return { reached: integer, evaluations: number|nil, area: number, areas: number[],

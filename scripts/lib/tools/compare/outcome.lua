@@ -16,13 +16,13 @@ local source = require "limax.base.source"
 
 local outcome = {}
 
---- What the outcome is, as tables say it.
+--- What the outcome is, for tables.
 outcome.TEXT = "best_standard of the last generation, its champion simulated again at publish"
 local TIER = "publish"
 
--- The fitness of a configuration: by name, or the function that the run's script gives. `known`
--- are those functions by their text, so that a script is run once.
-local function fitness_of(run, known)
+-- The fitness of a configuration: by name, or the function of the run's script. `functions` are
+-- those of scripts by their text, so that a script is run once.
+local function fitness_of(run, functions)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
   if stored.name then
@@ -33,8 +33,7 @@ local function fitness_of(run, known)
     return fitness.get(spec).call
   end
   local sha256 = stored["function"].sha256
-  if known[sha256] then return known[sha256] end
-  -- the script as it was
+  if functions[sha256] then return functions[sha256] end
   local name = run.config.run.script
   local experiment = name and script.run(("%s/scripts/%s"):format(run.path, name))
   local call = type(experiment) == "table" and experiment.fitness and experiment.fitness.call
@@ -42,19 +41,19 @@ local function fitness_of(run, known)
     failure.raise(2, ("%s: its fitness is a function that no script in it returns with its "
       .. "experiment; the outcome cannot be measured"):format(run.path))
   end
-  known[sha256] = call
+  functions[sha256] = call
   return call
 end
 
--- What two runs share whose champions can be simulated together.
+-- Equal for runs whose champions can be simulated together.
 local function key_of(run)
   local config = run.config
   return host.json.encode { config.lattice, config.materials, config.scene, config.simulation,
     config.record }
 end
 
--- The champions of runs of one world, all at a time.
-local function simulate(list, device, values, fitness_call, known)
+-- Simulates the champions of runs with the same world in one batch.
+local function simulate(list, device, values, fitness_call, functions)
   local config = list[1].config
   local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
   local options = rescore.options(config, { accuracy = TIER })
@@ -70,7 +69,7 @@ local function simulate(list, device, values, fitness_call, known)
     if result.status == "done" then
       local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
         outcome = result, body = body.record(robots, i, materials) }
-      local call = fitness_call or fitness_of(run, known)
+      local call = fitness_call or fitness_of(run, functions)
       values[run] = scoring.call(call, scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }))
@@ -78,13 +77,13 @@ local function simulate(list, device, values, fitness_call, known)
   end
 end
 
---- The outcome of each run; a champion that does not end well at `publish` has none.
+--- The outcome of each run; a champion whose simulation fails at `publish` has none.
 ---@param list limax.compare.run[]
 ---@param device limax.device
----@param fitness_call? function the fitness of all of them, where it is at hand
+---@param fitness_call? function the fitness of all of them, if the caller has it
 ---@return table<limax.compare.run, number>
 function outcome.measure(list, device, fitness_call)
-  local values, groups, by_key, known = {}, {}, {}, {}
+  local values, groups, by_key, functions = {}, {}, {}, {}
   for _, run in ipairs(list) do
     local key = key_of(run)
     if not by_key[key] then
@@ -93,7 +92,7 @@ function outcome.measure(list, device, fitness_call)
     end
     table.insert(by_key[key], run)
   end
-  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call, known) end
+  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call, functions) end
   return values
 end
 

@@ -3,9 +3,8 @@
 
 local csv = require "limax.base.csv"
 local host = require "limax.host"
-local model = require "limax.tools.compare.model"
+local ledgers = require "limax.tools.compare.ledgers"
 local outcome = require "limax.tools.compare.outcome"
-local proposals = require "limax.tools.compare.proposals"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
@@ -21,14 +20,12 @@ local function number(value, pattern) return value and (pattern or "%.4g"):forma
 local function spread(values)
   local sorted, texts = { unpack(values) }, {}
   table.sort(sorted)
-  if #sorted >= sample.LEAST_FOR_MEAN then
-    return ("%.4g to %.4g"):format(sorted[1], sorted[#sorted])
-  end
   for i, value in ipairs(sorted) do texts[i] = ("%.4g"):format(value) end
+  if #texts >= sample.LEAST_FOR_MEAN then return texts[1] .. " to " .. texts[#texts] end
   return table.concat(texts, " ")
 end
 
--- What the centres of all arms are; arms of few runs have a median, others none.
+-- What the centres of all arms are: with few runs a median, else the interquartile mean.
 local function centre_name(result)
   local name
   for _, arm in ipairs(result.arms) do
@@ -38,9 +35,8 @@ local function centre_name(result)
   return name == "median" and name or "IQM"
 end
 
--- An arm's name with what must not be overlooked about it.
 local function full_name(arm)
-  local partly = arm.model and arm.model.share < model.WHOLE
+  local partly = arm.model and arm.model.share < ledgers.WHOLE
   return partly and arm.name .. " (partly model)" or arm.name
 end
 
@@ -69,12 +65,12 @@ local function exploratory_table(result, style)
   return terminal.table({ "arm", "reached", "evaluations to it", "mean best so far" }, rows, style)
 end
 
--- What became of proposed fields, of the arms that proposed any.
+-- The outcomes of proposed fields, of the arms that proposed any.
 local function proposal_table(result, style)
   local rows = {}
   for _, arm in ipairs(result.arms) do
     local row = { arm.name, arm.proposals.proposed }
-    for k, name in ipairs(proposals.SHARES) do
+    for k, name in ipairs(ledgers.SHARES) do
       row[k + 2] = number(arm.proposals[name] and 100 * arm.proposals[name], "%.1f %%")
     end
     if arm.proposals.proposed > 0 then rows[#rows + 1] = row end
@@ -84,53 +80,48 @@ local function proposal_table(result, style)
     "rejected" }, rows, style)
 end
 
--- Names of arms, or "every arm" where a few words say it.
-local function arm_list(names, result)
-  if #names > 2 and #names == result.comparisons then return "every arm" end
-  return table.concat(names, ", ")
+-- Calls `add` with the names of the arms for which `text_of` returns the same text, and that text.
+local function by_text(result, text_of, add)
+  local list, names = {}, {}
+  for _, arm in ipairs(result.arms) do
+    local text = text_of(arm)
+    if text and not names[text] then
+      names[text] = {}
+      list[#list + 1] = text
+    end
+    if text then table.insert(names[text], arm.name) end
+  end
+  for _, text in ipairs(list) do
+    local all = #names[text] > 2 and #names[text] == result.comparisons
+    add(all and "every arm" or table.concat(names[text], ", "), text)
+  end
 end
 
 -- How the tests were chosen, and what they can show.
-local function test_lines(result)
-  local lines, said = {}, {}
-  for _, arm in ipairs(result.arms) do
+local function add_tests(result, add)
+  for _, name in ipairs { "signed_rank", "rank_sum" } do
+    by_text(result, function(arm) return arm.test and arm.test.name == name and arm.test.why end,
+      function(names, why) add(("%s for %s: %s."):format(TESTS[name], names, why)) end)
+  end
+  by_text(result, function(arm)
     local test = arm.test
-    if test then
-      local key = test.name .. test.why
-      said[key] = said[key] or { test = test, names = {} }
-      if #said[key].names == 0 then lines[#lines + 1] = said[key] end
-      table.insert(said[key].names, arm.name)
-    end
-  end
-  for k, each in ipairs(lines) do
-    local test = each.test
-    lines[k] = ("%s for %s: %s."):format(TESTS[test.name], arm_list(each.names, result),
-      test.why)
-  end
-  for _, arm in ipairs(result.arms) do
-    local test = arm.test
-    if test and not said[test.smallest_p_holm] then
-      said[test.smallest_p_holm] = true
-      lines[#lines + 1] = ("n = %d: the smallest p after Holm over %d is %.2g; 80 %% power at d = 1"
-        .. " takes n = %s."):format(arm.n, result.comparisons, test.smallest_p_holm,
-        test.needed and tostring(test.needed) or "more than 100")
-    end
-  end
-  return lines
+    return test and ("n = %d: the smallest p after Holm over %d is %.2g; 80 %% power at d = 1"
+      .. " takes n = %s."):format(arm.n, result.comparisons, test.smallest_p_holm,
+      test.needed and tostring(test.needed) or "more than 100")
+  end, function(_, text) add(text) end)
 end
 
--- What is said of each arm, equal sentences once.
-local function claims(result)
-  local list, of = {}, {}
+local function add_about_arms(result, add)
   for _, arm in ipairs(result.arms) do
-    local claim = arm.claim
-    if claim and not of[claim] then
-      of[claim] = { claim = claim, names = {} }
-      list[#list + 1] = of[claim]
+    if arm.model then
+      add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
+        arm.model.generations))
     end
-    if claim then table.insert(of[claim].names, arm.name) end
+    if arm.donor then add(("%s: %s."):format(arm.name, arm.donor)) end
+    if arm.tuning > 0 then
+      add(("%s: %.0f of its evaluations were spent on tuning."):format(arm.name, arm.tuning))
+    end
   end
-  return list
 end
 
 --- The comparison as text for a terminal.
@@ -141,37 +132,27 @@ function tables.text(result, style)
   local parts = { terminal.bold("Outcome: ", style) .. outcome.TEXT,
     ("Baseline: %s"):format(result.baseline), "", main_table(result, style), "" }
   local function add(text) parts[#parts + 1] = text end
-  for _, line in ipairs(test_lines(result)) do add(line) end
+  add_tests(result, add)
   if centre_name(result) == "centre" then
     add(("centre: the interquartile mean (IQM) from %d runs up, else the median."):format(
       sample.LEAST_FOR_MEAN))
   end
   if result.failed_at_publish > 0 then
-    add(("%d champions do not end well at publish: they count as the worst outcome of all runs.")
+    add(("%d champions fail at publish: they count as the worst outcome of all runs.")
       :format(result.failed_at_publish))
   end
   add ""
-  for _, each in ipairs(claims(result)) do
-    add(("%s: %s."):format(arm_list(each.names, result), each.claim))
-  end
-  for _, arm in ipairs(result.arms) do
-    if arm.model then
-      add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
-        arm.model.generations))
-    end
-    if arm.donor then add(("%s: %s."):format(arm.name, arm.donor)) end
-    if arm.tuning > 0 then
-      add(("%s: %.0f of its evaluations went into tuning."):format(arm.name, arm.tuning))
-    end
-  end
-  if result.comparisons == 0 then add "One arm alone: there is nothing to compare it with." end
+  by_text(result, function(arm) return arm.claim end,
+    function(names, claim) add(("%s: %s."):format(names, claim)) end)
+  add_about_arms(result, add)
+  if result.comparisons == 0 then add "Only one arm: there is nothing to compare it with." end
   add ""
   add(terminal.bold("Exploratory", style) .. (", no claims: runs whose best_standard reached %.4g "
     .. "(%s), and the mean of the best so far over evaluations"):format(result.target,
     result.target_given and "--target" or "the centre of the baseline's last generations"))
   add(exploratory_table(result, style))
-  local fates = proposal_table(result, style)
-  if fates then add("\n" .. fates) end
+  local proposed = proposal_table(result, style)
+  if proposed then add("\n" .. proposed) end
   return table.concat(parts, "\n") .. "\n"
 end
 
@@ -231,8 +212,6 @@ local LATEX = { ["_"] = "\\_", ["%"] = "\\%", ["&"] = "\\&", ["#"] = "\\#", ["$"
   ["{"] = "\\{", ["}"] = "\\}", ["~"] = "\\textasciitilde{}", ["^"] = "\\textasciicircum{}",
   ["\\"] = "\\textbackslash{}", ["<"] = "\\textless{}", [">"] = "\\textgreater{}" }
 
-local function latex(text) return (text:gsub("[_%%&#${}~^\\<>]", LATEX)) end
-
 --- A table of the package booktabs.
 ---@param result table
 ---@return string
@@ -240,13 +219,13 @@ function tables.latex(result)
   local lines = { "% needs \\usepackage{booktabs}", "\\begin{tabular}{lrrrrrr}", "\\toprule",
     ("arm & $n$ & %s & difference & $A_{12}$ & $p$ & $p_{\\mathrm{Holm}}$ \\\\"):format(
       centre_name(result)), "\\midrule" }
+  local function cell(value, pattern) return value and pattern:format(value) or "--" end
   for _, arm in ipairs(result.arms) do
-    local test = arm.test or {}
-    lines[#lines + 1] = ("%s & %d & %s & %s & %s & %s & %s \\\\"):format(latex(full_name(arm)),
-      arm.n, number(arm.centre), test.difference and ("%.4g [%.4g, %.4g]"):format(test.difference,
-      test.low, test.high) or "--", test.a12 and ("%.2f"):format(test.a12) or "--",
-      test.p and ("%.3g"):format(test.p) or "--", test.p_holm and ("%.3g"):format(test.p_holm)
-      or "--")
+    local test, name = arm.test or {}, full_name(arm):gsub("[_%%&#${}~^\\<>]", LATEX)
+    lines[#lines + 1] = ("%s & %d & %s & %s & %s & %s & %s \\\\"):format(name, arm.n,
+      number(arm.centre), test.difference and ("%.4g [%.4g, %.4g]"):format(test.difference,
+      test.low, test.high) or "--", cell(test.a12, "%.2f"), cell(test.p, "%.3g"),
+      cell(test.p_holm, "%.3g"))
   end
   lines[#lines + 1] = "\\bottomrule"
   lines[#lines + 1] = "\\end{tabular}"

@@ -1,15 +1,14 @@
---- verdict.lua: what runs tell about their arms: each against the baseline by an exact test of the
---- one primary outcome, adjusted by Holm; everything else is exploratory. A claim needs enough
---- runs, equal evaluations and, of a model, that it set nearly all generations.
+--- verdict.lua: each arm of a comparison against the baseline: an exact test of the one primary
+--- outcome, adjusted by Holm; everything else is exploratory. A claim needs enough runs, equal
+--- evaluations and, for a language model, that it set nearly all generations.
 
 local arms = require "limax.tools.compare.arms"
 local bootstrap = require "limax.base.statistics.bootstrap"
 local curves = require "limax.tools.compare.curves"
 local failure = require "limax.base.failure"
 local holm = require "limax.base.statistics.holm"
-local model = require "limax.tools.compare.model"
+local ledgers = require "limax.tools.compare.ledgers"
 local power = require "limax.base.statistics.power"
-local proposals = require "limax.tools.compare.proposals"
 local rank_sum = require "limax.base.statistics.rank_sum"
 local sample = require "limax.base.statistics.sample"
 local signed_rank = require "limax.base.statistics.signed_rank"
@@ -19,12 +18,13 @@ local verdict = {}
 
 --- A claim's level, after Holm.
 verdict.LEVEL = 0.05
--- the effect, in standard deviations, for which the needed runs are told
+-- the effect, in standard deviations, for which the number of runs needed is reported
 local EFFECT = 1
 
-local function values_of(list, of)
+-- The values of a list, by `value_of`.
+local function each(list, value_of)
   local values = {}
-  for i, run in ipairs(list) do values[i] = of[run] end
+  for i, run in ipairs(list) do values[i] = value_of(run) end
   return values
 end
 
@@ -32,14 +32,14 @@ end
 local function fill_worst(all, outcomes)
   local worst, filled = math.huge, 0
   for _, run in ipairs(all) do worst = math.min(worst, outcomes[run] or math.huge) end
-  if worst == math.huge then failure.raise(1, "no champion of any run ends well at publish") end
+  if worst == math.huge then failure.raise(1, "the champions of all runs fail at publish") end
   for _, run in ipairs(all) do
     if not outcomes[run] then outcomes[run], filled = worst, filled + 1 end
   end
   return filled
 end
 
--- The arm that the others are held against.
+-- The arm that the others are compared with.
 local function find_baseline(list, wanted)
   local names = {}
   for i, arm in ipairs(list) do
@@ -51,7 +51,7 @@ local function find_baseline(list, wanted)
     suggest.ending(wanted, names)))
 end
 
--- The pairs that one arm has and another lacks, as "seed 1 repetition 3".
+-- A pair that one arm has and another lacks: "a lacks seed 1, repetition 3 of b".
 local function lacking(arm, other)
   for _, run in ipairs(arm.runs) do
     if not other.by_pair[arms.pair(run)] then
@@ -64,7 +64,8 @@ end
 -- One arm's outcomes against the baseline's.
 local function test_of(arm, baseline, outcomes)
   local unpaired = lacking(arm, baseline) or lacking(baseline, arm)
-  local mine, its = values_of(arm.runs, outcomes), values_of(baseline.runs, outcomes)
+  local function value_of(run) return outcomes[run] end
+  local mine, its = each(arm.runs, value_of), each(baseline.runs, value_of)
   local sums = rank_sum.test(mine, its)
   local test = { a12 = sums.a12 }
   if unpaired then
@@ -73,7 +74,7 @@ local function test_of(arm, baseline, outcomes)
     return test
   end
   local differences = {}
-  -- both arms stand in the order of their pairs
+  -- both arms are in the order of their pairs
   for i, value in ipairs(mine) do differences[i] = value - its[i] end
   local ranks = signed_rank.test(differences)
   test.name, test.why = "signed_rank", "every seed and repetition is in both arms"
@@ -88,12 +89,12 @@ end
 
 -- What an arm's p says, in one sentence; and whether it is a claim.
 local function sentence(arm, baseline, test, most_apart)
-  for _, each in ipairs { arm, baseline } do
-    local share = each.model and each.model.share
-    if share and share < model.WHOLE then
+  for _, either in ipairs { arm, baseline } do
+    local share = either.model and either.model.share
+    if share and share < ledgers.WHOLE then
       return ("%spartly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
-        each == arm and "" or ("no claim: %s is "):format(baseline.name), 100 * share,
-        100 * model.WHOLE), false
+        either == arm and "" or ("no claim: %s is "):format(baseline.name), 100 * share,
+        100 * ledgers.WHOLE), false
     end
   end
   local apart = math.abs(arm.evaluations - baseline.evaluations)
@@ -115,13 +116,13 @@ local function sentence(arm, baseline, test, most_apart)
     up and "better than" or "worse than", baseline.name, test.p_holm, test.a12), true
 end
 
--- How many runs an 80 % chance takes, once for each kind of test.
-local function needs(tests)
-  local known = {}
+-- Adds the number of runs for a power of 80 % to each test.
+local function add_needed(tests)
+  local needed = {}
   for _, test in ipairs(tests) do
     local level = verdict.LEVEL / #tests
-    known[test.name] = known[test.name] or { power.runs_needed(test.name, EFFECT, level) }
-    test.needed = known[test.name][1]
+    needed[test.name] = needed[test.name] or { power.runs_needed(test.name, EFFECT, level) }
+    test.needed = needed[test.name][1]
   end
 end
 
@@ -142,21 +143,19 @@ function verdict.compare(list, outcomes, options)
   end
   local filled = fill_worst(all, outcomes)
   local baseline = find_baseline(list, options.baseline)
-  local last = {}
-  for i, run in ipairs(baseline.runs) do last[i] = curves.last(run) end
-  local target = options.target or sample.centre(last)
+  local target = options.target or sample.centre(each(baseline.runs, curves.last))
   local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
     target_given = options.target ~= nil, arms = {} }
   local tests, most_apart = {}, list[1].runs[1].config.population
   for i, arm in ipairs(list) do
-    local values = values_of(arm.runs, outcomes)
+    local values = each(arm.runs, function(run) return outcomes[run] end)
     local centre, name = sample.centre(values)
     local row = { name = arm.name, runs = arm.runs, n = #values, values = values, centre = centre,
-      centre_name = name, donor = arm.donor, model = model.of(arm.runs),
-      evaluations = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "evaluations"))),
-      tuning = sample.median(values_of(arm.runs, curves.field_of(arm.runs, "before"))),
+      centre_name = name, donor = arm.donor, model = ledgers.model(arm.runs),
+      evaluations = sample.median(each(arm.runs, function(run) return run.evaluations end)),
+      tuning = sample.median(each(arm.runs, function(run) return run.before end)),
       exploratory = curves.exploratory(arm.runs, target),
-      proposals = proposals.shares(arm.runs) }
+      proposals = ledgers.proposals(arm.runs) }
     if arm ~= baseline then
       row.test = test_of(arm, baseline, outcomes)
       tests[#tests + 1] = row.test
@@ -164,7 +163,7 @@ function verdict.compare(list, outcomes, options)
     result.arms[i] = row
     if arm == baseline then result.baseline_row = i end
   end
-  needs(tests)
+  add_needed(tests)
   local p = {}
   for k, test in ipairs(tests) do p[k] = test.p end
   for k, adjusted in ipairs(holm.adjust(p)) do

@@ -1,17 +1,17 @@
 --- curves.lua: the curves of runs as panels, which figures, the page and the terminal draw alike:
---- learning, diversity, failures, time. A line is the centre of an arm's repetitions; its band
---- tells what they spread over.
+--- learning, diversity, failures, time. A line is the centre of an arm's repetitions; its band is
+--- their spread.
 
 local bootstrap = require "limax.base.statistics.bootstrap"
-local by_evaluations = require "limax.tools.compare.curves"
 local choice = require "limax.base.choice"
 local palette = require "limax.draw.palette"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
+local spent = require "limax.tools.compare.curves"
 
 local curves = {}
 
--- samples drawn again for a band: its ends move by less than a twentieth of its width
+-- resamples of a bootstrap: the ends of a band move by less than a twentieth of its width
 local RESAMPLES = 1000
 -- more bands than these hide each other
 local MOST_BANDS = 4
@@ -28,8 +28,8 @@ local function short(name)
   return name:sub(1, MOST_LETTERS - 1):gsub("[\192-\255][\128-\191]*$", "") .. "…"
 end
 
---- What the bands of this many repetitions tell; nil for one, which has none, and for more arms
---- than bands are drawn of.
+--- What the bands of this many repetitions show; nil where there are none: for one repetition, and
+--- for too many arms.
 ---@param count integer
 ---@param arms integer
 ---@return string|nil
@@ -39,7 +39,7 @@ function curves.band_text(count, arms)
   return "band: 95 % bootstrap interval of the interquartile mean"
 end
 
---- What the lines and bands of these arms tell: "Lines: median of n = 3 runs per arm; band: ...".
+--- What lines and bands show: "Lines: median of n = 3 runs per arm; band: lowest to highest of 3."
 ---@param list limax.report.arm[]
 ---@return string
 function curves.meaning(list)
@@ -58,7 +58,6 @@ function curves.meaning(list)
   return table.concat(texts, ". Or: ") .. "."
 end
 
--- The interval around a centre, by the rule of `band_text`.
 local function interval(values)
   if #values < sample.LEAST_FOR_MEAN then
     return math.min(unpack(values)), math.max(unpack(values))
@@ -66,7 +65,6 @@ local function interval(values)
   return bootstrap.interval(values, sample.interquartile_mean, 0.95, RESAMPLES)
 end
 
--- Does one of these runs go on, or was it stopped?
 local function unfinished(arm)
   for _, run in ipairs(arm.runs) do
     if run.status.state ~= "done" then return true end
@@ -75,8 +73,8 @@ local function unfinished(arm)
 end
 
 --- A value of each generation over the repetitions of an arm: the centre, and the band where there
---- are several. Repetitions that end earlier than others end the curve, so that it never tells of
---- the longest alone; of runs that are not done those count that have come so far.
+--- are several. The curve ends with the first repetition that ends; of runs that are not done those
+--- count that have come so far.
 ---@param arm limax.report.arm
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
 ---@param banded? boolean false: the band is left out
@@ -109,17 +107,18 @@ local function panel_of(title, label)
     y = { label = label, linear = true }, curves = {}, bands = {} }
 end
 
--- Adds a line, and its band if there is one.
-local function add(panel, name, color, dash, points, band)
+-- Adds the k-th line, and its band if there is one.
+local function add(panel, name, k, points, band)
+  local color, dash = palette.line(k)
   panel.curves[#panel.curves + 1] = { name = short(name), points = points, color = color,
     dash = dash, width = 2, marker = #points == 1 and "dot" or "none" }
-  if #band > 1 then
+  if band and #band > 1 then
     panel.bands[#panel.bands + 1] = { name = short(name), points = band, color = color }
   end
 end
 
 --- A value by generation, a line for each arm.
----@param list limax.report.arm[]
+---@param list limax.report.arm[] an arm's `line` chooses its colour, else its place
 ---@param title string
 ---@param label string with the unit
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
@@ -127,15 +126,39 @@ end
 function curves.panel(list, title, label, value)
   local panel = panel_of(title, label)
   for k, arm in ipairs(list) do
-    local color, dash = palette.line(k)
-    local points, band = curves.over(arm, value, #list <= MOST_BANDS)
-    add(panel, arm.name, color, dash, points, band)
+    add(panel, arm.name, arm.line or k, curves.over(arm, value, #list <= MOST_BANDS))
   end
   return panel
 end
 
-local function quantile(name)
-  return function(line) return line.quantiles and line.quantiles[name] end
+--- A value against the simulations that it took, which are the budget; over the part that all runs
+--- of an arm have.
+---@param list limax.report.arm[]
+---@param title string
+---@param label string with the unit
+---@param value fun(line: table): number|nil
+---@return limax.chart.panel
+function curves.by_evaluations(list, title, label, value)
+  local panel = panel_of(title, label)
+  panel.x.label = "evaluations (robots simulated)"
+  for k, arm in ipairs(list) do
+    local of_runs, low, high = {}, 0, math.huge
+    for i, run in ipairs(arm.runs) do
+      local points = spent.points(run, value)
+      of_runs[i] = points
+      low = math.max(low, points[1] and points[1][1] or math.huge)
+      high = math.min(high, points[#points] and points[#points][1] or -math.huge)
+    end
+    local points, band = {}, {}
+    for place = 0, low <= high and PLACES or -1 do
+      local x, values = low + (high - low) * place / PLACES, {}
+      for i, of_run in ipairs(of_runs) do values[i] = spent.at(of_run, x) end
+      points[#points + 1] = { x, (sample.centre(values)) }
+      if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
+    end
+    add(panel, arm.name, arm.line or k, points, band)
+  end
+  return panel
 end
 
 --- One arm's population: best, mean and median, over bands from the 10 % to the 90 % and from the
@@ -145,20 +168,19 @@ end
 ---@return limax.chart.panel
 function curves.population(arm, label)
   local panel = panel_of(arm.name, label)
+  local function points_of(name)
+    return (curves.over(arm, function(line) return line.quantiles and line.quantiles[name] end,
+      false))
+  end
   for _, pair in ipairs { { "q10", "q90" }, { "q25", "q75" } } do
-    local low = curves.over(arm, quantile(pair[1]), false)
-    local high = curves.over(arm, quantile(pair[2]), false)
-    local points = {}
+    local low, high, points = points_of(pair[1]), points_of(pair[2]), {}
     for k, point in ipairs(low) do points[k] = { point[1], point[2], high[k][2] } end
     panel.bands[#panel.bands + 1] = { points = points, color = "#56b4e9", opacity = 0.22,
       name = ("%s to %s"):format(pair[1], pair[2]) }
   end
-  for k, each in ipairs { { "best", runs.score },
-    { "median", function(line) return line.median end },
-    { "mean", function(line) return line.mean end } } do
-    local color = ({ "#d55e00", "#0072b2", "#26282b" })[k]
-    local _, dash = palette.line(k)
-    add(panel, each[1], color, dash, curves.over(arm, each[2], false), {})
+  add(panel, "best", 1, (curves.over(arm, runs.score, false)))
+  for k, name in ipairs { "median", "mean" } do
+    add(panel, name, k + 1, (curves.over(arm, function(line) return line[name] end, false)))
   end
   panel.note = "bands: 10 to 90 % and 25 to 75 % of the robots"
   return panel
@@ -174,60 +196,58 @@ function curves.learning(list, label)
     panel.title = "best and mean"
     panel.curves[1].name = "best"
     if panel.bands[1] then panel.bands[1].name = "best" end
-    local points, band = curves.over(list[1], function(line) return line.mean end)
-    local color, dash = palette.line(2)
-    add(panel, "mean", color, dash, points, band)
+    add(panel, "mean", 2, curves.over(list[1], function(line) return line.mean end))
   end
   return panel
 end
 
---- The best against the simulations that it took, which is what arms may spend alike; over the part
---- that all runs of an arm have.
+local ENDS = { [0] = "generation 0", [1] = "last" }
+
+--- The first and the last value of each arm; of several runs each as a thin line.
 ---@param list limax.report.arm[]
+---@param title string
 ---@param label string
+---@param first_of fun(run: limax.report.run): number
+---@param last_of fun(run: limax.report.run): number
 ---@return limax.chart.panel
-function curves.by_evaluations(list, label)
-  local panel = panel_of("best, by evaluations", label)
-  panel.x.label = "evaluations (robots simulated)"
+function curves.first_last(list, title, label, first_of, last_of)
+  local panel = panel_of(title, label)
+  panel.x = { label = "", linear = true, low = -0.15, high = 1.1,
+    text = function(value) return ENDS[value] end }
   for k, arm in ipairs(list) do
-    local of_runs, low, high = {}, 0, math.huge
+    local color, dash = palette.line(arm.line or k)
+    local first, last = {}, {}
     for i, run in ipairs(arm.runs) do
-      local points = by_evaluations.points(run, runs.score)
-      of_runs[i] = points
-      low = math.max(low, points[1] and points[1][1] or math.huge)
-      high = math.min(high, points[#points] and points[#points][1] or -math.huge)
+      first[i], last[i] = first_of(run), last_of(run)
+      if #arm.runs > 1 then
+        panel.curves[#panel.curves + 1] = { color = color, width = 0.6, marker = "none",
+          points = { { 0, first[i] }, { 1, last[i] } },
+          title = ("%s, seed %s, repetition %d"):format(arm.name, run.seed, run.repetition) }
+      end
     end
-    local points, band = {}, {}
-    for place = 0, low <= high and PLACES or -1 do
-      local x, values = low + (high - low) * place / PLACES, {}
-      for i, of_run in ipairs(of_runs) do values[i] = by_evaluations.at(of_run, x) end
-      points[#points + 1] = { x, (sample.centre(values)) }
-      if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
-    end
-    local color, dash = palette.line(k)
-    add(panel, arm.name, color, dash, points, band)
+    panel.curves[#panel.curves + 1] = { name = short(arm.name), color = color, dash = dash,
+      width = 2, points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
   end
   return panel
-end
-
-local function all_robots(name)
-  return function(line) return line.diversity.all and line.diversity.all[name] end
 end
 
 --- Three measures of diversity over the robots with a score.
 ---@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.diversity(list)
-  return {
-    curves.panel(list, "voxels in which two robots differ", "share of voxels (1)",
-      all_robots "hamming"),
-    curves.panel(list, "different bodies", "bodies", all_robots "distinct"),
-    curves.panel(list, "spread of the genes", "standard deviation (1)", all_robots "genotype"),
-  }
+  local panels = {}
+  for k, row in ipairs {
+    { "voxels in which two robots differ", "share of voxels (1)", "hamming" },
+    { "different bodies", "bodies", "distinct" },
+    { "spread of the genes", "standard deviation (1)", "genotype" } } do
+    panels[k] = curves.panel(list, row[1], row[2],
+      function(line) return line.diversity.all and line.diversity.all[row[3]] end)
+  end
+  return panels
 end
 
---- What the champions have of each number that a fitness names beside its score, in the order of
---- the names; empty where none is named.
+--- The champions' value of each number that a fitness returns beside its score, in the order of the
+--- names; empty where there is none.
 ---@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.measures(list)
@@ -247,22 +267,22 @@ function curves.measures(list)
   return panels
 end
 
--- Robots of a generation that came to no score.
-local function failed(line)
+--- Robots of a generation without a score.
+---@param line table of metrics
+---@return integer
+function curves.failed(line)
   return line.failed.invalid + line.failed.diverged + line.failed.fitness
 end
-curves.failed = failed
 
 --- Robots that failed, of one arm by how they failed.
 ---@param list limax.report.arm[]
 ---@return limax.chart.panel
 function curves.failures(list)
-  if #list > 1 then return curves.panel(list, "robots without a score", "robots", failed) end
-  local panel = panel_of("robots without a score", "robots")
+  local title = "robots without a score"
+  if #list > 1 then return curves.panel(list, title, "robots", curves.failed) end
+  local panel = panel_of(title, "robots")
   for k, name in ipairs { "invalid", "diverged", "fitness" } do
-    local color, dash = palette.line(k)
-    local points, band = curves.over(list[1], function(line) return line.failed[name] end)
-    add(panel, name, color, dash, points, band)
+    add(panel, name, k, curves.over(list[1], function(line) return line.failed[name] end))
   end
   return panel
 end
@@ -271,17 +291,17 @@ end
 ---@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.time(list)
-  local function of(parts)
+  local function of(part)
     return function(_, k, run)
       local seconds, sum = run.timing[k] and run.timing[k].seconds, 0
       for name, value in pairs(seconds or {}) do
-        if not parts or parts[name] then sum = sum + value end
+        if not part or part == name then sum = sum + value end
       end
       return seconds and sum
     end
   end
   return { curves.panel(list, "time of a generation", "seconds (s)", of()),
-    curves.panel(list, "of which simulation", "seconds (s)", of { simulate = true }) }
+    curves.panel(list, "of which simulation", "seconds (s)", of "simulate") }
 end
 
 return curves

@@ -8,11 +8,9 @@ local failure = require "limax.base.failure"
 local figure = require "limax.draw.chart.figure"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
-local palette = require "limax.draw.palette"
 local parameters = require "limax.tools.report.parameters"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
-local sample = require "limax.base.statistics.sample"
 local sheet = require "limax.draw.sheet"
 local view = require "limax.draw.picture.view"
 
@@ -25,7 +23,7 @@ local function learning(list, label)
   return { name = "learning", title = "Learning curves", foot = curves.meaning(list)
     .. " Best: of each generation, under the run's first materials.", panels = {
       curves.panel(list, "best of the generation", label, runs.score),
-      curves.by_evaluations(list, label),
+      curves.by_evaluations(list, "best, by evaluations", label, runs.score),
       curves.panel(list, "mean of the population", label, function(line) return line.mean end),
     } }
 end
@@ -70,27 +68,10 @@ local function supervision(list)
       .. " kept."):format(table.concat(counts, ", ")) }
 end
 
-local ENDS = { [0] = "generation 0", [1] = "last" }
-
 local function first_last(list, label)
-  local panel = { title = "best of generation 0 and of the last", curves = {},
-    y = { label = label, linear = true }, x = { label = "", linear = true, low = -0.15, high = 1.1,
-      text = function(value) return ENDS[value] end } }
-  for k, arm in ipairs(list) do
-    local color, dash = palette.line(k)
-    local first, last = {}, {}
-    for i, run in ipairs(arm.runs) do
-      first[i] = runs.score(run.lines[1]) or 0
-      last[i] = runs.score(run.lines[#run.lines]) or 0
-      if #arm.runs > 1 then
-        panel.curves[#panel.curves + 1] = { color = color, width = 0.6, marker = "none",
-          points = { { 0, first[i] }, { 1, last[i] } },
-          title = ("%s, seed %s, repetition %d"):format(arm.name, run.seed, run.repetition) }
-      end
-    end
-    panel.curves[#panel.curves + 1] = { name = arm.name, color = color, dash = dash, width = 2,
-      marker = "dot", points = { { 0, (sample.centre(first)) }, { 1, (sample.centre(last)) } } }
-  end
+  local panel = curves.first_last(list, "best of generation 0 and of the last", label,
+    function(run) return runs.score(run.lines[1]) or 0 end,
+    function(run) return runs.score(run.lines[#run.lines]) or 0 end)
   return { name = "first_last", title = "Generation 0 against the last", panels = { panel },
     foot = (curves.meaning(list):gsub("; band[^.]*", "")) .. " Thin lines: single runs." }
 end

@@ -51,7 +51,8 @@ local function learning(list, label)
   local parts = { figure(curves.learning(list, label), "Learning curves. "
     .. curves.meaning(list)) }
   if #list > 1 then
-    parts[2] = figure(curves.by_evaluations(list, label), "Learning curves over what was spent. "
+    parts[2] = figure(curves.by_evaluations(list, "best, by evaluations", label,
+      runs.score), "Learning curves over what was spent. "
       .. curves.meaning(list))
   end
   for _, arm in ipairs(first_arms(list)) do

@@ -1,10 +1,9 @@
---- runs.lua: what `limax report`, `watch` and `list` read of a run folder: whole lines of its
---- files, in whatever state the run is. Nothing is locked and nothing is written, so that a run
---- that goes on does not notice.
+--- runs.lua: run folders as `limax report`, `watch`, `list` and `compare` read them: whole lines of
+--- their files, in whatever state the run is. Nothing is locked and nothing is written, so a run in
+--- progress is not disturbed.
 
 local arms = require "limax.tools.compare.arms"
 local choice = require "limax.base.choice"
-local compare_runs = require "limax.tools.compare.runs"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
@@ -14,6 +13,9 @@ local shape = require "limax.tools.report.shape"
 local source = require "limax.base.source"
 
 local runs = {}
+
+--- The file in which a study lists its run folders.
+runs.STUDY = "study.json"
 
 ---@class limax.report.run one repetition of a run folder
 ---@field path string of its folder
@@ -26,7 +28,8 @@ local runs = {}
 ---@field ledger table[] likewise
 ---@field timing table[] likewise
 ---@field evaluations integer so far, `before` included
----@field before integer that a study spent on tuning, which is not in the folder
+---@field before integer evaluations that a study spent on tuning
+---@field arm string|nil its name in a study
 
 ---@class limax.report.folder
 ---@field path string
@@ -35,7 +38,7 @@ local runs = {}
 ---@field environment table
 ---@field runs limax.report.run[] those that have a generation
 
--- The value of a JSON file; nil, message where it is not there or not whole.
+-- The value of a JSON file; nil, message where it is missing or damaged.
 local function json_of(path)
   local text, message = source.read(path)
   if not text then return nil, message end
@@ -56,12 +59,12 @@ local function add_lines(path, kind, by_repetition)
     end
     local list = by_repetition[repetition] or {}
     by_repetition[repetition] = list
-    -- a line that is moved to its place stands in two files for a moment
+    -- a line that is being moved is in two files for a moment
     if not list[generation + 1] then list[#list + 1] = shape[kind](value) end
   end
 end
 
--- Lines of one kind by repetition, those that wait for their turn included.
+-- Lines of one kind by repetition, those included that are still in the repetition's own folder.
 local function lines_of(path, kind)
   local by_repetition = {}
   add_lines(("%s/%s.jsonl"):format(path, kind), kind, by_repetition)
@@ -87,7 +90,7 @@ function runs.read(path)
   path = #path > 1 and path:gsub("/+$", "") or path
   local config, message = json_of(path .. "/config.json")
   if not config then
-    failure.raise(2, ("%s is no run folder: %s"):format(path, tostring(message)))
+    failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
   end
   if type(config) ~= "table" or config.schema ~= "limax.config/1" then
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
@@ -111,39 +114,43 @@ function runs.read(path)
   return folder
 end
 
--- The runs of a study that have begun, and what the study says of each.
-local function add_study(list, word)
-  local path = word .. "/" .. compare_runs.STUDY
+-- Adds the runs of a study that have begun, with what the study says of each. With `whole` all must
+-- be done.
+local function add_study(list, word, whole)
+  local path, missing = word .. "/" .. runs.STUDY, 0
   local study, message = json_of(path)
   if type(study) ~= "table" or type(study.runs) ~= "table" then
     failure.raise(2, message or path .. ": expected an object with a list of runs")
   end
-  for k, given in ipairs(study.runs) do
-    if type(given) ~= "table" or type(given.path) ~= "string" then
+  for k, entry in ipairs(study.runs) do
+    if type(entry) ~= "table" or type(entry.path) ~= "string" then
       failure.raise(2, ("%s: runs[%d]: expected an object with a path"):format(path, k))
     end
-    if runs.is_folder(word .. "/" .. given.path) then
-      local folder = runs.read(word .. "/" .. given.path)
-      for _, run in ipairs(folder.runs) do
-        run.arm, run.before = given.arm, given.tuning_evaluations or 0
-        run.donor = given.donor
-        run.evaluations = run.evaluations + run.before
-      end
-      list[#list + 1] = folder
+    local begun = runs.is_folder(word .. "/" .. entry.path)
+    local folder = begun and runs.read(word .. "/" .. entry.path)
+    if not begun or folder.status.state ~= "done" then missing = missing + 1 end
+    for _, run in ipairs(begun and folder.runs or {}) do
+      run.arm, run.donor, run.before = entry.arm, entry.donor, entry.tuning_evaluations or 0
+      run.evaluations = run.evaluations + run.before
     end
+    list[#list + 1] = folder or nil
+  end
+  if whole and missing > 0 then
+    failure.raise(2, ("%s: %d of its %d runs are not done; start the study again in this folder"
+      .. " and it goes on"):format(word, missing, #study.runs))
   end
 end
 
---- The run folders that these words name; a study's folder stands for its runs, those that have
---- begun.
+--- The run folders that these words name; a study names its runs.
 ---@param words string[]
+---@param whole? boolean true: all runs of a study must be done; else those are read that have begun
 ---@return limax.report.folder[]
-function runs.read_all(words)
+function runs.read_all(words, whole)
   local list = {}
   for _, word in ipairs(words) do
     word = #word > 1 and word:gsub("/+$", "") or word
-    if host.file.exists(word .. "/" .. compare_runs.STUDY) == "file" then
-      add_study(list, word)
+    if host.file.exists(word .. "/" .. runs.STUDY) == "file" then
+      add_study(list, word, whole)
     else
       list[#list + 1] = runs.read(word)
     end
@@ -180,7 +187,7 @@ function runs.arms(folders)
   return list, failure.bare(groups)
 end
 
---- The champion's score under the first materials where it is known.
+--- The champion's score, under the first materials where that is recorded.
 ---@param line table of metrics
 ---@return number
 function runs.score(line) return line.best_standard or line.best end

@@ -138,7 +138,7 @@ function study.run(self)
   self.say(probe.text(self))
   write_list(self)
   for k, cell in ipairs(self.cells) do run_cell(self, k, cell) end
-  local groups, list = arms.group(runs.read(runs.expand { self.out })), {}
+  local groups, list = arms.group(runs.read { self.out }), {}
   for _, group in ipairs(groups) do
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
   end

@@ -97,7 +97,7 @@ local function draw(folder, section, result, about_machine, made)
   for _, name in ipairs(FIGURES[section] or {}) do
     local given = figures[name](result)
     given.foot = ("%s. %s (%s)"):format(given.title, given.subtitle, about_machine)
-    given.height = given.height or HEIGHT
+    given.height, given.columns = given.height or HEIGHT, given.columns or 2
     local text = figure.draw("svg", given, WIDTH)
     texts[#texts + 1] = text
     write(("%s/%s.svg"):format(folder, given.name), text)
