@@ -1,5 +1,5 @@
---- doctor.lua: `limax doctor`: what this machine offers, what is missing and what that costs, and
---- whether a body falls as it should.
+--- doctor.lua: `limax doctor`: what this machine offers, what is missing, and a self check of the
+--- simulation.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -12,7 +12,7 @@ local settings = require "limax.settings.settings"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
 
--- programs that limax or its developers use where they are found
+-- programs that limax or its developers use if they are installed
 local TOOLS = {
   { "ffmpeg", "animations as MP4" },
   { "valgrind", "the tests that count instructions" },
@@ -20,38 +20,38 @@ local TOOLS = {
   { "luacheck", "the Lua linter" },
 }
 
--- the library that the driver of an NVIDIA GPU brings
+-- the library of the NVIDIA driver
 local DRIVER = "libcuda.so.1"
 
--- colours of the 256
+-- of the 256 colours of terminals
 local GREEN, RED, YELLOW = 34, 160, 136
 
 local command = {
   summary = "show what this machine offers and what is missing",
   usage = "limax doctor [--json] [--llm] [--scene FILE]",
-  text = "Exits 1 if a self check fails; a missing tool or GPU is no failure.\n"
-    .. "With --llm the language model that LIMAX_LLM_URL names is asked one short question, and\n"
-    .. "no answer is a failure; otherwise nothing is sent.\n"
-    .. "With --scene it says instead what the scene of an experiment's file will run: its effects\n"
-    .. "with every parameter, and what each costs on one CPU thread.",
+  text = "Exits with 1 if a self check fails; a missing tool or GPU is not a failure.\n"
+    .. "--llm asks the language model at LIMAX_LLM_URL one short question, and fails without an\n"
+    .. "answer. Nothing is sent without it.\n"
+    .. "--scene prints the scene of an experiment instead: its effects with every parameter, and\n"
+    .. "the cost of each on one CPU thread.",
   options = {
     { name = "json", text = "print one JSON object" },
     { name = "llm", text = "ask the language model one short question" },
-    { name = "scene", argument = "FILE", text = "what the scene of this experiment will run" },
+    { name = "scene", argument = "FILE", text = "print the scene of this experiment" },
   },
 }
 
--- How the data folder was found, in the order in which the host looks.
-local function how_home_was_found()
-  local given = os.getenv "LIMAX_HOME"
-  if given and given ~= "" then return "from LIMAX_HOME" end
+-- Where the data folder was found, in the order in which the host looks.
+local function home_origin()
+  local variable = os.getenv "LIMAX_HOME"
+  if variable and variable ~= "" then return "from LIMAX_HOME" end
   local above = host.executable:match "^(.*)/[^/]*/[^/]*$" or ""
   if host.home == above .. "/share/limax" then return "beside the executable" end
   if host.home == above then return "above the executable" end
-  return "the source tree that this was built from"
+  return "the source tree of the build"
 end
 
--- The first of these programs in PATH.
+-- The path of the first of these programs that is in PATH.
 local function program(...)
   for _, name in ipairs { ... } do
     for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do
@@ -71,8 +71,7 @@ local function tools()
   return list
 end
 
--- A full 5x5x5 body of the paper's soft tissue, dropped for a second from rest: with gravity alone
--- its centre of mass falls g t^2 / 2, whatever its springs do.
+-- Drops a full 5x5x5 body of soft tissue for a second: its centre of mass must fall g t^2 / 2.
 local function self_check(device)
   local gravity, seconds = 9.81, 1 -- m/s^2, s
   local materials = engine.materials "paper"
@@ -90,7 +89,7 @@ local function self_check(device)
   local outcome = simulation:outcome(1)
   local fallen = outcome.center_start[3] - outcome.center_end[3]
   local expected = gravity * seconds ^ 2 / 2
-  -- single precision over some thousand steps, sums compensated
+  -- compensated single precision over some thousand steps
   local passed = outcome.status == "done" and math.abs(fallen - expected) < 1e-4 * expected
   return {
     passed = passed, fallen = fallen, expected = expected, status = outcome.status,
@@ -98,24 +97,24 @@ local function self_check(device)
   }
 end
 
--- Why this folder cannot be written; nil where it can.
+-- Why this folder cannot be written; nil if it can.
 local function unwritable(folder)
   if folder == "" then return "neither XDG_CACHE_HOME nor HOME names a folder" end
-  local fine, message = host.file.mkdir(folder)
+  local written, message = host.file.mkdir(folder)
   local probe = folder .. "/.doctor"
-  if fine then fine, message = host.file.write_atomic(probe, "") end
-  if fine then fine, message = host.file.remove(probe) end
-  return not fine and message or nil
+  if written then written, message = host.file.write_atomic(probe, "") end
+  if written then written, message = host.file.remove(probe) end
+  return not written and message or nil
 end
 
--- The kernel that the scene of walk.lua gets.
+-- The kernel of the scene of walk.lua.
 local function walk_kernel(device)
   local config = script.run(host.home .. "/scripts/experiments/walk.lua").config
   return scene_report.simulation(config, config.scene, device,
     settings.engine_options(config.simulation, config.record)):describe()
 end
 
--- What the engine says of CUDA: the device and what serves it, or why there is none.
+-- The CUDA device and its kernels, or why there is none.
 local function gather_cuda()
   local fine, device = failure.attempt(engine.device, "cuda")
   if not fine then
@@ -138,7 +137,7 @@ local function gather_cuda()
   return facts
 end
 
--- The tiers of accuracy with what was measured of them, on the GPU where `auto` takes it.
+-- The accuracy tiers with their measurements, on the device that `auto` chooses.
 local function gather_tiers(cpu)
   local fine, gpu = failure.attempt(engine.device, "cuda")
   local measured, list = tiers.measured(fine and gpu or cpu), {}
@@ -157,7 +156,7 @@ local function gather(ask)
   local driver_opens, driver_missing = host.opens(DRIVER)
   local facts = {
     version = host.version, build = environment.build, compiler = environment.compiler,
-    executable = host.executable, home = host.home, home_found = how_home_was_found(),
+    executable = host.executable, home = host.home, home_found = home_origin(),
     system = environment.system, cpu = description.cpu, cores = environment.cores,
     threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
     isa = description.isa, isa_best = passes.best(description),
@@ -179,7 +178,7 @@ local function cuda_lines(facts, line)
     line("", "CUDA", "none: %s", facts.cuda_missing)
     return
   end
-  line("ok", "CUDA", "%s, %d GPU%s; --device auto takes %s", facts.cuda, #facts.gpus,
+  line("ok", "CUDA", "%s, %d GPU%s; --device auto uses %s", facts.cuda, #facts.gpus,
     #facts.gpus == 1 and "" or "s", #facts.gpus == 1 and "it" or "them all")
   for _, gpu in ipairs(facts.gpus) do
     line("", ("GPU %d"):format(gpu.ordinal),
@@ -187,15 +186,15 @@ local function cuda_lines(facts, line)
       gpu.multiprocessors, gpu.memory / 2 ^ 30)
   end
   for _, gpu in ipairs(facts.gpus_too_old or {}) do
-    line("", "GPU left out", "%s, compute capability %s is too old", gpu.name, gpu.capability)
+    line("", "GPU not used", "%s, compute capability %s is too old", gpu.name, gpu.capability)
   end
   local compiles = facts.nvrtc:match "^%d"
   line(compiles and "ok" or "warn", "NVRTC", "%s", compiles and facts.nvrtc
-    or facts.nvrtc .. "; kernels built with limax serve instead, where one covers the scene")
+    or facts.nvrtc .. "; only scenes of the kernels that were built with limax run")
   if facts.kernels_allowed then line("", "LIMAX_KERNELS", "%s", facts.kernels_allowed) end
   local wrong = facts.kernel_cache_unwritable
   line(wrong and "warn" or "ok", "kernel cache", "%s", wrong
-    and wrong .. "; kernels are compiled anew in each run" or facts.kernel_cache)
+    and wrong .. "; kernels are compiled again in each run" or facts.kernel_cache)
   local kernel = facts.walk_kernel
   if kernel then
     line(kernel.spilled > 64 and "warn" or "ok", "walk kernel", "%s path, %s (%s), %d registers, "
@@ -231,12 +230,12 @@ local function lines_of(facts)
   line("", "system", "%s", facts.system)
   line("", "processor", "%s, %d cores", facts.cpu, facts.cores)
   line(facts.isa_warning and "warn" or "ok", "CPU passes", "%s",
-    facts.isa_warning or facts.isa .. ", the best of this processor")
+    facts.isa_warning or facts.isa .. ", the best for this processor")
   line("", "threads", "%d%s", facts.threads,
     facts.threads_set and facts.threads_set ~= "" and " (from LIMAX_THREADS)" or "")
   cuda_lines(facts, line)
   line(facts.cuda_compiler and "ok" or "", "CUDA compiler", "%s", facts.cuda_compiler
-    and facts.cuda_compiler .. " when this was built" or "no nvcc when this was built")
+    and facts.cuda_compiler .. " at build time" or "no nvcc at build time")
   line(facts.cuda_driver and "ok" or "", "CUDA driver", "%s", facts.cuda_driver
     and DRIVER .. " can be opened" .. (facts.cuda_driver_version
       and ("; %s"):format(facts.cuda_driver_version) or "")

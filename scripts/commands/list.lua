@@ -10,15 +10,15 @@ local command = {
   summary = "list runs with state, best and arm",
   usage = "limax list [DIR]",
   text = [[
-Looks for run folders in DIR ("runs" if left out) and up to three folders deep, so that those of a
-study are found too. DIR may be a run folder itself.]],
+Lists the run folders in DIR ("runs" if left out), up to three folders deep, which includes the runs
+of a study. DIR may be a run folder itself.]],
   positional = { most = 1, name = "DIR" },
 }
 
--- A study's runs lie in NAME/ARM/rNN below the folder of runs.
+-- The runs of a study are in NAME/ARM/rNN.
 local DEPTH = 3
 
--- A run folder's path, those directly below `path`, and those one folder deeper.
+-- The run folders at `path` and below.
 local function folders_below(path, depth, list)
   if runs.is_folder(path) then
     list[#list + 1] = path
@@ -32,14 +32,14 @@ local function folders_below(path, depth, list)
 end
 
 local function supervisor_name(config)
-  local given = config.supervisor
-  if type(given) ~= "table" then return tostring(given or "-") end
-  local from = given["function"]
-  if type(from) ~= "table" then return tostring(given.name or "-") end
+  local supervisor = config.supervisor
+  if type(supervisor) ~= "table" then return tostring(supervisor or "-") end
+  local from = supervisor["function"]
+  if type(from) ~= "table" then return tostring(supervisor.name or "-") end
   return ("%s:%s"):format(tostring(from.file), tostring(from.first_line))
 end
 
--- A row of the table; nil, message of a folder that cannot be read.
+-- A row of the table, or nil and a message if the folder cannot be read.
 local function row_of(path)
   local fine, folder = failure.attempt(runs.read, path)
   if not fine then return nil, failure.bare(folder) end
@@ -63,8 +63,8 @@ end
 function command.run(arguments)
   local path = arguments[1] or "runs"
   if host.file.exists(path) ~= "folder" then
-    failure.raise(arguments[1] and 2 or 1, ("%s is no folder%s"):format(path,
-      arguments[1] and "" or ': there are no runs here yet; see "limax run --help"'))
+    failure.raise(arguments[1] and 2 or 1, ("%s is not a folder%s"):format(path,
+      arguments[1] and "" or ': no runs here yet; see "limax run --help"'))
   end
   local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end

@@ -1,5 +1,5 @@
---- new.lua: `limax new NAME`: writes an experiment, or a suite of tests, with comments, to be
---- changed.
+--- new.lua: `limax new NAME`: writes an experiment, or a suite of tests, with comments, as a
+--- starting point.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -7,28 +7,27 @@ local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
 local command = {
-  summary = "write an experiment with comments, to be changed",
+  summary = "write an experiment with comments, as a starting point",
   usage = "limax new NAME [options]",
-  text = "Writes NAME.lua, which runs as it is; NAME may begin with a folder. A file that is\n"
-    .. "there stays as it is.",
+  text = "Writes NAME.lua, which runs as it is. NAME may include a folder. Nothing is overwritten.",
   positional = { name = "NAME", least = 1, most = 1 },
   options = {
-    { name = "suite", text = "a suite of regressions for limax test instead" },
+    { name = "suite", text = "a suite of tests for limax test instead" },
   },
 }
 
 --- Runs the command.
 ---@param arguments table
 function command.run(arguments)
-  local given = arguments[1]:gsub("%.lua$", "")
-  local folder, name = given:match "^(.*/)([^/]*)$"
-  folder, name = folder or "", name or given
+  local base = arguments[1]:gsub("%.lua$", "")
+  local folder, name = base:match "^(.*/)([^/]*)$"
+  folder, name = folder or "", name or base
   if not name:match "^[%w_][%w_%-]*$" then
-    failure.raise(2, ("%q is no name for a run folder: use letters, digits, _ and -"):format(name))
+    failure.raise(2, ("%q cannot name a run folder: use letters, digits, _ and -"):format(name))
   end
   local path = folder .. name .. ".lua"
   if host.file.exists(path) then
-    failure.raise(2, ("%s is there already; name another, or remove it"):format(path))
+    failure.raise(2, ("%s exists already; choose another name, or remove it"):format(path))
   end
   if folder ~= "" and host.file.exists(folder) ~= "folder" then
     failure.raise(2, ("there is no folder %s"):format(folder))
@@ -38,11 +37,11 @@ function command.run(arguments)
     source.read(("%s/scripts/lib/tools/new/%s.lua"):format(host.home, kind))
   if not text then failure.raise(1, message) end
   text = text:gsub("%f[%w]NAME%f[%W]", name)
-  local fine
-  fine, message = host.file.write_atomic(path, text)
-  if not fine then failure.raise(1, message) end
+  local written
+  written, message = host.file.write_atomic(path, text)
+  if not written then failure.raise(1, message) end
   local words = arguments.suite and "test %s --update-golden" or "run %s"
-  print(("%s is written; %s %s"):format(path, shell.program(),
+  print(("wrote %s; next: %s %s"):format(path, shell.program(),
     words:format(shell.quoted(path))))
 end
 

@@ -1,5 +1,5 @@
---- picture.lua: `limax picture ROBOT|RUN --out FILE`: stills, film strips and animations, drawn by
---- the CPU without a display.
+--- picture.lua: `limax picture ROBOT|RUN --out FILE`: stills, film strips and animations. It needs
+--- no display.
 
 local failure = require "limax.base.failure"
 local film_strip = require "limax.draw.film_strip"
@@ -15,43 +15,43 @@ local command = {
   summary = "draw a robot: still, film strip or animation",
   usage = "limax picture ROBOT|RUN --out FILE.png|.svg|.pdf|.gif|.mp4 [options]",
   text = [[
-ROBOT is a robot file, RUN a run folder: its last champion is drawn. The robot is simulated again as
-its file says. One time makes a still, several a film strip; .gif and .mp4 show the whole walk, or
-the part between the first and the last time. .mp4 needs ffmpeg.]],
+Draws a robot file, or the last champion of a run folder, simulated again as its file describes. One
+time gives a still, several a film strip; .gif and .mp4 show all of the simulation, or the part
+between the first and the last time. .mp4 needs ffmpeg.]],
   positional = { least = 1, most = 1, name = "ROBOT|RUN" },
   options = {
-    { name = "out", argument = "FILE", text = "the picture; its ending chooses the format" },
+    { name = "out", argument = "FILE", text = "the picture; its ending sets the format" },
     { name = "view", argument = "NAME", choices = view.names, value = "side",
-      text = "from where: side, top or iso" },
+      text = "side, top or iso" },
     { name = "times", argument = "LIST",
-      text = "seconds with commas, 0,0.5,1 [six over the walk]" },
+      text = "seconds, such as 0,0.5,1 [six, evenly spaced]" },
     { name = "width", argument = "PX", kind = "integer", minimum = 50, maximum = 5000,
-      text = "of the whole picture [1200 of a strip, 480 of an animation, else 800]" },
+      text = "of the picture [1200 for a strip, 480 for an animation, else 800]" },
     { name = "dpi", argument = "N", kind = "number", minimum = 1, maximum = 10000,
-      text = "noted in a .png: dots per inch on paper" },
-    { name = "transparent", text = "without a white ground" },
+      text = "resolution in a .png: dots per inch on paper" },
+    { name = "transparent", text = "transparent background" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
-      text = "that simulates" },
+      text = "for the simulation" },
   },
 }
 
--- Frames per second of an animation: GIF counts in hundredths of a second.
+-- Frames per second of an animation. GIF stores hundredths of a second.
 local FRAMES = 25
 -- px if --width is left out
 local WIDTHS = { strip = 1200, still = 800, animation = 480 }
--- px: a narrower panel shows nothing
-local NARROWEST = 20
--- px that a picture may have, of four bytes each
-local MOST_PIXELS = 2e7
--- bytes of all frames of a GIF together, which are in memory at once
-local MOST_BYTES = 8e8
+-- px, of one pose
+local MIN_PANEL_WIDTH = 20
+-- px of a picture, of four bytes each
+local MAX_PIXELS = 2e7
+-- bytes of all frames of a GIF, which are in memory at once
+local MAX_BYTES = 8e8
 
 local STILLS = { png = true, svg = true, pdf = true }
 local ANIMATIONS = { gif = true, mp4 = true }
 
 local function usage(text, ...) failure.raise(2, text:format(...)) end
 
--- The robot file that a word names: itself, or a run's last champion.
+-- A robot file: the argument itself, or a run's last champion.
 local function file_of(word)
   if not runs.is_folder(word) then
     if host.file.exists(word) ~= "file" then
@@ -65,7 +65,7 @@ local function file_of(word)
   return runs.champion(leading, leading.lines[#leading.lines])
 end
 
--- The times of `--times`; nil where it is left out.
+-- The times of `--times`; nil if it is left out.
 local function times_of(text, duration)
   if not text then return nil end
   local times = {}
@@ -83,24 +83,24 @@ end
 local function frame_times(times, duration)
   local first, last, list = 0, duration, {}
   if times then first, last = math.min(unpack(times)), math.max(unpack(times)) end
-  -- 1e-6: a last frame that rounding puts just beyond the end
+  -- 1e-6: rounding may put the last frame just beyond the end
   for k = 0, math.floor((last - first) * FRAMES + 1e-6) do list[k + 1] = first + k / FRAMES end
   return list
 end
 
--- Refuses a picture that would show nothing, or need more memory than there is.
+-- Refuses pictures that are too small to show anything, or too large for the memory.
 local function check_size(drawn, panels, frames_at_once)
   local panel, size = drawn.frames[1].panel, drawn.width * drawn.height
-  if panel < NARROWEST then
-    usage("--width: %d poses side by side get %d px each; at least %d are needed", panels, panel,
-      NARROWEST)
+  if panel < MIN_PANEL_WIDTH then
+    usage("--width: %d poses side by side have %d px each; at least %d are needed", panels, panel,
+      MIN_PANEL_WIDTH)
   end
-  if size > MOST_PIXELS then
-    usage("--width: a picture of %d x %d px is more than %g million; take a smaller width",
-      drawn.width, drawn.height, MOST_PIXELS / 1e6)
+  if size > MAX_PIXELS then
+    usage("--width: a picture of %d x %d px is more than %g million; choose a smaller width",
+      drawn.width, drawn.height, MAX_PIXELS / 1e6)
   end
-  if 4 * size * frames_at_once > MOST_BYTES then
-    usage("%d frames of %d x %d px are too many for a .gif; take a part (--times), a smaller"
+  if 4 * size * frames_at_once > MAX_BYTES then
+    usage("%d frames of %d x %d px are too many for a .gif; choose a part (--times), a smaller"
       .. " --width, or .mp4", frames_at_once, drawn.width, drawn.height)
   end
 end
@@ -124,12 +124,12 @@ local function gif(arguments, film, drawn)
   write(arguments.out, host.image.gif(drawn.width, drawn.height, list, 100 / FRAMES))
 end
 
--- ffmpeg gets the frames through a pipe and writes a file beside, which then takes its place.
+-- ffmpeg reads the frames from a pipe and writes a file beside, which is then renamed.
 local function mp4(arguments, film, drawn)
   local part = arguments.out .. ".part.mp4"
-  -- where nothing can be written ffmpeg would end and the pipe break
+  -- fails early if the folder cannot be written
   write(part, "")
-  -- if ffmpeg fails its file is removed, and `cat` reads the rest of the frames
+  -- if ffmpeg fails its file is removed, and `cat` reads the remaining frames
   local pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
     .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
     drawn.width, drawn.height, FRAMES, shell.quoted(part), shell.quoted(part)), "w"))
@@ -141,19 +141,19 @@ end
 
 -- Checks the options, and returns the ending of --out.
 local function check(arguments)
-  if not arguments.out then usage "--out FILE is missing: where does the picture go?" end
+  if not arguments.out then usage "--out FILE is missing" end
   local ending = (arguments.out:match "%.(%w+)$" or ""):lower()
   if not STILLS[ending] and not ANIMATIONS[ending] then
     usage("--out %s: its name must end in .png, .svg, .pdf, .gif or .mp4", arguments.out)
   end
   if ending == "mp4" and arguments.transparent then
-    usage "--transparent: a video has a ground; .gif and .png can be without"
+    usage "--transparent: an .mp4 cannot be transparent; .gif and .png can"
   end
   if arguments.dpi and ending ~= "png" then
-    usage("--dpi: only a .png notes it; --out is %s", arguments.out)
+    usage("--dpi: only a .png stores it; --out is %s", arguments.out)
   end
   if ending == "mp4" and os.execute "command -v ffmpeg >/dev/null 2>&1" ~= 0 then
-    failure.raise(1, "an .mp4 needs ffmpeg, which is not installed; .gif needs nothing")
+    failure.raise(1, "an .mp4 needs ffmpeg, which is not installed; a .gif does not")
   end
   return ending
 end
@@ -175,7 +175,7 @@ function command.run(arguments)
   local width = arguments.width
     or WIDTHS[animated and "animation" or panels > 1 and "strip" or "still"]
   local drawn = sheet.new({ film }, { view = view.of[arguments.view], panels = panels,
-    -- a video's sides are even
+    -- the sides of a video must be even
     width = animated and width - width % 2 or width })
   if animated then drawn.height = drawn.height + drawn.height % 2 end
   check_size(drawn, panels, ending == "gif" and #film.poses or 1)

@@ -1,5 +1,5 @@
---- watch.lua: `limax watch RUN`: how a run is doing, in the terminal, from its files alone: curves,
---- the current best, what failed. It takes no lock and writes nothing, so the run does not notice.
+--- watch.lua: `limax watch RUN`: the progress of a run in the terminal: curves, the current best,
+--- failed robots. It only reads the run's files, without a lock, so it does not affect the run.
 
 local body_picture = require "limax.draw.body_picture"
 local curves = require "limax.tools.report.curves"
@@ -10,53 +10,43 @@ local shape = require "limax.tools.report.shape"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
+local timestamp = require "limax.base.timestamp"
 
 local command = {
-  summary = "watch a run while it goes on: curves and the current best",
+  summary = "watch a run in progress: curves and the current best",
   usage = "limax watch RUN [options]",
   text = [[
-Reads the files of a run folder whenever a generation is added, until the run ends or Ctrl-C, which
-leaves the run alone. On anything but a terminal it prints once.]],
+Reads the files of a run folder after each generation until the run ends, or until Ctrl-C, which
+does not affect the run. If the output is not a terminal, it prints once.]],
   positional = { least = 1, most = 1, name = "RUN" },
   options = {
     { name = "every", argument = "SECONDS", kind = "number", minimum = 0.1, maximum = 3600,
-      value = 1, text = "how often to look" },
-    { name = "once", text = "print once and end" },
+      value = 1, text = "interval" },
+    { name = "once", text = "print once" },
   },
 }
 
--- A run whose last line is older than this many of its generations, and than a minute, may be dead.
+-- A run whose last line is older than so many of its generations and seconds may have been killed.
 local LATE_GENERATIONS, LATE_SECONDS = 10, 60
 
--- Seconds since the epoch of "2026-11-21T10:15:03Z", by the civil calendar (Hinnant's days).
-local function seconds_of(text)
-  local y, m, d, h, min, s = (text or ""):match "^(%d+)-(%d+)-(%d+)T(%d+):(%d+):(%d+)Z$"
-  if not y then return nil end
-  y, m, d = tonumber(y), tonumber(m), tonumber(d)
-  if m <= 2 then y, m = y - 1, m + 12 end
-  local days = 365 * y + math.floor(y / 4) - math.floor(y / 100) + math.floor(y / 400)
-    + math.floor((153 * (m - 3) + 2) / 5) + d
-  return ((days * 24 + tonumber(h)) * 60 + tonumber(min)) * 60 + tonumber(s)
-end
-
--- Seconds that the last generations took, each, and those since the last one.
+-- Mean seconds of the last generations, and seconds since the last one.
 local function pace(folder)
   local last, sum, count = nil, 0, 0
   for _, run in ipairs(folder.runs) do
     local line = run.timing[#run.timing]
     if line then
-      last = math.max(last or 0, seconds_of(line.ended) or 0)
+      last = math.max(last or 0, timestamp.seconds(line.ended) or 0)
       for k = math.max(1, #run.timing - LATE_GENERATIONS + 1), #run.timing do
         for _, value in pairs(run.timing[k].seconds) do sum = sum + value end
         count = count + 1
       end
     end
   end
-  local now = seconds_of(host.time())
+  local now = timestamp.seconds(host.time())
   return count > 0 and sum / count or nil, last and now and now - last or nil
 end
 
--- What becomes of the run: its state, and a doubt where it says that it is running.
+-- The state of the run, with a warning if it may have been killed.
 local function state_line(folder, style)
   local state = tostring(folder.status.state)
   local each, since = pace(folder)
@@ -69,7 +59,7 @@ local function state_line(folder, style)
   if state == "running" and each then
     parts[#parts + 1] = ("%.3g s each"):format(each)
     if since and since > math.max(LATE_SECONDS, LATE_GENERATIONS * each) then
-      parts[#parts + 1] = ("nothing new for %d s: it may have been killed"):format(since)
+      parts[#parts + 1] = ("no new generation for %d s: it may have been killed"):format(since)
     end
   end
   return table.concat(parts, "   ")
@@ -80,7 +70,7 @@ local function body_text(run, style)
   local description = runs.description(run, run.lines[#run.lines])
   if not description then return nil end
   local lattice = description.lattice
-  -- more letters than this are no picture any more
+  -- larger bodies are not readable as letters
   if lattice[1] * lattice[2] * lattice[3] > 1000 then return nil end
   local materials = description.materials.materials
   return body_picture.side_by_side({ { title = ("champion of repetition %d, lowest layer first")
@@ -88,7 +78,7 @@ local function body_text(run, style)
     .. "\n" .. body_picture.legend(materials, style)
 end
 
---- Everything that is shown of a folder, as text.
+--- The text that is shown of a folder.
 ---@param folder limax.report.folder
 ---@param style limax.terminal.style
 ---@return string
@@ -131,7 +121,7 @@ function command.text_of(folder, style)
   return table.concat(parts, "\n") .. "\n"
 end
 
--- What changes when there is something new: numbers of lines, and the state.
+-- A text that changes with each new generation and with the state.
 local function mark_of(folder)
   local texts = { tostring(folder.status.state) }
   for _, run in ipairs(folder.runs) do

@@ -135,9 +135,9 @@ suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 
     [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
     [{ file, "--out", "x.png", "--view", "back" }] = "side, top, iso",
-    [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png notes it",
-    [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: a video has a ground",
-    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side get 9 px each",
+    [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png stores it",
+    [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: an .mp4 cannot be transparent",
+    [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side have 9 px each",
     [{ tall, "--out", "x.png", "--width", "5000", "--times", "0" }] = "is more than 20 million",
     [{ "none.json", "--out", "x.png" }] = "none.json is neither a robot file nor a run folder",
   } do

@@ -1,4 +1,4 @@
---- new_command.lua: `limax new` writes files that run as they are, and overwrites nothing.
+--- new_command.lua: `limax new` writes files that run unchanged, and overwrites nothing.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -12,7 +12,7 @@ suite:test("an experiment that runs", { limit = 60 }, function(t)
   local folder = t:folder()
   local done = limax(folder, "new", "my_walk")
   t:equal({ done.status, done.stderr }, { 0, "" })
-  t:ok(done.stdout:find("my_walk.lua is written; ", 1, true)
+  t:ok(done.stdout:find("wrote my_walk.lua; next: ", 1, true)
     and done.stdout:find " run my_walk.lua\n$", done.stdout)
   local text = source.read(folder .. "/my_walk.lua")
   t:ok(text:find('name = "my_walk"', 1, true) and not text:find("NAME", 1, true))
@@ -38,7 +38,7 @@ suite:test("a suite that passes once its goldens are recorded", { limit = 60 }, 
   t:ok(again.stdout:find "\n%d+ passed, 0 failed", again.stdout)
 end)
 
-suite:test("refuses what it would spoil or cannot name", function(t)
+suite:test("existing files and invalid names are refused", function(t)
   local folder = t:folder()
   local function refused(part, ...)
     local done = limax(folder, "new", ...)
@@ -46,10 +46,10 @@ suite:test("refuses what it would spoil or cannot name", function(t)
     t:ok(done.stderr:find(part, 1, true), done.stderr)
   end
   t:ok(host.file.write_atomic(folder .. "/mine.lua", "mine"))
-  refused("mine.lua is there already", "mine")
+  refused("mine.lua exists already", "mine")
   t:equal(source.read(folder .. "/mine.lua"), "mine")
-  refused('"a b" is no name', "a b")
-  refused('"" is no name', "folder/")
+  refused('"a b" cannot name a run folder', "a b")
+  refused('"" cannot name a run folder', "folder/")
   refused("there is no folder nowhere/", "nowhere/walk")
   refused("needs NAME")
 end)

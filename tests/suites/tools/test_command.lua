@@ -308,7 +308,7 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   t:equal(status, 0)
   contains(t, text, "self check")
   contains(t, text, found and facts.gpus[1].name or "none: " .. facts.cuda_missing)
-  contains(t, text, facts.cuda_compiler or "no nvcc when this was built")
+  contains(t, text, facts.cuda_compiler or "no nvcc at build time")
   contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)
 

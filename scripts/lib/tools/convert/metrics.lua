@@ -6,6 +6,7 @@ local csv = require "limax.base.csv"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
+local timestamp = require "limax.base.timestamp"
 
 local metrics = {}
 
@@ -50,19 +51,6 @@ function metrics.read(folder)
   return rows, names
 end
 
--- Seconds since 1970 of "2026-11-21T10:15:03Z", 0 for anything else. Years are counted from March,
--- so that a leap day is the last day of its year.
-local function seconds_of(text)
-  local year, month, day, hour, minute, second =
-    tostring(text):match "^(%d%d%d%d)-(%d%d)-(%d%d)T(%d%d):(%d%d):(%d%d)Z$"
-  if not year then return 0 end
-  year, month = tonumber(year), tonumber(month)
-  if month <= 2 then year, month = year - 1, month + 12 end
-  local days = 365 * year + math.floor(year / 4) - math.floor(year / 100) + math.floor(year / 400)
-    + math.floor((153 * (month - 3) + 2) / 5) + day - 1 - 719468
-  return ((days * 24 + hour) * 60 + minute) * 60 + second
-end
-
 --- When each generation ended, seconds since 1970: [repetition][generation].
 ---@param folder string
 ---@return table<integer, table<integer, number>>
@@ -70,7 +58,7 @@ function metrics.times(folder)
   local times = {}
   for _, line in ipairs(lines_of(folder .. "/timing.jsonl")) do
     times[line.repetition] = times[line.repetition] or {}
-    times[line.repetition][line.generation] = seconds_of(line.ended)
+    times[line.repetition][line.generation] = timestamp.seconds(line.ended) or 0
   end
   return times
 end

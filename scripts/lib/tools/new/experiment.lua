@@ -1,12 +1,11 @@
---- NAME.lua: soft bodies learn to walk along x. A first experiment to change: every field stands
---- here with what it means; whatever is left out has a default (limax.defaults). Half a minute on
---- two cores.
+--- NAME.lua: soft bodies learn to walk along x. A starting point with a comment on each field;
+--- fields that are left out have defaults (limax.defaults). Half a minute on two cores.
 --- Run it with: limax run NAME.lua
---- One field changed, without an editor: limax run NAME.lua --set population=60
+--- Change a field without an editor: limax run NAME.lua --set population=60
 
 local limax = require "limax"
 
--- What is maximised: called once for each robot that ended well. Also there: robot:speed(),
+-- The number to maximise, called once for each simulated robot. Other measures: robot:speed(),
 -- :height(), :path_length(), :contact(), :energy(), :strain(), robot:trace "center_of_mass",
 -- robot.body.mass, robot.body.count.bone. A second value, a list, is for lexicase selection.
 local function fitness(robot)
@@ -22,8 +21,8 @@ return limax.experiment {
   -- how genomes become bodies: a small sigma gives large pieces of one material
   genome = { sigma = 0.25, features = 16, hidden = { 32, 32 } },
 
-  -- what acts on a body; an effect that is not named is not there. More: drag, wind, planes,
-  -- spheres, boxes, terrain, anchors, self_collision, block; limax.scenes has ready scenes
+  -- the effects that act on a body. Others: drag, wind, planes, spheres, boxes, terrain, anchors,
+  -- self_collision, block; limax.scenes has ready scenes
   scene = {
     gravity = true,
     ground = true,
@@ -32,17 +31,17 @@ return limax.experiment {
     actuation = { frequency = 2 }, -- Hz
   },
 
-  -- first the body settles, then its muscles work for `duration`. The tier sets integrator,
-  -- precision and time step: preview, evolve, publish, reference, from quick to exact
+  -- the body settles, then its muscles act for `duration`. The tier sets integrator, precision and
+  -- time step: preview, evolve, publish, reference, from fast to accurate
   simulation = { settle = 0.5, duration = 4, accuracy = "evolve" }, -- s, s
   record = { center_of_mass = 50 }, -- Hz: the traces that the fitness may read
 
   population = 30,
   generations = 30,
-  repetitions = 1, -- 3 and more tell chance from effect
+  repetitions = 1, -- 3 or more to distinguish an effect from chance
 
-  -- of a generation 0.3 go on as they are, the others are bred; each gene comes from the second
-  -- parent with crossover_rate, and changes with mutation_rate by N(0, mutation_scale^2)
+  -- 0.3 of a generation survive, the others are bred: each gene comes from the second parent with
+  -- crossover_rate, and changes with mutation_rate by N(0, mutation_scale^2)
   breeding = { elite_fraction = 0.3, crossover_rate = 0.4, mutation_rate = 0.1,
     mutation_scale = 0.1 },
 
