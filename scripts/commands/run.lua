@@ -124,10 +124,10 @@ local function reopen(session, arguments)
   local config, scripts =
     run_configuration.of(experiment, { repetition = alone, overrides = changes })
   local verdict = resume.judge(folder, config, scripts, arguments.changed)
-  folder:continue(config, scripts, verdict)
+  folder:continue(config, scripts, verdict.changed)
   session.notes[#session.notes + 1] = note
   if verdict.changed then
-    session.notes[#session.notes + 1] = "going on with what has changed:\n" .. verdict.text
+    session.notes[#session.notes + 1] = "continuing with what has changed:\n" .. verdict.text
   end
   session.scores_stand = verdict.scores_stand
   session.alone = alone

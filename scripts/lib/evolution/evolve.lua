@@ -1,7 +1,7 @@
 --- evolve.lua: the evolution of one repetition: express, simulate, score, record, supervise,
---- select, breed. A generation is plain data (population.lua) that knows the world it is simulated in, and
---- not the run. Every random number is a function of (seed, repetition, generation, robot): a run
---- can stop after any generation and continue with the same bits.
+--- select, breed. A generation is plain data (population.lua) that knows the world it is simulated
+--- in, and not the run. Every random number is a function of (seed, repetition, generation, robot):
+--- a run can stop after any generation and continue with the same bits.
 
 local budget = require "limax.experiment.budget"
 local engine = require "limax.engine"

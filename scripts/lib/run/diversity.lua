@@ -1,6 +1,6 @@
---- diversity.lua: how different the robots of a population are. The engine measures, linearly in
---- the population; empty voxels count as a material of their own, and bodies are compared where
---- they stand in the lattice, without alignment.
+--- diversity.lua: how different the robots of a population are. The engine measures it in linear
+--- time. Empty voxels count as a material of their own, and bodies are compared voxel by voxel of
+--- the lattice, without alignment.
 
 local engine = require "limax.engine"
 
@@ -53,7 +53,7 @@ function diversity.measure(population, ranked, materials)
     top = named(population:diversity(sorted(diversity.top_half(ranked))), materials) }
 end
 
--- A scored population of a script, asked for one of the measures.
+-- One measure of a script's scored population.
 local function of(population, part, field)
   if type(population) ~= "table" or not population.ranked or not population.engine then
     engine.fail(("diversity.%s: expected a scored population of the last three generations, "

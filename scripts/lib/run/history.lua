@@ -1,12 +1,12 @@
---- history.lua: what supervisors read: one entry per scored generation. Everything stays readable
---- but the genomes of older generations and all traces: an old entry keeps the text of its
---- population file and builds the robots from it when they are asked for.
+--- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
+--- except genomes of older generations and traces: an old entry keeps the text of its population
+--- file and builds the robots from it on demand.
 
 local host = require "limax.host"
 
 local history = {}
 
---- Generations whose genomes stay in memory: what the paper's supervisor looks back on.
+--- Number of generations whose genomes stay in memory: as many as the paper's supervisor sees.
 history.genomes_kept = 3
 
 --- A generation that has been scored, as supervisors and prompts see it; the fields of its line in
@@ -34,7 +34,7 @@ history.genomes_kept = 3
 ---@field evaluations integer robots that were simulated
 ---@field champion { id: integer, index: integer, hash: string } the best robot
 
--- entry -> population rebuilt from its text; forgotten when nobody uses it
+-- entry -> population rebuilt from its text, until it is collected
 local rebuilt = setmetatable({}, { __mode = "kv" })
 
 --- One line per robot.
@@ -62,29 +62,27 @@ end
 
 --- An entry: the fields of the generation's metrics line, its ledger record and materials, and
 --- `.population`, either live or rebuilt from `text` by `build(records)` on demand.
----@param given table metrics, ledger, materials, text, build; population while it is live
+---@param parts table metrics, ledger, materials, text, build; population while it is live
 ---@return limax.generation
-function history.entry(given)
-  local entry = { ledger = given.ledger, materials = given.materials,
-    population = given.population }
-  for _, name in ipairs { "repetition", "generation", "parameters", "best", "best_standard", "mean",
-    "median", "worst", "quantiles", "diversity", "failed", "coarse", "scored", "evaluations",
-    "champion", "measures" } do
-    entry[name] = given.metrics[name]
+function history.entry(parts)
+  local entry = {}
+  for name, value in pairs(parts.metrics) do
+    if name ~= "schema" then entry[name] = value end
   end
+  entry.ledger, entry.materials, entry.population = parts.ledger, parts.materials, parts.population
   return setmetatable(entry, { __index = function(self, key)
     if key ~= "population" then return nil end
     local population = rebuilt[self]
     if not population then
-      local records = history.decode(given.text, "generation " .. entry.generation)
-      population = given.build(records)
+      local records = history.decode(parts.text, "generation " .. entry.generation)
+      population = parts.build(records)
       rebuilt[self] = population
     end
     return population
   end })
 end
 
---- Lets go of the population of the generation that is now too old for its genomes to be kept.
+--- Drops the population of the generation that is now too old for its genomes to be kept.
 ---@param list table[]
 function history.forget(list)
   local old = list[#list - history.genomes_kept]

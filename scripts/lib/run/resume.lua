@@ -1,6 +1,6 @@
---- resume.lua: going on with a run folder: what differs between the configuration and scripts that
---- made it and those of now, which differences are refused, and which of the old scores still
---- stand.
+--- resume.lua: continuing a run folder: what differs between the configuration and scripts that
+--- made it and those of now, which differences are refused, and whether the old scores still mean
+--- the same.
 
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
@@ -11,32 +11,37 @@ local source = require "limax.base.source"
 
 local resume = {}
 
--- Genomes and bodies on disk mean nothing under another one of these.
-local fixed_fields = { "genome", "lattice", "population", "seed" }
+local function set(...)
+  local members = {}
+  for _, name in ipairs { ... } do members[name] = true end
+  return members
+end
 
--- Changing these leaves what a score means as it was.
-local scores_stand_under = { breeding = true, evaluations = true, generations = true, name = true,
-  not_in_paper = true, repetitions = true, selection = true, supervision = true,
-  supervisor = true }
+-- Under another one of these, the genomes and bodies on disk are meaningless.
+local fixed_fields = set("genome", "lattice", "population", "seed")
+
+-- Changing these leaves the meaning of a score as it was.
+local unscored_fields = set("breeding", "evaluations", "generations", "name", "not_in_paper",
+  "repetitions", "selection", "supervision", "supervisor")
 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12
 
---- Fields in which two configurations differ, the entry `run` left out, in alphabetical order.
+local function flatten(config)
+  local texts = {}
+  for name, value in pairs(config) do
+    if name ~= "run" then flat.add(value, name, texts, flat.text) end
+  end
+  return texts
+end
+
+--- Fields in which two configurations differ, except those of `run`, in alphabetical order.
 ---@param before table
 ---@param now table
 ---@return { path: string, before: string, now: string }[]
 function resume.differences(before, now)
-  -- one turn through JSON, so that both sides are what a file can hold
-  now = host.json.decode(host.json.encode(now))
-  local old, new = {}, {}
-  for name, value in pairs(before) do
-    if name ~= "run" then flat.add(value, name, old, flat.text) end
-  end
-  for name, value in pairs(now) do
-    if name ~= "run" then flat.add(value, name, new, flat.text) end
-  end
-  return flat.differences(old, new)
+  -- through JSON, so that both sides are what a file can hold
+  return flat.differences(flatten(before), flatten(host.json.decode(host.json.encode(now))))
 end
 
 local function split(text)
@@ -45,16 +50,12 @@ local function split(text)
   return list
 end
 
---- The lines in which two texts differ, between their common beginning and end.
----@param before string
----@param now string
----@return string[] "-12: text" for a line that is gone, "+12: text" for one that is new
-function resume.line_differences(before, now)
+-- The lines in which two texts differ, between their common beginning and end: "-12: text" for a
+-- line that is gone, "+12: text" for one that is new.
+local function line_differences(before, now)
   local old, new, list = split(before), split(now), {}
   local first, last_old, last_new = 1, #old, #new
-  while first <= last_old and first <= last_new and old[first] == new[first] do
-    first = first + 1
-  end
+  while first <= math.min(last_old, last_new) and old[first] == new[first] do first = first + 1 end
   while last_old >= first and last_new >= first and old[last_old] == new[last_new] do
     last_old, last_new = last_old - 1, last_new - 1
   end
@@ -63,36 +64,33 @@ function resume.line_differences(before, now)
   return list
 end
 
-local function shorten(list)
+-- Adds the texts of a list, shortened, to the lines of a message.
+local function add_shortened(lines, list, indent)
+  for k = 1, math.min(#list, most_shown) do lines[#lines + 1] = indent .. list[k] end
   local more = #list - most_shown
-  while #list > most_shown do table.remove(list) end
-  if more > 0 then list[#list + 1] = ("... and %d more"):format(more) end
-  return list
+  if more > 0 then lines[#lines + 1] = ("%s... and %d more"):format(indent, more) end
 end
 
--- Changed, missing and new scripts, as lines of a message.
-local function script_changes(folder, scripts)
-  local list, kept, now = {}, {}, {}
+-- Adds changed, missing and new scripts to the lines of a message.
+local function add_script_changes(lines, folder, scripts)
+  local kept, now = {}, {}
   for _, copy in ipairs(folder.config.run.scripts) do kept[copy.file] = copy.sha256 end
   for _, copy in ipairs(scripts) do
     now[copy.file] = true
     if not kept[copy.file] then
-      list[#list + 1] = ("  %s is new"):format(copy.file)
+      lines[#lines + 1] = ("  %s is new"):format(copy.file)
     elseif kept[copy.file] ~= copy.sha256 then
-      list[#list + 1] = ("  %s has changed:"):format(copy.file)
+      lines[#lines + 1] = ("  %s has changed:"):format(copy.file)
       local before = source.read(folder.path .. "/scripts/" .. copy.file) or ""
-      for _, line in ipairs(shorten(resume.line_differences(before, copy.text))) do
-        list[#list + 1] = "    " .. line
-      end
+      add_shortened(lines, line_differences(before, copy.text), "    ")
     end
   end
   for _, copy in ipairs(folder.config.run.scripts) do
-    if not now[copy.file] then list[#list + 1] = ("  %s is gone"):format(copy.file) end
+    if not now[copy.file] then lines[#lines + 1] = ("  %s is gone"):format(copy.file) end
   end
-  return list
 end
 
---- The script to load: where it was, else the copy in the folder.
+--- The script to load: the original, else its copy in the folder.
 ---@param folder limax.run_folder
 ---@return string path
 ---@return string|nil note
@@ -101,7 +99,7 @@ function resume.script(folder)
   if run.path and host.file.exists(run.path) == "file" then return run.path end
   local copy = run.script and folder.path .. "/scripts/" .. run.script
   if copy and host.file.exists(copy) == "file" then
-    return copy, ("%s is gone; going on with the copy %s"):format(run.path, copy)
+    return copy, ("%s is gone; continuing with the copy %s"):format(run.path, copy)
   end
   failure.raise(2, folder.path .. " was not started from a script that returns an experiment,"
     .. " so it cannot be continued")
@@ -117,34 +115,31 @@ end
 ---@param folder limax.run_folder
 ---@param config table configuration of now
 ---@param scripts table[] scripts of now
----@param allowed boolean --changed was given
+---@param allowed boolean --changed was passed
 ---@param switch? string what would allow it; "--changed" if left out
 ---@return limax.resume.verdict
 function resume.judge(folder, config, scripts, allowed, switch)
-  local fields = resume.differences(folder.config, config)
-  local list, scores_stand = {}, true
-  for _, field in ipairs(fields) do
-    list[#list + 1] = ("  %s: was %s, is %s"):format(field.path, field.before, field.now)
+  local list, lines, scores_stand = {}, {}, true
+  for k, field in ipairs(resume.differences(folder.config, config)) do
+    list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
     local top = field.path:match "^[^%.]+"
-    if not scores_stand_under[top] then scores_stand = false end
-    for _, name in ipairs(fixed_fields) do
-      if top == name then
-        failure.raise(2, ("%s cannot go on with another %s (%s: was %s, is %s)")
-          :format(folder.path, name, field.path, field.before, field.now))
-      end
+    scores_stand = scores_stand and unscored_fields[top] ~= nil
+    if fixed_fields[top] then
+      failure.raise(2, ("%s cannot be continued with another %s (%s)")
+        :format(folder.path, top, list[k]))
     end
   end
-  shorten(list)
-  local changes = script_changes(folder, scripts)
+  add_shortened(lines, list, "  ")
+  local fields = #lines
+  add_script_changes(lines, folder, scripts)
   -- a changed script may hold a changed fitness
-  if #changes > 0 then scores_stand = false end
-  for _, line in ipairs(changes) do list[#list + 1] = line end
-  local text = table.concat(list, "\n")
-  if #list > 0 and not allowed then
-    failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s goes on"
-      .. " with the new one"):format(folder.path, text, switch or "--changed"))
+  if #lines > fields then scores_stand = false end
+  local text = table.concat(lines, "\n")
+  if #lines > 0 and not allowed then
+    failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s continues with the"
+      .. " new one"):format(folder.path, text, switch or "--changed"))
   end
-  return { changed = #list > 0, text = text, scores_stand = scores_stand }
+  return { changed = #lines > 0, text = text, scores_stand = scores_stand }
 end
 
 --- Opens the folder of a repetition that a script computes by itself, cut to its last whole
@@ -164,7 +159,7 @@ function resume.open(path, experiment, repetition, allowed)
   end
   local config, scripts = run_configuration.of(experiment, { repetition = repetition })
   local verdict = resume.judge(folder, config, scripts, allowed, "changed = true")
-  folder:continue(config, scripts, verdict)
+  folder:continue(config, scripts, verdict.changed)
   folder:status "running"
   return folder, verdict
 end

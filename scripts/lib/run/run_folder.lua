@@ -1,7 +1,7 @@
 --- run_folder.lua: one execution, one folder. Files are replaced whole and lines appended whole,
---- the checkpoint last: whatever moment a run is killed at, everything up to the generation that
---- the checkpoint names is on disk, and what lies beyond it is cut when the run goes on. The files
---- of a generation are written while the next one is simulated.
+--- the checkpoint last: whenever a run is killed, everything up to the generation of the checkpoint
+--- is on disk, and what lies beyond it is cut when the run continues. The files of a generation are
+--- written while the next one is simulated.
 
 local ffi = require "ffi"
 
@@ -10,18 +10,18 @@ local host = require "limax.host"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
 local run_lines = require "limax.run.run_lines"
-local source = require "limax.base.source"
 local shell = require "limax.base.shell"
+local source = require "limax.base.source"
 
 ---@class limax.run_folder
 ---@field path string
 ---@field config table
 ---@field checkpoint table|nil repetition, generation and file sizes of the last generation that is
 --- whole on disk
----@field writer limax.host.writer what is written behind the run's back
----@field promised { job: integer, checkpoint: table }[] checkpoints that are on their way, in order
+---@field writer limax.host.writer writes files asynchronously, in order
+---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
----@field genomes table<integer, ffi.cdata*> of that generation
+---@field genomes table<integer, ffi.cdata*> of that generation, which is being written
 ---@field grown limax.run_lines the files that grow by a line per generation
 local Folder = {}
 Folder.__index = Folder
@@ -29,6 +29,16 @@ Folder.__index = Folder
 local run_folder = {}
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
+
+--- Where files of one generation lie, below the run folder.
+---@param repetition integer
+---@param kind "population"|"champions"
+---@param generation integer
+---@param ending string
+---@return string
+function run_folder.place(repetition, kind, generation, ending)
+  return ("%s/%s/g%04d%s"):format(run_lines.folder_of(repetition), kind, generation, ending)
+end
 
 --- The command that continues the run in a folder, ready to be pasted into a shell.
 ---@param path string
@@ -39,24 +49,46 @@ end
 
 function Folder:resume_command() return run_folder.resume_command(self.path) end
 
--- Around a folder that has been locked.
-local function new(fields)
-  local self = setmetatable(fields, Folder)
-  self.writer, self.promised, self.jobs, self.genomes = host.file.writer(), {}, {}, {}
+--- Is there a run that can be continued?
+---@param path string
+---@return boolean
+function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
+
+local function read_json(path)
+  local text, message = source.read(path)
+  if not text then return nil, message end
+  return host.json.decode(text, path)
+end
+
+-- A folder that this process locks; then what its checkpoint states.
+local function locked(path, config)
+  local lock, message = host.file.lock(path)
+  if not lock then failure.raise(1, message) end
+  local self = setmetatable({ path = path, config = config, lock = lock,
+    writer = host.file.writer(), pending = {}, jobs = {}, genomes = {} }, Folder)
+  if host.file.exists(path .. "/checkpoint") then
+    self.checkpoint, message = read_json(path .. "/checkpoint")
+    if not self.checkpoint then failure.raise(1, tostring(message)) end
+  end
+  self.grown = run_lines.new(self, self.checkpoint)
   return self
 end
 
--- Notes which checkpoints have come to the disk.
-function Folder:note_whole()
+-- ---- writing files ------------------------------------------------------------------------------
+
+-- Updates the checkpoint to the last one that is on disk.
+function Folder:update_checkpoint()
   local done = self.writer:done()
-  while self.promised[1] and self.promised[1].job <= done do
-    self.checkpoint = table.remove(self.promised, 1).checkpoint
+  while self.pending[1] and self.pending[1].job <= done do
+    self.checkpoint = table.remove(self.pending, 1).checkpoint
   end
 end
 
--- Ends the run when the disk refuses; what is whole stays so.
+--- Ends the run when the disk refused; what is whole stays so.
+---@param ok any
+---@param message? string
 function Folder:check(ok, message)
-  self:note_whole()
+  self:update_checkpoint()
   if ok then return end
   local whole = "no generation is on disk yet"
   if self.checkpoint then
@@ -68,10 +100,10 @@ function Folder:check(ok, message)
   failure.raise(1, message)
 end
 
--- Waits until all that was given to the writer is on disk.
+-- Waits until all that the writer was given is on disk.
 function Folder:settle() self:check(self.writer:wait()) end
 
--- What is written at once comes after all that was to be written before it.
+-- Writes a file at once, after all that was to be written before it.
 function Folder:write(name, text)
   self:settle()
   self:check(host.file.write_atomic(self.path .. "/" .. name, text))
@@ -81,43 +113,99 @@ function Folder:write_later(name, text, array, bytes)
   return self.writer:write(self.path .. "/" .. name, text, array, bytes)
 end
 
-function Folder:append_later(name, text) self.writer:append(self.path .. "/" .. name, text) end
-
 function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
 
---- Writes STATUS: what became of the run so far.
+--- Writes STATUS: the state of the run.
 ---@param state "running"|"done"|"interrupted"|"failed"
 ---@param message? string
 function Folder:status(state, message)
-  -- a run that ends well has everything on disk; why another one ends is known already
+  -- a run is done only with everything on disk; why another one ended is known already
   if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
-  self:note_whole()
+  self:update_checkpoint()
   local at = self.checkpoint or {}
   self:check(host.file.write_atomic(self.path .. "/STATUS", json { schema = "limax.status/1",
     state = state, message = message, repetition = at.repetition, generation = at.generation }))
 end
 
--- ---- beginning ----------------------------------------------------------------------------------
-
 -- Scripts as they were, each under its name.
-function Folder:write_scripts(scripts, below)
+function Folder:write_scripts(scripts)
   for _, copy in ipairs(scripts) do
-    local name = below .. "/" .. copy.file
+    local name = "scripts/" .. copy.file
     self:make_folder(source.folder_of(name))
     self:write(name, copy.text)
   end
 end
 
---- Notes who runs it: one entry per process that wrote this folder.
+--- Adds this process and its device to the processes that wrote this folder.
 ---@param device table
 function Folder:write_environment(device)
   local text = source.read(self.path .. "/environment.json")
   local environment = text and host.json.decode(text)
     or { schema = "limax.environment/1", sessions = {} }
-  environment.sessions[#environment.sessions + 1] = { started = host.time(), version = host.version,
-    machine = host.environment(), device = device:describe() }
+  table.insert(environment.sessions, { started = host.time(), version = host.version,
+    machine = host.environment(), device = device:describe() })
   self:write("environment.json", json(environment))
 end
+
+-- Writes a checkpoint: everything written so far is whole. Returns its job.
+function Folder:write_checkpoint(repetition, generation)
+  local bytes, ahead = self.grown:sizes()
+  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
+    generation = generation, bytes = bytes, ahead = ahead }
+  local job = self:write_later("checkpoint", json(checkpoint))
+  table.insert(self.pending, { job = job, checkpoint = checkpoint })
+  return job
+end
+
+--- From now on the lines of this repetition are next. All earlier repetitions must have their last
+--- generation. A folder without turns appends lines as they come.
+---@param repetition integer
+function Folder:take_turn(repetition)
+  self:settle()
+  if not self.grown:take_turn(repetition) then return end
+  self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
+  self:settle()
+  self.grown:remove_waiting(repetition)
+end
+
+--- Writes a whole generation asynchronously, its checkpoint last. Raises what the disk refused of
+--- an earlier one.
+---@param written table metrics, ledger, seconds, supervision, text, engine, champion
+---@return number seconds that the run waited
+function Folder:write_generation(written)
+  local began = host.clock()
+  local repetition, generation = written.metrics.repetition, written.metrics.generation
+  -- one generation of a repetition is being written at a time, with its genomes
+  self:check(self.writer:wait(self.jobs[repetition] or 0))
+  local robots = written.engine
+  local genomes = robots:genomes_array(self.genomes[repetition])
+  self.genomes[repetition] = genomes
+  local function place(kind, ending)
+    return run_folder.place(repetition, kind, generation, ending)
+  end
+  for _, kind in ipairs { "population", "champions" } do
+    self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
+  end
+  self:write_later(place("population", ".jsonl"), written.text)
+  self:write_later(place("population", ".npy"), npy.header(robots.count, robots.genes), genomes,
+    ffi.sizeof(genomes))
+  self:write_later(place("champions", ".json"), json(written.champion))
+
+  local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
+    generation = generation }, {}
+  for key, value in pairs(written.ledger) do ledger[key] = value end
+  for key, value in pairs(written.seconds) do seconds[key] = value end
+  self.grown:append("ledger", ledger)
+  self.grown:append("metrics", written.metrics)
+  seconds.write = host.clock() - began
+  self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
+    generation = generation, ended = host.time(), seconds = seconds,
+    supervision = written.supervision })
+  self.jobs[repetition] = self:write_checkpoint(repetition, generation)
+  return host.clock() - began
+end
+
+-- ---- a new run ----------------------------------------------------------------------------------
 
 --- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
 ---@param name string
@@ -128,13 +216,7 @@ function run_folder.next_free(name)
   return ("runs/%s-%d"):format(name, n)
 end
 
-local function lock(path)
-  local handle, message = host.file.lock(path)
-  if not handle then failure.raise(1, message) end
-  return handle
-end
-
---- Takes a new folder for a run, which `begin` makes of it. One that holds anything is refused.
+--- Takes a new or empty folder, which `begin` makes a run.
 ---@param path string
 ---@return limax.run_folder
 function run_folder.take(path)
@@ -144,23 +226,18 @@ function run_folder.take(path)
     failure.raise(2, path
       .. " is used already; name another folder, or continue it with --resume " .. path)
   end
-  if not kind then
-    local ok, message = host.file.mkdir(path)
-    if not ok then failure.raise(2, message) end
-  end
-  local self = new { path = path }
-  self.grown = run_lines.new(self)
-  self.lock = lock(path)
-  return self
+  local ok, message = host.file.mkdir(path)
+  if not ok then failure.raise(2, message) end
+  return locked(path)
 end
 
---- Writes what a run begins with into a folder that has just been taken.
+--- Writes what a run begins with into a folder that was just taken.
 ---@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 function Folder:begin(experiment, options)
   local config, scripts = run_configuration.of(experiment, options)
   self.config = config
-  self:write_scripts(scripts, "scripts")
+  self:write_scripts(scripts)
   self.grown:create()
   self:status "running"
   -- last: a folder with a configuration is a run
@@ -178,100 +255,19 @@ function run_folder.create(path, experiment, options)
   return self
 end
 
---- Is there a run that can be continued?
----@param path string
----@return boolean
-function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
-
--- A link is removed and never entered.
+-- Removes a file or a folder; a link is removed and not followed.
 local function remove(path)
   if host.file.remove(path) then return end
   for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
   host.file.remove(path)
 end
 
---- Removes a folder that was taken and has not become a run: all in it is this process's own.
+--- Removes a folder that was taken and has not become a run.
 function Folder:abandon()
   if not run_folder.is_run(self.path) then remove(self.path) end
 end
 
--- ---- writing ------------------------------------------------------------------------------------
-
--- Says that everything written so far is whole. Returns the job that says so.
-function Folder:write_checkpoint(repetition, generation)
-  local bytes, ahead = self.grown:sizes()
-  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
-    generation = generation, bytes = bytes, ahead = ahead }
-  local job = self:write_later("checkpoint", json(checkpoint))
-  table.insert(self.promised, { job = job, checkpoint = checkpoint })
-  return job
-end
-
---- From now on the lines of this repetition are next. All earlier repetitions must have their last
---- generation. Without a turn, lines are appended as they come.
----@param repetition integer
-function Folder:take_turn(repetition)
-  self:settle()
-  if not self.grown:take_turn(repetition) then return end
-  self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
-  self:settle()
-  self.grown:remove_waiting(repetition)
-end
-
---- Where files of one generation lie, below the run folder.
----@param repetition integer
----@param kind "population"|"champions"
----@param generation integer
----@param ending string
----@return string
-function run_folder.place(repetition, kind, generation, ending)
-  return ("%s/%s/g%04d%s"):format(run_lines.folder_of(repetition), kind, generation, ending)
-end
-
---- Writes a whole generation, behind the run's back; the checkpoint that names it comes last. What
---- the disk refused of an earlier one is raised here. Returns the seconds that the run was held up.
----@param given table metrics, ledger, seconds, supervision, text, engine, champion
----@return number
-function Folder:write_generation(given)
-  local began = host.clock()
-  local repetition, generation = given.metrics.repetition, given.metrics.generation
-  -- one generation of a repetition is on its way at a time, with its genomes
-  self:check(self.writer:wait(self.jobs[repetition] or 0))
-  local robots = given.engine
-  local genomes = robots:genomes_array(self.genomes[repetition])
-  self.genomes[repetition] = genomes
-  local function place(kind, ending)
-    return run_folder.place(repetition, kind, generation, ending)
-  end
-  for _, kind in ipairs { "population", "champions" } do
-    self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
-  end
-  self:write_later(place("population", ".jsonl"), given.text)
-  self:write_later(place("population", ".npy"), npy.header(robots.count, robots.genes), genomes,
-    ffi.sizeof(genomes))
-  self:write_later(place("champions", ".json"), json(given.champion))
-
-  local ledger = { schema = "limax.ledger/1", repetition = repetition, generation = generation }
-  for key, value in pairs(given.ledger) do ledger[key] = value end
-  self.grown:append("ledger", ledger)
-  self.grown:append("metrics", given.metrics)
-  local seconds = {}
-  for key, value in pairs(given.seconds) do seconds[key] = value end
-  seconds.write = host.clock() - began
-  self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
-    generation = generation, ended = host.time(), seconds = seconds,
-    supervision = given.supervision })
-  self.jobs[repetition] = self:write_checkpoint(repetition, generation)
-  return host.clock() - began
-end
-
--- ---- going on -----------------------------------------------------------------------------------
-
-local function read_json(path)
-  local text, message = source.read(path)
-  if not text then return nil, message end
-  return host.json.decode(text, path)
-end
+-- ---- continuing a run ---------------------------------------------------------------------------
 
 --- Opens a run folder and locks it. Nothing is changed yet.
 ---@param path string
@@ -286,21 +282,15 @@ function run_folder.open(path)
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s")
       :format(path, tostring(config.schema)))
   end
-  local self = new { path = path, config = config }
-  self.lock = lock(path)
-  if host.file.exists(path .. "/checkpoint") then
-    self.checkpoint, message = read_json(path .. "/checkpoint")
-    if not self.checkpoint then failure.raise(1, tostring(message)) end
-  end
-  self.grown = run_lines.new(self, self.checkpoint)
-  return self
+  return locked(path, config)
 end
 
--- Removes from a folder what `beyond(generation)` condemns, and what a killed process was writing.
-function Folder:clean(path, beyond)
+-- Removes files of generations after `last`, and what a killed process was writing.
+function Folder:clean(below, last)
+  local path = self.path .. below
   for _, name in ipairs(host.file.exists(path) == "folder" and host.file.list(path) or {}) do
     local generation = tonumber(name:match "^g(%d+)%.")
-    if name:match "^%..*%.part$" or generation and beyond(generation) then
+    if name:match "^%..*%.part$" or generation and generation > last then
       self:check(host.file.remove(path .. "/" .. name))
     end
   end
@@ -308,38 +298,36 @@ end
 
 -- Removes files of generations after the last whole one of each repetition.
 function Folder:remove_unfinished()
-  local last = self:last_generations()
-  self:clean(self.path, function() return false end)
+  local last = {}
+  for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
+  self:clean("", math.huge)
   for _, name in ipairs(host.file.list(self.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "population", "champions" } or {}) do
-      self:clean(("%s/%s/%s"):format(self.path, name, kind), function(generation)
-        return generation > (last[repetition] or -1)
-      end)
-    end
     if repetition then
-      self:clean(self.path .. "/" .. name, function() return false end)
+      for _, below in ipairs { "", "/population", "/champions" } do
+        self:clean("/" .. name .. below, last[repetition] or -1)
+      end
       self.grown:remove_waiting(repetition)
     end
   end
 end
 
---- Cuts everything that lies beyond the last whole generation, and keeps what has changed since:
---- the former configuration as config-N.json and the former scripts as scripts-N.
+--- Cuts everything beyond the last whole generation. Where configuration or scripts changed, the
+--- former ones are kept as config-N.json and scripts-N.
 ---@param config table configuration of now
 ---@param scripts table[] scripts of now
----@param verdict limax.resume.verdict
-function Folder:continue(config, scripts, verdict)
+---@param changed boolean
+function Folder:continue(config, scripts, changed)
   self.grown:cut()
   self:remove_unfinished()
-  if not verdict.changed then return end
+  if not changed then return end
   local n = 1
   while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
   self:write(("config-%d.json"):format(n), json(self.config))
   if host.file.exists(self.path .. "/scripts") then
     self:check(host.file.rename(self.path .. "/scripts", ("%s/scripts-%d"):format(self.path, n)))
   end
-  self:write_scripts(scripts, "scripts")
+  self:write_scripts(scripts)
   self:write("config.json", json(config))
   self.config = config
 end
@@ -349,12 +337,12 @@ end
 ---@return table[]
 function Folder:lines(name) return self.grown:read(name) end
 
---- The last whole generation of each repetition that has one.
----@return table<integer, integer>
-function Folder:last_generations()
-  local last = {}
-  for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
-  return last
+-- A file of a generation.
+function Folder:read_generation(repetition, generation, ending)
+  local path = self.path .. "/" .. run_folder.place(repetition, "population", generation, ending)
+  local text, message = source.read(path)
+  if not text then failure.raise(1, message) end
+  return text, path
 end
 
 ---@class limax.run_folder.generation
@@ -363,9 +351,9 @@ end
 ---@field text string its population file
 ---@field genomes string|nil float32 [robot][gene], for the newest ones
 
---- Everything that one repetition left, generation by generation; genomes of the newest ones.
+--- Everything that is kept of one repetition, generation by generation.
 ---@param repetition integer
----@param genomes_kept integer
+---@param genomes_kept integer number of newest generations with their genomes
 ---@return limax.run_folder.generation[]
 function Folder:generations(repetition, genomes_kept)
   local list, ledgers = {}, {}
@@ -374,21 +362,15 @@ function Folder:generations(repetition, genomes_kept)
   end
   for _, line in ipairs(self:lines "metrics") do
     if line.repetition == repetition then
-      local place = run_folder.place(repetition, "population", line.generation, ".jsonl")
-      local path = self.path .. "/" .. place
-      local text, message = source.read(path)
-      if not text then failure.raise(1, message) end
       local ledger = ledgers[line.generation]
       ledger.schema, ledger.repetition, ledger.generation = nil, nil, nil
-      list[#list + 1] = { metrics = line, ledger = ledger, text = text }
+      list[#list + 1] = { metrics = line, ledger = ledger,
+        text = self:read_generation(repetition, line.generation, ".jsonl") }
     end
   end
   for k = math.max(1, #list - genomes_kept + 1), #list do
-    local path = self.path .. "/"
-      .. run_folder.place(repetition, "population", list[k].metrics.generation, ".npy")
-    local bytes, message = source.read(path)
-    local data
-    if bytes then data, message = npy.decode(bytes) end
+    local bytes, path = self:read_generation(repetition, list[k].metrics.generation, ".npy")
+    local data, message = npy.decode(bytes)
     if not data then failure.raise(1, ("%s: %s"):format(path, tostring(message))) end
     list[k].genomes = data
   end

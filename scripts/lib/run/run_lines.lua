@@ -1,6 +1,6 @@
---- run_lines.lua: the files of a run folder that grow by one line per generation. Lines stand
---- repetition after repetition, also where repetitions advance together: those of a repetition that
---- runs ahead of its turn wait in files of its own. What is whole, the folder's checkpoint says.
+--- run_lines.lua: the files of a run folder that grow by one line per generation. They hold one
+--- repetition after the other, also where repetitions advance together: lines of a later
+--- repetition wait in files of its own. The checkpoint of the folder states how far each is whole.
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -13,65 +13,57 @@ local NAMES = { "metrics", "ledger", "timing" }
 
 ---@class limax.run_lines
 ---@field folder limax.run_folder
----@field turn integer|nil the repetition whose lines are next; nil: whichever comes
----@field bytes table<string, integer> sizes of the files of all repetitions, as far as they count
+---@field turn integer|nil the repetition whose lines are next; nil: lines of any
+---@field bytes table<string, integer> whole bytes of the files of all repetitions
 ---@field ahead table<integer, table<string, integer>> the same of a repetition's waiting lines
 local Lines = {}
 Lines.__index = Lines
-
--- Sizes before the first generation.
-local function no_bytes()
-  local bytes = {}
-  for _, name in ipairs(NAMES) do bytes[name] = 0 end
-  return bytes
-end
-
-local function file_of(name) return name .. ".jsonl" end
 
 --- A repetition's own folder, below the run folder.
 ---@param repetition integer
 ---@return string
 function run_lines.folder_of(repetition) return ("r%02d"):format(repetition) end
 
--- Where a repetition's lines wait.
-local function waiting(repetition, name)
-  return run_lines.folder_of(repetition) .. "/" .. file_of(name)
+-- The file of all repetitions, or the one where the lines of a repetition wait.
+local function file_of(name, repetition)
+  local file = name .. ".jsonl"
+  return repetition and run_lines.folder_of(repetition) .. "/" .. file or file
 end
 
---- The lines of a folder, as far as its checkpoint says; none without one.
+--- The lines of a folder, as far as its checkpoint states; none without one.
 ---@param folder limax.run_folder
 ---@param checkpoint table|nil
 ---@return limax.run_lines
 function run_lines.new(folder, checkpoint)
-  local self = setmetatable({ folder = folder, bytes = no_bytes(), ahead = {} }, Lines)
-  if checkpoint then
-    self.bytes = source.copy(checkpoint.bytes)
-    for _, each in ipairs(checkpoint.ahead or {}) do
-      self.ahead[each.repetition] = source.copy(each.bytes)
-    end
+  local self = setmetatable({ folder = folder, ahead = {},
+    bytes = checkpoint and source.copy(checkpoint.bytes) or { metrics = 0, ledger = 0, timing = 0 }
+  }, Lines)
+  for _, waiting in ipairs(checkpoint and checkpoint.ahead or {}) do
+    self.ahead[waiting.repetition] = source.copy(waiting.bytes)
   end
   return self
 end
 
---- What a checkpoint keeps: `bytes`, and `ahead` where lines wait.
+--- What a checkpoint holds: `bytes`, and `ahead` where lines wait.
 ---@return table bytes
 ---@return table[]|nil ahead
 function Lines:sizes()
-  local ahead
-  for _, repetition in ipairs(choice.sorted_keys(self.ahead)) do
-    ahead = ahead or {}
-    ahead[#ahead + 1] = { repetition = repetition, bytes = source.copy(self.ahead[repetition]) }
+  local ahead = {}
+  for k, repetition in ipairs(choice.sorted_keys(self.ahead)) do
+    ahead[k] = { repetition = repetition, bytes = source.copy(self.ahead[repetition]) }
   end
-  return source.copy(self.bytes), ahead
+  return source.copy(self.bytes), ahead[1] and ahead
 end
 
---- Makes the empty files of a new run.
-function Lines:create()
-  for _, name in ipairs(NAMES) do self.folder:write(file_of(name), "") end
+--- Makes the empty files of a new run, or of a repetition whose lines have to wait.
+---@param repetition? integer
+function Lines:create(repetition)
+  for _, name in ipairs(NAMES) do self.folder:write(file_of(name, repetition), "") end
 end
 
-function Lines:append_text(file, text, bytes, name)
-  self.folder:append_later(file, text)
+function Lines:append_text(name, repetition, text)
+  local bytes = repetition and self.ahead[repetition] or self.bytes
+  self.folder.writer:append(self.folder.path .. "/" .. file_of(name, repetition), text)
   bytes[name] = bytes[name] + #text
 end
 
@@ -79,42 +71,39 @@ end
 ---@param name "metrics"|"ledger"|"timing"
 ---@param value table with the `repetition` that it belongs to
 function Lines:append(name, value)
-  local line, repetition = host.json.encode(value) .. "\n", value.repetition
+  local repetition = value.repetition
   if not self.turn or repetition == self.turn then
-    self:append_text(file_of(name), line, self.bytes, name)
-    return
-  end
-  if not self.ahead[repetition] then
+    repetition = nil
+  elseif not self.ahead[repetition] then
     self.folder:make_folder(run_lines.folder_of(repetition))
-    -- whatever a killed process left there
-    for _, each in ipairs(NAMES) do self.folder:write(waiting(repetition, each), "") end
-    self.ahead[repetition] = no_bytes()
+    self:create(repetition)
+    self.ahead[repetition] = { metrics = 0, ledger = 0, timing = 0 }
   end
-  self:append_text(waiting(repetition, name), line, self.ahead[repetition], name)
+  self:append_text(name, repetition, host.json.encode(value) .. "\n")
 end
 
---- From now on the lines of this repetition are next: those that waited are appended. They lie in
---- both places until remove_waiting().
+--- From now on the lines of this repetition are next. Those that waited are appended; their files
+--- stay until remove_waiting().
 ---@param repetition integer
 ---@return boolean whether there were any
 function Lines:take_turn(repetition)
   self.turn = repetition
   if not self.ahead[repetition] then return false end
   for _, name in ipairs(NAMES) do
-    local text, message = source.read(self.folder.path .. "/" .. waiting(repetition, name))
+    local text, message = source.read(self.folder.path .. "/" .. file_of(name, repetition))
     self.folder:check(text, message)
-    self:append_text(file_of(name), text, self.bytes, name)
+    self:append_text(name, nil, text)
   end
   self.ahead[repetition] = nil
   return true
 end
 
---- Removes a repetition's files of lines that wait for nothing any more.
+--- Removes a repetition's files of waiting lines, unless there are such lines.
 ---@param repetition integer
 function Lines:remove_waiting(repetition)
   if self.ahead[repetition] then return end
   for _, name in ipairs(NAMES) do
-    local path = self.folder.path .. "/" .. waiting(repetition, name)
+    local path = self.folder.path .. "/" .. file_of(name, repetition)
     if host.file.exists(path) then self.folder:check(host.file.remove(path)) end
   end
 end
@@ -130,20 +119,8 @@ function Lines:cut()
       folder:write(file_of(name), "")
     end
     for repetition, bytes in pairs(self.ahead) do
-      folder:check(host.file.truncate(folder.path .. "/" .. waiting(repetition, name),
-        bytes[name]))
+      folder:check(host.file.truncate(folder.path .. "/" .. file_of(name, repetition), bytes[name]))
     end
-  end
-end
-
--- Adds the lines of a file to a list.
-local function read_into(list, path)
-  local text, message = source.read(path)
-  if not text then failure.raise(1, message) end
-  for line in text:gmatch "[^\n]+" do
-    local value, wrong = host.json.decode(line, path)
-    if not value then failure.raise(1, tostring(wrong)) end
-    list[#list + 1] = value
   end
 end
 
@@ -151,10 +128,19 @@ end
 ---@param name "metrics"|"ledger"|"timing"
 ---@return table[]
 function Lines:read(name)
-  local list = {}
-  read_into(list, self.folder.path .. "/" .. file_of(name))
+  local list, files = {}, { file_of(name) }
   for _, repetition in ipairs(choice.sorted_keys(self.ahead)) do
-    read_into(list, self.folder.path .. "/" .. waiting(repetition, name))
+    files[#files + 1] = file_of(name, repetition)
+  end
+  for _, file in ipairs(files) do
+    local path = self.folder.path .. "/" .. file
+    local text, message = source.read(path)
+    if not text then failure.raise(1, message) end
+    for line in text:gmatch "[^\n]+" do
+      local value, wrong = host.json.decode(line, path)
+      if not value then failure.raise(1, tostring(wrong)) end
+      list[#list + 1] = value
+    end
   end
   return list
 end

@@ -375,7 +375,7 @@ suite:test("a changed script or configuration is refused with the difference", {
 
     local went_on =
       completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=3" })
-    t:ok(went_on.stderr:find "going on with what has changed", went_on.stderr)
+    t:ok(went_on.stderr:find "continuing with what has changed", went_on.stderr)
     local after = source.read(folder .. "/r/metrics.jsonl")
     t:equal(after:sub(1, #before), before)
     t:ok(#after > #before)
@@ -393,7 +393,7 @@ suite:test("some fields can never change", { limit = 30 }, function(t)
   for _, change in ipairs { "seed=2", "lattice.1=4", "population=8", "genome.sigma=2" } do
     local refused = run(folder, { "run", "--resume", "r", "--changed", "--set", change })
     t:equal(refused.status, 2)
-    t:ok(refused.stderr:find "cannot go on with another", refused.stderr)
+    t:ok(refused.stderr:find "cannot be continued with another", refused.stderr)
   end
 end)
 
@@ -408,7 +408,7 @@ suite:test("a run goes on from the copy of a script that is gone", { limit = 120
   if child:finish() ~= 130 then t:skip "the run ended before the signal" end
   host.file.remove(folder .. "/tiny.lua")
   local went_on = completes(t, folder, { "run", "--resume", "r" })
-  t:ok(went_on.stderr:find "is gone; going on with the copy", went_on.stderr)
+  t:ok(went_on.stderr:find "is gone; continuing with the copy", went_on.stderr)
   same_run(t, folder .. "/r", folder .. "/whole")
 end)
 
@@ -468,7 +468,7 @@ suite:test("a loop of the script's own goes on where it was stopped", { limit = 
   assert(host.file.write_atomic(script, changed))
   local refused = run(folder, { "own.lua", "parts" })
   t:equal(refused.status, 2)
-  t:ok(refused.stderr:find("changed = true goes on with the new one", 1, true), refused.stderr)
+  t:ok(refused.stderr:find("changed = true continues with the new one", 1, true), refused.stderr)
   assert(host.file.write_atomic(script, (changed:gsub("resume = true", "%0, changed = true"))))
   completes(t, folder, { "own.lua", "parts" })
   t:ok(host.file.exists(folder .. "/parts/scripts-1"))

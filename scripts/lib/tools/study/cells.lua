@@ -64,7 +64,7 @@ function cells.run(options)
     check(path, text, config)
     if cells.is_done(path) then return result_of(path) end
     folder = run_folder.open(path)
-    folder:continue(config, scripts, { changed = false })
+    folder:continue(config, scripts, false)
   end
   folder:write_environment(options.device)
   local run = evolve.start(experiment, { repetition = repetition, device = options.device,
