@@ -1,7 +1,6 @@
 --- watch.lua: `limax watch RUN`: the progress of a run in the terminal: curves, the current best,
 --- failed robots. It only reads the run's files, without a lock, so it does not affect the run.
 
-local body_picture = require "limax.draw.body_picture"
 local curves = require "limax.tools.report.curves"
 local host = require "limax.host"
 local page = require "limax.tools.report.page"
@@ -65,19 +64,6 @@ local function state_line(folder, style)
   return table.concat(parts, "   ")
 end
 
--- The body of the last champion of a repetition, in letters.
-local function body_text(run, style)
-  local description = runs.description(run, run.lines[#run.lines])
-  if not description then return nil end
-  local lattice = description.lattice
-  -- larger bodies are not readable as letters
-  if lattice[1] * lattice[2] * lattice[3] > 1000 then return nil end
-  local materials = description.materials.materials
-  return body_picture.side_by_side({ { title = ("champion of repetition %d, lowest layer first")
-    :format(run.repetition), layers = description.voxels, materials = materials } }, style)
-    .. "\n" .. body_picture.legend(materials, style)
-end
-
 --- The text that is shown of a folder.
 ---@param folder limax.report.folder
 ---@param style limax.terminal.style
@@ -113,11 +99,9 @@ function command.text_of(folder, style)
   parts[#parts + 1] = diversity.title
   diversity.y.label, diversity.curves[1].name = "", "diversity"
   parts[#parts + 1] = text_plot.panel(diversity, { style = style, rows = 5 })
-  local body = body_text(leading, style)
-  if body then
-    parts[#parts + 1] = ""
-    parts[#parts + 1] = body
-  end
+  local layers, legend = page.letters(leading,
+    ("champion of repetition %d, lowest layer first"):format(leading.repetition), style)
+  if layers then parts[#parts + 1] = "\n" .. layers .. "\n" .. legend end
   return table.concat(parts, "\n") .. "\n"
 end
 

@@ -1,6 +1,6 @@
---- canvas.lua: what everything is drawn on: pictures, film strips, frames of animations, figures and
---- the charts of a report. The same calls make PNG, PDF, SVG or pixels. Lengths are px of 1/96 inch,
---- x to the right and y downwards.
+--- canvas.lua: what everything is drawn on: pictures, film strips, frames of animations, figures
+--- and the charts of a report. The same calls make PNG, PDF, SVG or pixels. Lengths are px of 1/96
+--- inch, x to the right and y downwards.
 
 local cairo = require "limax.draw.cairo"
 local host = require "limax.host"
@@ -72,7 +72,8 @@ function canvas.new(kind, width, height, options)
   local self = setmetatable({ kind = kind, width = width, height = height,
     title = clean(options.title or ""), description = clean(options.description or ""),
     millimetres = options.millimetres, prefix = options.prefix or "", dpi = options.dpi,
-    zoom = options.zoom or 1, transparent = options.transparent }, classes[kind == "svg" and "svg" or "cairo"])
+    zoom = options.zoom or 1, transparent = options.transparent },
+    classes[kind] or classes.cairo)
   self:open()
   if not self.transparent then
     self:polygon({ { 0, 0 }, { width, 0 }, { width, height }, { 0, height } },
@@ -107,7 +108,8 @@ function canvas.wrapped(text, style, width)
 end
 
 -- clip(left, top, right, bottom): nothing is drawn outside of this box until the next call; clip()
--- ends it. circle(center, radius, style). finish(): the bytes of the file. These are the sinks' own.
+-- ends it. circle(center, radius, style). finish(): the bytes of the file. These are the sinks'
+-- own.
 
 --- A closed shape.
 ---@param points number[][] { x, y }

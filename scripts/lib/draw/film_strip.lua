@@ -29,8 +29,8 @@ function film_strip.svg(robot, options)
     { title = title, prefix = options.prefix })
 end
 
---- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where the
---- simulation fails: there is nothing to draw.
+--- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where
+--- the simulation fails: there is nothing to draw.
 ---@param path string
 ---@param robot limax.robot
 ---@param options? limax.motion.options

@@ -1,6 +1,6 @@
 --- palette.lua: the colours of materials and of the lines of charts, the same in terminals and in
---- figures. Hues differ for readers who do not see red and green (after Okabe and Ito); the first of
---- each kind of material differ in grey too.
+--- figures. Hues differ for readers who do not see red and green (after Okabe and Ito); the first
+--- of each kind of material differ in grey too.
 
 local palette = {}
 

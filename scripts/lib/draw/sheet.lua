@@ -1,5 +1,6 @@
---- sheet.lua: pictures of robots: rows of poses side by side with their times, a scale bar, wind and
---- current, and below a legend of the colours. Film strips have a heading and the whole way too.
+--- sheet.lua: pictures of robots: rows of poses side by side with their times, a scale bar, wind
+--- and current, and below a legend of the colours. Film strips have a heading and the whole way
+--- too.
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
@@ -10,8 +11,8 @@ local world = require "limax.draw.picture.world"
 
 local sheet = {}
 
--- Heights in capitals: above what is drawn in a panel, for the scale bar; below, for each line of its
--- caption; a row's name; a line of the legend; the heading.
+-- Heights in capitals: above what is drawn in a panel, for the scale bar; below, for each line of
+-- its caption; a row's name; a line of the legend; the heading.
 local HEAD, CAPTION, NAME, LINE, HEADING = 2.6, 2, 2.4, 2.2, 4
 -- of the legend, in capitals: side of a square of colour, length of a line, room after them, and
 -- between two entries
@@ -134,7 +135,8 @@ function sheet.new(films, options)
   return self
 end
 
--- A bar of a round length in the upper left corner of a frame. In `iso` it is true along every axis.
+-- A bar of a round length in the upper left corner of a frame. In `iso` it is true along every
+-- axis.
 local function draw_scale_bar(canvas, frame, size)
   local short, text = frame.view.short, frame.text
   local length = motion.round_length(frame.panel / 3 / frame.scale / short)
@@ -158,8 +160,9 @@ local function draw_row(self, canvas, film, frame, first)
     canvas:text(left + frame.panel / 2, bottom + 1.6 * text, ("%.2f s"):format(pose.time),
       { size = self.size, anchor = "middle", bold = true })
     if self.track then
-      canvas:text(left + frame.panel / 2, bottom + 3.4 * text, ("%+.2f m"):format(
-        pose.middle[1] - film.start), { size = self.size, anchor = "middle", fill = canvases.faint })
+      canvas:text(left + frame.panel / 2, bottom + 3.4 * text,
+        ("%+.2f m"):format(pose.middle[1] - film.start),
+        { size = self.size, anchor = "middle", fill = canvases.faint })
     end
   end
   scene.flows(canvas, film, frame)

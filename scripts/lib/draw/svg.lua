@@ -1,6 +1,6 @@
---- svg.lua: a canvas that writes SVG, with texts as texts. See canvas.lua for the calls. Cairo's own
---- SVG is not used: it turns letters into shapes, and the report's content policy forbids its style
---- attributes.
+--- svg.lua: a canvas that writes SVG, with texts as texts. See canvas.lua for the calls. Cairo's
+--- own SVG is not used: it turns letters into shapes, and the report's content policy forbids its
+--- style attributes.
 
 local svg = {}
 

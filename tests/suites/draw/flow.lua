@@ -17,8 +17,8 @@ local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 
 local function windy(velocity) return { wind = { velocity = velocity, drag = 0.01 } } end
 
--- What is drawn of the flows of a scene at 100 px/m and 10 px a capital: ends of the arrows, numbers
--- of dots, lines and rings, and the texts.
+-- What is drawn of the flows of a scene at 100 px/m and 10 px a capital: ends of the arrows,
+-- numbers of dots, lines and rings, and the texts.
 local function drawn(scene, name)
   local got = { tips = {}, starts = {}, dots = 0, lines = 0, rings = 0, texts = {} }
   local canvas = {}

@@ -132,7 +132,8 @@ suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 
   limax.robot { voxels = "e" .. ("\n\nb"):rep(5) }:simulate { scene = limax.scenes.land(),
     duration = 0.1 }:save(tall)
   for words, text in pairs {
-    [{ file }] = "--out FILE is missing", [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
+    [{ file }] = "--out FILE is missing",
+    [{ file, "--out", "x.bmp" }] = ".png, .svg, .pdf, .gif or .mp4",
     [{ file, "--out", "x.png", "--times", "0,9" }] = '--times: "9": expected seconds from 0 to 0.5',
     [{ file, "--out", "x.png", "--view", "back" }] = "side, top, iso",
     [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png stores it",

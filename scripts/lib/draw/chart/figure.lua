@@ -1,6 +1,6 @@
---- figure.lua: panels for a printed page: as wide as a column or a text, 8 pt throughout, with a key
---- of markers and a sentence on what is drawn below. The same figure as SVG, PDF and PNG, and its
---- numbers as rows.
+--- figure.lua: panels for a printed page: as wide as a column or a text, 8 pt throughout, with a
+--- key of markers and a sentence on what is drawn below. The same figure as SVG, PDF and PNG, and
+--- its numbers as rows.
 
 local canvases = require "limax.draw.canvas"
 local csv = require "limax.base.csv"

@@ -1,5 +1,5 @@
---- inline.lua: a panel as SVG within a page, with its numbers: as JSON for the page's script, and as
---- rows for a table.
+--- inline.lua: a panel as SVG within a page, with its numbers: as JSON for the page's script, and
+--- as rows for a table.
 
 local canvases = require "limax.draw.canvas"
 local panel = require "limax.draw.chart.panel"

@@ -1,5 +1,5 @@
---- flow.lua: wind and current in a picture: for each an arrow in its direction on the page, with its
---- speed, below one another. Sizes are in capitals of the picture's text.
+--- flow.lua: wind and current in a picture: for each an arrow in its direction on the page, with
+--- its speed, below one another. Sizes are in capitals of the picture's text.
 
 local polygon = require "limax.draw.picture.polygon"
 local world = require "limax.draw.picture.world"

@@ -1,7 +1,7 @@
---- order.lua: the order in which pieces are painted, the farthest first, so that each may be painted
---- over those before it. What does not move divides space by its planes (a BSP tree); faces of
---- bodies are cut where they cross one, and sorted by depth within a part of space. Metres, along,
---- away, up.
+--- order.lua: the order in which pieces are painted, the farthest first, so that each may be
+--- painted over those before it. What does not move divides space by its planes (a BSP tree); faces
+--- of bodies are cut where they cross one, and sorted by depth within a part of space. Metres,
+--- along, away, up.
 
 local polygon = require "limax.draw.picture.polygon"
 
@@ -15,8 +15,7 @@ local TRIED = 8
 ---@class limax.picture.item what is painted at one place in the order
 ---@field plane limax.picture.space what is in front of it is painted later, what is behind earlier
 ---@field parts limax.picture.polygon[]
----@field whole boolean|nil is never cut and comes before all others: slices of terrain, the farthest
---- first
+---@field whole boolean|nil is never cut and comes before all others: slices of terrain
 
 ---@class limax.picture.order
 ---@field sight number[]

@@ -1,6 +1,6 @@
 --- polygon.lua: flat, convex pieces of what a picture shows, and how planes cut them. A plane is a
---- normal n and an offset: n.p = offset; points with n.p > offset are in front of it. Metres, along,
---- away, up.
+--- normal n and an offset: n.p = offset; points with n.p > offset are in front of it. Metres,
+--- along, away, up.
 
 local polygon = {}
 

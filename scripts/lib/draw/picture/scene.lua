@@ -1,5 +1,5 @@
---- scene.lua: one pose of a robot in its world on a canvas, with ground, shadow and trail. sheet.lua
---- puts poses together.
+--- scene.lua: one pose of a robot in its world on a canvas, with ground, shadow and trail.
+--- sheet.lua puts poses together.
 
 local block_picture = require "limax.draw.block_picture"
 local flow = require "limax.draw.picture.flow"

@@ -135,8 +135,8 @@ local function direction(down, around)
   return { math.sin(tilt) * math.cos(turned), math.sin(tilt) * math.sin(turned), math.cos(tilt) }
 end
 
--- Adds the facets of a sphere that look at the eye. Their plane goes through its centre: whatever is
--- outside of the sphere and in front of that plane is not hidden by it.
+-- Adds the facets of a sphere that look at the eye. Their plane goes through its centre: whatever
+-- is outside of the sphere and in front of that plane is not hidden by it.
 local function add_sphere(items, sphere, within, context)
   local facets, c, r = {}, sphere.center, sphere.radius
   local function corner(ring, sector)

@@ -65,8 +65,8 @@ local function add_walls(patches, stage, slab, step, floor, sight)
   end
 end
 
--- Patches as slices along the ground, the farthest first; the plane of each is where it begins. In a
--- slice the terrain is painted first, since the eye looks from above.
+-- Patches as slices along the ground, the farthest first; the plane of each is where it begins. In
+-- a slice the terrain is painted first, since the eye looks from above.
 local function slices_of(patches, sight, thickness)
   order.by_depth(patches, sight)
   local length = math.sqrt(sight[1] ^ 2 + sight[2] ^ 2)

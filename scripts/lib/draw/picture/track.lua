@@ -1,5 +1,5 @@
---- track.lua: the whole way of a robot from beside, true to scale: the world, outlines of its poses,
---- and the path of its centre of mass.
+--- track.lua: the whole way of a robot from beside, true to scale: the world, outlines of its
+--- poses, and the path of its centre of mass.
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
@@ -36,8 +36,8 @@ local function span_of(film)
   return low, high
 end
 
---- What a track shows: as wide as there is room, but at most at `scale` px/m, so that a short way is
---- a short figure.
+--- What a track shows: as wide as there is room, but at most at `scale` px/m, so that a short way
+--- is a short figure.
 ---@param film limax.motion.film
 ---@param room number px, its width
 ---@param scale number px/m

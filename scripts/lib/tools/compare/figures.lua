@@ -2,12 +2,12 @@
 --- and as SVG: learning curves, diversity curves, what the supervisor changed, generation 0 against
 --- the last. Curves are those of a report.
 
-local choice = require "limax.base.choice"
 local csv = require "limax.base.csv"
 local curves = require "limax.tools.compare.curves"
 local figure = require "limax.draw.chart.figure"
 local outcome = require "limax.tools.compare.outcome"
 local panels = require "limax.tools.report.curves"
+local parameters = require "limax.tools.report.parameters"
 local runs = require "limax.tools.compare.runs"
 local supervise = require "limax.supervise"
 
@@ -59,41 +59,16 @@ local function diversity(list)
       end) }
 end
 
--- Fields of materials that any run changed, as "MATERIAL.FIELD".
-local function changed_materials(list)
-  local found = {}
+-- A field by generation, of the arms in which it changes; of all if it changes in none.
+local function by_generation(list, path)
+  local title, changing = path:gsub("^materials%.", ""), {}
   for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do
-      local first = run.lines[1].materials
-      for _, line in ipairs(run.lines) do
-        for name, fields in pairs(line.materials) do
-          for field, value in pairs(fields) do
-            if value ~= first[name][field] then found[name .. "." .. field] = true end
-          end
-        end
-      end
-    end
+    if parameters.changes(arm, path) then changing[#changing + 1] = arm end
   end
-  return choice.sorted_keys(found)
-end
-
--- Does a value change within a run of this arm?
-local function moves(arm, value)
-  for _, run in ipairs(arm.runs) do
-    for _, line in ipairs(run.lines) do
-      if value(line) ~= value(run.lines[1]) then return true end
-    end
-  end
-  return false
-end
-
--- A value by generation, of the arms in which it moves; of all if it moves in none.
-local function by_generation(list, title, value)
-  local moving = {}
-  for _, arm in ipairs(list) do moving[#moving + 1] = moves(arm, value) and arm or nil end
-  local panel = panels.panel(#moving > 0 and moving or list, title, title, value)
-  if #moving > 0 and #moving < #list then
-    panel.note = ("unchanged in %d of the arms, which are not drawn"):format(#list - #moving)
+  local panel = panels.panel(#changing > 0 and changing or list, title, title,
+    parameters.reader(path))
+  if #changing > 0 and #changing < #list then
+    panel.note = ("unchanged in %d of the arms, which are not drawn"):format(#list - #changing)
   end
   return panel
 end
@@ -121,13 +96,9 @@ end
 
 local function changes(list)
   local drawn = {}
-  for _, name in ipairs(supervise.parameters) do
-    drawn[#drawn + 1] = by_generation(list, name, function(line) return line.parameters[name] end)
-  end
-  for _, path in ipairs(changed_materials(list)) do
-    local material, field = path:match "^(.*)%.([^.]*)$"
-    drawn[#drawn + 1] = by_generation(list, path,
-      function(line) return line.materials[material][field] end)
+  for _, name in ipairs(supervise.parameters) do drawn[#drawn + 1] = by_generation(list, name) end
+  for _, path in ipairs((parameters.fields(list))) do
+    if path:find "^materials%." then drawn[#drawn + 1] = by_generation(list, path) end
   end
   return { name = "changes", title = "What the supervisors changed", panels = drawn,
     text = "As applied, after the ledger's limits; changes.csv has each proposal and its outcome.",

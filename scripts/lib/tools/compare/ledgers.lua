@@ -36,8 +36,8 @@ local OUTCOMES = { accepted = "accepted", clamped = "clamped", ["rate-limited"] 
 --- Names of the shares, in the order of tables.
 ledgers.SHARES = { "accepted", "clamped", "rate_limited", "rejected" }
 
---- The number of proposed fields over all generations of all runs, and the share of each outcome; no
---- shares where nothing was proposed.
+--- The number of proposed fields over all generations of all runs, and the share of each outcome;
+--- no shares where nothing was proposed.
 ---@param list limax.compare.run[]
 ---@return table<string, number>
 function ledgers.proposals(list)

@@ -1,5 +1,5 @@
---- facts.lua: the tables of a report: what each run came to, what it cost, how it was configured
---- and in what runs differ, what supervisors said.
+--- facts.lua: the tables of a report: results, costs, configurations and their differences,
+--- proposals of supervisors.
 
 local choice = require "limax.base.choice"
 local curves = require "limax.tools.report.curves"
@@ -16,8 +16,8 @@ local tiers = require "limax.settings.tiers"
 
 local facts = {}
 
--- Rows of what supervisors said: enough to follow a run, little enough to scroll.
-local MOST_SAID = 200
+-- Rows of proposals: enough to follow a run, few enough to scroll.
+local MOST_PROPOSALS = 200
 
 -- Distance and speed of a champion, from its file; nothing where it is missing or damaged.
 local function walk_of(run, line)
@@ -92,14 +92,14 @@ function facts.cost(list)
       local _, parts = seconds_of(run)
       for name, value in pairs(parts) do sums[name] = (sums[name] or 0) + value end
       for _, line in ipairs(run.timing) do
-        local given = line.supervision or {}
+        local asked_for = line.supervision or {}
         for _, name in ipairs { "asks", "model_seconds", "input_tokens", "output_tokens",
           "cost" } do
-          if type(given[name]) == "number" then
-            model[name] = (model[name] or 0) + given[name]
+          if type(asked_for[name]) == "number" then
+            model[name] = (model[name] or 0) + asked_for[name]
           end
         end
-        if given.fallen_back == true then model.fallen_back = (model.fallen_back or 0) + 1 end
+        if asked_for.fallen_back == true then model.fallen_back = (model.fallen_back or 0) + 1 end
       end
     end
     for _, name in ipairs(PARTS) do row[#row + 1] = sums[name] or 0 end
@@ -158,12 +158,12 @@ function facts.differences(folders)
   return columns, rows
 end
 
---- What supervisors gave as reasons, and what was bound or refused, the newest last.
+--- What supervisors changed and why, the newest last.
 ---@param list limax.report.arm[]
 ---@return string[] columns
 ---@return any[][] rows
 ---@return integer left out
-function facts.said(list)
+function facts.proposals(list)
   local rows = {}
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
@@ -183,12 +183,12 @@ function facts.said(list)
       end
     end
   end
-  local out = math.max(0, #rows - MOST_SAID)
+  local out = math.max(0, #rows - MOST_PROPOSALS)
   local kept = { unpack(rows, out + 1) }
   return { "generation", "arm", "repetition", "by", "reason", "changes" }, kept, out
 end
 
--- What a run's simulations were, in words, and the tier that they are, if they are one.
+-- The accuracy of a run's simulations in words, and their tier, if it is one.
 local function setting_of(simulation)
   if not defaults.tiers[simulation.accuracy] or not simulation.integrator then return "-", nil end
   local tier = tiers.of(simulation)
@@ -199,8 +199,8 @@ local function setting_of(simulation)
     or ("%g of each body's bound"):format(simulation.bound_fraction)), nil
 end
 
---- What the accuracy of each run was, what was measured of it where it ran, and how many of its
---- robots moved too far in a step.
+--- The accuracy of each run, what was measured of it where it ran, and how many of its robots moved
+--- too far in a step.
 ---@param folders limax.report.folder[]
 ---@return string[] columns
 ---@return any[][] rows
@@ -221,7 +221,7 @@ function facts.accuracy(folders)
     "measured on this machine" }, rows
 end
 
---- Who wrote the folders: a row for each process.
+--- The processes that wrote the folders, and their machines.
 ---@param folders limax.report.folder[]
 ---@return string[] columns
 ---@return any[][] rows

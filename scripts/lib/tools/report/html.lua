@@ -1,6 +1,6 @@
 --- html.lua: pieces of a page as text. Whatever comes from a run passes through `escaped` or
---- `json`; scripts and style are named by their hashes in the page's content policy, so that
---- nothing else can run even if it got there.
+--- `json`; the page's content policy allows scripts and style by their hashes only, so that nothing
+--- else can run.
 
 local base64 = require "limax.base.base64"
 local host = require "limax.host"
@@ -17,7 +17,7 @@ function html.escaped(value)
   return (tostring(value):gsub("[&<>\"']", ENTITIES):gsub("[%z\1-\8\11\12\14-\31\127]", "?"))
 end
 
---- A value as JSON within a script element: no "<" can end the element or open a comment.
+--- A value as JSON within a script element, without a "<" that could end the element.
 ---@param value any
 ---@return string
 function html.json(value) return (host.json.encode(value):gsub("<", "\\u003c")) end
@@ -28,7 +28,7 @@ local function number_text(value)
   return ("%.4g"):format(value)
 end
 
---- A table with a head; numbers stand at the right. The first column names its row.
+--- A table with a head; numbers are aligned right. The first column names its row.
 ---@param columns string[]
 ---@param rows any[][]
 ---@param caption? string
@@ -39,7 +39,6 @@ function html.table(columns, rows, caption)
   if caption then parts[#parts + 1] = "<caption>" .. html.escaped(caption) .. "</caption>" end
   parts[#parts + 1] = "<thead><tr>"
   for c, name in ipairs(columns) do
-    -- above numbers it stands at the right as they do
     local first = rows[1] and rows[1][c]
     parts[#parts + 1] = ('<th scope="col"%s>%s</th>'):format(
       type(first) == "number" and ' class="number"' or "", html.escaped(name))
@@ -64,7 +63,7 @@ function html.table(columns, rows, caption)
   return table.concat(parts)
 end
 
---- Something that is folded away until it is asked for.
+--- Something that is folded away until it is opened.
 ---@param summary string
 ---@param body string HTML
 ---@param open? boolean
@@ -101,7 +100,7 @@ end
 ---@class limax.report.page
 ---@field title string
 ---@field style string CSS
----@field scripts string[] JavaScript; none may hold the end of a script element
+---@field scripts string[] JavaScript without the end of a script element
 ---@field body string HTML
 
 --- A whole page that loads nothing and runs nothing but its own scripts.
@@ -110,7 +109,7 @@ end
 function html.page(given)
   local sources, scripts = {}, {}
   for k, text in ipairs(given.scripts) do
-    assert(not text:lower():find("</script", 1, true), "a script holds the end of its element")
+    assert(not text:lower():find("</script", 1, true), "a script contains the end of its element")
     sources[k] = hash_source(text)
     scripts[k] = "<script>" .. text .. "</script>\n"
   end

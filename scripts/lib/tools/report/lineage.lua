@@ -1,5 +1,5 @@
---- lineage.lua: where a champion came from: all its ancestors by the parents that the population
---- files name, and the line from generation 0 through each one's better parent.
+--- lineage.lua: the ancestors of a champion, from the parents in the population files, and the line
+--- from generation 0 through the better parent of each.
 
 local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
@@ -10,14 +10,13 @@ local lineage = {}
 
 ---@class limax.report.ancestor
 ---@field id integer
----@field generation integer that it first appeared in
+---@field generation integer in which it first appeared
 ---@field fitness number|nil
 ---@field parents integer[]
----@field hash string of its body, "-" where the file does not say
+---@field hash string of its body, "-" where it is unknown
 ---@field voxels integer|string that are not empty, or "-"
 
--- Every robot of a repetition by id, as it was when it first appeared. Files that are missing or
--- damaged leave their robots out.
+-- Every robot of a repetition by id, as it first appeared. Missing and damaged files are skipped.
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
@@ -94,7 +93,7 @@ function lineage.panel(ancestors, line, label)
     if robot.fitness then path[#path + 1] = { robot.generation, robot.fitness } end
   end
   return { title = "ancestors of the last champion", right = 120,
-    x = { label = "generation that it first appeared in", linear = true },
+    x = { label = "generation in which it first appeared", linear = true },
     y = { label = label, linear = true }, curves = {
       { points = dots, color = "#8c9198", dash = "none", marker = "ring", title = "ancestors" },
       { name = "better parents", points = path, color = "#d55e00", width = 2, marker = "dot" },

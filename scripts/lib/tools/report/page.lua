@@ -1,5 +1,5 @@
---- page.lua: `report.html`, one file that needs nothing else: opened from disk it makes no request,
---- without scripts it is whole but for the robots that move.
+--- page.lua: `report.html`, one file that needs nothing else. Opened from disk it makes no request;
+--- without scripts everything is shown except the robots that move.
 
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
@@ -19,6 +19,10 @@ local page = {}
 
 -- Arms whose populations and parameters are drawn; the rest is in the tables.
 local MOST_ARMS = 6
+-- Letters of a body that is shown in letters.
+local MOST_LETTERS = 1000
+-- More folders than these are counted, not listed; the table of results has all.
+local MOST_LISTED = 6
 
 local function read(name)
   local text, message = source.read(("%s/scripts/lib/tools/report/%s"):format(host.home, name))
@@ -30,6 +34,15 @@ local function figure(panel, caption)
 end
 
 local function charts(list) return '<div class="charts">' .. table.concat(list) .. "</div>\n" end
+
+-- Charts of panels that have a line for each arm.
+local function charts_of(list, panels, prefix)
+  local parts = {}
+  for k, panel in ipairs(panels) do
+    parts[k] = figure(panel, ("%s: %s. %s"):format(prefix, panel.title, curves.meaning(list)))
+  end
+  return charts(parts)
+end
 
 local function section(id, title, ...)
   return ('<section id="%s" aria-labelledby="%s-title"><h2 id="%s-title">%s</h2>\n%s</section>\n')
@@ -51,9 +64,8 @@ local function learning(list, label)
   local parts = { figure(curves.learning(list, label), "Learning curves. "
     .. curves.meaning(list)) }
   if #list > 1 then
-    parts[2] = figure(curves.by_evaluations(list, "best, by evaluations", label,
-      runs.score), "Learning curves over what was spent. "
-      .. curves.meaning(list))
+    parts[2] = figure(curves.by_evaluations(list, "best, by evaluations", label, runs.score),
+      "Learning curves by evaluations. " .. curves.meaning(list))
   end
   for _, arm in ipairs(first_arms(list)) do
     parts[#parts + 1] = figure(curves.population(arm, label), ("Population of %s. n = %d %s")
@@ -63,88 +75,83 @@ local function learning(list, label)
 end
 
 local function measures(list)
-  local parts = {}
-  for k, panel in ipairs(curves.measures(list)) do
-    parts[k] = figure(panel, ("Measured: %s. %s"):format(panel.title, curves.meaning(list)))
-  end
-  if #parts == 0 then return "" end
-  return section("measures", "Beside the fitness", charts(parts))
+  local panels = curves.measures(list)
+  if #panels == 0 then return "" end
+  return section("measures", "Other measures of the fitness", charts_of(list, panels, "Measured"))
 end
 
 local function diversity(list)
-  local parts = {}
-  for k, panel in ipairs(curves.diversity(list)) do
-    parts[k] = figure(panel, ("Diversity: %s. %s"):format(panel.title, curves.meaning(list)))
+  return section("diversity", "Diversity", charts_of(list, curves.diversity(list), "Diversity"))
+end
+
+-- The parameters of one arm as charts.
+local function parameters_of(arm)
+  local figures = {}
+  for k, path in ipairs((parameters.fields { arm })) do
+    local panel, seen = parameters.panel(arm, path)
+    local names = {}
+    for _, setter in ipairs(parameters.SETTERS) do
+      if seen[setter.name] then names[#names + 1] = setter.text or setter.name end
+    end
+    figures[k] = figure(panel, ("%s of %s. n = %d; set by: %s"):format(path, arm.name,
+      #arm.runs, #names > 0 and table.concat(names, "; ") or "nobody"))
   end
-  return section("diversity", "Diversity", charts(parts))
+  return figures
 end
 
 local function supervision(list)
   local moved, still = parameters.fields(list)
   local parts = {}
   for _, arm in ipairs(#moved > 0 and first_arms(list) or {}) do
-    local figures = {}
-    for _, path in ipairs((parameters.fields { arm })) do
-      local panel, seen = parameters.panel(arm, path)
-      local names = {}
-      for _, setter in ipairs(parameters.SETTERS) do
-        if seen[setter.name] then names[#names + 1] = setter.text or setter.name end
-      end
-      figures[#figures + 1] = figure(panel, ("%s of %s. n = %d; set by: %s"):format(path, arm.name,
-        #arm.runs, #names > 0 and table.concat(names, "; ") or "nobody"))
-    end
+    local figures = parameters_of(arm)
     if #list > 1 and #figures > 0 then
       parts[#parts + 1] = ("<h3>%s</h3>\n"):format(html.escaped(arm.name))
     end
     parts[#parts + 1] = charts(figures)
   end
-  local columns, rows, out = facts.said(list)
-  local said = #rows > 0 and html.details(("what supervisors said and changed: %d entries%s")
+  local columns, rows, out = facts.proposals(list)
+  local proposals = #rows > 0 and html.details(("proposals of supervisors: %d entries%s")
     :format(#rows, out > 0 and (", %d older ones are left out"):format(out) or ""),
-    html.table(columns, rows, "What supervisors said and changed")) or ""
+    html.table(columns, rows, "Proposals of supervisors, and their reasons")) or ""
   return section("parameters", "Parameters, and who set them",
-    note "A marker says who set a value; without one it was kept.", '<figure class="chart key">',
+    note "A marker shows who set a value; without one it was kept.", '<figure class="chart key">',
     inline.key(parameters.SETTERS, "Markers of who set a value"), "</figure>\n",
     table.concat(parts), left_out(list),
-    #still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "", said)
+    #still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "", proposals)
 end
 
 local function failures(list)
-  local any = 0
+  local count = 0
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
-      for _, line in ipairs(run.lines) do any = any + curves.failed(line) end
+      for _, line in ipairs(run.lines) do count = count + curves.failed(line) end
     end
   end
-  local text = any == 0 and note "Every robot of every generation came to a score."
-    or charts { figure(curves.failures(list), ("Robots without a score: %d in all. %s"):format(any,
-      curves.meaning(list))) }
+  local text = count == 0 and note "Every robot of every generation has a score."
+    or charts { figure(curves.failures(list), ("Robots without a score: %d in all. %s"):format(
+      count, curves.meaning(list))) }
   return section("failures", "Failures", text)
 end
 
 local function cost(list)
-  local parts = {}
-  for k, panel in ipairs(curves.time(list)) do
-    parts[k] = figure(panel, ("Clock: %s. %s"):format(panel.title, curves.meaning(list)))
-  end
   local columns, rows = facts.cost(list)
-  return section("cost", "Time and cost", charts(parts),
+  return section("cost", "Time and cost", charts_of(list, curves.time(list), "Wall time"),
     html.table(columns, rows, "Seconds by part of a generation, all repetitions together"))
 end
 
 local function accuracy(folders)
   local columns, rows = facts.accuracy(folders)
-  return section("accuracy", "What its accuracy costs",
+  return section("accuracy", "Accuracy",
     html.table(columns, rows, "Accuracy of each run"),
-    note("Elite regret: what is lost by breeding from scores of this accuracy. limax bench accuracy"
-      .. " measures it; where it was not measured with this processor and build, nothing is said."))
+    note("Elite regret: the fitness that is lost by breeding from scores of this accuracy. It is"
+      .. " known after limax bench accuracy has run with this processor and build."))
 end
 
 local function ancestry(run, label)
   local ancestors, line = lineage.of(run)
   if #ancestors == 0 then
     return section("lineage", "Lineage of the champion",
-      note "The population files do not name the champion's ancestors.")
+      note "The population files do not contain the champion's ancestors.")
   end
   local rows = {}
   for k, robot in ipairs(line) do
@@ -176,7 +183,7 @@ local function configuration(folders)
   return section("configuration", "Configuration", table.concat(parts))
 end
 
--- What the scripts say is not from the paper.
+-- The settings that scripts mark as not from the paper.
 local function not_in_paper(folders)
   local parts, shown = {}, {}
   for _, folder in ipairs(folders) do
@@ -185,9 +192,7 @@ local function not_in_paper(folders)
     if key and not shown[key] then
       shown[key] = true
       local items = {}
-      for k, text in ipairs(list) do
-        items[k] = "<li>" .. html.escaped(text) .. "</li>"
-      end
+      for k, text in ipairs(list) do items[k] = "<li>" .. html.escaped(text) .. "</li>" end
       parts[#parts + 1] = ("<p>%s:</p><ul>%s</ul>\n"):format(
         html.escaped(folder.config.name or folder.path), table.concat(items, "\n"))
     end
@@ -196,26 +201,30 @@ local function not_in_paper(folders)
   return section("paper", "Not in the paper", table.concat(parts))
 end
 
--- The champion's layers as letters.
-local function letters(run)
+--- The last champion's layers as letters; nil where its file is missing or it has too many voxels.
+---@param run limax.report.run
+---@param title string
+---@param style limax.terminal.style
+---@return string|nil layers
+---@return string|nil legend
+function page.letters(run, title, style)
   local description = runs.description(run, run.lines[#run.lines])
-  if not description then return "" end
-  local lattice = description.lattice
-  -- more letters than this are no picture any more
-  if lattice[1] * lattice[2] * lattice[3] > 1000 then return "" end
-  local style = { color = false, ascii = true, width = 100 }
+  local lattice = description and description.lattice
+  if not lattice or lattice[1] * lattice[2] * lattice[3] > MOST_LETTERS then return nil end
   local materials = description.materials.materials
-  local picture = body_picture.side_by_side({ { title = "champion, lowest layer first",
-    layers = description.voxels, materials = materials } }, style)
+  return body_picture.side_by_side({ { title = title, layers = description.voxels,
+    materials = materials } }, style), body_picture.legend(materials, style)
+end
+
+local function letters(run)
+  local layers, legend = page.letters(run, "champion, lowest layer first",
+    { color = false, ascii = true, width = 100 })
+  if not layers then return "" end
   return ('<pre tabindex="0" role="region" aria-label="the champion in letters">%s\n\n%s</pre>\n')
-    :format(html.escaped(picture),
-    html.escaped(body_picture.legend(materials, style)))
+    :format(html.escaped(layers), html.escaped(legend))
 end
 
 -- ---- the page -----------------------------------------------------------------------------------
-
--- More folders than these are counted, not listed; the table of results has all.
-local MOST_LISTED = 6
 
 local function state_text(folders)
   local texts, by_state = {}, {}
@@ -232,8 +241,20 @@ local function state_text(folders)
   return ("%d runs: %s"):format(#folders, table.concat(texts, ", "))
 end
 
---- What the axis of a fitness is called, and the fitness in words; of runs with several, that they
---- differ.
+-- The names of the experiments.
+local function title_of(list)
+  local names, seen = {}, {}
+  for _, run in ipairs(list) do
+    if not seen[run.name] then
+      seen[run.name] = true
+      names[#names + 1] = run.name
+    end
+  end
+  local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))
+  return #names > MOST_LISTED and ("%s and %d more"):format(title, #names - MOST_LISTED) or title
+end
+
+--- The label of a fitness axis, and the fitness in words; runs with different ones are named so.
 ---@param folders limax.report.folder[]
 ---@return string label
 ---@return string words
@@ -265,39 +286,27 @@ end
 function page.text(folders, options)
   options = options or {}
   local list, why = runs.arms(folders)
-  local all, names, seen = {}, {}, {}
+  local all = {}
   for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do
-      all[#all + 1] = run
-      if not seen[run.name] then
-        seen[run.name] = true
-        names[#names + 1] = run.name
-      end
-    end
+    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
   end
   local label, words = page.fitness_label(folders)
-  local leading = runs.leading(all)
+  local leading, title = runs.leading(all), title_of(all)
   local columns, rows = facts.final(list)
-  local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))
-  if #names > MOST_LISTED then
-    title = ("%s and %d more"):format(title, #names - MOST_LISTED)
-  end
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
-  local sections = {
+  local sections = table.concat {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
-      why and note("Each run stands for itself, since " .. why) or "", letters(leading)),
+      why and note("Each run is an arm of its own, since " .. why) or "", letters(leading)),
     learning(list, label), measures(list),
     shown.body == "" and "" or section("robots", "Robots", shown.body),
     diversity(list), supervision(list), failures(list), cost(list), accuracy(folders),
-    ancestry(leading, label),
-    configuration(folders), not_in_paper(folders),
+    ancestry(leading, label), configuration(folders), not_in_paper(folders),
   }
   local links = {}
-  for _, text in ipairs(sections) do
-    local id, heading = text:match '^<section id="(%l+)".-<h2[^>]*>(.-)</h2>'
-    if id then links[#links + 1] = ('<li><a href="#%s">%s</a></li>'):format(id, heading) end
+  for id, heading in sections:gmatch '<section id="(%l+)".-<h2[^>]*>(.-)</h2>' do
+    links[#links + 1] = ('<li><a href="#%s">%s</a></li>'):format(id, heading)
   end
   local body = table.concat {
     '<a class="skip" href="#results">skip to the results</a>\n',
@@ -305,12 +314,10 @@ function page.text(folders, options)
     html.escaped(state_text(folders)),
     ("; limax %s, %s"):format(html.escaped(host.version), host.time()), "</p></header>\n",
     '<nav aria-label="sections"><ul>', table.concat(links), "</ul></nav>\n<main>\n",
-    table.concat(sections), "</main>\n",
+    sections, "</main>\n",
   }
-  local scripts = { read "charts.js" }
-  for _, text in ipairs(shown.scripts) do scripts[#scripts + 1] = text end
   return html.page { title = title .. " - limax report", style = read "style.css",
-    scripts = scripts, body = body }
+    scripts = { read "charts.js", unpack(shown.scripts) }, body = body }
 end
 
 return page

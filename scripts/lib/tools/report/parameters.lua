@@ -1,12 +1,12 @@
---- parameters.lua: what a supervisor set, generation by generation, and who: a marker for each
---- field of ledger.jsonl that somebody proposed, in a colour and a shape of its own.
+--- parameters.lua: the parameters generation by generation, and who set them: a marker for each
+--- proposed field of ledger.jsonl, with a colour and a shape by who proposed it.
 
 local choice = require "limax.base.choice"
 local supervise = require "limax.supervise"
 
 local parameters = {}
 
---- Who set a field, in the order of the key.
+--- Who may set a field, in the order of the key.
 parameters.SETTERS = {
   { name = "model", color = "#cc79a7", marker = "diamond" },
   { name = "rules", color = "#0072b2", marker = "square" },
@@ -17,12 +17,12 @@ parameters.SETTERS = {
     text = "clamped, rate-limited or rejected" },
 }
 
--- Supervisors that repeat what another run did.
+-- Supervisors that repeat another run.
 local REPEATS = { replay = true, yoked = true, shuffled = true, constant_median = true }
 
 local function supervisor_of(config)
-  local given = config.supervisor
-  return type(given) == "table" and given.name or given
+  local supervisor = config.supervisor
+  return type(supervisor) == "table" and supervisor.name or supervisor
 end
 
 --- Who set this field in this generation: names of SETTERS; none where it was kept.
@@ -30,7 +30,7 @@ end
 ---@param line table of the ledger
 ---@param entry table
 ---@return string|nil who
----@return boolean bound its value is not the one that was proposed
+---@return boolean bound its value was limited or rejected
 function parameters.setter(config, line, entry)
   local bound = entry.outcome == "clamped" or entry.outcome == "rate-limited"
     or entry.outcome == "rejected"
@@ -41,20 +41,36 @@ function parameters.setter(config, line, entry)
   return "other", bound
 end
 
--- What reads the value of a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
-local function reader_of(path)
+--- Reads a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
+---@param path string
+---@return fun(line: table): number|nil
+function parameters.reader(path)
   local material, field = path:match "^materials%.(.*)%.([^.]*)$"
   if not material then return function(line) return line.parameters[path] end end
   return function(line) return line.materials[material] and line.materials[material][field] end
 end
 
---- Fields that changed in any run of these arms, and those that did not: the four parameters first,
+--- Does a field change in any run of an arm?
+---@param arm limax.report.arm
+---@param path string
+---@return boolean
+function parameters.changes(arm, path)
+  local value_of = parameters.reader(path)
+  for _, run in ipairs(arm.runs) do
+    for _, line in ipairs(run.lines) do
+      if value_of(line) ~= value_of(run.lines[1]) then return true end
+    end
+  end
+  return false
+end
+
+--- Fields that change in any run of these arms, and those that do not: the four parameters first,
 --- then materials by name.
 ---@param list limax.report.arm[]
----@return string[] moved
+---@return string[] changed
 ---@return string[] still
 function parameters.fields(list)
-  local names, of_materials, moved, still = { unpack(supervise.parameters) }, {}, {}, {}
+  local names, of_materials, lists = { unpack(supervise.parameters) }, {}, { {}, {} }
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
       for material, fields in pairs(run.lines[1].materials) do
@@ -64,18 +80,11 @@ function parameters.fields(list)
   end
   for _, path in ipairs(choice.sorted_keys(of_materials)) do names[#names + 1] = path end
   for _, path in ipairs(names) do
-    local value_of, changed = reader_of(path), false
-    for _, arm in ipairs(list) do
-      for _, run in ipairs(arm.runs) do
-        local first = value_of(run.lines[1])
-        for _, line in ipairs(run.lines) do
-          changed = changed or value_of(line) ~= first
-        end
-      end
-    end
-    table.insert(changed and moved or still, path)
+    local changed = false
+    for _, arm in ipairs(list) do changed = changed or parameters.changes(arm, path) end
+    table.insert(lists[changed and 1 or 2], path)
   end
-  return moved, still
+  return lists[1], lists[2]
 end
 
 -- The unit of a field as the axis shows it.
@@ -99,7 +108,7 @@ function parameters.panel(arm, path)
   local panel = { title = path:gsub("^materials%.", ""), curves = {},
     x = { label = "generation", linear = true },
     y = { label = parameters.label(path), linear = true } }
-  local value_of, by_setter, seen = reader_of(path), {}, {}
+  local value_of, by_setter, seen = parameters.reader(path), {}, {}
   for _, run in ipairs(arm.runs) do
     local points, at = {}, {}
     for k, line in ipairs(run.lines) do

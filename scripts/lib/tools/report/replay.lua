@@ -1,5 +1,5 @@
---- replay.lua: a robot's motion, small enough for a page: the masses of its skin at 25 samples a
---- second, in steps of 0.2 mm, as differences from sample to sample, packed by zlib.
+--- replay.lua: a robot's motion, small enough for a page: the masses of its skin at 25 samples per
+--- second, in steps of 0.2 mm, as differences from sample to sample, compressed by zlib.
 
 local base64 = require "limax.base.base64"
 local block_picture = require "limax.draw.block_picture"

@@ -1,5 +1,5 @@
---- robots.lua: the section of robots: generation 0 against the last, up to four side by side, as
---- film strips and, where Debian's three.js was found when limax was configured, in 3D.
+--- robots.lua: the section of robots: generation 0 and the last, up to four side by side, as film
+--- strips and, if Debian's three.js was found when limax was configured, in 3D.
 
 local failure = require "limax.base.failure"
 local film_strip = require "limax.draw.film_strip"
@@ -44,7 +44,7 @@ local function chosen(list)
     end
     return picks
   end
-  -- arms of the same seed begin alike: one of generation 0 stands for all
+  -- arms of the same seed begin alike: one of generation 0 is enough
   pick(list[1], false)
   for k = 1, MOST - 1 do
     if list[k] then pick(list[k], true) end
@@ -57,8 +57,8 @@ end
 ---@field walked limax.scored_robot
 ---@field description limax.robot.description
 
---- The champions that a report shows, simulated again. Those that cannot be are left out; `say`
---- tells why.
+--- The champions that a report shows, simulated again. Those that cannot be are left out, and `say`
+--- gets the reason.
 ---@param list limax.report.arm[]
 ---@param options limax.report.options
 ---@return limax.report.shown[]
@@ -66,15 +66,14 @@ function robots.simulate(list, options)
   local shown = {}
   for _, pick in ipairs(chosen(list)) do
     local path = runs.champion(pick.run, pick.line)
-    -- of several repetitions the one that came farthest
     local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
       and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
     local fine, walked, why, description = failure.attempt(function()
       local text, message = source.read(path)
-      local given = text and host.json.decode(text, path)
-      if not given then return nil, tostring(message) end
-      local simulated, reason = motion.simulate(robot.of(given), { device = options.device })
-      return simulated, reason, given
+      local value = text and host.json.decode(text, path)
+      if not value then return nil, tostring(message) end
+      local simulated, reason = motion.simulate(robot.of(value), { device = options.device })
+      return simulated, reason, value
     end)
     if not fine then walked, why = nil, failure.bare(walked) end
     if walked then
@@ -143,7 +142,7 @@ function robots.section(list, options)
     end
     parts[1] = viewer(shown)
   else
-    parts[1] = '<p class="note">three.js was not there when limax was configured (on Debian: '
+    parts[1] = '<p class="note">three.js was not found when limax was configured (on Debian: '
       .. "libjs-three), so robots are shown as film strips only.</p>\n"
   end
   parts[#parts + 1] = html.details("film strips", table.concat(strips), true)

@@ -1,14 +1,14 @@
---- shape.lua: what the files of a run folder have to look like. A folder may come from another
---- version, or from anybody: a field of another kind counts as absent, so that what is there is
---- still reported.
+--- shape.lua: the types of the fields in the files of a run folder. A folder may come from another
+--- version, or from anybody: a field of another type counts as absent, so that the rest is still
+--- reported.
 
 local host = require "limax.host"
 
 local shape = {}
 
--- Larger numbers are none of ours; their sums and differences stay finite.
+-- Larger numbers are not limax's; sums and differences of smaller ones stay finite.
 local MOST = 1e100
--- Repetitions that a run may have: more are a damaged line.
+-- A larger repetition is a damaged line.
 local MOST_REPETITIONS = 1e6
 
 local function number(value)
@@ -27,10 +27,10 @@ local function text(value)
   if type(value) == "string" then return value end
 end
 
--- A word that terminals show too: no control character may reach one.
+-- A word for terminals too: no control character may reach one.
 local function word(value)
   if type(value) ~= "string" then return nil end
-  -- the name of a folder may be no UTF-8, which neither pages nor figures can hold
+  -- the name of a folder may not be UTF-8, as pages and figures must be
   if not pcall(host.json.encode, value) then value = value:gsub("[\128-\255]", "?") end
   return (value:gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
 end
@@ -60,8 +60,8 @@ local function map_of(each)
   end
 end
 
--- A table whose named fields are as these say; the others stay as they are. One that is `optional`
--- is absent where it is no table, else empty.
+-- A table whose named fields have these types; other fields are kept. What is not a table becomes
+-- an empty one, or nil if it is `optional`.
 local function record(fields, optional)
   return function(value)
     if type(value) ~= "table" then
@@ -123,7 +123,7 @@ shape.config = record { name = word, seed = either(word, number), generations = 
 --- `STATUS`.
 shape.status = record { state = word }
 
--- Those with a name; absent where there is none.
+-- Those with a name; nil where there are none.
 local function gpus(value)
   local list = {}
   for _, gpu in ipairs(type(value) == "table" and value or {}) do
@@ -137,7 +137,7 @@ shape.environment = record { sessions = list_of(record({ started = text, version
   machine = record { compiler = text, system = text },
   device = record { kind = text, cpu = text, gpus = gpus } }, true)) }
 
---- A line of `population/gNNNN.jsonl`; nil where it names no robot.
+--- A line of `population/gNNNN.jsonl`; nil where it is not a robot.
 ---@param value any
 ---@return table|nil
 function shape.robot(value)
@@ -149,13 +149,13 @@ function shape.robot(value)
     value.body) }
 end
 
---- The repetition and generation that a line is about; nil, message where it does not say.
+--- The repetition and generation of a line; nil, message where they are missing.
 ---@param value any
 ---@return integer|nil repetition
 ---@return integer|string generation
 function shape.place(value)
-  local given = type(value) == "table" and value or {}
-  local repetition, generation = whole(given.repetition), whole(given.generation)
+  local line = type(value) == "table" and value or {}
+  local repetition, generation = whole(line.repetition), whole(line.generation)
   if not repetition or repetition < 1 or repetition > MOST_REPETITIONS then
     return nil, "repetition: expected a whole number from 1"
   end

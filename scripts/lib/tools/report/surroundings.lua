@@ -1,5 +1,5 @@
---- surroundings.lua: the world around a replay, for the page's viewer: as much of it as the robot
---- comes near to, in numbers that are small in a page. World coordinates, m.
+--- surroundings.lua: the world around a replay for the page's viewer: the part that the robot comes
+--- near to, with rounded numbers. World coordinates, m.
 
 local polygon = require "limax.draw.picture.polygon"
 local stage = require "limax.draw.picture.stage"
@@ -7,12 +7,12 @@ local world = require "limax.draw.picture.world"
 
 local surroundings = {}
 
--- m around the way of the body, and what its ends are rounded to
+-- m around the positions of the body, and what the ends are rounded to
 local BEYOND, ROUND = 1.5, 0.5
--- heights along a side of the terrain that is kept, and m between them where its own are farther
+-- most heights along a side of the terrain, and m between them where its own are farther apart
 local MOST_HEIGHTS, STEP = 96, 0.1
 
--- lines across a floor, each way
+-- lines across a floor in each direction
 local MOST_LINES = 200
 
 local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
@@ -35,7 +35,7 @@ local function short(value) return tonumber(("%.4f"):format(value)) end
 
 local function shorts(point) return { short(point[1]), short(point[2]), short(point[3]) } end
 
--- The terrain near the way, at steps that a view can show.
+-- The terrain near the robot, at steps that a view can show.
 local function terrain_of(terrain, low, high)
   local longest = math.max(high[1] - low[1], high[2] - low[2])
   local step = terrain.spacing
@@ -78,25 +78,25 @@ local function lines_of(sheet, low, high)
 end
 
 --- What is around points that lie between `low` and `high`.
----@param given limax.world
+---@param around limax.world
 ---@param low number[] m
 ---@param high number[] m
 ---@return limax.report.surroundings
-function surroundings.of(given, low, high)
+function surroundings.of(around, low, high)
   local from, to = {}, {}
   for c = 1, 3 do
     from[c] = math.floor((low[c] - BEYOND) / ROUND) * ROUND
     to[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
   end
-  local result = { up = given.up, low = from, high = to, ground = given.ground, hex = world.hex,
+  local result = { up = around.up, low = from, high = to, ground = around.ground, hex = world.hex,
     sheets = {}, boxes = {}, spheres = {}, flows = {} }
-  for _, item in ipairs(stage.sheets(stage.new(given, AXES), { low = from, high = to })) do
+  for _, item in ipairs(stage.sheets(stage.new(around, AXES), { low = from, high = to })) do
     local sheet, points = item.parts[1], {}
     for k, p in ipairs(sheet.points) do points[k] = shorts(p) end
     table.insert(result.sheets, { points = points, floor = sheet.look.ruled,
       lines = sheet.look.ruled and lines_of(sheet, from, to) or nil })
   end
-  for _, box in ipairs(given.boxes) do
+  for _, box in ipairs(around.boxes) do
     local cut = { from = {}, to = {} }
     local seen = true
     for c = 1, 3 do
@@ -106,7 +106,7 @@ function surroundings.of(given, low, high)
     end
     if seen then table.insert(result.boxes, cut) end
   end
-  for _, sphere in ipairs(given.spheres) do
+  for _, sphere in ipairs(around.spheres) do
     local seen = true
     for c = 1, 3 do
       seen = seen and sphere.center[c] + sphere.radius > from[c]
@@ -116,14 +116,14 @@ function surroundings.of(given, low, high)
       table.insert(result.spheres, { center = sphere.center, radius = sphere.radius })
     end
   end
-  for k, flow in ipairs(given.flows) do
+  for k, flow in ipairs(around.flows) do
     result.flows[k] = { name = flow.kind, label = world.flow_label(flow),
       velocity = shorts(flow.velocity), hex = world.flow_ink[flow.kind] }
   end
   for _, name in ipairs { "sheets", "boxes", "spheres", "flows" } do
     if #result[name] == 0 then result[name] = nil end
   end
-  if given.terrain then result.terrain = terrain_of(given.terrain, from, to) end
+  if around.terrain then result.terrain = terrain_of(around.terrain, from, to) end
   return result
 end
 
