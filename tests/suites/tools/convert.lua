@@ -183,7 +183,7 @@ suite:test("elements of a .vxa that limax does not read are listed once", functi
     :gsub("<Lattice>", "<Voxel><Vox_Name>BOX</Vox_Name><X_Squeeze>1</X_Squeeze></Voxel>"
       .. "<Lattice><X_Dim_Adj>1</X_Dim_Adj><Y_Dim_Adj>2</Y_Dim_Adj>")
     :gsub("<Environment>", "<RawPrint>words</RawPrint><Environment><Sea><Depth>3</Depth></Sea>")))
-  t:equal(convert(t, folder, "rich.vxa", "rich.json"), { "RawPrint", "Environment.Sea",
+  t:equal(convert(t, folder, "rich.vxa", "rich.json"), { "Environment.Sea", "RawPrint",
     "VXC.Lattice.Y_Dim_Adj", "VXC.Palette.Material.Fixed",
     "VXC.Palette.Material.Mechanical.Yield_Stress",
     "Simulator: all but a StopConditionFormula t - seconds" })

@@ -1,10 +1,10 @@
 --- voxcad_document.lua: the elements of a .vxa, or of a .vxd merged into its base. Elements that
 --- are looked up are marked as read; the others are listed as lost.
 
+local choice = require "limax.base.choice"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
 local source = require "limax.base.source"
-local voxcad = require "limax.tools.convert.voxcad"
 
 local document = {}
 
@@ -131,50 +131,45 @@ end
 
 local MAX_NAMES = 20
 
--- Elements without a meaning in limax.
-local IGNORED = { ["Simulator"] = true, ["VXC.Palette.Material.Display"] = true,
-  ["VXC.Voxel.Vox_Name"] = true }
+-- Elements without a meaning in limax; Poisson's ratio is that of its lattice of springs.
+local IGNORED = { ["Simulator"] = true, ["VXC.Voxel"] = true,
+  ["VXC.Palette.Material.Display"] = true,
+  ["VXC.Palette.Material.Mechanical.Poissons_Ratio"] = true }
 
--- The value, beside 0, that VoxCad writes by default.
-local function default_of(path)
-  if path:find "^VXC%.Lattice" or path:find "^VXC%.Voxel" then return 1 end
-  if path:find "Poissons_Ratio$" then return voxcad.POISSON end
-end
+-- The value, beside 0, that has no effect.
+local function neutral(path) return path:find "^VXC%.Lattice" and 1 or 0 end
 
--- Does an element hold a word, or a number other than 0 and the default?
+-- Does an element hold a word, or a number that has an effect?
 local function has_content(element, path)
-  local text = element.text:gsub("%s", "")
-  local number = tonumber(text)
-  if number and number ~= 0 and number ~= default_of(path) then return true end
-  if not number and text:find "%w" then return true end
+  local number = tonumber(element.text)
+  if number and number ~= 0 and number ~= neutral(path) then return true end
+  if not number and element.text:find "%w" then return true end
   for _, each in ipairs(element) do
-    local below = path .. "." .. each.name
-    if not IGNORED[below] and has_content(each, below) then return true end
+    if has_content(each, path) then return true end
   end
   return false
 end
 
-local function collect(element, path, names, listed)
+local function collect(element, path, found)
   for _, each in ipairs(element) do
-    local below = path == "" and each.name or path .. "." .. each.name
+    local below = path .. each.name
     if each.read then
-      collect(each, below, names, listed)
-    elseif not IGNORED[below] and not listed[below] and has_content(each, below) then
-      listed[below] = true
-      names[#names + 1] = below:gsub("%c", ""):gsub("^VXC%.Structure", "Structure"):sub(1, 80)
+      collect(each, below .. ".", found)
+    elseif not IGNORED[below] and has_content(each, below) then
+      found[below:gsub("%c", ""):gsub("^VXC%.Structure", "Structure"):sub(1, 80)] = true
     end
   end
 end
 
---- Names of the elements that have not been read and hold something, each once.
+--- Names of the elements that hold something and have not been read, sorted.
 ---@param root limax.host.element
 ---@return string[]
 function document.unread(root)
-  local names = {}
-  collect(root, "", names, {})
-  local count = #names
-  for k = count, MAX_NAMES + 1, -1 do names[k] = nil end
-  if count > MAX_NAMES then names[#names + 1] = ("%d more elements"):format(count - MAX_NAMES) end
+  local found = {}
+  collect(root, "", found)
+  local all, names = choice.sorted_keys(found), {}
+  for k = 1, math.min(#all, MAX_NAMES) do names[k] = all[k] end
+  if #all > MAX_NAMES then names[#names + 1] = ("%d more elements"):format(#all - MAX_NAMES) end
   return names
 end
 

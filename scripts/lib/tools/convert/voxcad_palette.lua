@@ -50,20 +50,16 @@ local function free_name(palette, name)
   return free
 end
 
--- Takes the letters that materials state; of two with the same letter the first has it.
-local function take_stated_letters(palette, elements)
-  local stated = {}
-  for _, element in ipairs(elements) do
-    local letter = document.text_at(element, "Limax.Letter")
-    if letter:find "^[!-~]$" and not palette.letters[letter] then
-      stated[element], palette.letters[letter] = letter, true
-    end
-  end
-  return stated
+-- The letter that an element states, or a free one.
+local function letter_of(palette, element, kind)
+  local letter = document.text_at(element, "Limax.Letter")
+  if not letter:find "^[!-~]$" or palette.letters[letter] then return free_letter(palette, kind) end
+  palette.letters[letter] = true
+  return letter
 end
 
 -- A material of an element. `swing` is the amplitude of the temperature, degrees.
-local function material_of(file, element, palette, stated, edge, swing, actuated)
+local function material_of(file, element, palette, edge, swing, actuated)
   local function number(path, default) return document.number_at(file, element, path, default) end
   local strain = number("Mechanical.CTE", 0) * swing
   -- a constant temperature may have any value
@@ -73,7 +69,7 @@ local function material_of(file, element, palette, stated, edge, swing, actuated
   -- a muscle of amplitude 0
   local own_kind = document.text_at(element, "Limax.Kind")
   if strain == 0 and LETTERS[own_kind] then kind = own_kind end
-  local material = { kind = kind, letter = stated or free_letter(palette, kind),
+  local material = { kind = kind, letter = letter_of(palette, element, kind),
     name = free_name(palette, document.text_at(element, "Name")),
     stiffness = voxcad.rounded(number "Mechanical.Elastic_Mod" * edge / voxcad.MODULUS),
     mass_per_site = voxcad.rounded(number "Mechanical.Density" * edge ^ 3),
@@ -101,9 +97,8 @@ function voxcad_palette.read(file, root, edge, swing, actuated)
     input.refuse(file, "VXC.Palette has %d materials; expected 1 to %d", #elements,
       voxcad.MAX_MATERIALS)
   end
-  local stated = take_stated_letters(palette, elements)
   for k, element in ipairs(elements) do
-    palette[k] = material_of(file, element, palette, stated[element], edge, swing, actuated)
+    palette[k] = material_of(file, element, palette, edge, swing, actuated)
   end
   return palette
 end
