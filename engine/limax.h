@@ -46,7 +46,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 6, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 7, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -285,7 +285,7 @@ typedef struct limax_field_info {
     const char* unit;
     const char* note;
     int32_t components; /* 1, 3 for a vector, 0 for a table: see limax_scene_set_heights */
-    int32_t reserved;
+    int32_t whole;      /* 1: whole numbers only */
     double minimum; /* of each component, inclusive */
     double maximum;
     double value[3]; /* the default */
@@ -294,6 +294,9 @@ typedef struct limax_field_info {
 int32_t limax_effect_count(void);
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out);
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out);
+/* The numbers among the options of "simulation", "genome" and "breeding": a field for each; refuses
+ * an index behind the last. */
+limax_status limax_option_field(const char* group, int32_t field, limax_field_info* out);
 
 limax_status limax_scene_create(limax_scene** out);
 void limax_scene_free(limax_scene* scene);

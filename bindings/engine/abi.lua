@@ -1,9 +1,8 @@
---- abi.lua: the engine's C interface: declares limax.h to the FFI, checks that library and scripts
---- speak the same version of it, and turns a status into an error at the caller's line.
+--- abi.lua: the engine's C interface: declares limax.h to the FFI, checks its version, and turns a
+--- status into an error at the caller's line.
 
 local ffi = require "ffi"
 local host = require "limax.host"
-local failure = require "limax.base.failure"
 local fault = require "limax.engine.fault"
 
 local abi = {}
@@ -30,25 +29,22 @@ end
 --- Version of the engine, such as "0.1.0".
 abi.version = ffi.string(C.limax_version())
 
--- What ends a call though nothing is wrong with what it was given.
-local of_machine = {
+-- Errors that are not mistakes of the caller; every other status is one.
+local KINDS = {
   [tonumber(C.LIMAX_OUT_OF_MEMORY)] = "memory", [tonumber(C.LIMAX_NO_DEVICE)] = "device",
   [tonumber(C.LIMAX_INTERNAL)] = "defect",
 }
 
---- Raises the engine's text where `status` is a failure; failure.of_machine() knows the error value
---- of one that is no mistake of the caller's.
+--- Raises the engine's text where `status` is a failure.
 ---@param status integer
 ---@param what string|nil the call, put in front of the text
 function abi.check(status, what)
   if status == C.LIMAX_OK then return end
   local text = ffi.string(C.limax_error_text())
-  local message = fault.placed(what and what .. ": " .. text or text)
-  failure.note_machine(message, of_machine[tonumber(status)])
-  error(message, 0)
+  fault.raise(what and what .. ": " .. text or text, KINDS[tonumber(status)])
 end
 
---- A pointer of the engine's, which is null where what it points to could not be brought here.
+--- Checks a pointer from the engine, which is null where a GPU's data could not be copied.
 ---@param pointer ffi.cdata*
 ---@param what string the call, put in front of the text
 function abi.pointer(pointer, what)

@@ -5,16 +5,17 @@
 local ffi = require "ffi"
 local bit = require "bit"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
 local materials = require "limax.engine.materials"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
+local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
 
 local WEIGHTS = { "stiffness", "amplitude", "phase" }
+local IS_WEIGHT = { stiffness = true, amplitude = true, phase = true }
 
 ---@class limax.body
 ---@field status "unknown"|"valid"|"no voxel"|"no muscle"
@@ -44,11 +45,11 @@ end
 local function each_voxel(what, given, lattice, take)
   local nx, ny, nz = lattice[1], lattice[2], lattice[3]
   local is_view = view.is_view(given)
-  if type(given) ~= "table" then arguments.refuse(what, "a list of voxels", given) end
+  if type(given) ~= "table" then schema.refuse(what, "a list of voxels", given) end
   local function length(place, list, expected)
     local count = view.is_view(list) and list:size() or type(list) == "table" and #list
     if count ~= expected then
-      arguments.refuse_count(place, ("a list of %d"):format(expected), count, list)
+      schema.refuse(place, ("a list of %d"):format(expected), list, count)
     end
   end
   if not is_view and type(given[1]) ~= "table" then
@@ -88,11 +89,11 @@ local function material_reader(table_of_materials)
         end
       end
       if index_of[value] then return index_of[value] end
-      arguments.refuse(place(what, x, y, z), "a material of " .. tostring(table_of_materials),
+      schema.refuse(place(what, x, y, z), "a material of " .. tostring(table_of_materials),
         value)
     end
     local most = tonumber(C.LIMAX_MAX_MATERIALS) - 1
-    arguments.refuse(place(what, x, y, z), ("a material index from 0 to %d%s"):format(most,
+    schema.refuse(place(what, x, y, z), ("a material index from 0 to %d%s"):format(most,
       table_of_materials and ", a letter or a name"
         or "; letters need the material table as fourth argument"), value)
   end
@@ -101,7 +102,7 @@ end
 local function weight_taker(target)
   return function(offset, value, what, x, y, z)
     if type(value) ~= "number" or not (value >= 0 and value <= 1) then
-      arguments.refuse(place(what, x, y, z), "a weight from 0 to 1", value)
+      schema.refuse(place(what, x, y, z), "a weight from 0 to 1", value)
     end
     target[offset] = value
   end
@@ -114,7 +115,7 @@ return function(class)
 
   local function index(self, what, i)
     local handle = object.handle(what, self, class)
-    arguments.index(what, i, self.count)
+    schema.index(what, i, self.count)
     return handle, i - 1
   end
 
@@ -138,7 +139,7 @@ return function(class)
   ---@return string
   function methods:text(i, letters)
     local handle, robot = index(self, "population:text", i)
-    arguments.text("population:text: letters", letters)
+    schema.demand(schema.string, letters, "population:text: letters")
     local n = self.lattice
     local all = ffi.new("char[?]", C.LIMAX_MAX_MATERIALS, letters)
     local size = (n[1] + 1) * n[2] * n[3] + n[3]
@@ -147,7 +148,7 @@ return function(class)
     local text = ffi.string(out)
     -- less a line's end, and the zero that stands in the place of the last one
     if #text ~= size - 2 then
-      arguments.refuse("population:text: letters", "a letter for each material", letters)
+      schema.refuse("population:text: letters", "a letter for each material", letters)
     end
     return text
   end
@@ -201,8 +202,8 @@ return function(class)
     if view.is_view(weights) then
       weights = { stiffness = weights[1], amplitude = weights[2], phase = weights[3] }
     end
-    weights = weights == nil and {} or arguments.table("weights", weights)
-    arguments.known("weights", weights, WEIGHTS)
+    weights = schema.demand(schema.table, weights or {}, "weights")
+    schema.known(weights, IS_WEIGHT, "weights")
     for w, name in ipairs(WEIGHTS) do
       local given, target = weights[name], new_weights + (w - 1) * each
       local take = weight_taker(target)
@@ -224,13 +225,13 @@ return function(class)
   ---@return limax.diversity
   function methods:diversity(robots)
     local handle = object.handle("population:diversity", self, class)
-    local count = #arguments.table("population:diversity", robots)
+    local count = #schema.demand(schema.table, robots, "population:diversity")
     if count == 0 then
       fault.raise "population:diversity: expected a list of robots, got an empty one"
     end
     local list = ffi.new("int32_t[?]", count)
     for k = 1, count do
-      list[k - 1] = arguments.index(("population:diversity: robot %d of the list"):format(k),
+      list[k - 1] = schema.index(("population:diversity: robot %d of the list"):format(k),
         robots[k], self.count) - 1
     end
     local out = ffi.new "limax_diversity"

@@ -4,16 +4,16 @@
 local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
-local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
+local schema = require "limax.engine.schema"
 
 local C = abi.C
 local class = object.class("device", C.limax_device_free)
 local methods = class.__index
 
--- a device holds threads, so few may wait for the collector
+-- a device holds threads, so it counts for several handles
 local WEIGHT = 16
 
 ---@class limax.device : limax.object
@@ -21,37 +21,31 @@ local WEIGHT = 16
 ---@field kind string "cpu" or "cuda"
 ---@field threads integer
 
--- More than any machine has: a larger number is a slip.
 local MOST_THREADS = 1024
 
--- Threads from the environment, for where nobody names a number; 0 is one per core. What is set
--- wrong there is no mistake of the script's: a usage error.
+-- Threads where the script names no number; 0 is one per core.
 local function threads_of_environment()
   local text = os.getenv "LIMAX_THREADS"
   if not text or text == "" then return 0 end
-  local threads = tonumber(text)
-  if not threads or threads % 1 ~= 0 or threads < 1 or threads > MOST_THREADS then
-    failure.raise(2, ("LIMAX_THREADS is %s; it must be a whole number from 1 to %d"):format(
-      arguments.shown(text), MOST_THREADS))
-  end
+  local threads, message = schema.whole(1, MOST_THREADS)(tonumber(text) or text, "LIMAX_THREADS")
+  if message then fault.throw { kind = "usage", status = 2, text = message } end
   return threads
 end
 
---- Opens a device. One that is not to be had raises, saying why.
+local options_rule =
+  schema.fields { threads = schema.whole(0, MOST_THREADS), isa = schema.string }
+
+--- Opens a device. Raises where it is unavailable.
 ---@param name "auto"|"cpu"|"cuda"|nil auto if left out
 ---@param options { threads: integer|nil, isa: string|nil }|nil
 ---@return limax.device
 local function device(name, options)
-  name = arguments.text("device", name == nil and "auto" or name)
-  options = arguments.table("device options", options or {})
-  arguments.known("device", options, { "threads", "isa" })
-  local threads = options.threads
-  threads = threads == nil and threads_of_environment()
-    or arguments.integer("threads", threads, 0, MOST_THREADS)
-  local isa = options.isa ~= nil and arguments.text("isa", options.isa) or nil
+  name = schema.demand(schema.string, name == nil and "auto" or name, "device")
+  options = schema.demand(options_rule, options, "device")
   memory.collect(WEIGHT)
   local out = ffi.new "limax_device *[1]"
-  abi.check(C.limax_device_create(name, threads, isa, out))
+  local threads = options.threads or threads_of_environment()
+  abi.check(C.limax_device_create(name, threads, options.isa, out))
   local self = object.new(class, out[0], { name = name })
   local description = self:describe()
   self.kind, self.threads = description.kind, description.threads
@@ -73,7 +67,7 @@ end
 
 local shared
 
---- Handle of a device that a call was given, or of one that all calls without a device share.
+--- Handle of a call's device; nil: of one device that all such calls share.
 ---@param what string
 ---@param given limax.device|nil
 ---@return ffi.cdata*

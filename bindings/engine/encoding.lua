@@ -3,9 +3,10 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
+local fields = require "limax.engine.fields"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
+local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
@@ -15,8 +16,22 @@ local methods = class.__index
 -- lengths and counts of the interface are 32-bit
 local MOST = 2147483647
 
-local OPTIONS = {
-  "lattice", "features", "sigma", "hidden", "materials", "initial_scale", "seed", "repetition",
+local lattice_rule = schema.numbers(3, { integer = true })
+local genome = fields.of "genome"
+local hidden_width = genome.hidden.value
+
+-- Options that an experiment's `genome` has too.
+local genome_rules = {
+  features = schema.field(genome.features), sigma = schema.field(genome.sigma),
+  hidden = schema.list(schema.field(genome.hidden), { most = tonumber(C.LIMAX_MAX_HIDDEN),
+    default = { hidden_width, hidden_width }, expected = "a list of up to 8 layer widths" }),
+  initial_scale = schema.field(genome.initial_scale),
+}
+local options_rule = schema.fields {
+  lattice = lattice_rule, features = genome_rules.features, sigma = genome_rules.sigma,
+  hidden = genome_rules.hidden, initial_scale = genome_rules.initial_scale,
+  materials = schema.whole(-MOST, MOST, 5), seed = schema.seed,
+  repetition = schema.whole(1, MOST, 1),
 }
 
 ---@class limax.encoding : limax.object
@@ -38,31 +53,16 @@ local OPTIONS = {
 ---@param options limax.encoding_options
 ---@return limax.encoding
 local function encoding(options)
-  arguments.known("encoding", arguments.table("encoding", options), OPTIONS)
+  options = schema.demand(options_rule, options, "encoding")
   local o = ffi.new "limax_encoding_options"
-  local lattice = arguments.list("encoding: lattice", options.lattice, 3, -MOST, MOST)
+  local lattice = schema.demand(lattice_rule, options.lattice, "encoding.lattice")
   for axis = 1, 3 do o.lattice[axis - 1] = lattice[axis] end
-  local function number(name, default)
-    local value = options[name]
-    return arguments.number("encoding: " .. name, value == nil and default or value)
+  o.hidden_count = #options.hidden
+  for i, width in ipairs(options.hidden) do o.hidden[i - 1] = width end
+  for _, name in ipairs { "features", "sigma", "initial_scale", "materials", "repetition" } do
+    o[name] = options[name]
   end
-  local function integer(name, default)
-    local value = options[name]
-    return arguments.integer("encoding: " .. name, value == nil and default or value, -MOST, MOST)
-  end
-  o.features, o.sigma = integer("features", 16), number("sigma", 1)
-  local hidden = arguments.table("encoding: hidden", options.hidden or { 32, 32 })
-  if #hidden > C.LIMAX_MAX_HIDDEN then
-    arguments.refuse("encoding: hidden",
-      ("at most %d layers"):format(tonumber(C.LIMAX_MAX_HIDDEN)), #hidden)
-  end
-  o.hidden_count = #hidden
-  for i, width in ipairs(hidden) do
-    o.hidden[i - 1] = arguments.integer(("encoding: hidden[%d]"):format(i), width, -MOST, MOST)
-  end
-  o.materials, o.initial_scale = integer("materials", 5), number("initial_scale", 1)
-  o.seed = arguments.seed("encoding: seed", options.seed == nil and 1 or options.seed)
-  o.repetition = arguments.integer("encoding: repetition", options.repetition or 1, 1, MOST)
+  o.seed = schema.uint64(options.seed or 1, "encoding.seed")
   memory.collect()
   local out = ffi.new "limax_encoding *[1]"
   abi.check(C.limax_encoding_create(o, out), "encoding")
@@ -93,4 +93,4 @@ function methods:features()
   }
 end
 
-return { class = class, encoding = encoding }
+return { class = class, encoding = encoding, genome_rules = genome_rules }

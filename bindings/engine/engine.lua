@@ -18,6 +18,8 @@ local simulation = require "limax.engine.simulation"
 local view = require "limax.engine.view"
 
 ---@class limax.engine
+---@field version string of the engine's library
+---@field names table the enumerations of the C interface: traces, integrators, states
 return {
   version = abi.version,
   names = names,

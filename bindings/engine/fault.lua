@@ -1,17 +1,48 @@
---- fault.lua: raising errors at the line of the person who can mend them. A frame of bindings/
---- never is that line, and one of scripts/lib or scripts/commands only where nobody else is on the
---- stack. Needs the host's paths alone.
+--- fault.lua: the error type of limax, and the line that an error names: the nearest line of a
+--- user's file on the stack, else the nearest line outside bindings/.
 
 local host = require "limax.host"
 
 local fault = {}
+
+--- An error of limax. `tostring` gives place and text; the methods of strings work on it too, so
+--- that a script can read a caught error as it reads Lua's own.
+---@class limax.error
+---@field kind "misuse"|"script"|"usage"|"failed"|"memory"|"device"|"disk"|"defect"
+---@field status integer|nil exit status of a command that it ends; nil: shown with a traceback
+---@field place string "FILE:LINE: ", or ""
+---@field text string
+---@field traceback string|nil of where it was raised first
+local Error = {}
+
+function Error:__tostring() return self.place .. self.text end
+
+function Error.__concat(left, right) return tostring(left) .. tostring(right) end
+
+function Error.__index(_, key)
+  local method = string[key]
+  return method and function(self, ...) return method(tostring(self), ...) end
+end
+
+--- Raises an error.
+---@param fields { kind: string, status: integer|nil, place: string|nil, text: string }
+function fault.throw(fields)
+  fields.place = fields.place or ""
+  error(setmetatable(fields, Error), 0)
+end
+
+---@param value any
+---@return boolean
+function fault.is(value) return getmetatable(value) == Error end
+
+-- ---- places -------------------------------------------------------------------------------------
 
 local bindings = host.home .. "/bindings/"
 local library = { host.home .. "/scripts/lib/", host.home .. "/scripts/commands/" }
 
 local function begins(text, beginning) return text:sub(1, #beginning) == beginning end
 
--- Stack frames by who wrote them: nil for C, "engine", "library" or "user".
+-- Who wrote a stack frame: nil for C, "engine", "library" or "user".
 local function writer(info)
   if info.what == "C" or info.currentline < 0 then return nil end
   local path = info.source:sub(2)
@@ -49,16 +80,13 @@ function fault.where()
   return ("%s:%d"):format(file, line)
 end
 
---- `text` with "FILE:LINE: " of fault.place() before it.
----@param text string
----@return string
-function fault.placed(text)
-  local file, line = fault.place()
-  return file == "?" and text or ("%s:%d: %s"):format(file, line, text)
-end
-
 --- Raises `text` at fault.place().
 ---@param text string
-function fault.raise(text) error(fault.placed(text), 0) end
+---@param kind? string "misuse" if left out
+function fault.raise(text, kind)
+  local file, line = fault.place()
+  fault.throw { kind = kind or "misuse", text = text,
+    place = file ~= "?" and ("%s:%d: "):format(file, line) or "" }
+end
 
 return fault

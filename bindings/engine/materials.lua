@@ -4,20 +4,20 @@
 local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
 local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
-local suggest = require "limax.base.suggest"
+local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local C = abi.C
 local class = object.class("material table", C.limax_materials_free)
 local methods = class.__index
 
 ---@class limax.materials : limax.object
----@field count integer
----@field name string
+---@field count integer with the empty one
+---@field name string of the table
 
 ---@class limax.material
 ---@field name string
@@ -34,6 +34,7 @@ local methods = class.__index
 local FIELDS = {
   "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase", "stiffness_floor",
 }
+local field_name = schema.choice(FIELDS)
 local MUSCLE_FIELDS = { amplitude = true, phase = true }
 local SCHEMA = "limax.materials/1"
 
@@ -64,7 +65,7 @@ local function materials(source)
   local out = ffi.new "limax_materials *[1]"
   if type(source) == "table" then
     if getmetatable(source) == class then
-      arguments.refuse("materials", "a path, a name or a plain table (materials:copy() copies)",
+      schema.refuse("materials", "a path, a name or a plain table (materials:copy() copies)",
         "materials")
     end
     local encoded, text = pcall(host.json.encode, source)
@@ -72,8 +73,8 @@ local function materials(source)
     abi.check(C.limax_materials_parse(text, #text, "materials", out))
     return wrap(out)
   end
-  if arguments.text("materials", source):find("\0", 1, true) then
-    arguments.refuse("materials", "a path or a name without a zero byte", source)
+  if schema.demand(schema.string, source, "materials"):find("\0", 1, true) then
+    schema.refuse("materials", "a path or a name without a zero byte", source)
   end
   local path = source:match "%.json$" and source or shipped(source)
   abi.check(C.limax_materials_load(path, out))
@@ -85,7 +86,7 @@ end
 ---@return limax.material
 function methods:get(i)
   local handle = object.handle("materials:get", self, class)
-  arguments.index("materials:get", i, self.count)
+  schema.index("materials:get", i, self.count)
   local material = ffi.new "limax_material"
   abi.check(C.limax_materials_get(handle, i - 1, material))
   local result = {
@@ -100,7 +101,7 @@ end
 ---@param letter_or_name string
 ---@return integer|nil
 function methods:index(letter_or_name)
-  arguments.text("materials:index", letter_or_name)
+  schema.demand(schema.string, letter_or_name, "materials:index")
   for i = 1, self.count do
     local material = self:get(i)
     if material.letter == letter_or_name or material.name == letter_or_name then return i end
@@ -114,10 +115,10 @@ end
 ---@param value number
 function methods:set(i, field, value)
   local handle = object.handle("materials:set", self, class)
-  arguments.index("materials:set", i, self.count)
-  arguments.known("materials:set", { [arguments.text("materials:set: field", field)] = true },
-    FIELDS)
-  abi.check(C.limax_materials_set(handle, i - 1, field, arguments.number(field, value)))
+  schema.index("materials:set", i, self.count)
+  schema.demand(field_name, field, "materials:set: field")
+  value = schema.demand(schema.number {}, value, field)
+  abi.check(C.limax_materials_set(handle, i - 1, field, value))
 end
 
 --- What is known of a field: unit, legal range (inclusive) and where its numbers come from.
@@ -125,7 +126,7 @@ end
 ---@return { unit: string, minimum: number, maximum: number, source: string }
 function methods:field(name)
   local handle = object.handle("materials:field", self, class)
-  arguments.known("materials:field", { [arguments.text("materials:field", name)] = true }, FIELDS)
+  schema.demand(field_name, name, "materials:field")
   local unit, source = ffi.new "const char *[1]", ffi.new "const char *[1]"
   local minimum, maximum = ffi.new "double[1]", ffi.new "double[1]"
   abi.check(C.limax_materials_field(handle, name, unit, minimum, maximum, source))

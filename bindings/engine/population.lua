@@ -3,14 +3,15 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local device = require "limax.engine.device"
 local encoding = require "limax.engine.encoding"
 local fault = require "limax.engine.fault"
+local fields = require "limax.engine.fields"
 local in_ranges = require "limax.engine.ranges"
 local materials = require "limax.engine.materials"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
+local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
@@ -21,9 +22,21 @@ require "limax.engine.bodies"(class)
 -- counts of the interface are 32-bit
 local MOST = 2147483647
 
-local BREEDING = {
-  "mutation_rate", "mutation_scale", "crossover_rate", "seed", "repetition", "generation", "elites",
+local function anything(value) return value end
+local lattice_rule = schema.numbers(3, { integer = true })
+local options_rule = schema.fields {
+  lattice = lattice_rule, count = schema.whole(-MOST, MOST),
+  encoding = anything,
 }
+local breeding_rules = { seed = schema.seed, repetition = schema.whole(1, MOST),
+  generation = schema.whole(0, MOST), elites = schema.whole(0, MOST, 0) }
+for name, field in pairs(fields.of "breeding") do
+  field.value = nil -- no default
+  breeding_rules[name] = schema.field(field)
+end
+local breeding_rule = schema.fields(breeding_rules)
+local check_rule = schema.fields { require_muscle = schema.boolean(false) }
+local express_rule = schema.fields { require_muscle = schema.boolean(false), device = anything }
 
 ---@class limax.population : limax.object
 ---@field count integer robots
@@ -43,15 +56,14 @@ local BREEDING = {
 ---@param options { lattice: integer[]|nil, count: integer, encoding: limax.encoding|nil }
 ---@return limax.population
 local function population(options)
-  arguments.known("population", arguments.table("population", options),
-    { "lattice", "count", "encoding" })
+  options = schema.demand(options_rule, options, "population")
   local coder = options.encoding
   local coder_handle = coder ~= nil
     and object.handle("population: encoding", coder, encoding.class) or nil
   local lattice = options.lattice
   if lattice == nil and coder then lattice = coder.lattice end
-  lattice = arguments.list("population: lattice", lattice, 3, -MOST, MOST)
-  local count = arguments.integer("population: count", options.count, -MOST, MOST)
+  lattice = schema.demand(lattice_rule, lattice, "population.lattice")
+  local count = schema.demand(schema.number {}, options.count, "population.count")
   memory.collect()
   local out = ffi.new "limax_population *[1]"
   abi.check(C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out),
@@ -101,15 +113,12 @@ function methods:initialize(first, count)
 end
 
 -- What express and check share.
-local function reading(self, what, table_of_materials, options, known)
+local function reading(self, what, table_of_materials, options, rule)
   object.handle(what, self, class)
   object.handle(what .. ": materials", table_of_materials, materials.class)
-  options = options == nil and {} or arguments.table(what, options)
-  arguments.known(what, options, known)
-  local muscle = options.require_muscle
-  muscle = muscle ~= nil and arguments.boolean(what .. ": require_muscle", muscle)
+  options = schema.demand(rule, options, what)
   self.materials_count = table_of_materials.count
-  return muscle and 1 or 0, options
+  return options.require_muscle and 1 or 0, options.device
 end
 
 --- Makes bodies of genomes.
@@ -120,9 +129,8 @@ end
 function methods:express(table_of_materials, options, first, count)
   local what = "population:express"
   coded(self, what)
-  local muscle, given = reading(self, what, table_of_materials, options,
-    { "require_muscle", "device" })
-  local target = device.handle(what, given.device)
+  local muscle, on = reading(self, what, table_of_materials, options, express_rule)
+  local target = device.handle(what, on)
   object.end_views(self.bodies_life, "its population was expressed")
   in_ranges(what, self.count, first, count, function(at, robots)
     abi.check(C.limax_population_express(self.handle, table_of_materials.handle, muscle, target,
@@ -137,7 +145,7 @@ end
 ---@param count integer|nil
 function methods:check(table_of_materials, options, first, count)
   local what = "population:check"
-  local muscle = reading(self, what, table_of_materials, options, { "require_muscle" })
+  local muscle = reading(self, what, table_of_materials, options, check_rule)
   in_ranges(what, self.count, first, count, function(at, robots)
     abi.check(C.limax_population_check(self.handle, table_of_materials.handle, muscle, at, robots),
       what)
@@ -146,8 +154,8 @@ end
 
 -- The parents of each child, [child][2] from 0.
 local function pairs_of_indices(what, given, children, parents)
-  if #arguments.table(what .. ": pairs", given) ~= children then
-    arguments.refuse_count(what .. ": pairs", ("a pair for each of %d children"):format(children),
+  if #schema.demand(schema.table, given, what .. ": pairs") ~= children then
+    schema.refuse(what .. ": pairs", ("a pair for each of %d children"):format(children), given,
       #given)
   end
   local list = ffi.new("int32_t[?]", 2 * children)
@@ -155,10 +163,10 @@ local function pairs_of_indices(what, given, children, parents)
     local pair = given[child]
     local name = ("%s: pairs[%d]"):format(what, child)
     if type(pair) ~= "table" or #pair ~= 2 then
-      arguments.refuse_count(name, "a list of 2 indices", type(pair) == "table" and #pair, pair)
+      schema.refuse(name, "a list of 2 indices", pair, type(pair) == "table" and #pair)
     end
     for k = 1, 2 do
-      local parent = arguments.index(("%s[%d]"):format(name, k), pair[k], parents)
+      local parent = schema.index(("%s[%d]"):format(name, k), pair[k], parents)
       list[2 * child - 3 + k] = parent - 1
     end
   end
@@ -175,16 +183,15 @@ function methods:breed(parents, pairs_of_parents, options, on)
   local what = "population:breed"
   coded(self, what)
   coded(parents, what .. ": parents")
-  arguments.known(what, arguments.table(what, options), BREEDING)
+  options = schema.demand(breeding_rule, options, what)
   local list = pairs_of_indices(what, pairs_of_parents, self.count, parents.count)
   local breeding = ffi.new "limax_breeding"
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate" } do
-    breeding[name] = arguments.number(("%s: %s"):format(what, name), options[name])
+  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "repetition",
+    "generation" } do
+    breeding[name] = schema.demand(breeding_rules[name], options[name], what .. "." .. name)
   end
-  breeding.seed = arguments.seed(what .. ": seed", options.seed)
-  breeding.repetition = arguments.integer(what .. ": repetition", options.repetition, 1, MOST)
-  breeding.generation = arguments.integer(what .. ": generation", options.generation, 0, MOST)
-  breeding.elites = arguments.integer(what .. ": elites", options.elites or 0, 0, self.count)
+  breeding.seed = schema.uint64(options.seed, what .. ".seed")
+  breeding.elites = options.elites
   local target = device.handle(what, on)
   object.end_views(self.life, "its population was bred")
   in_ranges(what, self.count, 1, self.count, function(at, robots)
@@ -198,7 +205,7 @@ end
 ---@return limax.view [gene]
 function methods:genome(i)
   local genomes = genomes_of(self, "population:genome")
-  arguments.index("population:genome", i, self.count)
+  schema.index("population:genome", i, self.count)
   return view.new {
     what = "a genome", data = genomes + (i - 1) * self.genes, element = "float",
     shape = { self.genes }, life = self.life, owner = self,
@@ -213,7 +220,7 @@ function methods:genomes_array(into)
   local handle, count = coded(self, what), self.count * self.genes
   local genomes = into or ffi.new("float[?]", count)
   if not ffi.istype("float[?]", genomes) or ffi.sizeof(genomes) ~= ffi.sizeof "float" * count then
-    arguments.refuse(what, ("an array of %d floats"):format(count), genomes)
+    schema.refuse(what, ("an array of %d floats"):format(count), genomes)
   end
   abi.check(C.limax_population_read_genomes(handle, 0, self.count, genomes), what)
   return genomes
@@ -233,8 +240,8 @@ function methods:set_genomes(bytes)
   local what = "population:set_genomes"
   local genomes = genomes_of(self, what)
   local expected = self.count * self.genes * ffi.sizeof "float"
-  if #arguments.text(what, bytes) ~= expected then
-    arguments.refuse(what,
+  if #schema.demand(schema.string, bytes, what) ~= expected then
+    schema.refuse(what,
       ("%d bytes (%d robots of %d genes)"):format(expected, self.count, self.genes), #bytes)
   end
   object.end_views(self.life, "its genomes were set")

@@ -3,14 +3,16 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
 local names = require "limax.engine.names"
+local schema = require "limax.engine.schema"
 
 local C = abi.C
 
 -- the counter has 24 bits for a repetition: beyond, two would give the same numbers
-local MOST_REPETITIONS = 2 ^ 24 - 1
+local repetition_rule = schema.whole(1, 2 ^ 24 - 1)
+local counter_rule = schema.whole(0, 2 ^ 32 - 1, 0)
+local stream_rule = schema.choice(names.stream.names)
 
 ---@class limax.random
 ---@field draw integer numbers drawn so far
@@ -20,7 +22,7 @@ local class = { __index = methods }
 -- The counter's place for the next number.
 local function next_draw(self)
   if getmetatable(self) ~= class then
-    arguments.refuse("random", "a random: call it with a colon", self)
+    schema.refuse("random", "a random: call it with a colon", self)
   end
   local draw = self.draw
   if draw >= 4294967296 then
@@ -43,7 +45,7 @@ function methods:normal() return (C.limax_random_normal(self.key, next_draw(self
 ---@return integer
 function methods:integer(n)
   if type(n) ~= "number" or n < 1 or n > 4294967295 or n ~= math.floor(n) then
-    arguments.refuse("random:integer", "an integer from 1 to 2^32 - 1", n)
+    schema.refuse("random:integer", "a whole number from 1 to 2^32 - 1", n)
   end
   return C.limax_random_integer(self.key, next_draw(self), n) + 1
 end
@@ -57,11 +59,11 @@ end
 ---@return limax.random
 local function random(seed, repetition, stream, generation, individual)
   local key = ffi.new "limax_random_key"
-  key.seed = arguments.seed("random: seed", seed)
-  key.repetition = arguments.integer("random: repetition", repetition, 1, MOST_REPETITIONS)
-  key.stream = arguments.choice("random: stream", stream, names.stream)
-  key.generation = arguments.integer("random: generation", generation or 0, 0, 4294967295)
-  key.individual = arguments.integer("random: individual", individual or 0, 0, 4294967295)
+  key.seed = schema.uint64(seed, "random: seed")
+  key.repetition = schema.demand(repetition_rule, repetition, "random: repetition")
+  key.stream = names.stream.value[schema.demand(stream_rule, stream, "random: stream")]
+  key.generation = schema.demand(counter_rule, generation, "random: generation")
+  key.individual = schema.demand(counter_rule, individual, "random: individual")
   return setmetatable({ key = key, draw = 0 }, class)
 end
 

@@ -2,7 +2,7 @@
 --- between them. How it is cut never changes a result.
 
 local host = require "limax.host"
-local arguments = require "limax.engine.arguments"
+local schema = require "limax.engine.schema"
 
 -- seconds that one call should take: well below the interface's 50 ms
 local AIM = 0.015
@@ -14,8 +14,9 @@ local AIM = 0.015
 ---@param count integer|nil all that follow `first` if left out
 ---@param work fun(first: integer, count: integer)
 local function in_ranges(what, total, first, count, work)
-  first = arguments.integer(what .. ": first", first or 1, 1, math.max(total, 1))
-  count = arguments.integer(what .. ": count", count or total - first + 1, 0, total - first + 1)
+  first = schema.demand(schema.whole(1, math.max(total, 1), 1), first, what .. ": first")
+  local rest = total - first + 1
+  count = schema.demand(schema.whole(0, rest, rest), count, what .. ": count")
   local at, stop, size = first - 1, first - 1 + count, 8
   while at < stop do
     host.raise_if_interrupted()

@@ -4,13 +4,13 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local device = require "limax.engine.device"
 local materials = require "limax.engine.materials"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 local population = require "limax.engine.population"
 local scene = require "limax.engine.scene"
+local schema = require "limax.engine.schema"
 local simulation = require "limax.engine.simulation"
 
 local C = abi.C
@@ -30,8 +30,8 @@ local function reconstruction(robots, table_of_materials, in_scene, options, ste
   local population_handle = object.handle(what .. ": population", robots, population.class)
   local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
-  local o = simulation.options_of(options == nil and {} or options)
-  steps = arguments.integer(what .. ": steps", steps, 1, 1e9)
+  local o = simulation.options_of(options)
+  steps = schema.demand(schema.whole(1, 1e9), steps, what .. ": steps")
   local target = device.handle(what, on)
   memory.collect()
   local seconds = ffi.new "double[1]"

@@ -6,10 +6,11 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
+local fields = require "limax.engine.fields"
 local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
+local schema = require "limax.engine.schema"
 local scripted_effect = require "limax.engine.scripted_effect"
 
 local C = abi.C
@@ -18,15 +19,6 @@ local methods = class.__index
 
 -- the effect that no scene is without
 local ALWAYS = "springs"
-
----@class limax.field
----@field name string
----@field unit string
----@field note string
----@field components integer 1, 3 for a vector, 0 for a table of heights
----@field minimum number of each component
----@field maximum number
----@field value number[] the default
 
 ---@class limax.effect
 ---@field name string
@@ -46,13 +38,7 @@ local function describe(effect)
   for i = 1, info.fields do
     local field = ffi.new "limax_field_info"
     abi.check(C.limax_effect_field(effect, i - 1, field))
-    local value = {}
-    for c = 1, field.components do value[c] = field.value[c - 1] end
-    result.fields[i] = {
-      name = ffi.string(field.name), unit = ffi.string(field.unit), note = ffi.string(field.note),
-      components = field.components, value = value, minimum = field.minimum,
-      maximum = field.maximum,
-    }
+    result.fields[i] = fields.read(field)
   end
   return result
 end
@@ -67,25 +53,17 @@ end
 
 -- Sets a table of heights, with a row for each place along x, and returns a copy of it.
 local function set_heights(handle, effect, what, field, value)
-  arguments.table(what, value)
-  local rows, width = #value, 0
-  if rows > 0 then
-    if type(value[1]) ~= "table" then
-      arguments.refuse(what, "a list of rows, each a list of numbers", value[1])
-    end
-    width = #value[1]
+  local first = type(value) == "table" and value[1]
+  local expected = "a list of rows, each a list of numbers"
+  if type(first) ~= "table" then schema.refuse(what, expected, value) end
+  local width = #first
+  local rule = schema.list(schema.numbers(width), { expected = expected })
+  local copy = schema.demand(rule, value, what)
+  local heights = ffi.new("double[?]", math.max(1, #copy * width))
+  for x, row in ipairs(copy) do
+    for y = 1, width do heights[(x - 1) * width + y - 1] = row[y] end
   end
-  local heights, copy = ffi.new("double[?]", math.max(1, rows * width)), {}
-  for key in pairs(value) do
-    if type(key) ~= "number" or key ~= math.floor(key) or key < 1 or key > rows then
-      fault.raise(("%s is a list of rows; '%s' is no place in it"):format(what, tostring(key)))
-    end
-  end
-  for x = 1, rows do
-    copy[x] = arguments.list(("%s[%d]"):format(what, x), value[x], width)
-    for y = 1, width do heights[(x - 1) * width + y - 1] = copy[x][y] end
-  end
-  abi.check(C.limax_scene_set_heights(handle, effect, field.name, heights, rows, width))
+  abi.check(C.limax_scene_set_heights(handle, effect, field.name, heights, #copy, width))
   return copy
 end
 
@@ -94,15 +72,11 @@ end
 local function set(handle, effect, place, field, value)
   local what = ("scene: %s.%s"):format(place, field.name)
   if field.components == 0 then return set_heights(handle, effect, what, field, value) end
-  local numbers
-  if field.components == 1 then
-    numbers = { arguments.number(what, value) }
-  else
-    numbers = arguments.list(what, value, field.components)
-  end
-  local values = ffi.new("double[?]", field.components, numbers)
+  local rule = field.components == 1 and schema.number {} or schema.numbers(field.components)
+  value = schema.demand(rule, value, what)
+  local values = ffi.new("double[?]", field.components, value)
   abi.check(C.limax_scene_set(handle, effect, field.name, values, field.components))
-  return field.components == 1 and numbers[1] or numbers
+  return value
 end
 
 -- Adds one effect, or an instance of it, with the fields that `given` changes, and returns the
@@ -110,8 +84,8 @@ end
 local function add(handle, effect, place, given)
   if effect.name ~= ALWAYS then abi.check(C.limax_scene_add(handle, effect.name)) end
   local resolved, known = {}, {}
-  for i, field in ipairs(effect.fields) do known[i] = field.name end
-  if type(given) == "table" then arguments.known("scene: " .. place, given, known) end
+  for _, field in ipairs(effect.fields) do known[field.name] = true end
+  if type(given) == "table" then schema.known(given, known, "scene: " .. place) end
   for _, field in ipairs(effect.fields) do
     local value
     if type(given) == "table" then value = given[field.name] end
@@ -134,39 +108,31 @@ local function add_all(handle, effect, given)
   for i, one in ipairs(list) do
     local place = ("%s[%d]"):format(effect.name, i)
     if type(one) ~= "table" and one ~= true then
-      arguments.refuse("scene: " .. place, "a table of its fields", one)
+      schema.refuse("scene: " .. place, "a table of its fields", one)
     end
     resolved[i] = add(handle, effect, place, one)
   end
-  for key in pairs(list) do
-    if list[key] ~= nil and resolved[key] == nil then
-      fault.raise(("scene: %s is a list; '%s' is no place in it"):format(effect.name,
-        tostring(key)))
-    end
+  if not schema.list_size(list) then
+    fault.raise(("scene: %s: expected a list of tables without named entries"):format(effect.name))
   end
   return resolved
-end
-
--- What a table under no effect's name may have been meant as.
-local function own_force(value)
-  return type(value) == "table" and 'a force of your own has a text, force = "f = ...;"' or nil
 end
 
 --- Makes a scene.
 ---@param given table<string, boolean|table>
 ---@return limax.scene
 local function scene(given)
-  arguments.table("scene", given)
-  local all, known = effects(), {}
-  for i, effect in ipairs(all) do known[i] = effect.name end
-  local built_in, scripted = {}, {}
-  for _, name in ipairs(known) do built_in[name] = true end
+  schema.demand(schema.table, given, "scene")
+  local all, built_in, known, scripted = effects(), {}, {}, {}
+  for _, effect in ipairs(all) do built_in[effect.name], known[effect.name] = true, true end
   for name, value in pairs(given) do
     if not built_in[name] and scripted_effect.is(value) then
-      scripted[#scripted + 1], known[#known + 1] = name, name
+      scripted[#scripted + 1], known[name] = name, true
     end
   end
-  arguments.known("scene", given, known, own_force)
+  schema.known(given, known, "scene", function(name)
+    return type(given[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
+  end)
   table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
   memory.collect()
   local out = ffi.new "limax_scene *[1]"
@@ -176,7 +142,7 @@ local function scene(given)
   for _, effect in ipairs(all) do
     local value = given[effect.name]
     if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then
-      arguments.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
+      schema.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
     end
     if effect.instances == 1 and type(value) == "table" and value[1] ~= nil then
       fault.raise(("scene: %s: a scene has it once; expected a table of its fields, got a list")

@@ -5,11 +5,15 @@
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local fault = require "limax.engine.fault"
+local schema = require "limax.engine.schema"
 
 local C = abi.C
 local scripted_effect = {}
+
+local number_rule, vector_rule = schema.number {}, schema.numbers(3)
+local bound_rule =
+  schema.fields { stiffness = schema.number({}, 0), damping = schema.number({}, 0) }
 
 --- Whether a scene's entry under a name that is no effect's is one of these.
 ---@param given any
@@ -44,34 +48,21 @@ local function place_of(text, line)
 end
 
 local function bound_of(what, given)
-  if given == nil then return nil end
-  arguments.table(what, given)
-  arguments.known(what, given, { "stiffness", "damping" })
-  local bound = {}
-  for _, name in ipairs { "stiffness", "damping" } do
-    bound[name] = arguments.number(what .. "." .. name, given[name] or 0)
-  end
-  return bound
+  return given ~= nil and schema.demand(bound_rule, given, what) or nil
 end
 
 -- The parameters among the fields, in the order of their names.
 local function parameters_of(what, given)
   local names, resolved = {}, {}
-  for name in pairs(given) do
-    if type(name) ~= "string" then
-      arguments.refuse(what, "fields with names", name)
-    end
-    if name ~= "force" and name ~= "bound" then names[#names + 1] = name end
-  end
-  table.sort(names)
-  for _, name in ipairs(names) do
+  for _, name in ipairs(schema.known(given, given, what)) do
     local value, place = given[name], what .. "." .. name
-    if type(value) == "number" then
-      resolved[name] = arguments.number(place, value)
-    elseif type(value) == "table" then
-      resolved[name] = arguments.list(place, value, 3)
-    else
-      arguments.refuse(place, "a number or a list of three", value)
+    if name ~= "force" and name ~= "bound" then
+      names[#names + 1] = name
+      if type(value) ~= "number" and type(value) ~= "table" then
+        schema.refuse(place, "a number or a list of three", value)
+      end
+      local rule = type(value) == "number" and number_rule or vector_rule
+      resolved[name] = schema.demand(rule, value, place)
     end
   end
   return names, resolved
@@ -85,9 +76,9 @@ end
 function scripted_effect.add(handle, name, given)
   local what = "scene: " .. name
   if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
-    arguments.refuse("scene", "effects named by letters, digits and _", name)
+    schema.refuse("scene", "effects named by letters, digits and _", name)
   end
-  local text = arguments.text(what .. ".force", given.force)
+  local text = schema.demand(schema.string, given.force, what .. ".force")
   if text:find("\0", 1, true) then
     fault.raise(what .. ".force: a text cannot hold a byte 0")
   end

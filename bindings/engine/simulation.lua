@@ -5,15 +5,16 @@
 local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
-local arguments = require "limax.engine.arguments"
 local device = require "limax.engine.device"
 local fault = require "limax.engine.fault"
+local fields = require "limax.engine.fields"
 local materials = require "limax.engine.materials"
 local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
 local population = require "limax.engine.population"
 local scene = require "limax.engine.scene"
+local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
@@ -23,72 +24,48 @@ local methods = class.__index
 -- seconds of one slice of run(): short enough for progress and Ctrl-C
 local SLICE = 0.05
 
-local NUMBERS = {
-  "duration", "settle", "bound_fraction", "time_step_most", "edge", "max_speed", "max_stretch",
-}
 local CHOICES = { "integrator", "precision", "sharing" }
-local VECTORS = { "position", "velocity" }
-local OPTIONS = { "time_step", "record", unpack(NUMBERS) }
-for _, list in ipairs { CHOICES, VECTORS } do
-  for _, name in ipairs(list) do OPTIONS[#OPTIONS + 1] = name end
-end
+
+local rules, rates, numbers = {}, {}, fields.of "simulation"
+for _, name in ipairs(names.trace.names) do rates[name] = schema.number(numbers.record) end
+for name, field in pairs(numbers) do rules[name] = schema.field(field) end
+for _, name in ipairs(CHOICES) do rules[name] = schema.choice(names[name].names) end
+rules.time_step = schema.word_or_number("auto", numbers.time_step)
+rules.record = schema.fields(rates)
+numbers.time_step, numbers.record = nil, nil
+local options_rule = schema.fields(rules)
+local any_number, steps_rule = schema.number {}, schema.whole(0, 2 ^ 53, 0)
+local trace_rule, row_rule = schema.choice(names.trace.names), schema.numbers(3)
 
 ---@class limax.simulation : limax.object
 ---@field count integer robots of the population, simulated or not
 ---@field record table<string, integer> samples per second of each recorded trace
 ---@field masses integer[] of each robot
 
--- Options of a script in the interface's struct, over the library's defaults.
+-- Options of a script in the interface's struct, over the engine's defaults; and the rates of the
+-- traces that are recorded.
 local function options_of(given)
-  arguments.known("simulation", arguments.table("simulation", given), OPTIONS)
-  local o = ffi.new "limax_simulation_options"
+  local options = schema.demand(options_rule, given, "simulation")
+  local o, recorded = ffi.new "limax_simulation_options", {}
   C.limax_simulation_defaults(o)
-  for _, name in ipairs(NUMBERS) do
-    if given[name] ~= nil then o[name] = arguments.number("simulation: " .. name, given[name]) end
-  end
+  for name in pairs(numbers) do o[name] = options[name] end
   for _, name in ipairs(CHOICES) do
-    if given[name] ~= nil then
-      o[name] = arguments.choice("simulation: " .. name, given[name], names[name])
-    end
+    if options[name] then o[name] = names[name].value[options[name]] end
   end
-  for _, name in ipairs(VECTORS) do
-    if given[name] ~= nil then
-      local values = arguments.list("simulation: " .. name, given[name], 3)
-      for axis = 1, 3 do o[name][axis - 1] = values[axis] end
-    end
+  if type(options.time_step) == "number" then o.time_step = options.time_step end
+  for name, rate in pairs(options.record) do
+    o.record[names.trace.value[name]] = rate
+    if rate > 0 then recorded[name] = rate end
   end
-  local time_step = given.time_step
-  if time_step == "auto" then
-    o.time_step = 0
-  elseif time_step ~= nil then
-    if type(time_step) ~= "number" or not (time_step > 0 and time_step < math.huge) then
-      arguments.refuse("simulation: time_step", 'a number of seconds above 0, or "auto"', time_step)
-    end
-    o.time_step = time_step
-  end
-  local record = given.record == nil and {} or arguments.table("simulation: record", given.record)
-  arguments.known("simulation: record", record, names.trace.names)
-  local rates = {}
-  for _, name in ipairs(names.trace.names) do
-    local rate = record[name]
-    if rate ~= nil and rate ~= false then
-      rate = arguments.integer(("simulation: record.%s (Hz)"):format(name), rate, 0, 2147483647)
-      o.record[names.trace.value[name]] = rate
-      if rate > 0 then rates[name] = rate end
-    end
-  end
-  return o, rates
+  return o, recorded
 end
 
 local function mask_of(mask, count)
   if mask == nil then return nil end
-  if #arguments.table("simulation: mask", mask) ~= count then
-    arguments.refuse_count("simulation: mask", ("a list of %d, true or false"):format(count), #mask)
-  end
+  local list = schema.demand(schema.list(schema.boolean(), { count = count,
+    expected = ("a list of %d, true or false"):format(count) }), mask, "simulation: mask")
   local bytes = ffi.new("uint8_t[?]", count)
-  for i = 1, count do
-    bytes[i - 1] = arguments.boolean(("simulation: mask[%d]"):format(i), mask[i]) and 1 or 0
-  end
+  for i = 1, count do bytes[i - 1] = list[i] and 1 or 0 end
   return bytes
 end
 
@@ -96,7 +73,7 @@ end
 ---@param robots limax.population
 ---@param table_of_materials limax.materials
 ---@param in_scene limax.scene
----@param options table see OPTIONS; what is left out has the engine's default
+---@param options table fields of `simulation` and `record` of an experiment; the engine's defaults
 ---@param on limax.device|nil
 ---@param mask boolean[]|nil which robots; all if left out
 ---@return limax.simulation
@@ -105,7 +82,7 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   local population_handle = object.handle(what .. ": population", robots, population.class)
   local materials_handle = object.handle(what .. ": materials", table_of_materials, materials.class)
   local scene_handle = object.handle(what .. ": scene", in_scene, scene.class)
-  local o, rates = options_of(options == nil and {} or options)
+  local o, recorded = options_of(options)
   local target = device.handle(what, on)
   local bytes = mask_of(mask, robots.count)
   memory.collect()
@@ -115,7 +92,7 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   -- the engine counts a robot's masses when it begins, its buffers are needed before
   local bodies, masses = C.limax_population_bodies(population_handle), {}
   for i = 1, robots.count do masses[i] = bodies[i - 1].masses end
-  return object.new(class, out[0], { count = robots.count, record = rates, masses = masses })
+  return object.new(class, out[0], { count = robots.count, record = recorded, masses = masses })
 end
 
 -- When calls of advance() refuse to go on, and what they say then.
@@ -153,8 +130,8 @@ end
 function methods:advance(seconds, steps)
   local what = "simulation:advance"
   local handle = object.handle(what, self, class)
-  arguments.number(what .. ": seconds", seconds)
-  steps = arguments.integer(what .. ": steps", steps or 0, 0, 2 ^ 53)
+  schema.demand(any_number, seconds, what .. ": seconds")
+  steps = schema.demand(steps_rule, steps, what .. ": steps")
   if host.clock() > deadline then fault.raise(deadline_text) end
   local out = ffi.new "limax_progress"
   abi.check(C.limax_simulation_advance(handle, seconds, steps, out), what)
@@ -168,8 +145,8 @@ end
 ---@return limax.progress[] of each
 local function advance_together(simulations, seconds)
   local what = "advance_together"
-  arguments.table(what .. ": simulations", simulations)
-  arguments.number(what .. ": seconds", seconds)
+  schema.demand(schema.table, simulations, what .. ": simulations")
+  schema.demand(any_number, seconds, what .. ": seconds")
   if host.clock() > deadline then fault.raise(deadline_text) end
   local count = #simulations
   local handles = ffi.new("limax_simulation *[?]", count)
@@ -190,7 +167,7 @@ end
 function methods:run(on_progress)
   object.handle("simulation:run", self, class)
   if on_progress ~= nil and type(on_progress) ~= "function" then
-    arguments.refuse("simulation:run: on_progress", "a function", on_progress)
+    schema.refuse("simulation:run: on_progress", "a function", on_progress)
   end
   while true do
     local progress = self:advance(SLICE)
@@ -258,7 +235,7 @@ local OUTCOME_PLACES = { "center_start", "center_middle", "center_end", "block_s
 
 local function robot_index(self, what, i)
   local handle = object.handle(what, self, class)
-  arguments.index(what, i, self.count)
+  schema.index(what, i, self.count)
   return handle, i - 1
 end
 
@@ -297,7 +274,7 @@ end
 function methods:trace(i, kind)
   local what = "simulation:trace"
   local handle, robot = robot_index(self, what, i)
-  local value = arguments.choice(what .. ": kind", kind, names.trace)
+  local value = names.trace.value[schema.demand(trace_rule, kind, what .. ": kind")]
   if not self.record[kind] then
     fault.raise(("%s: %s was not recorded; add record = { %s = 50 } (Hz)"):format(what, kind, kind))
   end
@@ -373,20 +350,21 @@ end
 -- [mass][3] numbers of a script as the interface takes them; nil stays nil.
 local function triples(what, given, masses)
   if given == nil then return nil end
-  local count = view.is_view(given) and given:size() or type(given) == "table" and #given
+  if view.is_view(given) then given = given:table() end
+  local count = type(given) == "table" and #given
   if count == 3 * masses and type(given[1]) == "number" then
-    return ffi.new("double[?]", count, arguments.list(what, given, count))
+    return ffi.new("double[?]", count, schema.demand(schema.numbers(count), given, what))
   elseif count ~= masses then
-    arguments.refuse_count(what, ("%d rows of 3 numbers"):format(masses), count, given)
+    schema.refuse(what, ("%d rows of 3 numbers"):format(masses), given, count)
   end
-  local numbers = ffi.new("double[?]", math.max(1, 3 * masses))
+  local all = ffi.new("double[?]", math.max(1, 3 * masses))
   for mass = 1, masses do
     local row = given[mass]
     if view.is_view(row) then row = row:table() end
-    row = arguments.list(("%s[%d]"):format(what, mass), row, 3)
-    for axis = 1, 3 do numbers[3 * mass - 4 + axis] = row[axis] end
+    row = schema.demand(row_rule, row, ("%s[%d]"):format(what, mass))
+    for axis = 1, 3 do all[3 * mass - 4 + axis] = row[axis] end
   end
-  return numbers
+  return all
 end
 
 --- Puts the masses of robot i where and as fast as given (m, m/s), before its first step.

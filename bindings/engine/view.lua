@@ -10,7 +10,7 @@
 local ffi = require "ffi"
 local new_table = require "table.new"
 local fault = require "limax.engine.fault"
-local arguments = require "limax.engine.arguments"
+local schema = require "limax.engine.schema"
 
 local view = {}
 
@@ -72,7 +72,7 @@ local function miss(self, key)
   if form.life.stamp ~= form.stamp then ended(form) end
   local length = form.shape[axis]
   local text = "index %s is out of range: this view of %s is %s; expected an integer from 1 to %d"
-  fault.raise(text:format(arguments.shown(key), form.what, shape_text(form, axis), length))
+  fault.raise(text:format(schema.show(key), form.what, shape_text(form, axis), length))
 end
 
 function leaf:__index(key)
@@ -155,7 +155,7 @@ end
 -- Refuses what is not a view where a method has it for `self`.
 local function require_view(name, value)
   if view.is_view(value) then return end
-  arguments.refuse("view:" .. name, "a view (call it with a colon)", value)
+  schema.refuse("view:" .. name, "a view (call it with a colon)", value)
 end
 
 --- Length along an axis, the first if none is named.
@@ -164,7 +164,7 @@ end
 function methods:size(axis)
   require_view("size", self)
   local shape = self.shape
-  return shape[arguments.index("size: axis", axis or 1, #shape)]
+  return shape[schema.index("size: axis", axis or 1, #shape)]
 end
 
 --- The elements in row-major order of the shape, to be called with a function of each, or nil to

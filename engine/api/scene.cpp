@@ -1,8 +1,11 @@
 // scene.cpp: effects and scenes of limax.h.
 #include <algorithm>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "api/api.h"
+#include "base/fields.h"
 
 namespace {
 
@@ -21,6 +24,16 @@ const limax::effect_entry& entry_at(int32_t effect) {
                                             limax::from_one(effect), entries.size()));
     return entries[effect];
 }
+
+struct option_group {
+    std::string_view name;
+    std::span<const limax_field_info> fields;
+};
+constexpr option_group option_groups[] = {
+    {"simulation", limax::simulation_fields},
+    {"genome", limax::genome_fields},
+    {"breeding", limax::breeding_fields},
+};
 
 }  // namespace
 
@@ -48,6 +61,20 @@ limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info*
         *out = {found.name, found.unit,    found.note,    found.components,
                 0,          found.minimum, found.maximum, {}};
         std::copy(found.value, found.value + 3, out->value);
+    });
+}
+limax_status limax_option_field(const char* group, int32_t field, limax_field_info* out) {
+    return guard([&] {
+        require(group, "group");
+        require(out, "out");
+        for (const option_group& each : option_groups) {
+            if (each.name != std::string_view(group)) continue;
+            if (field < 0 || field >= static_cast<int32_t>(each.fields.size())) break;
+            *out = each.fields[static_cast<std::size_t>(field)];
+            return;
+        }
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("option %lld of '%s' does not exist", limax::from_one(field), group));
     });
 }
 limax_status limax_scene_create(limax_scene** out) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/api.h"
+#include "base/fields.h"
 #include "base/memory.h"
 #include "physics/time_step.h"
 #if defined(LIMAX_WITH_CUDA)
@@ -140,11 +141,14 @@ void limax_simulation_defaults(limax_simulation_options* out) {
         out->integrator = LIMAX_LEAPFROG;
         out->precision = LIMAX_COMPENSATED;
         out->sharing = LIMAX_SHARING_MEAN;
-        out->duration = 5.0;
-        out->bound_fraction = 0.9;
-        out->edge = 0.1;
-        out->max_speed = 1000.0;
-        out->max_stretch = 10.0;
+        const auto value = [](const char* name) {
+            return limax::field_named(limax::simulation_fields, name).value[0];
+        };
+        out->duration = value("duration");
+        out->bound_fraction = value("bound_fraction");
+        out->edge = value("edge");
+        out->max_speed = value("max_speed");
+        out->max_stretch = value("max_stretch");
     });
 }
 limax_status limax_simulation_create(const limax_population* population,

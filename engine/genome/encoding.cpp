@@ -1,7 +1,7 @@
 // encoding.cpp: drawing B and evaluating the features.
 #include "genome/encoding.h"
 
-#include "base/error.h"
+#include "base/fields.h"
 #include "base/random.h"
 #include "body/grid.h"
 
@@ -12,14 +12,14 @@ namespace {
 static_assert(most_hidden_layers == LIMAX_MAX_HIDDEN);
 
 const limax_encoding_options& checked(const limax_encoding_options& options) {
-    require_range("features", options.features, 1, 1024, "");
-    require_range("sigma", options.sigma, 0, 100, "");
+    require_field(genome_fields, "features", options.features);
+    require_field(genome_fields, "sigma", options.sigma);
     require_range("number of hidden layers", options.hidden_count, 0, LIMAX_MAX_HIDDEN, "");
     for (int layer = 0; layer < options.hidden_count; ++layer)
-        require_range(format("width of hidden layer %d", layer + 1).c_str(), options.hidden[layer],
-                      1, 1024, "");
+        require_field(genome_fields, "hidden", options.hidden[layer],
+                      format("width of hidden layer %d", layer + 1).c_str());
     require_range("materials", options.materials, 2, LIMAX_MAX_MATERIALS, "");
-    require_range("initial_scale", options.initial_scale, 0, 100, "");
+    require_field(genome_fields, "initial_scale", options.initial_scale);
     require_range("repetition", options.repetition, 1, most_repetitions, "");
     return options;
 }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/fields.h"
 #include "genome/breeding.h"
 
 namespace limax {
@@ -311,9 +311,9 @@ void population::breed(const population& parents, const int32_t* pairs,
     if (parents.genes() != genes())
         fail(LIMAX_INVALID_ARGUMENT,
              format("the parents have %d genes, the children %d", parents.genes(), genes()));
-    require_range("mutation_rate", breeding.mutation_rate, 0, 1, "");
-    require_range("mutation_scale", breeding.mutation_scale, 0, 100, "");
-    require_range("crossover_rate", breeding.crossover_rate, 0, 1, "");
+    require_field(breeding_fields, "mutation_rate", breeding.mutation_rate);
+    require_field(breeding_fields, "mutation_scale", breeding.mutation_scale);
+    require_field(breeding_fields, "crossover_rate", breeding.crossover_rate);
     require_range("repetition", breeding.repetition, 1, most_repetitions, "");
     require_range("elites", breeding.elites, 0, count_, "");
     for (int32_t child = first; child < first + count; ++child)

@@ -7,7 +7,7 @@ local csv = require "limax.base.csv"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local exit_usage = 2
 

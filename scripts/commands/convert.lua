@@ -7,7 +7,7 @@ local host = require "limax.host"
 local input = require "limax.tools.convert.input"
 local robots = require "limax.tools.convert.robots"
 local source = require "limax.base.source"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local lines = {}
 for _, format in ipairs(formats.list) do

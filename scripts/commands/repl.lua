@@ -24,7 +24,7 @@ local function run_startup_file(known)
   if fine then return end
   if value == host.interrupt then error(value, 0) end
   -- a prompt without it is better than none
-  io.stderr:write(failure.status(value) and value or trace, "\n")
+  io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
 end
 
 local function once(text)

@@ -4,7 +4,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 -- where each public name comes from: a module, and the field of it that is meant
 local public = {
@@ -22,7 +22,7 @@ local public = {
 }
 
 ---@class limax
----@field version string
+---@field version string of limax
 ---@field home string folder of scripts, materials and prompts
 ---@field engine limax.engine the low-level objects
 ---@field defaults table every default of an experiment

@@ -4,7 +4,7 @@
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local options = require "limax.base.options"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local main = {}
 
@@ -117,7 +117,8 @@ function main.main(argv)
     return exit_interrupted
   end
   local status = failure.status(value)
-  io.stderr:write("limax: ", status and value or failure.first_trace(value) or trace, "\n")
+  io.stderr:write("limax: ", status and tostring(value) or failure.first_trace(value) or trace,
+    "\n")
   return status or exit_failed
 end
 

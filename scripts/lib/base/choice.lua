@@ -2,8 +2,8 @@
 --- Options are checked, and given their defaults, by the rules that the piece declares.
 
 local engine = require "limax.engine"
-local schema = require "limax.base.schema"
-local suggest = require "limax.base.suggest"
+local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local choice = {}
 

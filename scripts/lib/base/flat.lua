@@ -2,7 +2,7 @@
 --- "scene.ground.height", and where two of them differ.
 
 local choice = require "limax.base.choice"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local flat = {}
 

@@ -2,7 +2,7 @@
 --- also makes its help page.
 
 local failure = require "limax.base.failure"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local options = {}
 

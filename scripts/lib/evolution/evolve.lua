@@ -17,7 +17,7 @@ local source = require "limax.base.source"
 local supervision = require "limax.supervise.supervision"
 
 ---@class limax.run one repetition of an experiment
----@field experiment limax.experiment
+---@field experiment limax.experiment that it is a repetition of
 ---@field config table the experiment's resolved configuration
 ---@field repetition integer 1, 2, ...
 ---@field history limax.generation[] one entry per scored generation

@@ -9,7 +9,7 @@ local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
 local metrics = require "limax.run.metrics"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 

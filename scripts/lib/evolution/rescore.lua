@@ -4,7 +4,7 @@
 
 local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
 local settings = require "limax.settings.settings"
 

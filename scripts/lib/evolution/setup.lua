@@ -7,7 +7,7 @@ local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 
 local setup = {}

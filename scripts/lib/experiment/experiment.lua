@@ -3,21 +3,23 @@
 --- result holds a plain `config` that can be written as JSON.
 
 local defaults = require "limax.settings.defaults"
+local encoding = require "limax.engine.encoding"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local overrides = require "limax.experiment.overrides"
 local plausible = require "limax.settings.plausible"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
----@field fitness { name: string, call: function, record: table }
----@field selection fun(population: table, random: table): integer, integer
----@field supervisor { name: string, call: function }
+---@field fitness { name: string, call: function, record: table } as resolved
+---@field selection fun(population: table, random: table): integer, integer as resolved
+---@field supervisor { name: string, call: function } as resolved
 ---@field notes string[] what the resolution changed and a user should know
 ---@field scripts string[] absolute paths of the script files that it is made of
 ---@field origin string|nil absolute path of the file that made it
@@ -30,24 +32,19 @@ local experiment = {}
 
 local fields = defaults.fields
 
-local function numbers(group)
+-- The rules of a group of numbers and switches.
+local function rules_of(group)
   local rules = {}
-  for name, field in pairs(group) do rules[name] = schema.number(field) end
-  return schema.fields(rules)
+  for name, field in pairs(group) do
+    local switch = type(field.value) == "boolean"
+    rules[name] = switch and schema.boolean(field.value) or schema.number(field)
+  end
+  return rules
 end
 
--- A seed: a whole number up to 2^53, or its digits as text up to 2^64 - 1. Digits that a number
--- holds exactly become one.
-local function seed(given, path)
-  if type(given) ~= "string" then return schema.number(fields.experiment.seed)(given, path) end
-  local digits = given:match "^0*(%d+)$"
-  local most = "18446744073709551615"
-  if not digits or #digits > #most or #digits == #most and digits > most then
-    return nil, ("%s: expected a whole number from 0 to 2^53, or its digits as text up to %s,"
-      .. " got %s"):format(path, most, schema.show(given))
-  end
-  local number = tonumber(digits)
-  return number < 2 ^ 53 and number or digits
+local function with(rules, more)
+  for name, rule in pairs(more) do rules[name] = rule end
+  return schema.fields(rules)
 end
 
 -- Checked later, by the part of the library that it names.
@@ -84,16 +81,10 @@ local rules = schema.fields {
   lattice = schema.list(schema.number(fields.experiment.lattice), { count = 3,
     default = { five, five, five }, expected = "a list { nx, ny, nz } of voxels" }),
   materials = anything,
-  seed = seed,
-  genome = schema.fields {
-    features = schema.number(fields.genome.features),
-    sigma = schema.number(fields.genome.sigma),
-    hidden = schema.list(schema.number(fields.genome.hidden), { most = 8,
-      default = { fields.genome.hidden.value, fields.genome.hidden.value },
-      expected = "a list of up to 8 layer widths" }),
-    initial_scale = schema.number(fields.genome.initial_scale),
-    require_muscle = schema.boolean(fields.genome.require_muscle.value),
-  },
+  seed = function(value, path)
+    return schema.seed(value == nil and fields.experiment.seed.value or value, path)
+  end,
+  genome = with(rules_of(fields.genome), encoding.genome_rules),
   scene = anything,
   simulation = settings.simulation,
   record = settings.record,
@@ -101,15 +92,11 @@ local rules = schema.fields {
   generations = schema.number(fields.experiment.generations),
   evaluations = evaluations,
   repetitions = schema.number(fields.experiment.repetitions),
-  breeding = numbers(fields.breeding),
+  breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
   selection = anything,
   supervisor = anything,
-  supervision = schema.fields {
-    hyperparameters = schema.boolean(fields.supervision.hyperparameters.value),
-    materials = schema.boolean(fields.supervision.materials.value),
-    ranges = ranges,
-  },
+  supervision = with(rules_of(fields.supervision), { ranges = ranges }),
   not_in_paper = schema.list(schema.text(".*", "a text"), { expected = "a list of texts" }),
 }
 
@@ -120,9 +107,9 @@ local rules = schema.fields {
 local function resolved(field, call, value)
   local ok, result = failure.attempt(call, value)
   if ok then return result end
-  if type(result) ~= "string" then error(result, 0) end
-  -- the place is the experiment's own, and stands in front of the whole message already
-  local message = result:gsub("^[^\n]-:%d+: ", "", 1)
+  -- the place is the experiment's own, which the caller puts in front
+  local message = fault.is(result) and result.text
+    or tostring(result):gsub("^[^\n]-:%d+: ", "", 1)
   if message:find(field, 1, true) ~= 1 then message = field .. ": " .. message end
   return nil, message
 end
@@ -240,7 +227,7 @@ function experiment.new(given)
   local result, message = resolve(source.copy(given), file)
   if result then return result end
   local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
-  failure.raise(2, place .. message)
+  failure.raise(2, message, place)
 end
 
 --- Is this value an experiment?

@@ -3,7 +3,7 @@
 --- of mass in the x-y plane, z its height, T the duration.
 
 local choice = require "limax.base.choice"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local fitness = {}
 
@@ -11,9 +11,9 @@ local fitness = {}
 local standard_gravity = 9.81
 
 local idle_power = { value = 0.1, unit = "W/kg", minimum = 0, maximum = 1000,
-  reason = "a tenth of a resting mammal's, far below what a gait costs" }
+  note = "a tenth of a resting mammal's, far below what a gait costs" }
 local least_path = { value = 0.1, unit = "m", minimum = 0, maximum = 1e6,
-  reason = "one voxel of the default edge" }
+  note = "one voxel of the default edge" }
 
 ---@class limax.fitness.entry: limax.choice.entry
 ---@field unit string
@@ -27,6 +27,7 @@ local case_rule = schema.number { unit = "equal parts of the run", minimum = 1, 
 local function no_traces() return {} end
 local function path_trace() return { center_of_mass = 50 } end
 
+--- Unit, formula, options and traces of each function, by its name.
 ---@type table<string, limax.fitness.entry>
 fitness.entries = {
   walk = {

@@ -4,9 +4,9 @@
 --- parse as JSON, else text.
 
 local host = require "limax.host"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local overrides = {}
 

@@ -4,7 +4,7 @@
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local selection = {}
 
@@ -60,13 +60,14 @@ end
 ---@class limax.selection.entry: limax.choice.entry
 ---@field make fun(options: table): limax.selection.scheme
 
+--- Options of each scheme, by its name.
 ---@type table<string, limax.selection.entry>
 selection.entries = {}
 
 --- truncation: each of the best share of the robots, one at least, with equal chances.
 selection.entries.truncation = {
   options = { share = schema.number { value = 0.5, unit = "of the scored robots", above = 0,
-    maximum = 1, reason = "half keeps pressure and variety" } },
+    maximum = 1, note = "half keeps pressure and variety" } },
   make = function(options)
     return twice(function(_, random, ranked)
       return ranked[random:integer(math.max(1, math.ceil(options.share * #ranked - 1e-9)))]
@@ -78,7 +79,7 @@ selection.entries.truncation = {
 --- ((n - r + 1)^size - (n - r)^size) / n^size.
 selection.entries.tournament = {
   options = { size = schema.number { value = 3, unit = "robots", minimum = 1, maximum = 1e6,
-    integer = true, reason = "the best robot is some three times as likely as the median" } },
+    integer = true, note = "the best robot is some three times as likely as the median" } },
   make = function(options)
     return twice(function(_, random, ranked)
       local best = #ranked
@@ -92,7 +93,7 @@ selection.entries.tournament = {
 --- (pressure - 2 (pressure - 1) (r - 1) / (n - 1)) / n.
 selection.entries.rank = {
   options = { pressure = schema.number { value = 1.8, unit = "mean chances, of the best robot",
-    minimum = 1, maximum = 2, reason = "near the steepest line; the worst still has a chance" } },
+    minimum = 1, maximum = 2, note = "near the steepest line; the worst still has a chance" } },
   make = function(options)
     local sums_of = remembered(function(_, ranked)
       local sums, sum, n = {}, 0, #ranked

@@ -174,13 +174,13 @@ end
 
 ---@class limax.robot.body
 ---@field size integer[] extent in voxels along x, y, z
----@field mass number kg
+---@field mass number its mass, kg
 ---@field count table<string, integer> voxels by name of material
 ---@field voxels integer that are not empty
----@field masses integer
----@field springs integer
----@field hash string
----@field letters string
+---@field masses integer mass points
+---@field springs integer springs
+---@field hash string equal for equal bodies
+---@field letters string layers separated by an empty line, the lowest first
 ---@field voxel string[][][] letters, [x][y][z]
 
 local View = {}

@@ -6,9 +6,9 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local robot_file = require "limax.robot.robot_file"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local prepared = {}
 

@@ -8,7 +8,7 @@ local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local robot_in_motion = require "limax.robot.robot_in_motion"
 local robot_of_genome = require "limax.robot.robot_of_genome"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 
 local robot = {}
@@ -16,9 +16,9 @@ local robot = {}
 local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 
 ---@class limax.robot
----@field description limax.robot.description
----@field body limax.robot.body
----@field materials limax.materials
+---@field description limax.robot.description the plain table of a robot file
+---@field body limax.robot.body what it consists of
+---@field materials limax.materials the table that its letters refer to
 ---@field population limax.population of the engine, with this robot only
 local Robot = {}
 

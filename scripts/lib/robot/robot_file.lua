@@ -6,7 +6,7 @@ local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local robot_file = {}
 

@@ -4,7 +4,7 @@
 
 local engine = require "limax.engine"
 local host = require "limax.host"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local robot_in_motion = {}
 
@@ -12,10 +12,10 @@ local robot_in_motion = {}
 local SLICE = 0.05
 
 ---@class limax.robot_in_motion
----@field simulation limax.simulation
+---@field simulation limax.simulation the engine's, of this robot only
 ---@field time number s since t = 0, negative while the body settles
 ---@field steps integer done
----@field status "running"|"done"|"invalid"|"diverged"
+---@field status "running"|"done"|"invalid"|"diverged" "done" at the end
 local Moving = {}
 
 local lazy = {}

@@ -4,8 +4,9 @@
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local ffi = require "ffi"
+local genome_rules = require("limax.engine.encoding").genome_rules
 local robot_file = require "limax.robot.robot_file"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local robot_of_genome = {}
 
@@ -21,11 +22,8 @@ local rules = schema.fields {
     { count = 3, default = { 5, 5, 5 }, expected = "a list { nx, ny, nz } of voxels" }),
   materials = anything,
   edge = schema.number(fields.simulation.edge),
-  features = schema.number(fields.genome.features),
-  sigma = schema.number(fields.genome.sigma),
-  hidden = schema.list(schema.number(fields.genome.hidden),
-    { most = 8, default = { 32, 32 }, expected = "a list of widths" }),
-  initial_scale = schema.number(fields.genome.initial_scale),
+  features = genome_rules.features, sigma = genome_rules.sigma, hidden = genome_rules.hidden,
+  initial_scale = genome_rules.initial_scale,
   seed = anything,
   repetition = schema.number(fields.experiment.repetitions, 1),
   individual = schema.number(individual),

@@ -9,8 +9,8 @@ local drive = require "limax.settings.drive"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
-local schema = require "limax.base.schema"
-local suggest = require "limax.base.suggest"
+local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local scored_robot = {}
 
@@ -28,21 +28,21 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field fitness? any as robot files keep it
 
 ---@class limax.scored_robot
----@field id integer
+---@field id integer number in its run
 ---@field parents integer[] ids, none or two
 ---@field generation integer that it first appeared in
 ---@field origin string "initial", "elite", "bred" or "hand"
----@field status "done"|"invalid"|"diverged"|"failed"
+---@field status "done"|"invalid"|"diverged"|"failed" how its simulation ended
 ---@field reason string|nil why not "done"
----@field fitness number|nil
----@field cases number[]|nil
----@field measures table<string, number>|nil
+---@field fitness number|nil its score; nil without one
+---@field cases number[]|nil scores by case, for lexicase selection
+---@field measures table<string, number>|nil numbers that the fitness returns by name
 ---@field coarse boolean a mass was seen to move farther than a tenth of an edge in one step
 ---@field undersampled boolean a period of the muscles has fewer than 20 steps
 ---@field genome any view of the genes, nil for a robot made by hand
----@field body limax.robot.body
----@field record table
----@field context limax.robot.context
+---@field body limax.robot.body what it consists of
+---@field record table its line of the run's population file
+---@field context limax.robot.context population, simulation, scene and options
 local methods = {}
 
 local of_record = { id = true, parents = true, generation = true, origin = true, status = true,

@@ -4,9 +4,9 @@
 --- generation stops the run too.
 
 local failure = require "limax.base.failure"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local scoring = {}
 

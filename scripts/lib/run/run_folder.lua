@@ -95,9 +95,7 @@ function Folder:check(ok, message)
     whole = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
   end
-  message = message .. "; " .. whole
-  failure.note_machine(message, "disk")
-  failure.raise(1, message)
+  failure.raise_machine("disk", message .. "; " .. whole)
 end
 
 -- Waits until all that the writer was given is on disk.

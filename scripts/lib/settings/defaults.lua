@@ -1,105 +1,87 @@
---- defaults.lua: every default of the library in one place, each with its unit, legal range and
---- reason. Values of the paper's tables are marked so; the rest is our choice. `limax.experiment`
---- takes a field's default from here when a script is silent.
+--- defaults.lua: every field of an experiment that is a number or a switch: default, unit, range
+--- and note. Fields that the engine has too are its own (engine/base/fields.h).
+
+local fields = require "limax.engine.fields"
+local names = require "limax.engine.names"
 
 local defaults = {}
 
----@class defaults.field
+---@class defaults.field: limax.range
 ---@field value any the default
 ---@field unit string "1" for a pure number
----@field minimum? number inclusive
----@field above? number exclusive lower end
----@field maximum? number inclusive
----@field below? number exclusive upper end
----@field integer? boolean
----@field reason string
+---@field note string what it is, or why the default is what it is
+
+-- The engine's fields of a group, with those of `own` added.
+local function with_engine(group, own)
+  local all = fields.of(group)
+  for name, field in pairs(own) do all[name] = field end
+  return all
+end
 
 ---@type table<string, table<string, defaults.field>>
 defaults.fields = {
   experiment = {
     lattice = { value = 5, unit = "voxels", minimum = 1, integer = true,
-      reason = "the paper's robot size, along each axis" },
+      note = "the paper's robot size, along each axis" },
     seed = { value = 1, unit = "1", minimum = 0, maximum = 2 ^ 53, integer = true,
-      reason = "any seed is as good" },
+      note = "any seed is as good" },
     population = { value = 30, unit = "robots", minimum = 2, maximum = 1e6, integer = true,
-      reason = "the paper's table; two parents need two robots" },
+      note = "the paper's table; two parents need two robots" },
     generations = { value = 100, unit = "generations", minimum = 1, maximum = 1e6, integer = true,
-      reason = "the paper's table; numbered from 0, the initial population" },
+      note = "the paper's table; numbered from 0, the initial population" },
     repetitions = { value = 3, unit = "repetitions", minimum = 1, maximum = 1e6, integer = true,
-      reason = "the paper's table" },
+      note = "the paper's table" },
   },
-  genome = {
-    features = { value = 16, unit = "rows of B", minimum = 1, maximum = 1024, integer = true,
-      reason = "32 inputs, as wide as the hidden layers" },
-    sigma = { value = 1, unit = "1", minimum = 0, maximum = 100,
-      reason = "periods of about one lattice; experiments/sigma_sweep.lua compares" },
-    hidden = { value = 32, unit = "neurons", minimum = 1, maximum = 1024, integer = true,
-      reason = "two layers of 32" },
-    initial_scale = { value = 1, unit = "1", minimum = 0, maximum = 100,
-      reason = "weights N(0, 1 / fan_in) as they are" },
+  genome = with_engine("genome", {
     require_muscle = { value = true, unit = "",
-      reason = "a body without a muscle cannot walk, and simulating it costs as much" },
-  },
-  simulation = {
-    duration = { value = 5, unit = "s", above = 0, maximum = 1e6,
-      reason = "ten periods of the default actuation" },
-    settle = { value = 0.5, unit = "s", minimum = 0, maximum = 1e6,
-      reason = "a soft body comes to rest in about 0.3 s" },
-    bound_fraction = { value = 0.9, unit = "1", above = 0, maximum = 1,
-      reason = "the bound is a linear result, muscles shorten springs to 3/4" },
-    time_step = { value = "auto", unit = "s", above = 0, maximum = 1,
-      reason = "each body's own closed-form bound, capped by the speed of start and drop" },
-    time_step_most = { value = 0, unit = "s", minimum = 0, maximum = 1, reason = "0 is no cap" },
-    edge = { value = 0.1, unit = "m", minimum = 1e-6, maximum = 1e3,
-      reason = "the paper's rest length" },
-    position = { value = 0, unit = "m", minimum = -1e6, maximum = 1e6,
-      reason = "the lowest corner starts at the origin" },
-    velocity = { value = 0, unit = "m/s", minimum = -1e4, maximum = 1e4, reason = "at rest" },
-    max_speed = { value = 1000, unit = "m/s", above = 0, maximum = 1e9,
-      reason = "three times the speed of sound is no gait" },
-    max_stretch = { value = 10, unit = "L0", above = 1, maximum = 1e6,
-      reason = "no muscle lengthens a spring past 2 L0" },
-  },
-  breeding = {
-    mutation_rate = { value = 0.1, unit = "per gene", minimum = 0, maximum = 1,
-      reason = "the paper's table" },
-    mutation_scale = { value = 0.1, unit = "1", minimum = 0, maximum = 100,
-      reason = "the paper's table" },
-    crossover_rate = { value = 0.4, unit = "per gene", minimum = 0, maximum = 1,
-      reason = "the paper's table" },
+      note = "a body without a muscle cannot walk, and simulating it costs as much" },
+  }),
+  simulation = with_engine("simulation", {}),
+  breeding = with_engine("breeding", {
     elite_fraction = { value = 0.3, unit = "of the population", above = 0, below = 1,
-      reason = "the paper's table; one robot at least is kept, and one at least is bred" },
-  },
+      note = "the paper's table; at least one robot is kept, and at least one is bred" },
+  }),
   supervision = {
-    hyperparameters = { value = true, unit = "", reason = "what a supervisor is for" },
+    hyperparameters = { value = true, unit = "", note = "the purpose of a supervisor" },
     materials = { value = false, unit = "",
-      reason = "it changes what a score means, so an experiment asks for it" },
+      note = "it changes what a score means, so an experiment must ask for it" },
   },
-  record = {
-    rate = { value = 0, unit = "Hz", minimum = 0, maximum = 1e5, integer = true,
-      reason = "a trace costs memory: none unless asked" },
-  },
+  record = {},
   -- the client of a language model
   llm = {
     budget = { value = 180, unit = "s", above = 0, maximum = 86400,
-      reason = "per generation, all attempts and waits together: a remote answer takes 1 to 60 s" },
+      note = "per generation, all attempts and waits together: a remote answer takes 1 to 60 s" },
     budget_loopback = { value = 900, unit = "s", above = 0, maximum = 86400,
-      reason = "per generation: a first request to a local server also loads the model" },
+      note = "per generation: a first request to a local server also loads the model" },
     timeout = { value = 120, unit = "s", above = 0, maximum = 86400,
-      reason = "per attempt: twice what a slow remote answer takes" },
+      note = "per attempt: twice what a slow remote answer takes" },
     timeout_loopback = { value = 600, unit = "s", above = 0, maximum = 86400,
-      reason = "per attempt: some thousand tokens at the speed of a CPU" },
+      note = "per attempt: some thousand tokens at the speed of a CPU" },
     max_tokens = { value = 4096, unit = "tokens", minimum = 1, maximum = 1e6, integer = true,
-      reason = "an answer takes some hundred, thinking before it some thousand; always sent,"
-        .. " because llama.cpp's server writes without end otherwise" },
+      note = "an answer takes some hundred, thinking before it some thousand; always sent,"
+        .. " because llama.cpp's server has no limit of its own" },
   },
 }
 
---- The kinds of trace, in the engine's order.
-defaults.traces = { "center_of_mass", "position", "velocity", "contact", "energy", "strain",
-  "ledger", "block" }
+local simulation = defaults.fields.simulation
+simulation.settle.value = 0.5 -- s: a soft body comes to rest in about 0.3 s
+simulation.time_step.value = "auto"
+defaults.fields.record.rate, simulation.record = simulation.record, nil
 
---- What acts when an experiment names no scene: a world in which a soft body can walk.
+-- A sorted copy.
+local function sorted(list)
+  local copy = { unpack(list) }
+  table.sort(copy)
+  return copy
+end
+
+--- The kinds of trace, in the engine's order.
+defaults.traces = names.trace.names
+defaults.integrators = sorted(names.integrator.names)
+defaults.precisions = sorted(names.precision.names)
+defaults.sharings = names.sharing.names
+
+--- The effects of an experiment that names no scene: a world in which a soft body can walk.
 defaults.scene = { gravity = true, ground = true, friction = true, damping = true,
   actuation = true }
 
@@ -109,10 +91,6 @@ defaults.record = { center_of_mass = 50 }
 defaults.materials = "paper"
 defaults.selection = { "tournament", size = 3 }
 defaults.supervisor = "rules"
-
-defaults.integrators = { "leapfrog", "rk4", "symplectic_euler", "xpbd" }
-defaults.precisions = { "compensated", "double", "mixed", "single" }
-defaults.sharings = { "mean", "sum" }
 
 --- Named sets of integrator, precision and time step. A step is `auto` with a cap (s) where the
 --- tier has one, so that it still falls on whole samples and never passes a body's own bound.

@@ -2,8 +2,8 @@
 --- over replace or remove (`false`) a scene's own: `limax.scenes.land { friction = false }`.
 
 local engine = require "limax.engine"
-local schema = require "limax.base.schema"
-local suggest = require "limax.base.suggest"
+local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local scenes = {}
 

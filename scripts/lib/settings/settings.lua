@@ -1,10 +1,9 @@
---- settings.lua: how a robot is simulated. Checks the fields of `simulation` and `record`, replaces
---- the named tier by its parts, and rounds times up to whole samples. Experiments and
---- `robot:simulate` share it.
+--- settings.lua: the fields `simulation` and `record` of experiments and `robot:simulate`: checks,
+--- tiers, and times rounded up to whole samples.
 
 local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local settings = {}
 
@@ -13,42 +12,32 @@ local fields = defaults.fields.simulation
 --- What a tier sets, and a newly named tier sets anew.
 settings.of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
 
-local function three(field)
-  return schema.list(schema.number(field), { count = 3,
-    default = { field.value, field.value, field.value },
-    expected = ("a list { x, y, z } in %s"):format(field.unit) })
-end
-
--- A choice that a tier makes when the script does not: absent stays absent.
+-- A field that a tier sets when the script does not: absent stays absent.
 local function optional(rule)
-  return function(given, path)
-    if given == nil then return nil end
-    return rule(given, path)
+  return function(value, path)
+    if value == nil then return nil end
+    return rule(value, path)
   end
 end
 
 local function choice(words, default)
   local rule = schema.choice(words)
-  return function(given, path) return rule(given == nil and default or given, path) end
+  return function(value, path) return rule(value == nil and default or value, path) end
 end
 
---- The rule of an experiment's `simulation`.
-settings.simulation = schema.fields {
+local rules = {
   accuracy = choice({ "preview", "evolve", "publish", "reference" }, defaults.accuracy),
   integrator = optional(schema.choice(defaults.integrators)),
   precision = optional(schema.choice(defaults.precisions)),
   sharing = choice(defaults.sharings, defaults.sharings[1]),
-  time_step = optional(schema.word_or_number("auto", fields.time_step)),
-  bound_fraction = optional(schema.number(fields.bound_fraction)),
-  time_step_most = optional(schema.number(fields.time_step_most)),
-  duration = schema.number(fields.duration),
-  settle = schema.number(fields.settle),
-  edge = schema.number(fields.edge),
-  position = three(fields.position),
-  velocity = three(fields.velocity),
-  max_speed = schema.number(fields.max_speed),
-  max_stretch = schema.number(fields.max_stretch),
 }
+for name, field in pairs(fields) do rules[name] = schema.field(field) end
+rules.time_step = schema.word_or_number("auto", fields.time_step)
+rules.bound_fraction = optional(rules.bound_fraction)
+rules.time_step_most = optional(rules.time_step_most)
+
+--- The rule of an experiment's `simulation`.
+settings.simulation = schema.fields(rules)
 
 local rates = {}
 for _, kind in ipairs(defaults.traces) do
@@ -58,10 +47,10 @@ end
 --- The rule of an experiment's `record`: samples per second of each trace, 0 for none.
 settings.record = schema.fields(rates)
 
--- The parts of a tier, each replaced by the field that the script states itself.
+-- Fills in the parts of the tier that the script does not set itself.
 local function apply_tier(simulation)
   local tier = defaults.tiers[simulation.accuracy]
-  -- a script that says `auto` means the plain rule: 0.9 of the bound and no cap
+  -- `auto` in a script is the plain rule: 0.9 of the bound and no cap
   local plain = simulation.time_step == "auto"
   local fraction = plain and fields.bound_fraction.value or tier.bound_fraction
   local most = plain and fields.time_step_most.value or tier.time_step_most
@@ -81,8 +70,8 @@ local function greatest_divisor(a, b)
   return a
 end
 
---- Samples per second that all times are whole multiples of: the least common multiple of the
---- rates, raised to a multiple of at least 20 Hz. The engine's schedule follows the same rule.
+--- The base rate: the least common multiple of the record rates, raised to a multiple of at least
+--- 20 Hz. All times are whole numbers of its samples, as in the engine's schedule.
 ---@param record table<string, integer>
 ---@return integer Hz
 function settings.base_rate(record)
@@ -94,7 +83,7 @@ function settings.base_rate(record)
   return rate < least and rate * math.ceil(least / rate) or rate
 end
 
---- Finishes checked tables in place: tier and rounding. Returns what a user should know of it.
+--- Completes checked tables in place: tier and rounding. Returns notes for the user.
 ---@param simulation table
 ---@param record table<string, integer>
 ---@return string[] notes
@@ -102,12 +91,12 @@ function settings.finish(simulation, record)
   apply_tier(simulation)
   local notes, rate = {}, settings.base_rate(record)
   for _, name in ipairs { "settle", "duration" } do
-    local given = simulation[name]
-    -- 1e-12: a whole number of samples that division left a rounding above
-    local rounded = math.ceil(given * rate * (1 - 1e-12)) / rate
-    if math.abs(rounded - given) > 1e-9 * given then
+    local time = simulation[name]
+    -- 1e-12: division may leave a whole number of samples slightly too large
+    local rounded = math.ceil(time * rate * (1 - 1e-12)) / rate
+    if math.abs(rounded - time) > 1e-9 * time then
       notes[#notes + 1] = ("simulation.%s is rounded up from %.9g s to %.9g s, whole samples"
-        .. " at %d Hz"):format(name, given, rounded, rate)
+        .. " at %d Hz"):format(name, time, rounded, rate)
     end
     simulation[name] = rounded
   end
@@ -126,8 +115,7 @@ function settings.engine_options(simulation, record)
   return options
 end
 
---- Checks, completes and converts in one go; what is wrong raises at `level` (1 is the caller of
---- this function).
+--- Checks, completes and converts; raises at `level` (1 is the caller of this function).
 ---@param simulation? table as in an experiment
 ---@param record? table<string, integer>
 ---@param level? integer

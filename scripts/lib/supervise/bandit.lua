@@ -5,7 +5,7 @@
 --- the setting nearest to what was applied, for the ledger lets parameters move by a factor of 2 at
 --- most and so some generations are spent between two settings.
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local FIELDS = { "mutation_rate", "mutation_scale" }
 

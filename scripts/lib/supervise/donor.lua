@@ -6,7 +6,7 @@
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 
 local donor = {}

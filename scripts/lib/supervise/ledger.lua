@@ -4,8 +4,8 @@
 --- raise an error.
 
 local choice = require "limax.base.choice"
-local schema = require "limax.base.schema"
-local suggest = require "limax.base.suggest"
+local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local ledger = {}
 

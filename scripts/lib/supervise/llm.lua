@@ -4,7 +4,7 @@
 --- 2405.00698.
 
 local client_options = require "limax.supervise.llm.options"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 -- A rule for a function, or a value that `accepts`.
 local function function_or(accepts, expected)

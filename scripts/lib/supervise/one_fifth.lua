@@ -3,7 +3,7 @@
 --- exactly a fifth. Source: Rechenberg, "Evolutionsstrategie" (1973); the asymmetric factors: Kern
 --- et al., "Learning probability distributions in continuous evolutionary algorithms" (2004).
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 -- Offspring of generation `now` that are fitter than both parents, and how many there were. A
 -- failed offspring is no success; one whose parents are not in `before` does not count.

@@ -3,7 +3,7 @@
 --- Materials walk too where the experiment allows it. Source: Karafotias, Hoogendoorn, Eiben, "Why
 --- parameter control mechanisms should be benchmarked against random variation" (2013).
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 -- A value that left its range comes back in from the border, so that borders are no traps.
 local function reflected(value, low, high)

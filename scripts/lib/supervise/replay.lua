@@ -2,7 +2,7 @@
 --- the request that they answered (the same question must be asked again), or by generation.
 
 local llm = require "limax.supervise.llm"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 return {
   options = {

@@ -5,7 +5,7 @@
 --- lost diversity asks for exploration is Ursem's, "Diversity-guided evolutionary algorithms"
 --- (2002).
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local function best_of(entry) return entry.best_standard or entry.best end
 

@@ -4,7 +4,7 @@
 --- Source: deterministic control in Eiben, Hinterding, Michalewicz, "Parameter control in
 --- evolutionary algorithms" (1999); EvoGym's genetic algorithm lets its share of elites fall so.
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
 

@@ -6,7 +6,7 @@
 --- drawn from the best, and its scale times 2^U(-1, 1) breeds the next generation: scales whose
 --- offspring are not among the best disappear, as in SAMR-GA.
 
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 -- Indices of the scored robots, best first.
 local function ranked(population)

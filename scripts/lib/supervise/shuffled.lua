@@ -5,7 +5,7 @@
 
 local donor = require "limax.supervise.donor"
 local engine = require "limax.engine"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 -- 1 to n in an order that the seed alone decides (Durstenfeld, 1964).
 local function permutation(n, seed, repetition)

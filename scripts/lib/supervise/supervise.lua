@@ -28,6 +28,7 @@ local supervise = {}
 ---@field decide fun(self: any, step: limax.supervision.step): table, table, table, table
 
 -- Each is one file in supervise/.
+--- Options of each supervisor, by its name.
 ---@type table<string, limax.supervisor.entry>
 supervise.entries = {
   bandit = require "limax.supervise.bandit",

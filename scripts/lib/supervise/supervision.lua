@@ -6,7 +6,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local user_call = require "limax.base.user_call"
 
 local supervision = {}

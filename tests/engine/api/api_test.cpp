@@ -74,6 +74,20 @@ TEST_CASE("every effect describes itself and its fields") {
     CHECK(limax_effect_describe(limax_effect_count(), &none) == LIMAX_INVALID_ARGUMENT);
 }
 
+TEST_CASE("options describe themselves, group by group") {
+    for (const char* group : {"simulation", "genome", "breeding"}) {
+        limax_field_info about;
+        int32_t field = 0;
+        for (; limax_option_field(group, field, &about) == LIMAX_OK; ++field) {
+            CHECK(about.minimum < about.maximum);
+            CHECK(std::strlen(about.note) > 0);
+        }
+        CHECK(field >= 3);
+        CHECK(limax_option_field(group, -1, &about) == LIMAX_INVALID_ARGUMENT);
+    }
+    CHECK(limax_option_field("nothing", 0, nullptr) == LIMAX_INVALID_ARGUMENT);
+}
+
 TEST_CASE("simulations refuse what they cannot run, naming the field and its range") {
     ready stage;
     simulation run;

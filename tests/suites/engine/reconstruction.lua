@@ -3,7 +3,7 @@
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
-local fixture = require "binding.fixture"
+local fixture = require "support.binding.fixture"
 
 local suite = require("limax.test").suite "reconstruction"
 

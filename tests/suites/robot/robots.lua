@@ -99,7 +99,7 @@ letters:test("simulate checks what it is told", function(t)
   local robot = limax.robot { voxels = "e" }
   local mistakes = {
     { { duratoin = 1 }, 'did you mean "duration"?' },
-    { { duration = -1 }, "simulation.duration: expected a number above 0" },
+    { { duration = -1 }, "simulation.duration: expected a number from 1e-09" },
     { { accuracy = "good" }, "simulation.accuracy: expected one of" },
     { { scene = { gravty = true } }, 'did you mean "gravity"?' },
     { { record = { positions = 5 } }, 'did you mean "position"?' },

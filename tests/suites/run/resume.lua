@@ -303,8 +303,7 @@ engine.simulation = function(...)
     simulation.advance = function()
       local text = "simulation:advance: CUDA: cuLaunchKernel failed while stepping robots: "
         .. "CUDA_ERROR_ILLEGAL_ADDRESS"
-      failure.note_machine(text, "device")
-      error(text, 0)
+      require("limax.engine.fault").throw { kind = "device", text = text }
     end
   end
   return simulation

@@ -141,7 +141,7 @@ reload "part" == held, held.answer, held.gone
 do local f = io.open("part.lua", "w") f:write("return {{ answer = 3") f:close() end
 pcall(reload, "part")
 package.loaded.part == held, held.answer
-]]):gsub('false\t".-"\n', "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
+]]):gsub("false\n.-<eof>'\n", "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
 end)
 
 suite:test("Ctrl-C leaves a simulation whole", function(t)

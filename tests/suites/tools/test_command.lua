@@ -5,7 +5,7 @@ local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 local test = require "limax.test"
 local trials = require "support.trial"
 

@@ -3,7 +3,7 @@
 --- contains one.
 
 local defaults = require "limax.settings.defaults"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local fields = defaults.fields.llm
 

@@ -5,7 +5,7 @@
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 
 local arms = {}

@@ -12,7 +12,7 @@ local power = require "limax.base.statistics.power"
 local rank_sum = require "limax.base.statistics.rank_sum"
 local sample = require "limax.base.statistics.sample"
 local signed_rank = require "limax.base.statistics.signed_rank"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local verdict = {}
 

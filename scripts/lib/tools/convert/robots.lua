@@ -11,7 +11,7 @@ local input = require "limax.tools.convert.input"
 local robot = require "limax.robot.robot"
 local robot_file = require "limax.robot.robot_file"
 local run_folder = require "limax.run.run_folder"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local robots = {}
 

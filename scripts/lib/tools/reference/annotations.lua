@@ -1,6 +1,6 @@
---- annotations.lua: the LuaLS comments of a Lua file as tables: what stands above each function and
---- each class. Help, completion, the stub for editors and the reference page are made of them.
+--- annotations.lua: the LuaLS comments of limax's Lua files as tables.
 
+local host = require "limax.host"
 local source = require "limax.base.source"
 
 local annotations = {}
@@ -16,19 +16,19 @@ local annotations = {}
 ---@field params limax.api.value[]
 ---@field returns limax.api.value[]
 ---@field arguments string[] names in the definition
----@field lines string[] the comment as it stands in the file, without its indent
----@field line integer of the definition
+---@field lines string[] the comment as it is in the file, without its indent
 
 ---@class limax.api.class
 ---@field name string
 ---@field text string
 ---@field parent string|nil
 ---@field fields limax.api.value[]
----@field lines string[] the comment as it stands in the file
+---@field lines string[] the comment as it is in the file
 
--- Where a type that begins at `at` ends: the first blank outside brackets that joins nothing.
-local function type_end(text, at)
-  local depth, i, quoted = 0, at, nil
+-- Where the type at the beginning of a text ends: before the first blank outside brackets and
+-- quotes that is not beside a "|", ":" or ",".
+local function type_end(text)
+  local depth, i, quoted = 0, 1, nil
   while i <= #text do
     local letter = text:sub(i, i)
     if quoted then
@@ -50,16 +50,16 @@ end
 
 -- "type text" in its two parts.
 local function typed(text)
-  local last = type_end(text, 1)
+  local last = type_end(text)
   return text:sub(1, last), (text:sub(last + 1):gsub("^%s+", ""))
 end
 
 local function named(text)
   local name, optional, rest = text:match "^([%w_%.]+)(%??)%s+(.*)$"
   if not name then return nil end
-  local type_text, said = typed(rest)
+  local type_text, explanation = typed(rest)
   return { name = name, optional = optional == "?" or type_text:match "|nil$" ~= nil
-    or type_text:match "%?$" ~= nil, type = type_text, text = said }
+    or type_text:match "%?$" ~= nil, type = type_text, text = explanation }
 end
 
 -- The tags of a comment, each with the lines that continue it, and the text above them.
@@ -72,7 +72,7 @@ local function tags_of(lines)
     else
       local words = line:match "^%-%-%-%s?(.*)$"
       local open = tags[#tags]
-      -- the text of a class may stand below its first line
+      -- lines below @class are its text
       if open and open.tag ~= "class" then
         open.text = open.text .. " " .. words
       else
@@ -84,16 +84,16 @@ local function tags_of(lines)
 end
 
 -- The comment of a function.
-local function document(lines, arguments, line)
+local function document(lines, arguments)
   local text, tags = tags_of(lines)
-  local doc = { text = text, params = {}, returns = {}, arguments = {}, lines = lines, line = line }
+  local doc = { text = text, params = {}, returns = {}, arguments = {}, lines = lines }
   for name in arguments:gmatch "[%w_%.]+" do doc.arguments[#doc.arguments + 1] = name end
   for _, tag in ipairs(tags) do
     if tag.tag == "param" then
       doc.params[#doc.params + 1] = named(tag.text)
     elseif tag.tag == "return" then
-      local type_text, said = typed(tag.text)
-      doc.returns[#doc.returns + 1] = { type = type_text, text = said }
+      local type_text, explanation = typed(tag.text)
+      doc.returns[#doc.returns + 1] = { type = type_text, text = explanation }
     end
   end
   return doc
@@ -105,12 +105,9 @@ local function add_classes(classes, lines)
   local class
   for _, tag in ipairs(tags) do
     if tag.tag == "class" then
-      local name, parent, said = tag.text:match "^([%w_%.]+)%s*:?%s*([%w_%.]*)%s*(.*)$"
-      -- without a colon what follows the name is text
-      if not tag.text:match "^[%w_%.]+%s*:" then
-        parent, said = nil, tag.text:match "^%S+%s*(.*)$"
-      end
-      class = { name = name, parent = parent, text = said ~= "" and said or text, fields = {},
+      local name, parent, own = tag.text:match "^([%w_%.]+)%s*:%s*([%w_%.]*)%s*(.*)$"
+      if not name then name, own = tag.text:match "^(%S+)%s*(.*)$" end
+      class = { name = name, parent = parent, text = own ~= "" and own or text, fields = {},
         lines = lines }
       classes[name] = class
     elseif tag.tag == "field" and class then
@@ -121,37 +118,32 @@ end
 
 ---@class limax.api.file
 ---@field functions table<string, limax.api.doc> by the name in the definition: "methods:distance"
----@field values table<string, string> text above "a.b = ..." that is no function
----@field top string what the file opens with, without its name
----@field defined string[] names of all functions, in order, with a comment or without
+---@field values table<string, string> text above "a.b = ..." that is not a function
+---@field top string the comment at the top, without the file's name
 ---@field classes table<string, limax.api.class>
 ---@field aliases string[][] comments with an alias
 
 local read = {}
 
---- What a file of this installation says about its functions and classes.
+--- The comments of a file of this installation.
 ---@param path string from the home folder: "scripts/lib/robot/robot.lua"
----@param home string
 ---@return limax.api.file
-function annotations.of(path, home)
-  local full = home .. "/" .. path
-  if read[full] then return read[full] end
-  local file = { functions = {}, values = {}, classes = {}, aliases = {}, defined = {} }
-  local lines, number = {}, 0
-  for line in (assert(source.read(full)) .. "\n"):gmatch "([^\n]*)\n" do
-    number = number + 1
+function annotations.of(path)
+  if read[path] then return read[path] end
+  local file = { functions = {}, values = {}, classes = {}, aliases = {} }
+  local lines = {}
+  for line in (assert(source.read(host.home .. "/" .. path)) .. "\n"):gmatch "([^\n]*)\n" do
     local bare = line:gsub("^%s+", "")
     if bare:match "^%-%-%-[^-]" or bare == "---" then
       lines[#lines + 1] = bare
     else
       local name, arguments = bare:match "^function%s+([%w_%.:]+)%s*(%b())"
       if not name then name, arguments = bare:match "^local function%s+([%w_]+)%s*(%b())" end
-      if name then file.defined[#file.defined + 1] = name end
       if #lines > 0 then
         file.top = file.top or (tags_of(lines):gsub("^[%w_]+%.lua: ", ""))
         local value = bare:match "^([%a_][%w_.]*)%s*="
         if value then file.values[value] = (tags_of(lines):gsub("^[%w_]+: ", "")) end
-        if name then file.functions[name] = document(lines, arguments, number) end
+        if name then file.functions[name] = document(lines, arguments) end
         local text = table.concat(lines, "\n")
         if text:find("@class", 1, true) then add_classes(file.classes, lines) end
         if text:find("@alias", 1, true) then file.aliases[#file.aliases + 1] = lines end
@@ -159,8 +151,51 @@ function annotations.of(path, home)
       lines = {}
     end
   end
-  read[full] = file
+  read[path] = file
   return file
+end
+
+-- Every Lua file below a folder of the installation.
+local function files_below(folder, list)
+  for _, name in ipairs(host.file.list(host.home .. "/" .. folder)) do
+    local path = folder .. "/" .. name
+    if name:match "%.lua$" then
+      list[#list + 1] = path
+    elseif host.file.exists(host.home .. "/" .. path) == "folder" then
+      files_below(path, list)
+    end
+  end
+  return list
+end
+
+local all_classes, all_aliases
+
+local function read_all()
+  all_classes, all_aliases = {}, {}
+  for _, path in ipairs(files_below("scripts/lib", files_below("bindings", {}))) do
+    local file = annotations.of(path)
+    for name, class in pairs(file.classes) do all_classes[name] = class end
+    for _, lines in ipairs(file.aliases) do
+      for _, line in ipairs(lines) do
+        local alias = line:match "@alias%s+([%w_.]+)"
+        if alias then all_aliases[alias] = lines end
+      end
+    end
+  end
+end
+
+--- Every class of limax, by its name.
+---@return table<string, limax.api.class>
+function annotations.classes()
+  if not all_classes then read_all() end
+  return all_classes
+end
+
+--- The comments of every alias, by its name.
+---@return table<string, string[]>
+function annotations.aliases()
+  if not all_aliases then read_all() end
+  return all_aliases
 end
 
 --- The names that a table of a type may have: those of an inline type, or of a class of `classes`.

@@ -1,109 +1,110 @@
---- api.lua: every public name, from one table: the files of api/ list the names with a unit and an
---- example, and the LuaLS comments in the code say the rest. Help, completion, the stub for editors
---- and the reference page all read this.
+--- api.lua: every public name: groups.lua lists them with examples, and the LuaLS comments in the
+--- code describe them. Help, completion, the stub for editors and the reference page read this.
 
 local annotations = require "limax.tools.reference.annotations"
-local host = require "limax.host"
-local types = require "limax.tools.reference.types"
+local experiment_fields = require "limax.tools.reference.experiment_fields"
+local groups = require "limax.tools.reference.groups"
 
 local api = {}
 
---- A file of api/. An entry is { name, units or false, example }. It may say where its comment
---- stands: `file` and `at`, the name in the definition ("the top": what the file opens with), and
---- bring its own `signature` and `what`.
 ---@class limax.api.group
 ---@field title string
 ---@field text string
----@field file string where the comments stand
+---@field files string[] with the comments
 ---@field class string|nil whose fields are entries too
----@field prefix string what stands before a name: "limax.", "robot:"
----@field holder string|nil what stands before a name in the file: "methods:"
----@field entries table[]
----@field also string[]|nil more files with functions of the holder
----@field internal string[]|nil functions of the holder that are nobody's
----@field keys string|nil the field of the module whose keys are entries too
----@field stage string|nil Lua that makes what the examples name
+---@field prefix string before a name in scripts: "limax.", "robot:"
+---@field holder string|nil before a name in the files: "methods:"
+---@field examples string|nil
+---@field stage string|nil Lua that makes what the examples use
+---@field list limax.api.entry[]
 
 ---@class limax.api.entry
 ---@field name string "robot:distance"
 ---@field short string "distance"
 ---@field kind "function"|"field"|"value"
 ---@field group limax.api.group
----@field file string where its comment stands
 ---@field doc limax.api.doc|nil of a function
 ---@field type string|nil of a field
 ---@field what string
----@field units string|nil
 ---@field example string
 ---@field signature string
 
--- In the order of the reference page.
-local files = { "prompt", "limax", "robot", "robot_in_motion", "scored_robot", "body", "view",
-  "experiment", "run", "population", "fitness", "selection", "supervise", "scenes", "diversity",
-  "rescore", "random", "test", "suite", "test_context", "engine", "engine_simulation",
-  "engine_population", "engine_materials", "engine_others" }
-
--- "options?: { axis?: ... }" of each argument; what the comment leaves out has no type.
+-- "limax.start(experiment, options?) -> limax.run".
 local function signature_of(name, doc)
-  local parts = {}
+  local parts, results = {}, {}
   for i, argument in ipairs(doc.arguments) do
     parts[i] = argument
     for _, param in ipairs(doc.params) do
       if param.name == argument then parts[i] = argument .. (param.optional and "?" or "") end
     end
   end
-  local results = {}
   for i, result in ipairs(doc.returns) do results[i] = result.type end
   return ("%s(%s)%s"):format(name, table.concat(parts, ", "),
     #results > 0 and " -> " .. table.concat(results, ", ") or "")
 end
 
-local function find_field(file, class, name)
-  for _, field in ipairs(file.classes[class] and file.classes[class].fields or {}) do
-    if field.name == name then return field end
-  end
+-- A piece of the library that an experiment names: `supervisor = { "rules", patience = 5 }`.
+local function named_entry(entry, group, place)
+  local text = group.named .. " = " .. entry.example
+  local path = group.folder and group.folder .. entry.short .. ".lua" or group.files[1]
+  local file = annotations.of(path)
+  entry.kind, entry.signature = "value", text
+  entry.what = place and file.values[place] or file.top
+  entry.example = ('limax.experiment { fitness = "walk", generations = 2, %s }'):format(text)
 end
 
-local function entry_of(group, given)
-  local short = given[1]
-  local path = given.file or group.file
-  local file = annotations.of(path, host.home)
-  local at = given.at or (group.holder or "") .. short
-  local entry = { short = short:match "[^:.]*$", group = group, file = path, at = at,
-    units = given[2] or nil, example = given[3], kind = "value", name = group.prefix .. short }
-  local field = not given.at and group.class and find_field(file, group.class, short)
-  local doc = file.functions[at]
-  if doc then
-    entry.kind, entry.doc = "function", doc
-    entry.what, entry.signature = doc.text, signature_of(entry.name, doc)
-  elseif field then
-    entry.kind, entry.type = "field", field.type
-    entry.name = group.prefix:gsub(":$", ".") .. short
-    entry.what, entry.signature = field.text, ("%s: %s"):format(entry.name, field.type)
-  else
-    entry.what = at == "the top" and file.top or file.values[at]
+-- A line of `examples`.
+local function entry_of(group, line)
+  local name, place, example = line:match "^([%w_:]+)=?(%S*)  (.*)$"
+  local entry = { short = name:match "[^:]*$", group = group, example = example,
+    name = group.prefix .. name }
+  if group.named and example:match '^[{"]' then
+    named_entry(entry, group, place ~= "" and place)
+    return entry
   end
-  entry.what, entry.signature = given.what or entry.what, given.signature or entry.signature
-  if not entry.what or not entry.signature then
-    error(("api: %s%s: there is no comment for %s in %s"):format(group.prefix, short, at, path), 0)
+  local at = place ~= "" and place or (group.holder or "") .. name
+  for _, path in ipairs(group.files) do
+    local file = annotations.of(path)
+    local doc = entry.signature == nil and file.functions[at]
+    if doc then
+      entry.kind, entry.doc = "function", doc
+      entry.what, entry.signature = doc.text, signature_of(entry.name, doc)
+    elseif entry.signature == nil and file.values[at] then
+      entry.kind, entry.what, entry.signature = "value", file.values[at], entry.name
+    end
   end
+  if not entry.signature then error(("api: no comment describes %s"):format(entry.name), 0) end
   return entry
 end
 
-local loaded
+-- The fields of the group's class, with those of `taken` left out.
+local function add_fields(group, taken)
+  local class = annotations.classes()[group.class]
+  for _, field in ipairs(class and class.fields or {}) do
+    if not taken[field.name] then
+      local name = group.prefix:gsub(":$", ".") .. field.name
+      table.insert(group.list, { short = field.name, group = group, kind = "field", name = name,
+        type = field.type, what = field.text, example = name,
+        signature = ("%s: %s"):format(name, field.type) })
+    end
+  end
+end
 
 --- All groups, each with `list`, its entries.
 ---@return limax.api.group[]
 function api.groups()
-  if loaded then return loaded end
-  loaded = {}
-  for i, name in ipairs(files) do
-    local group = require("limax.tools.reference." .. name)
+  if groups[1].list then return groups end
+  for _, group in ipairs(groups) do
+    local taken = {}
     group.list = {}
-    for k, given in ipairs(group.entries) do group.list[k] = entry_of(group, given) end
-    loaded[i] = group
+    for line in (group.examples or ""):gmatch "[^\n]+" do
+      local entry = entry_of(group, line)
+      table.insert(group.list, entry)
+      taken[entry.short] = true
+    end
+    add_fields(group, taken)
   end
-  return loaded
+  return groups
 end
 
 --- All entries in the order of the page.
@@ -116,14 +117,23 @@ function api.entries()
   return list
 end
 
--- The classes of tables that a user writes: those of objects have pages of their own.
+-- The classes of tables that a user writes; those of objects have groups of their own.
 local function table_classes()
   local classes = {}
-  for name, class in pairs(types.classes()) do classes[name] = class end
-  for _, group in ipairs(api.groups()) do
+  for name, class in pairs(annotations.classes()) do classes[name] = class end
+  for _, group in ipairs(groups) do
     if group.class then classes[group.class] = nil end
   end
   return classes
+end
+
+--- The fields of `scene` or `record`, which many tables have.
+---@param name string
+---@return limax.api.option[]|nil
+function api.nested(name)
+  for _, option in ipairs(experiment_fields.list()) do
+    if option.name == name then return option.fields end
+  end
 end
 
 --- The names that the table of one argument of a function may hold.
@@ -132,26 +142,22 @@ end
 ---@return limax.api.option[]
 function api.options(entry, argument)
   if entry.name == "limax.experiment" or entry.name == "evolve" then
-    return argument == 1 and require("limax.tools.reference.experiment_fields").list() or {}
+    return argument == 1 and experiment_fields.list() or {}
   end
-  local name = entry.doc.arguments[argument]
-  local list = {}
-  -- a ready scene takes what every scene does
-  if entry.group.prefix == "limax.scenes." then list = { unpack(api.nested "scene") } end
+  -- a ready scene takes the fields of every scene
+  local list = entry.group.prefix == "limax.scenes." and { unpack(api.nested "scene") } or {}
   for _, param in ipairs(entry.doc.params) do
-    if param.name == name then
-      for _, field in ipairs(annotations.fields_of(param.type, table_classes())) do
-        local inner = field.name == "scene" or field.name == "record"
-        local option = { name = field.name, what = field.text, type = field.type, units = "-" }
-        if inner then option.fields = api.nested(field.name) end
-        list[#list + 1] = option
+    if param.name == entry.doc.arguments[argument] then
+      for _, field in ipairs(api.fields_of(param.type)) do
+        list[#list + 1] = { name = field.name, what = field.text, type = field.type, units = "-",
+          fields = (field.name == "scene" or field.name == "record") and api.nested(field.name) }
       end
     end
   end
   return list
 end
 
---- The fields of what a function gives or a field is: those of a table without a page of its own.
+--- The fields of a type: of a table without a group of its own.
 ---@param type_text string
 ---@return limax.api.value[]
 function api.fields_of(type_text)
@@ -180,15 +186,6 @@ function api.tables()
   end
   table.sort(list, function(a, b) return a.name < b.name end)
   return list
-end
-
---- The fields of `scene` or `record`, which many tables have.
----@param name string
----@return limax.api.option[]|nil
-function api.nested(name)
-  for _, option in ipairs(require("limax.tools.reference.experiment_fields").list()) do
-    if option.name == name then return option.fields end
-  end
 end
 
 --- The entries of a name: the whole one, or its last part.

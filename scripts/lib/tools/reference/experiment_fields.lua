@@ -1,11 +1,11 @@
---- experiment_fields.lua: what an experiment's table may hold, field by field, for completion and
---- the reference page: from the defaults, the effects and the few lines here.
+--- experiment_fields.lua: the fields of an experiment's table, for completion and the reference
+--- page: from the defaults, the effects, and the descriptions here of those that are not numbers.
 
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local ledger = require "limax.supervise.ledger"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 
 local experiment_fields = {}
 
@@ -14,32 +14,7 @@ local experiment_fields = {}
 ---@field what string
 ---@field units string
 ---@field type string|nil
----@field fields limax.api.option[]|nil what its table may hold
-
--- Fields that no table of numbers describes.
-local said = {
-  name = "what the run is called",
-  lattice = "voxels along x, y, z",
-  materials = 'a name ("paper"), a file or a table of materials',
-  evaluations = "most robots that a repetition may simulate for a score",
-  scene = "the effects that act, each with true or its fields",
-  record = "traces, samples per second",
-  genome = "the network that describes bodies",
-  simulation = "times, accuracy, step",
-  breeding = "how offspring are made of parents",
-  fitness = "a name, a table or a function (robot) -> number; the one field without a default",
-  selection = "a name, a table or a function (population, random) -> i, j",
-  supervisor = "a name, a table or a function (history, random) -> proposal",
-  supervision = "what a supervisor may set",
-  not_in_paper = "texts for the report: what is our choice and not the paper's",
-}
-
-local simulation_words = {
-  accuracy = "a tier: preview, evolve, publish or reference",
-  integrator = table.concat(defaults.integrators, ", "),
-  precision = table.concat(defaults.precisions, ", "),
-  sharing = "springs between voxels: mean or sum of their stiffness",
-}
+---@field fields limax.api.option[]|nil of its table
 
 -- Names as LuaLS writes a choice of them: "a"|"b".
 local function one_of(list)
@@ -48,52 +23,72 @@ local function one_of(list)
   return table.concat(words, "|")
 end
 
--- What a name may be; read when first asked for.
-local function types()
-  local function names_of(module) return choice.sorted_keys(require(module).entries) end
-  return { materials = '"paper"', fitness = one_of(names_of "limax.fitness"),
-    selection = one_of(names_of "limax.selection"),
-    supervisor = one_of(names_of "limax.supervise"),
-    accuracy = one_of { "preview", "evolve", "publish", "reference" },
-    integrator = one_of(defaults.integrators), precision = one_of(defaults.precisions),
-    sharing = '"mean"|"sum"' }
+local function names_of(module) return one_of(choice.sorted_keys(require(module).entries)) end
+
+-- name -> what, type, units
+local function described()
+  return {
+    name = { "what the run is called" },
+    lattice = { "voxels along x, y, z", units = "voxels" },
+    materials = { 'a name ("paper"), a file or a table of materials', '"paper"' },
+    evaluations = { "largest number of robots that a repetition may simulate for a score",
+      units = "robots" },
+    scene = { "the effects, each with true or its fields" },
+    record = { "traces, samples per second" },
+    genome = { "the network that describes bodies" },
+    simulation = { "times, accuracy, step" },
+    breeding = { "how offspring are made of parents" },
+    fitness = { "a name, a table or a function (robot) -> number; the one field without a default",
+      names_of "limax.fitness" },
+    selection = { "a name, a table or a function (population, random) -> i, j",
+      names_of "limax.selection" },
+    supervisor = { "a name, a table or a function (history, random) -> proposal",
+      names_of "limax.supervise" },
+    supervision = { "what a supervisor may set" },
+    not_in_paper = { "texts for the report: which choices are ours and not the paper's" },
+  }
 end
 
--- "from 1 to 10; default 5: reason" of a field of defaults.lua.
-local function of_default(name, field)
-  local value = field.value
-  local range = (field.minimum or field.above or field.maximum or field.below)
-    and schema.expected(field) or ""
+local simulation_words = {
+  accuracy = { "a tier: preview, evolve, publish or reference",
+    one_of { "preview", "evolve", "publish", "reference" } },
+  integrator = { table.concat(defaults.integrators, ", "), one_of(defaults.integrators) },
+  precision = { table.concat(defaults.precisions, ", "), one_of(defaults.precisions) },
+  sharing = { "springs between voxels: mean or sum of their stiffness", one_of(defaults.sharings) },
+}
+
+-- A field of defaults.lua or an effect: "note; 1 to 10; default 5".
+local function of_field(name, field)
+  local parts, value = { field.note }, field.value
+  if field.minimum and field.maximum then
+    parts[2] = ("%g to %g"):format(field.minimum, field.maximum)
+  elseif type(value) == "number" then
+    parts[2] = schema.expected { minimum = field.minimum, above = field.above, below = field.below }
+  end
+  if type(value) == "table" then value = table.concat(value, ", ") end
+  parts[#parts + 1] = value ~= "" and "default " .. tostring(value) or nil
   return { name = name, units = field.unit ~= "" and field.unit or "-",
-    what = ("%s%sdefault %s: %s"):format(range, range ~= "" and "; " or "", tostring(value),
-      field.reason) }
+    what = table.concat(parts, "; ") }
 end
 
-local function sorted(list)
+-- The fields of a group, sorted: numbers, words and further options.
+local function list_of(numbers, words, ...)
+  local list = { ... }
+  for name, field in pairs(numbers) do list[#list + 1] = of_field(name, field) end
+  for name, entry in pairs(words or {}) do
+    list[#list + 1] = { name = name, units = entry.units or "-", what = entry[1], type = entry[2],
+      fields = entry.fields }
+  end
   table.sort(list, function(a, b) return a.name < b.name end)
   return list
 end
 
-local function of_group(name, words)
-  local list = {}
-  for field, rule in pairs(defaults.fields[name]) do list[#list + 1] = of_default(field, rule) end
-  for field, what in pairs(words or {}) do
-    list[#list + 1] = { name = field, units = "-", what = what, type = types()[field] }
-  end
-  return sorted(list)
-end
-
--- A scene's effects with their fields.
 local function effects()
   local list = {}
-  for _, effect in ipairs(engine.effects()) do
+  for i, effect in ipairs(engine.effects()) do
     local fields = {}
-    for i, field in ipairs(effect.fields) do
-      fields[i] = { name = field.name, units = field.unit ~= "" and field.unit or "1",
-        what = ("%s; %g to %g%s"):format(field.note, field.minimum, field.maximum,
-          #field.value > 0 and "; default " .. table.concat(field.value, ", ") or "") }
-    end
-    list[#list + 1] = { name = effect.name, units = "-", what = effect.summary, fields = fields }
+    for k, field in ipairs(effect.fields) do fields[k] = of_field(field.name, field) end
+    list[i] = { name = effect.name, units = "-", what = effect.summary, fields = fields }
   end
   return list
 end
@@ -108,43 +103,32 @@ local function traces()
 end
 
 local function ranges()
-  local list = {}
-  for i, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
-    list[i] = { name = limit.field, units = "-", what = ("{ least, most } within %.4g to %.4g")
-      :format(limit.minimum, limit.maximum) }
+  local words = {}
+  for _, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
+    words[limit.field] = { ("{ least, most } within %.4g to %.4g"):format(limit.minimum,
+      limit.maximum) }
   end
-  return sorted(list)
+  return { name = "ranges", units = "-", what = "narrower ranges for proposals",
+    fields = list_of({}, words) }
 end
 
--- Units of those.
-local units = { lattice = "voxels", evaluations = "robots" }
-
-local known
+local all
 
 --- The fields of an experiment, sorted.
 ---@return limax.api.option[]
 function experiment_fields.list()
-  if known then return known end
-  known = {}
-  local nested = { scene = effects, record = traces,
-    genome = function() return of_group "genome" end,
-    simulation = function() return of_group("simulation", simulation_words) end,
-    breeding = function() return of_group "breeding" end,
-    supervision = function()
-      local list = of_group "supervision"
-      list[#list + 1] = { name = "ranges", units = "-", fields = ranges(),
-        what = "narrower ranges for proposals" }
-      return sorted(list)
-    end }
-  for name, what in pairs(said) do
-    known[#known + 1] = { name = name, units = units[name] or "-", what = what,
-      type = types()[name],
-      fields = nested[name] and nested[name]() }
-  end
+  if all then return all end
+  local words, numbers = described(), {}
+  words.scene.fields, words.record.fields = effects(), traces()
+  words.genome.fields = list_of(defaults.fields.genome)
+  words.simulation.fields = list_of(defaults.fields.simulation, simulation_words)
+  words.breeding.fields = list_of(defaults.fields.breeding)
+  words.supervision.fields = list_of(defaults.fields.supervision, {}, ranges())
   for name, field in pairs(defaults.fields.experiment) do
-    if not said[name] then known[#known + 1] = of_default(name, field) end
+    if not words[name] then numbers[name] = field end
   end
-  return sorted(known)
+  all = list_of(numbers, words)
+  return all
 end
 
 return experiment_fields

@@ -6,7 +6,7 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local robots = require "limax.robot.robot"
 local scored_robot = require "limax.robot.scored_robot"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local terminal = require "limax.base.terminal"
 
 local compare = {}

@@ -4,7 +4,7 @@ local engine = require "limax.engine"
 local experiment = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local start = require("limax.evolution.evolve").start
 
 local evolve = {}

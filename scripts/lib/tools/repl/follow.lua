@@ -72,7 +72,7 @@ local function again(path, entry)
   else
     if value == host.interrupt then error(value, 0) end
     io.stdout:flush()
-    io.stderr:write(failure.status(value) and value or trace, "\n")
+    io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
   end
 end
 

@@ -5,7 +5,7 @@ local api = require "limax.tools.reference.api"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
 local kind = require "limax.tools.repl.kind"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local help = {}
 
@@ -85,7 +85,6 @@ function help.page(entry)
   elseif entry.type then
     add(lines, field_lines(entry.type))
   end
-  if entry.units then lines[#lines + 1] = "  units:   " .. entry.units end
   lines[#lines + 1] = "  example: " .. entry.example
   return table.concat(lines, "\n")
 end

@@ -1,7 +1,7 @@
 --- names.lua: the names that what is typed sees: its own, which no module sees, the prompt's words,
 --- `limax`, and the locked globals. `_` is the last value, `_1` the one before it, up to `_9`.
 
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local names = {}
 

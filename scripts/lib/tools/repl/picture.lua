@@ -8,11 +8,11 @@ local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local motion = require "limax.draw.motion"
 local robots = require "limax.robot.robot"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 local view = require "limax.draw.picture.view"
 
 local picture = {}

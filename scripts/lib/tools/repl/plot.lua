@@ -2,7 +2,7 @@
 
 local array_text = require "limax.tools.repl.array_text"
 local engine = require "limax.engine"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
 

@@ -71,8 +71,8 @@ function words.of(names)
     local fine, value = pcall(require, module)
     if not fine then
       package.loaded[module] = old
-      if type(value) ~= "string" then error(value, 0) end
-      engine.fail("reload: " .. value)
+      if value == host.interrupt then error(value, 0) end
+      engine.fail("reload: " .. tostring(value))
     end
     value = follow.renew(old, value)
     package.loaded[module] = value

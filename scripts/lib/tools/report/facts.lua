@@ -10,7 +10,7 @@ local host = require "limax.host"
 local duration = require "limax.base.duration"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local tiers = require "limax.settings.tiers"
 

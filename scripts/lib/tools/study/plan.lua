@@ -4,7 +4,7 @@
 
 local failure = require "limax.base.failure"
 local model_arms = require "limax.tools.study.model_arms"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local plan = {}
 

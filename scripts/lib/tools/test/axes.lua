@@ -3,7 +3,7 @@
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local axes = {}
 

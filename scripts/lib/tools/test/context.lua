@@ -7,7 +7,7 @@ local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.tools.test.golden"
 local statistics = require "limax.tools.test.statistics"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local context = {}
 
@@ -16,7 +16,7 @@ local NEAR = 1e-9
 
 ---@class limax.test_context
 ---@field name string of the test
----@field suite string
+---@field suite string its suite's name
 ---@field file string path of the suite's file
 ---@field device limax.device|nil where the test names devices or threads
 ---@field threads integer|nil where the test names threads

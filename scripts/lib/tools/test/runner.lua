@@ -108,7 +108,7 @@ function runner.load(path, longest)
     local fine, value, trace = without_exit(failure.attempt_within, longest or LONGEST_LOAD,
       run_file, path)
     if fine then return end
-    message = failure.status(value) and value or own_lines(trace:gsub("\n\t", "\n  "))
+    message = failure.status(value) and tostring(value) or own_lines(trace:gsub("\n\t", "\n  "))
   end)
   package.path = path_before
   for name in pairs(package.loaded) do

@@ -10,7 +10,7 @@
 
 local axes = require "limax.tools.test.axes"
 local engine = require "limax.engine"
-local suggest = require "limax.base.suggest"
+local suggest = require "limax.engine.suggest"
 
 local test = {}
 
@@ -47,9 +47,9 @@ local FIXTURE_OPTIONS = { "close", "shared" }
 ---@field shared boolean
 
 ---@class limax.suite
----@field name string
+---@field name string in reports
 ---@field cases limax.case[] in the order in which they were written
----@field fixtures table<string, limax.test_fixture>
+---@field fixtures table<string, limax.test_fixture> by name
 local methods = {}
 local class = { __index = methods }
 

@@ -1,0 +1,362 @@
+--- schema.lua: the validator of everything that a script hands to limax. A rule returns the value,
+--- completed with defaults, or a message with what was expected; `schema.demand` raises the message
+--- at the user's line.
+
+local fault = require "limax.engine.fault"
+local suggest = require "limax.engine.suggest"
+
+local schema = {}
+
+--- `result, message = rule(value, path)`; `message` is nil for a valid value. `path` names the
+--- field in messages. Most rules take nil as "absent" and return their default.
+---@alias schema.rule fun(value: any, path: string): any, string|nil
+
+-- Stands for nil where a value is required, so that rules refuse it.
+local absent = newproxy()
+
+--- A value as messages show it: short, on one line.
+---@param value any
+---@return string
+function schema.show(value)
+  if value == absent then return "nil" end
+  if type(value) == "string" then
+    local text = #value > 40 and value:sub(1, 37) .. "..." or value
+    return '"' .. text:gsub("[%c]", "?") .. '"'
+  end
+  if type(value) == "number" then return ("%.12g"):format(value) end
+  if value == nil or type(value) == "boolean" or type(value) == "cdata" then
+    return tostring(value)
+  end
+  -- no `tostring`: it shows an address, or calls a metamethod of the script
+  return "a " .. type(value)
+end
+
+-- `nil, message` about a value; of a list with a wrong number of entries `count` is shown.
+local function refused(path, expected, value, count)
+  return nil, ("%s: expected %s, got %s"):format(path, expected,
+    count and ("%d entries"):format(count) or schema.show(value))
+end
+
+--- Raises "PATH: expected EXPECTED, got VALUE" at the user's line.
+---@param path string
+---@param expected string
+---@param value any
+---@param count? integer|false of the entries, where that is what is wrong with a list
+function schema.refuse(path, expected, value, count)
+  fault.raise(select(2, refused(path, expected, value, count)))
+end
+
+--- Checks a value that must be there; raises at the user's line.
+---@param rule schema.rule
+---@param value any
+---@param path string
+---@return any
+function schema.demand(rule, value, path)
+  local result, message = rule(value, path)
+  if result == nil and not message then message = select(2, rule(absent, path)) end
+  if message then fault.raise(message) end
+  return result
+end
+
+-- ---- numbers ------------------------------------------------------------------------------------
+
+---@class limax.range
+---@field minimum? number inclusive
+---@field above? number exclusive lower end
+---@field maximum? number inclusive
+---@field below? number exclusive upper end
+---@field integer? boolean
+---@field unit? string "1" for a pure number
+---@field value? any the default
+
+--- "a whole number from 1 to 10 (voxels)".
+---@param field limax.range
+---@return string
+function schema.expected(field)
+  local parts = { field.integer and "a whole number" or "a number" }
+  local from, to = field.minimum or field.above, field.maximum or field.below
+  if field.minimum then parts[#parts + 1] = ("from %.12g"):format(from)
+  elseif field.above then parts[#parts + 1] = ("above %.12g"):format(from) end
+  if field.maximum then parts[#parts + 1] = ("%s %.12g"):format(from and "to" or "of at most", to)
+  elseif field.below then
+    parts[#parts + 1] = (from and "and below %.12g" or "below %.12g"):format(to)
+  end
+  local unit = field.unit or ""
+  if unit ~= "1" and unit ~= "" then parts[#parts + 1] = "(" .. unit .. ")" end
+  return table.concat(parts, " ")
+end
+
+local function in_range(field, value)
+  if type(value) ~= "number" or value ~= value or math.abs(value) == math.huge then return false end
+  if field.integer and value ~= math.floor(value) then return false end
+  return not (field.minimum and value < field.minimum or field.above and value <= field.above
+    or field.maximum and value > field.maximum or field.below and value >= field.below)
+end
+
+--- A finite number of a range. Absent: the range's default, or `default`.
+---@param field limax.range
+---@param default? any
+---@return schema.rule
+function schema.number(field, default)
+  return function(value, path)
+    if value == nil then
+      if default ~= nil then return default end
+      return field.value
+    end
+    if not in_range(field, value) then return refused(path, schema.expected(field), value) end
+    return value
+  end
+end
+
+--- A number, or a list of three, of a field of the engine.
+---@param field limax.field
+---@param default? any
+---@return schema.rule
+function schema.field(field, default)
+  if field.components ~= 3 then return schema.number(field, default) end
+  local part = {}
+  for key, value in pairs(field) do part[key] = key ~= "value" and value or nil end
+  return schema.list(schema.number(part), { count = 3, default = default or field.value,
+    expected = ("a list { x, y, z } in %s"):format(field.unit) })
+end
+
+--- A whole number.
+---@param minimum number
+---@param maximum number
+---@param default? integer
+---@return schema.rule
+function schema.whole(minimum, maximum, default)
+  return schema.number({ integer = true, minimum = minimum, maximum = maximum }, default)
+end
+
+--- One word, or a number: `schema.word_or_number("auto", field)`.
+---@param word string
+---@param field limax.range
+---@return schema.rule
+function schema.word_or_number(word, field)
+  return function(value, path)
+    if value == nil or value == word then return value end
+    if not in_range(field, value) then
+      return refused(path, ('"%s" or %s'):format(word, schema.expected(field)), value)
+    end
+    return value
+  end
+end
+
+--- A 1-based index into something that has `count` entries; raises at the user's line.
+---@param path string
+---@param value any
+---@param count integer
+---@return integer
+function schema.index(path, value, count)
+  if type(value) ~= "number" or value < 1 or value > count or value ~= math.floor(value) then
+    schema.refuse(path, count == 0 and "an index, but there is none"
+      or ("an index from 1 to %d"):format(count), value)
+  end
+  return value
+end
+
+local MOST_SEED = "18446744073709551615" -- 2^64 - 1
+
+--- A seed: a whole number up to 2^53, its digits as text up to 2^64 - 1, or a uint64_t. Digits that
+--- a number holds exactly become one.
+---@param value any
+---@param path string
+---@return number|string|ffi.cdata*|nil
+---@return string|nil message
+function schema.seed(value, path)
+  if type(value) == "cdata" and tostring(value):match "^%d+ULL$" then return value end
+  local digits = type(value) == "string" and value:match "^0*(%d+)$"
+  -- texts of equal length compare as their numbers do
+  if digits and (#digits < #MOST_SEED or #digits == #MOST_SEED and digits <= MOST_SEED) then
+    return tonumber(digits) < 2 ^ 53 and tonumber(digits) or digits
+  end
+  if value == nil or in_range({ integer = true, minimum = 0, maximum = 2 ^ 53 }, value) then
+    return value
+  end
+  return refused(path, "a whole number from 0 to 2^53, or its digits as text up to " .. MOST_SEED,
+    value)
+end
+
+--- A seed as the engine takes it; raises at the user's line.
+---@param value number|string|ffi.cdata*
+---@param path string
+---@return ffi.cdata* uint64_t
+function schema.uint64(value, path)
+  value = schema.demand(schema.seed, value, path)
+  if type(value) ~= "string" then return value + 0ULL end
+  local number = 0ULL
+  for digit in value:gmatch "%d" do number = number * 10 + tonumber(digit) end
+  return number
+end
+
+-- ---- other values -------------------------------------------------------------------------------
+
+---@param default? boolean
+---@return schema.rule
+function schema.boolean(default)
+  return function(value, path)
+    if value == nil then return default end
+    if type(value) ~= "boolean" then return refused(path, "true or false", value) end
+    return value
+  end
+end
+
+--- A text that matches a Lua pattern from end to end.
+---@param pattern string
+---@param expected string the pattern in words
+---@return schema.rule
+function schema.text(pattern, expected)
+  return function(value, path)
+    if value == nil then return nil end
+    if type(value) ~= "string" or not value:match("^" .. pattern .. "$") then
+      return refused(path, expected, value)
+    end
+    return value
+  end
+end
+
+--- Any text.
+schema.string = schema.text(".*", "a text")
+
+--- Any table.
+---@param value any
+---@param path string
+function schema.table(value, path)
+  if value == nil or type(value) == "table" then return value end
+  return refused(path, "a table", value)
+end
+
+--- One of a list of words; absent stays absent.
+---@param words string[]
+---@return schema.rule
+function schema.choice(words)
+  local quoted = {}
+  for i, word in ipairs(words) do quoted[i] = '"' .. word .. '"' end
+  local expected = "one of " .. table.concat(quoted, ", ")
+  return function(value, path)
+    if value == nil then return nil end
+    for _, word in ipairs(words) do
+      if value == word then return value end
+    end
+    local nearest = suggest(value, words)
+    local _, message = refused(path, expected, value)
+    return nil, nearest and ('%s; did you mean "%s"?'):format(message, nearest) or message
+  end
+end
+
+-- ---- tables -------------------------------------------------------------------------------------
+
+--- The number of entries of a list; nil for a value that is not a list: one with any key besides 1,
+--- 2, ... n.
+---@param value any
+---@return integer|nil
+function schema.list_size(value)
+  if type(value) ~= "table" then return nil end
+  local keys = 0
+  for _ in pairs(value) do keys = keys + 1 end
+  return keys == #value and keys or nil
+end
+
+--- A list whose entries all follow one rule. `count` fixes its length, `most` limits it; absent: a
+--- copy of `default`.
+---@param rule schema.rule
+---@param options { count?: integer, most?: integer, default?: table, expected: string }
+---@return schema.rule
+function schema.list(rule, options)
+  return function(value, path)
+    if value == nil then value = options.default end
+    if value == nil then return nil end
+    local size = schema.list_size(value)
+    if not size or options.count and size ~= options.count
+      or options.most and size > options.most then
+      return refused(path, options.expected, value, size)
+    end
+    local result = {}
+    for i = 1, size do
+      local entry, message = rule(value[i], ("%s[%d]"):format(path, i))
+      if message then return nil, message end
+      result[i] = entry
+    end
+    return result
+  end
+end
+
+--- Exactly `count` finite numbers.
+---@param count integer
+---@param field? limax.range of each
+---@return schema.rule
+function schema.numbers(count, field)
+  return schema.list(schema.number(field or {}),
+    { count = count, expected = ("a list of %d numbers"):format(count) })
+end
+
+--- The keys of a table, texts, sorted; `nil, message` when one of them is not a text.
+---@param value table
+---@param path string
+---@return string[]|nil
+---@return string|nil
+function schema.names(value, path)
+  local names = {}
+  for key in pairs(value) do
+    if type(key) ~= "string" then
+      return nil, ("%s: expected named fields, got an entry without a name"):format(path)
+    end
+    names[#names + 1] = key
+  end
+  table.sort(names)
+  return names
+end
+
+-- The message about the first name of `names` that is not a key of `fields`.
+local function unknown(names, fields, path, hint)
+  for _, name in ipairs(names) do
+    if fields[name] == nil then
+      local known = {}
+      for each in pairs(fields) do known[#known + 1] = each end
+      return ("%s%s: unknown field%s%s"):format(path == "" and "" or path .. ".", name,
+        suggest.ending(name, known), hint and hint(name) or "")
+    end
+  end
+end
+
+--- Raises at the user's line unless every name of a table is a key of `fields`.
+---@param value table
+---@param fields table<string, any>
+---@param path string
+---@param hint? fun(name: string): string|nil the end of the message about an unknown name
+---@return string[] names sorted
+function schema.known(value, fields, path, hint)
+  local names, message = schema.names(value, path)
+  message = message or unknown(names, fields, path, hint)
+  if message then fault.raise(message) end
+  return names
+end
+
+--- A table of named fields, each with its rule; absent: as if empty. Unknown names are refused with
+--- a suggestion.
+---@param fields table<string, schema.rule>
+---@return schema.rule
+function schema.fields(fields)
+  local known = {}
+  for name in pairs(fields) do known[#known + 1] = name end
+  table.sort(known)
+  return function(value, path)
+    if value == nil then value = {} end
+    local title = path == "" and "experiment" or path
+    if type(value) ~= "table" then return refused(title, "a table", value) end
+    local prefix = path == "" and "" or path .. "."
+    local names, message = schema.names(value, title)
+    message = message or unknown(names, fields, path)
+    if message then return nil, message end
+    local result = {}
+    for _, name in ipairs(known) do
+      local entry, refusal = fields[name](value[name], prefix .. name)
+      if refusal then return nil, refusal end
+      result[name] = entry
+    end
+    return result
+  end
+end
+
+return schema

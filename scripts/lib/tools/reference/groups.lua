@@ -1,0 +1,336 @@
+--- groups.lua: the public names by groups, each name with an example. Everything else about them is
+--- read from the comments in the code.
+---
+--- A group: `title`, `text`, `files` with the comments, `class` whose fields are entries too,
+--- `prefix` before a name in scripts, `holder` before it in the files, `stage`, Lua that makes what
+--- the examples use, and `examples`: a line "name  example" for each function or value. A name may
+--- be followed by where its comment is: "name=holder.name  example".
+
+local ROBOT = 'robot = limax.robot { voxels = "ecs\\nece\\n\\nsbs\\ncec" }'
+local RECORDED = ROBOT .. ":simulate { duration = 0.2, scene = limax.scenes.land { block = true }, "
+  .. "record = { center_of_mass = 50, contact = 50, energy = 50, strain = 50, ledger = 50, "
+  .. "block = 50 } }"
+local SMALL = '{ fitness = "walk", lattice = { 2, 2, 2 }, population = 6, repetitions = 1, '
+  .. "generations = 2, genome = { sigma = 4 }, simulation = { duration = 0.1 } }"
+local RUN = "run = limax.start(limax.experiment " .. SMALL .. ")"
+local SCORED = RUN .. "\npopulation = run:generations()():simulate():score()"
+local SIMULATION = 'materials = limax.engine.materials "paper"\n'
+  .. "robots = limax.engine.population { lattice = { 2, 1, 1 }, count = 1 }\n"
+  .. 'robots:set_body(1, { "e", "c" }, nil, materials)\nrobots:check(materials)\n'
+  .. "scene = limax.engine.scene { gravity = true, ground = true, block = true }\n"
+  .. "simulation = limax.engine.simulation(robots, materials, scene, { duration = 0.1, "
+  .. "record = { center_of_mass = 50 } })"
+local GENOMES = 'materials = limax.engine.materials "paper"\n'
+  .. "coder = limax.engine.encoding { lattice = { 2, 2, 2 } }\n"
+  .. "robots = limax.engine.population { count = 4, encoding = coder }\n"
+  .. "robots:initialize()\nrobots:express(materials)\nrates = { mutation_rate = 0.1, "
+  .. "mutation_scale = 0.1, crossover_rate = 0.4, seed = 1, repetition = 1, generation = 1 }"
+
+local function engine_files(...)
+  local files = {}
+  for i, name in ipairs { ... } do files[i] = "bindings/engine/" .. name .. ".lua" end
+  return files
+end
+
+return {
+  { title = "At the prompt", files = { "scripts/lib/tools/repl/words.lua" }, prefix = "",
+    holder = "list.", stage = ROBOT .. "\nrun = evolve(" .. SMALL .. ", 1)",
+    text = "Words of `limax repl`. `_` is the last value, `_1` to `_9` those before; a trailing "
+      .. "`;` mutes; `?name` is help.",
+    examples = [[
+who  who()
+time  time(robot:simulate { duration = 0.1 })
+plot  plot { 1, 4, 9, 16 }
+compare  compare(robot, "cpu", { device = "cpu", precision = "double" })
+evolve  evolve(run, 1)
+champion  champion(run)
+picture  picture(robot, "robot.svg", { duration = 0.2 })
+reload  reload "limax.scenes"
+follow  follow "mine.lua"
+]] },
+  { title = "limax", text = 'What `require "limax"` gives.', class = "limax", prefix = "limax.",
+    files = { "scripts/lib/limax.lua", "scripts/lib/robot/robot.lua",
+      "scripts/lib/experiment/experiment.lua", "scripts/lib/evolution/evolve.lua" },
+    examples = [[
+robot=robot.new  limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
+experiment=experiment.new  limax.experiment { fitness = "walk", generations = 5 }
+start=evolve.start  limax.start(limax.experiment { fitness = "walk", generations = 2 })
+]] },
+  { title = "A robot by hand", text = "What `limax.robot` gives.", class = "limax.robot",
+    files = { "scripts/lib/robot/robot.lua", "scripts/lib/experiment/replay.lua" },
+    prefix = "robot:", holder = "Robot:", stage = ROBOT,
+    examples = [[
+simulate  robot:simulate { duration = 0.2 }
+begin  robot:begin { duration = 0.2 }:step(10)
+edit  robot:edit(1, 1, 2, "b")
+replay  limax.robot(robot:simulate { duration = 0.2 }):replay()
+save  robot:save "robot.json"
+table  robot:table().voxels
+]] },
+  { title = "A robot in motion", text = "What `robot:begin` gives.",
+    class = "limax.robot_in_motion", files = { "scripts/lib/robot/robot_in_motion.lua" },
+    prefix = "walk:", holder = "Moving:",
+    stage = ROBOT .. "\nwalk = robot:begin { duration = 0.2 }",
+    examples = [[
+step  walk:step(10)
+go  walk:go(0.05)
+finish  walk:finish()
+center  walk:center()
+positions  walk:positions()
+velocities  walk:velocities()
+]] },
+  { title = "A robot that was simulated", class = "limax.scored_robot",
+    text = "What `robot:simulate` gives, and what fitness, selection and supervisors see.",
+    files = { "scripts/lib/robot/scored_robot.lua" }, prefix = "robot:", holder = "methods:",
+    stage = RECORDED,
+    examples = [[
+distance  robot:distance { axis = "x" }
+displacement  robot:displacement { from = "middle" }
+speed  robot:speed()
+path_length  robot:path_length()
+height  robot:height()
+contact  robot:contact()
+energy  robot:energy().muscle_work
+ledger  robot:ledger().closure
+strain  robot:strain()
+block  robot:block()
+mass  robot:mass()
+length  robot:length()
+duration  robot:duration()
+trace  robot:trace "center_of_mass"
+simulate  robot:simulate { accuracy = "publish" }
+save  robot:save "robot.json"
+table  robot:table().voxels
+]] },
+  { title = "A body", text = "`robot.body`.", class = "limax.robot.body", prefix = "body.",
+    files = { "scripts/lib/robot/body.lua" }, stage = ROBOT .. "\nbody = robot.body" },
+  { title = "An array", class = "limax.view", prefix = "view:", holder = "methods:",
+    text = "Traces, genomes, positions: `view[i][j]` reads, indices count from 1.",
+    files = engine_files "view", stage = RECORDED .. "\nview = robot:trace 'center_of_mass'",
+    examples = [[
+size  view:size()
+copy  view:copy()
+table  view:table()[1]
+pointer  view:pointer()
+]] },
+  { title = "An experiment", text = "What `limax.experiment` gives.", class = "limax.experiment",
+    files = { "scripts/lib/experiment/experiment.lua" }, prefix = "experiment:",
+    holder = "Experiment:", stage = "experiment = limax.experiment " .. SMALL,
+    examples = [[
+override  experiment:override { "population=12" }
+]] },
+  { title = "A run", text = "What `limax.start` gives.", class = "limax.run", prefix = "run:",
+    files = { "scripts/lib/evolution/evolve.lua" }, holder = "Run:", stage = RUN,
+    examples = [[
+generations  for robots in run:generations() do robots:simulate():score() end
+finish  run:finish()
+]] },
+  { title = "A population", class = "limax.population.scored", prefix = "population:",
+    text = "What `run:generations()` gives, and `history[n].population`: an array of robots.",
+    files = { "scripts/lib/evolution/population.lua" }, holder = "Population:",
+    stage = RUN .. "\npopulation = run:generations()()",
+    examples = [[
+simulate  population:simulate()
+score  population:score "distance"
+breed  population:breed { mutation_rate = 0.05 }
+]] },
+  { title = "limax.fitness", files = { "scripts/lib/experiment/fitness.lua" }, holder = "fitness.",
+    text = 'Fitness functions: `fitness = "walk"`, or `{ "distance", axis = "x" }`.',
+    prefix = "limax.fitness.", stage = RECORDED,
+    examples = [[
+walk  limax.fitness.walk(robot)
+distance  limax.fitness.distance(robot, { axis = "x" })
+speed  limax.fitness.speed(robot)
+height  limax.fitness.height(robot)
+efficiency  limax.fitness.efficiency(robot)
+straightness  limax.fitness.straightness(robot)
+carry  limax.fitness.carry(robot)
+get  limax.fitness.get("walk").call(robot)
+entries  limax.fitness.entries.walk.formula
+]] },
+  { title = "limax.selection", files = { "scripts/lib/experiment/selection.lua" },
+    text = 'Selection schemes: `selection = "rank"`, or `{ "tournament", size = 3 }`.',
+    prefix = "limax.selection.", holder = "selection.", named = "selection",
+    examples = [[
+truncation=selection.entries.truncation  { "truncation", share = 0.5 }
+tournament=selection.entries.tournament  { "tournament", size = 3 }
+rank=selection.entries.rank  { "rank", pressure = 1.8 }
+roulette=selection.entries.roulette  { "roulette" }
+lexicase=selection.entries.lexicase  { "lexicase", epsilon = "mad" }
+get  limax.selection.get "rank"
+entries  limax.selection.entries.rank
+]] },
+  { title = "limax.supervise", folder = "scripts/lib/supervise/", named = "supervisor",
+    files = { "scripts/lib/supervise/supervise.lua" },
+    text = 'Supervisors: `supervisor = "rules"`, or `{ "rules", patience = 5 }`.',
+    prefix = "limax.supervise.", holder = "supervise.",
+    examples = [[
+fixed  "fixed"
+schedule  { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } }
+random  { "random", step = 0.5 }
+one_fifth  { "one_fifth", window = 3 }
+self_adaptive  { "self_adaptive", span = 2 }
+bandit  { "bandit", spread = 2 }
+rules  { "rules", patience = 5 }
+llm  { "llm", model = "gpt-oss:20b", url = "http://localhost:11434/v1" }
+replay  { "replay", run = "runs/walk-1" }
+yoked  { "yoked", run = "runs/walk-1" }
+shuffled  { "shuffled", run = "runs/walk-1" }
+constant_median  { "constant_median", run = "runs/walk-1" }
+get  limax.supervise.get("rules").name
+entries  limax.supervise.entries.rules
+parameters  limax.supervise.parameters
+]] },
+  { title = "limax.scenes", files = { "scripts/lib/settings/scenes.lua" }, holder = "scenes.",
+    text = "Ready scenes; an effect in the argument replaces the scene's own, false removes it.",
+    prefix = "limax.scenes.",
+    examples = [[
+land  limax.scenes.land { friction = false }
+air  limax.scenes.air { gravity = false }
+water  limax.scenes.water { buoyancy = 0.9 }
+slope  limax.scenes.slope { angle = math.rad(10) }
+stairs  limax.scenes.stairs { step = 0.05, depth = 0.3, count = 5 }
+corner  limax.scenes.corner { distance = 1 }
+rough  limax.scenes.rough({ roughness = 0.05, seed = 1 }).terrain.spacing
+]] },
+  { title = "limax.diversity", files = { "scripts/lib/run/diversity.lua" }, holder = "diversity.",
+    text = "Measures of a scored population.", prefix = "limax.diversity.", stage = SCORED,
+    examples = [[
+hamming  limax.diversity.hamming(population)
+genotype  limax.diversity.genotype(population, "top")
+distinct  limax.diversity.distinct(population)
+material_shares  limax.diversity.material_shares(population)
+top_half  limax.diversity.top_half(population.ranked)
+measure  limax.diversity.measure(population.engine, population.ranked, population.materials).all
+]] },
+  { title = "limax.rescore", files = { "scripts/lib/evolution/rescore.lua" }, holder = "rescore.",
+    text = "Robots of a population, simulated and scored again under another setting.",
+    prefix = "limax.rescore.", stage = SCORED,
+    examples = [[
+population  limax.rescore.population(population, { accuracy = "preview" }, { 1, 2 })
+options  limax.rescore.options(run.config, { accuracy = "preview" }).precision
+]] },
+  { title = "Random numbers", class = "limax.random", prefix = "random:", holder = "methods:",
+    text = "The `random` of selection and supervisors, from the seed of the run.",
+    files = engine_files "random", stage = 'random = limax.engine.random(1, 1, "user")',
+    examples = [[
+integer  random:integer(6)
+uniform  random:uniform()
+normal  random:normal()
+]] },
+  { title = "limax.test", files = { "scripts/lib/tools/test/test.lua" }, holder = "test.",
+    text = "Suites of scripted regressions, run by `limax test FILE`.", prefix = "limax.test.",
+    examples = [[
+suite  limax.test.suite "my walker"
+DEVICES  limax.test.DEVICES
+]] },
+  { title = "A suite", text = "What `limax.test.suite` gives.", class = "limax.suite",
+    files = { "scripts/lib/tools/test/test.lua" }, prefix = "suite:", holder = "methods:",
+    stage = 'suite = limax.test.suite "of the reference"',
+    examples = [[
+test  suite:test("adds", { limit = 5 }, function(t) t:equal(1 + 1, 2) end)
+fixture  suite:fixture("cube", function() return limax.robot { voxels = "s" } end)
+]] },
+  { title = "A test's t", text = "What the function of `suite:test` is given.", prefix = "t:",
+    class = "limax.test_context", files = { "scripts/lib/tools/test/context.lua" },
+    holder = "methods:",
+    stage = 'local context, witness = require "limax.tools.test.context", '
+      .. 'require "limax.tools.test.witness"; t = context.new { name = "a test", '
+      .. 'suite = "a suite", file = "suite.lua", '
+      .. 'fixtures = { cube = { make = function() return 1 end } }, '
+      .. "state = context.file_state(), witness = witness.new {} }",
+    examples = [[
+near  t:near(0.1 + 0.2, 0.3, { rtol = 1e-12 })
+equal  t:equal({ 1, 2 }, { 1, 2 })
+same_bits  t:same_bits(0.5, 0.5)
+ok  t:ok(1 < 2, "one should be less than two")
+raises  t:raises("boo", function() error "boo" end)
+golden  pcall(t.golden, t, "height", { z = 1 }, { rtol = 1e-3, why = "before contact" })
+statistically  t:statistically(function(seed) return seed end, { seeds = 9, expected = 5 })
+fixture  t:fixture "cube"
+with  t:with { duration = 2 }
+skip  pcall(t.skip, t, "no GPU")
+note  t:note "took three tries"
+folder  t:folder(); t:close()
+]] },
+  { title = "limax.engine", prefix = "limax.engine.", stage = SIMULATION, class = "limax.engine",
+    text = "The objects over the C interface; the library is written on top of them.",
+    files = engine_files("engine", "device", "materials", "encoding", "population", "scene",
+      "simulation", "reconstruction", "random", "view", "memory", "fault"),
+    examples = [[
+device  limax.engine.device("cpu", { threads = 1 })
+materials  limax.engine.materials "paper"
+encoding  limax.engine.encoding { lattice = { 3, 3, 3 } }.genes
+population  limax.engine.population { lattice = { 2, 1, 1 }, count = 1 }
+effects  limax.engine.effects()[1].summary
+scene  limax.engine.scene { gravity = true }
+simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 })
+advance_together  limax.engine.advance_together({ simulation }, 0.01)
+limit_time  limax.engine.limit_time(nil)
+reconstruction  pcall(limax.engine.reconstruction, robots, materials, scene, {}, 10)
+random  limax.engine.random(1, 1, "user"):uniform()
+is_view=view.is_view  limax.engine.is_view(robots:voxels(1))
+bytes_held=memory.bytes_held  limax.engine.bytes_held()
+collect=memory.collect  limax.engine.collect()
+fail=fault.raise  pcall(limax.engine.fail, "boo")
+where=fault.where  limax.engine.where()
+place=fault.place  limax.engine.place()
+]] },
+  { title = "A simulation", class = "limax.simulation", prefix = "simulation:",
+    text = "What `limax.engine.simulation` gives: many robots in one scene over time.",
+    files = engine_files "simulation", holder = "methods:", stage = SIMULATION,
+    examples = [[
+place  simulation:place(1, simulation:state(1))
+advance  simulation:advance(0.01, 5)
+run  simulation:run()
+outcome  simulation:outcome(1).status
+trace  simulation:trace(1, "center_of_mass")
+sites  simulation:sites(1)
+state  simulation:state(1)
+block  simulation:block(1)
+describe  simulation:describe().device
+]] },
+  { title = "Genomes and bodies", text = "What `limax.engine.population` gives.",
+    class = "limax.population", files = engine_files("population", "bodies"), prefix = "robots:",
+    holder = "methods:", stage = GENOMES,
+    examples = [[
+initialize  robots:initialize()
+express  robots:express(materials)
+check  robots:check(materials)
+breed  limax.engine.population({ count = 1, encoding = coder }):breed(robots, { { 1, 2 } }, rates)
+genome  robots:genome(1)
+genomes_array  robots:genomes_array()
+genomes_bytes  #robots:genomes_bytes()
+set_genomes  robots:set_genomes(robots:genomes_bytes())
+voxels  robots:voxels(1)
+text  robots:text(1, ".ecsb")
+weights  robots:weights(1)
+body  robots:body(1)
+set_body  robots:set_body(1, { "e", "c", "s", "b", "e", "c", "s", "b" }, nil, materials)
+diversity  robots:diversity { 1, 2, 3 }
+]] },
+  { title = "Materials", text = "What `limax.engine.materials` gives, and `robot.materials`.",
+    class = "limax.materials", files = engine_files "materials", prefix = "materials:",
+    holder = "methods:", stage = 'materials = limax.engine.materials "paper"',
+    examples = [[
+get  materials:get(3)
+index  materials:index "bone"
+set  materials:set(3, "stiffness", 6000)
+field  materials:field "stiffness"
+copy  materials:copy()
+table  materials:table().name
+]] },
+  { title = "Devices, encodings, scenes", prefix = "",
+    text = "What `limax.engine.device`, `.encoding` and `.scene` give; each has `:free()`.",
+    files = engine_files("device", "encoding", "scene", "object"),
+    stage = 'device = limax.engine.device "cpu"\n'
+      .. "encoding = limax.engine.encoding { lattice = { 2, 2, 2 } }\n"
+      .. "scene = limax.engine.scene { gravity = true }",
+    examples = [[
+device:describe=methods:describe  device:describe().kind
+encoding:matrix=methods:matrix  encoding:matrix()
+encoding:features=methods:features  encoding:features()
+scene:table=methods:table  scene:table()
+object:free=shared:free  device:free()
+]] },
+}
