@@ -1,7 +1,7 @@
 --- compare.lua: `limax compare RUN...`: do the arms of these runs differ? One outcome, exact tests,
 --- and what their number can show.
 
-local arms = require "limax.tools.compare.arms"
+local arms = require "limax.tools.report.arms"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local outcome = require "limax.tools.compare.outcome"

@@ -1,9 +1,10 @@
 --- compare.lua: `limax compare` on small real runs, and its verdicts on outcomes made by hand:
 --- which test, what may be claimed, what runs are no arms of one comparison.
 
-local arms = require "limax.tools.compare.arms"
-local curves = require "limax.tools.compare.curves"
+local arms = require "limax.tools.report.arms"
+local curves = require "limax.tools.report.curves"
 local evolution = require "support.evolution"
+local exploratory = require "limax.tools.compare.exploratory"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local ledgers = require "limax.tools.compare.ledgers"
@@ -320,7 +321,7 @@ suite:test("exploratory: a missed target is censored, the area is a mean", funct
     { evaluations = 10, best_standard = 2 } } }
   t:equal(curves.points(one, runs.score), { { 30, 1 }, { 60, 3 }, { 70, 3 }, { 80, 2 } })
   -- 30 evaluations at 1, then 20 at 3
-  t:near(curves.exploratory({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
+  t:near(exploratory.of({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
   t:equal({ curves.at(curves.points(one, runs.score), 59),
     curves.at(curves.points(one, runs.score), 60) }, { 1, 3 })
   t:equal(curves.at(curves.points(one, runs.score), 29), nil)

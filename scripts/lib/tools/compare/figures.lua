@@ -3,7 +3,7 @@
 --- the last. Curves are those of a report.
 
 local csv = require "limax.base.csv"
-local curves = require "limax.tools.compare.curves"
+local exploratory = require "limax.tools.compare.exploratory"
 local figure = require "limax.draw.chart.figure"
 local outcome = require "limax.tools.compare.outcome"
 local panels = require "limax.tools.report.curves"
@@ -108,7 +108,7 @@ end
 local function first_last(list, outcomes)
   local rows = {}
   local function first_of(run)
-    local points = curves.points(run, runs.score)
+    local points = panels.points(run, runs.score)
     return points[1] and points[1][2] or 0
   end
   for _, arm in ipairs(list) do
@@ -116,13 +116,13 @@ local function first_last(list, outcomes)
       local a, b = run.lines[1], run.lines[#run.lines]
       rows[#rows + 1] = { arm = arm.name, seed = run.seed, repetition = run.repetition,
         generations = #run.lines, evaluations = run.evaluations, best_first = first_of(run),
-        best_last = curves.last(run), outcome = outcomes[run], mean_first = a.mean,
+        best_last = exploratory.last(run), outcome = outcomes[run], mean_first = a.mean,
         mean_last = b.mean, hamming_first = a.diversity.all and a.diversity.all.hamming,
         hamming_last = b.diversity.all and b.diversity.all.hamming }
     end
   end
   return { name = "first_last", title = "Generation 0 against the last",
-    panels = { panels.first_last(list, "best_standard", "fitness", first_of, curves.last) },
+    panels = { panels.first_last(list, "best_standard", "fitness", first_of, exploratory.last) },
     text = "Arms of equal seeds and repetitions begin with the same populations.",
     csv = csv.encode({ "arm", "seed", "repetition", "generations", "evaluations", "best_first",
       "best_last", "outcome", "mean_first", "mean_last", "hamming_first", "hamming_last" }, rows) }

@@ -2,9 +2,9 @@
 --- outcome, adjusted by Holm; everything else is exploratory. A claim needs enough runs, equal
 --- evaluations and, for a language model, that it set nearly all generations.
 
-local arms = require "limax.tools.compare.arms"
+local arms = require "limax.tools.report.arms"
 local bootstrap = require "limax.base.statistics.bootstrap"
-local curves = require "limax.tools.compare.curves"
+local exploratory = require "limax.tools.compare.exploratory"
 local failure = require "limax.base.failure"
 local holm = require "limax.base.statistics.holm"
 local ledgers = require "limax.tools.compare.ledgers"
@@ -143,7 +143,7 @@ function verdict.compare(list, outcomes, options)
   end
   local filled = fill_worst(all, outcomes)
   local baseline = find_baseline(list, options.baseline)
-  local target = options.target or sample.centre(each(baseline.runs, curves.last))
+  local target = options.target or sample.centre(each(baseline.runs, exploratory.last))
   local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
     target_given = options.target ~= nil, arms = {} }
   local tests, most_apart = {}, list[1].runs[1].config.population
@@ -154,7 +154,7 @@ function verdict.compare(list, outcomes, options)
       centre_name = name, donor = arm.donor, model = ledgers.model(arm.runs),
       evaluations = sample.median(each(arm.runs, function(run) return run.evaluations end)),
       tuning = sample.median(each(arm.runs, function(run) return run.before end)),
-      exploratory = curves.exploratory(arm.runs, target),
+      exploratory = exploratory.of(arm.runs, target),
       proposals = ledgers.proposals(arm.runs) }
     if arm ~= baseline then
       row.test = test_of(arm, baseline, outcomes)

@@ -7,7 +7,6 @@ local choice = require "limax.base.choice"
 local palette = require "limax.draw.palette"
 local runs = require "limax.tools.report.runs"
 local sample = require "limax.base.statistics.sample"
-local spent = require "limax.tools.compare.curves"
 
 local curves = {}
 
@@ -131,6 +130,36 @@ function curves.panel(list, title, label, value)
   return panel
 end
 
+--- A value of a run by the evaluations that it took: points { evaluations, value }, generation by
+--- generation. A generation without a value repeats the one before. An evaluation is one simulation
+--- of a robot for its score; elites that keep their score need none, those of a tuning come first.
+---@param run limax.report.run
+---@param value fun(line: table): number|nil
+---@return number[][]
+function curves.points(run, value)
+  local points, spent, before = {}, run.before, nil
+  for _, line in ipairs(run.lines) do
+    spent = spent + line.evaluations
+    before = value(line) or before
+    if before then points[#points + 1] = { spent, before } end
+  end
+  return points
+end
+
+--- The value at a number of evaluations: that of the last generation that was complete by then; nil
+--- before the first.
+---@param points number[][]
+---@param evaluations number
+---@return number|nil
+function curves.at(points, evaluations)
+  local value
+  for _, point in ipairs(points) do
+    if point[1] > evaluations then break end
+    value = point[2]
+  end
+  return value
+end
+
 --- A value against the simulations that it took, which are the budget; over the part that all runs
 --- of an arm have.
 ---@param list limax.report.arm[]
@@ -144,7 +173,7 @@ function curves.by_evaluations(list, title, label, value)
   for k, arm in ipairs(list) do
     local of_runs, low, high = {}, 0, math.huge
     for i, run in ipairs(arm.runs) do
-      local points = spent.points(run, value)
+      local points = curves.points(run, value)
       of_runs[i] = points
       low = math.max(low, points[1] and points[1][1] or math.huge)
       high = math.min(high, points[#points] and points[#points][1] or -math.huge)
@@ -152,7 +181,7 @@ function curves.by_evaluations(list, title, label, value)
     local points, band = {}, {}
     for place = 0, low <= high and PLACES or -1 do
       local x, values = low + (high - low) * place / PLACES, {}
-      for i, of_run in ipairs(of_runs) do values[i] = spent.at(of_run, x) end
+      for i, of_run in ipairs(of_runs) do values[i] = curves.at(of_run, x) end
       points[#points + 1] = { x, (sample.centre(values)) }
       if #values > 1 and #list <= MOST_BANDS then band[#band + 1] = { x, interval(values) } end
     end

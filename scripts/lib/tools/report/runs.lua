@@ -2,7 +2,7 @@
 --- their files, in whatever state the run is. Nothing is locked and nothing is written, so a run in
 --- progress is not disturbed.
 
-local arms = require "limax.tools.compare.arms"
+local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local host = require "limax.host"

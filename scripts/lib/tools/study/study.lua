@@ -2,7 +2,7 @@
 --- of evaluations and equal first populations, and then the comparison of `limax compare`. A study
 --- is a folder; started again there it continues.
 
-local arms = require "limax.tools.compare.arms"
+local arms = require "limax.tools.report.arms"
 local budget = require "limax.experiment.budget"
 local cells = require "limax.tools.study.cells"
 local engine = require "limax.engine"
