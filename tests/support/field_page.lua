@@ -1,7 +1,7 @@
---- field_page.lua: reads a page of tables "field, unit, meaning" as a tree of fields, and holds
---- decoded objects against it. On such a page `a[]` is a list of objects, words in capitals stand
---- for any name, a meaning that begins with *optional* allows absence, and "see [Part](#part)" puts
---- the fields of another section below.
+--- field_page.lua: reads a page of tables "field, unit, meaning" as a tree of fields, and compares
+--- decoded objects with it. On such a page `a[]` is a list of objects, words in capitals are
+--- placeholders, a meaning that begins with *optional* allows absence, and "see [Part](#part)"
+--- includes the fields of another section.
 
 local choice = require "limax.base.choice"
 local host = require "limax.host"
@@ -10,7 +10,7 @@ local source = require "limax.base.source"
 local field_page = {}
 
 --- Tables of a page by the heading above them: rows with `names` (of the first cell), `unit` (the
---- second), `optional`, and `part`, another section whose fields stand below this one.
+--- second), `optional`, and `part`, another section with the fields below this one.
 ---@param page string path in the source tree
 ---@return table<string, table[]>
 function field_page.read(page)
@@ -36,13 +36,13 @@ end
 ---@field path string
 ---@field unit string|nil
 ---@field optional boolean|nil
----@field seen boolean|nil has an object had it?
+---@field seen boolean|nil was it in an object?
 ---@field list boolean|nil of objects
 ---@field children table<string, field_page.field>
 ---@field parent field_page.field|nil
----@field any field_page.field|nil child of any name: in capitals on the page
+---@field any field_page.field|nil child of any name, in capitals on the page
 
---- The field at a dotted path below another one, made where it is missing.
+--- The field at a dotted path below another one, created if it is missing.
 ---@param field field_page.field
 ---@param path string
 ---@return field_page.field
@@ -64,7 +64,7 @@ function field_page.at(field, path)
   return field
 end
 
---- The fields of a section as a tree, those of its parts in place.
+--- The fields of a section as a tree, including those of its parts.
 ---@param sections table<string, table[]>
 ---@param heading string
 ---@param root? field_page.field
@@ -81,7 +81,7 @@ function field_page.tree(sections, heading, root)
   return root
 end
 
---- May it be absent? One that has no row of its own may, if all that stands below it may.
+--- May it be absent? A field without a row of its own may if all fields below it may.
 ---@param field field_page.field
 ---@return boolean|nil
 function field_page.is_optional(field)
@@ -92,7 +92,7 @@ function field_page.is_optional(field)
   return true
 end
 
---- Holds a decoded object against the fields of the page, both ways.
+--- Compares a decoded object with the fields of the page, in both directions.
 ---@param t limax.test_context
 ---@param value table
 ---@param field field_page.field
@@ -120,7 +120,7 @@ function field_page.compare(t, value, field)
   end
 end
 
---- Holds the lines of a transcript against the sections Attempt and Decision of the page.
+--- Compares the lines of a transcript with the sections Attempt and Decision of the page.
 ---@param t limax.test_context
 ---@param text string
 ---@param trees table<string, field_page.field> by heading
@@ -128,7 +128,7 @@ function field_page.compare_transcript(t, text, trees)
   for row in text:gmatch "[^\n]+" do
     local line, nested = assert(host.json.decode(row)), {}
     for name, value in pairs(line) do
-      -- flat names with dots, as OpenTelemetry has them, stand on the page like nested ones
+      -- OpenTelemetry's flat names with dots are like nested ones on the page
       local at = nested
       for step in name:gmatch "([^.]+)%." do
         at[step] = at[step] or {}

@@ -1,11 +1,11 @@
---- reader.lua: programs that are not ours, which read what limax writes: Python's modules and
---- command-line tools of Debian. Where one is not installed, the test is skipped with the package.
+--- reader.lua: other programs that read what limax writes: Python modules and command-line tools of
+--- Debian. If one is not installed, the test is skipped with the name of its package.
 
 local process = require "support.process"
 
 local reader = {}
 
--- Debian's own Python first: a user's may lack the packages
+-- Debian's own Python first: another one may lack the packages
 local PYTHONS = { "/usr/bin/python3", "python3" }
 
 local function run(line, folder)
@@ -14,7 +14,8 @@ local function run(line, folder)
   return status == 0, process.read(output)
 end
 
---- Runs a Python script with these modules; what it raises fails the test. Returns what it prints.
+--- Runs a Python script that needs these modules and returns its output. An exception fails the
+--- test.
 ---@param t limax.test_context
 ---@param folder string working folder
 ---@param packages table<string, string> Debian package of each module
@@ -39,12 +40,12 @@ function reader.python(t, folder, packages, script)
   t:skip(("there is no %s (Debian: apt-get install %s)"):format(missing, missing))
 end
 
---- Runs a command-line tool and returns what it prints.
+--- Runs a command-line tool and returns its output.
 ---@param t limax.test_context
 ---@param folder string
 ---@param tool string
 ---@param words string shell text after its name
----@param package? string of Debian, that of the tool's name if left out
+---@param package? string of Debian, if not the tool's name
 ---@return string
 function reader.tool(t, folder, tool, words, package)
   if not run("command -v " .. tool, folder) then

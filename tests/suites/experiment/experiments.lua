@@ -1,5 +1,5 @@
---- experiments.lua: every file of scripts/experiments runs, cut down to two generations of a few
---- robots, and opens with what it shows, how long it takes and how it is run.
+--- experiments.lua: every file of scripts/experiments runs, reduced to two generations of a few
+--- robots, and begins with a description, its duration, and the command that runs it.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -9,7 +9,7 @@ local suite = require("limax.test").suite "experiments"
 
 local FOLDER = host.home .. "/scripts/experiments"
 
--- Words for the scripts that loop themselves; what is not here returns an experiment.
+-- Arguments of scripts with a loop of their own; the others return an experiment.
 local WORDS = {
   ["by_hand.lua"] = {}, ["own_forces.lua"] = {},
   -- generations, robots, seconds
@@ -19,8 +19,7 @@ local WORDS = {
 }
 local TAGS = { ["supervision_study.lua"] = "full" }
 
--- What an experiment is cut down by; a supervisor that needs an endpoint gives way to one that does
--- not.
+-- Overrides that reduce an experiment, and replace a supervisor that needs an endpoint.
 local SMALL = { "generations=2", "repetitions=1", "population=8", "simulation.duration=0.4",
   "simulation.settle=0.1" }
 local CHANGED = { ["supervised.lua"] = { "supervisor=rules" },
@@ -58,7 +57,7 @@ for _, name in ipairs(host.file.list(FOLDER)) do
   end)
 end
 
-suite:test("each opens with what it shows, how long it takes and how it is run", function(t)
+suite:test("each begins with a description, its duration and its command", function(t)
   for _, name in ipairs(host.file.list(FOLDER)) do
     local text = source.read(FOLDER .. "/" .. name)
     local opening = {}
@@ -67,12 +66,12 @@ suite:test("each opens with what it shows, how long it takes and how it is run",
       if not words then break end
       opening[#opening + 1] = words
     end
-    local said = table.concat(opening, " ")
-    t:ok(said:find(name .. ": ", 1, true) == 1, name .. " does not open with its name")
-    local long = said:find "seconds?" or said:find "minutes?" or said:find "hours?"
-    t:ok(long or said:find "took %d+ s[ ,]", name .. " does not say how long it takes")
-    t:ok(said:find("limax run scripts/experiments/" .. name, 1, true)
-      or said:find("limax scripts/experiments/" .. name, 1, true),
+    local header = table.concat(opening, " ")
+    t:ok(header:find(name .. ": ", 1, true) == 1, name .. " does not begin with its name")
+    local long = header:find "seconds?" or header:find "minutes?" or header:find "hours?"
+    t:ok(long or header:find "took %d+ s[ ,]", name .. " does not state its duration")
+    t:ok(header:find("limax run scripts/experiments/" .. name, 1, true)
+      or header:find("limax scripts/experiments/" .. name, 1, true),
       name .. " does not say how it is run")
   end
 end)

@@ -1,5 +1,5 @@
---- documentation.lua: what README.md, scripts/README.md and scripts/RUN_FOLDER.md say, held against
---- the program: every field and unit of a run folder, every Lua block, command line and file name.
+--- documentation.lua: compares the pages with the program: every field and unit of a run folder,
+--- every Lua block, command line and file name.
 
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
@@ -16,7 +16,7 @@ local source = require "limax.base.source"
 local suite = require("limax.test").suite "documentation"
 
 local PAGE = "scripts/RUN_FOLDER.md"
--- pages with Lua, and with command lines
+-- pages with Lua blocks, and with command lines
 local WITH_LUA = { "README.md", "scripts/README.md", "scripts/WORLD.md", "scripts/EXTENDING.md" }
 local READMES = { "scripts/GPU.md", unpack(WITH_LUA) }
 
@@ -29,7 +29,7 @@ local completes = process.completes
 -- ---- the page of the run folder -----------------------------------------------------------------
 
 -- All traces, a fitness with cases and measures that fails for one robot, bodies without a muscle,
--- a supervisor with good and bad proposals for parameters and materials.
+-- a supervisor with valid and invalid proposals for parameters and materials.
 local RICH = [[
 local limax = require "limax"
 return limax.experiment {
@@ -53,8 +53,7 @@ return limax.experiment {
 }
 ]]
 
--- Names, no trace, a fixed step, the effects that the other lacks; a seed beyond what a number
--- holds.
+-- Named choices, no trace, a fixed step, the other effects, and a seed above 2^53.
 local PLAIN = [[
 local limax = require "limax"
 return limax.experiment {
@@ -68,11 +67,11 @@ return limax.experiment {
 }
 ]]
 
--- A language model whose client is here: a good answer, a bad one, a failure.
+-- A language model with a client of its own: a valid answer, an invalid one, a failure.
 local TALK = [[
 local limax = require "limax"
 local host = require "limax.host"
-local function client(options, given)
+local function client(options, context)
   local made, asked = {}, 0
   function made:describe() return { endpoint = "http://127.0.0.1:9/v1/chat/completions" } end
   function made:state() return { model = "m", totals = { asked = asked } } end
@@ -80,7 +79,7 @@ local function client(options, given)
   function made:ask(messages)
     asked = asked + 1
     local body = host.json.encode { messages = messages }
-    given.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
+    context.record { time = host.time(), ms = 3, request = body, request_sha256 = host.sha256(body),
       http_status = 200, raw_body = "{}", probe = false, raw_body_truncated = false,
       ["gen_ai.request.model"] = "m", ["gen_ai.response.finish_reasons"] = { "stop" } }
     if asked == 2 then return nil, { class = "http", message = "HTTP 500", http_status = 500,
@@ -98,25 +97,31 @@ return limax.experiment {
 }
 ]]
 
--- Runs that together write every file and almost every optional field; their folders by name.
+local function run_script(t, base, name, text, words, status)
+  write(("%s/%s.lua"):format(base, name), text)
+  local done = process.ends(base, { "run", unpack(words) })
+  t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
+end
+
+local function run_plain(t, base)
+  run_script(t, base, "plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
+    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
+end
+
+-- Runs that together write every file and almost every optional field: their folders by name.
 local function real_runs(t)
   local base = t:folder()
-  local function run(name, text, words, status)
-    write(("%s/%s.lua"):format(base, name), text)
-    local done = process.ends(base, { "run", unpack(words) })
-    t:ok(done.status == status, ("%s: status %d\n%s"):format(name, done.status, done.stderr))
-  end
-  run("rich", RICH:gsub("SPEED", "1000"), { "rich.lua", "--out", "rich", "--set", "seed=2" }, 0)
-  -- goes on with a limit that fast bodies break
-  run("rich", RICH:gsub("SPEED", "1"),
+  run_script(t, base, "rich", RICH:gsub("SPEED", "1000"),
+    { "rich.lua", "--out", "rich", "--set", "seed=2" }, 0)
+  -- resumed with a speed limit that fast bodies exceed
+  run_script(t, base, "rich", RICH:gsub("SPEED", "1"),
     { "--resume", "rich", "--changed", "--set", "generations=6" }, 0)
-  run("plain", PLAIN:gsub("FITNESS", '{ "distance", axis = "x" }'),
-    { "plain.lua", "--out", "plain", "--repetition", "2" }, 0)
-  run("wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
+  run_plain(t, base)
+  run_script(t, base, "wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
-  run("talk", TALK, { "talk.lua", "--out", "talk" }, 0)
-  -- the second repetition has some generation when one fails in its sixth, however slow it is
-  run("ahead", PLAIN:gsub("FITNESS",
+  run_script(t, base, "talk", TALK, { "talk.lua", "--out", "talk" }, 0)
+  -- fails in the sixth generation, when the second repetition is ahead
+  run_script(t, base, "ahead", PLAIN:gsub("FITNESS",
     "function(robot) return robot.generation < 5 and robot:distance() or 0 / 0 end"),
     { "ahead.lua", "--out", "ahead", "--together", "--set", "generations=6" }, 1)
   completes(t, base, { "report", "rich", "--no-robots" })
@@ -137,19 +142,19 @@ local function files_below(folder, before, list)
   return list
 end
 
--- The name of a file as the page's table of files has it.
+-- The name of a file as in the page's table of files.
 local function listed_as(name)
   return (name:gsub("^r%d%d/", "rNN/"):gsub("/g%d%d%d%d%.", "/gNNNN.")
     :gsub("^config%-%d", "config-N"):gsub("^scripts%-%d/.*", "scripts-N/FILE")
     :gsub("^scripts/.*", "scripts/FILE"):gsub("^prompts/%x+", "prompts/HASH"))
 end
 
--- What is decoded under each heading that has fields.
+-- The headings of the objects that are compared.
 local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.jsonl",
   "timing.jsonl", "Attempt", "Decision", "population/gNNNN.jsonl", "champions/gNNNN.json",
   "checkpoint", "STATUS" }
 
-suite:test("a run folder holds the files and fields that the page names", function(t)
+suite:test("a run folder has the files and fields of the page", function(t)
   local sections, trees, objects = field_page.read(PAGE), {}, 0
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
@@ -178,7 +183,7 @@ suite:test("a run folder holds the files and fields that the page names", functi
     for _, name in ipairs(row.names) do
       named[name] = true
       t:ok(seen[name], "no run has written " .. name)
-      t:ok(seen[name].plain or row.optional, name .. " is not always there, nor optional")
+      t:ok(seen[name].plain or row.optional, name .. " is missing in a plain run, but not optional")
     end
   end
   for _, name in ipairs(choice.sorted_keys(seen)) do
@@ -188,7 +193,7 @@ suite:test("a run folder holds the files and fields that the page names", functi
   local unseen = {}
   for _, heading in ipairs(OBJECTS) do
     field_page.each(trees[heading], function(field)
-      -- what lies in an optional object is there whenever the object is (see `compare`)
+      -- `compare` checks the fields of an optional object that is present
       local inner = field.parent.optional and not field.parent.seen
       t:ok(field.seen or field_page.is_optional(field) or inner, field.path .. " is in no run")
       if not field.seen then unseen[#unseen + 1] = field.path end
@@ -236,8 +241,10 @@ suite:test("units on the page are those of the program", function(t)
   end
 end)
 
-suite:test("genomes and champions are what the page describes", function(t)
-  local folder = real_runs(t).plain
+suite:test("genomes and champions are as the page describes them", function(t)
+  local base = t:folder()
+  run_plain(t, base)
+  local folder = base .. "/plain"
   local champion = folder .. "/r02/champions/g0001.json"
   local again = limax.robot(champion):simulate().record.outcome
   t:same_bits(again, host.json.decode(source.read(champion)).outcome)
@@ -248,9 +255,9 @@ suite:test("genomes and champions are what the page describes", function(t)
   t:equal({ robots, genes }, { lines, 33 * 32 + 33 * 32 + 33 * 8 })
 end)
 
--- ---- what a README shows ------------------------------------------------------------------------
+-- ---- examples -----------------------------------------------------------------------------------
 
--- Fenced blocks of a page in one language: text and line.
+-- The fenced blocks of a page in one language, with their lines and place.
 local function blocks(page, language)
   local list, block, number = {}, nil, 0
   for line in text_of(page):gmatch "(.-)\n" do
@@ -268,14 +275,14 @@ local function blocks(page, language)
   return list
 end
 
--- What keeps a documented experiment under a second, and its folder out of the way.
+-- Adds words that make a documented experiment small, and choose its run folder.
 local function small(words, name)
   for _, change in ipairs { "population=12", "generations=2", "repetitions=1", "lattice=[3,3,3]",
     "simulation.duration=0.4", "simulation.settle=0.1" } do
     words[#words + 1] = "--set"
     words[#words + 1] = change
   end
-  -- one that it names itself is read by a later line
+  -- a later command may read a folder that this one names
   for _, word in ipairs(words) do
     if word == "--out" then return words end
   end
@@ -307,7 +314,7 @@ end
 suite:test("every command line runs", { limit = 60 }, function(t)
   local folder, count = t:folder(), 0
   for _, page in ipairs(READMES) do
-    -- the experiment that a page lets its reader write
+    -- the experiments of the page
     for _, block in ipairs(blocks(page, "lua")) do
       local text = table.concat(block.lines, "\n")
       local name = text:match 'name = "(.-)"'
@@ -317,14 +324,14 @@ suite:test("every command line runs", { limit = 60 }, function(t)
       for _, line in ipairs(block.lines) do
         local words = {}
         for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do
-          -- the reader stands in the source tree, the test in a folder of its own
+          -- the test runs in a folder of its own
           words[#words + 1] = word:find "^scripts/" and host.home .. "/" .. word or word
         end
         local program = table.remove(words, 1)
-        -- those install packages
+        -- quickstart.sh and test.sh install packages
         local installs = program and program:find("/scripts/dev/%l+%.sh$")
         if program and not installs then
-          t:ok(program == "build/limax", ("%s: %s is not what is built"):format(page, line))
+          t:ok(program == "build/limax", ("%s: %s is not the built program"):format(page, line))
           count = count + 1
           if words[1] == "run" then words = small(words, "line" .. count) end
           completes(t, folder, words, { what = page .. ": " .. line })
@@ -335,8 +342,7 @@ suite:test("every command line runs", { limit = 60 }, function(t)
   t:ok(count > 0)
 end)
 
-suite:test("the client by hand of lib/llm/README.md runs", { limit = 60 }, function(t)
-  -- with an endpoint that answers; without one: llm_endpoint.lua
+suite:test("the client example of llm/README.md runs", { limit = 60 }, function(t)
   local page = "scripts/lib/supervise/llm/README.md"
   local client, folder, server = blocks(page, "lua"), t:folder(), faulty_server.open(t)
   t:equal(#client, 1)
@@ -346,7 +352,7 @@ suite:test("the client by hand of lib/llm/README.md runs", { limit = 60 }, funct
   t:ok(done.stdout:find("\n1\thttp://127.0.0.1:", 1, true), done.stdout)
 end)
 
-suite:test("the lines of CONVERT.md run", { limit = 60 }, function(t)
+suite:test("the commands of CONVERT.md run", { limit = 60 }, function(t)
   local folder, count = t:folder(), 0
   write(folder .. "/walk.lua", [[
 return require("limax").experiment { name = "walk", fitness = "walk", lattice = { 3, 3, 3 },
@@ -366,7 +372,7 @@ return require("limax").experiment { name = "walk", fitness = "walk", lattice = 
   t:ok(count >= 5)
 end)
 
-suite:test("every file that a page names is there", function(t)
+suite:test("every file that a page names exists", function(t)
   for _, page in ipairs { "engine/README.md", "engine/PERFORMANCE.md", "prompts/README.md",
     "scripts/lib/supervise/llm/README.md", "scripts/ACCURACY.md", "scripts/CONVERT.md",
     "scripts/RUN_FOLDER.md", "scripts/SUPERVISION.md", unpack(READMES) } do
@@ -374,7 +380,7 @@ suite:test("every file that a page names is there", function(t)
     local text = text_of(page)
     local function check(path)
       t:ok(host.file.exists(base .. path) or host.file.exists(host.home .. "/" .. path),
-        ("%s names %s, which is not there"):format(page, path))
+        ("%s names %s, which does not exist"):format(page, path))
     end
     for path in text:gmatch "%]%(([^)#:]+)%)" do check(path) end
     for path in text:gmatch "`([%l_]+/[%w_/.]+)`" do
