@@ -1,4 +1,4 @@
---- test.lua: `limax test`: runs suites of scripted regressions.
+--- test.lua: `limax test`: runs suites of tests.
 
 local child = require "limax.tools.test.child"
 local engine = require "limax.engine"
@@ -12,40 +12,39 @@ local runner = require "limax.tools.test.runner"
 local terminal = require "limax.base.terminal"
 
 local command = {
-  summary = "run suites of scripted regressions",
+  summary = "run suites of tests",
   usage = "limax test [FILE|FOLDER ...] [options]",
-  text = "Without a file or folder: the suites of limax's source tree. A folder stands for the\n"
-    .. ".lua files that lie in it. Tests tagged full take minutes and run only with --tags=full.\n"
-    .. "Each file runs in a process of its own: a test that crashes, or loops beyond its limit,\n"
-    .. "is ended and has failed, and those after it run. Exits 1 if a test failed or a suite did\n"
-    .. "not load.",
+  text = "Without a file or folder: the suites of limax's source tree. Of a folder: its .lua\n"
+    .. "files. Tests tagged full take minutes and run only with --tags=full. Each file runs in\n"
+    .. "its own process: a test that crashes, or loops beyond its limit, is ended and fails, and\n"
+    .. "those after it run. Exits 1 if a test failed or a suite did not load.",
   positional = { name = "FILE" },
   options = {
     { name = "filter", argument = "PATTERN",
-      text = "only tests whose \"SUITE: TEST\" contains this, as it stands or as a Lua pattern" },
+      text = "only tests whose \"SUITE: TEST\" contains this, literally or as a Lua pattern" },
     { name = "tags", argument = "TAG,...",
-      text = "only tests with one of these tags; --tags=-slow leaves out those tagged slow" },
+      text = "only tests with one of these tags; --tags=-slow excludes those tagged slow" },
     { name = "only", argument = "TITLE", many = true,
-      text = "this \"SUITE: TEST\" alone; may come several times" },
+      text = "only this \"SUITE: TEST\"; may be repeated" },
     { name = "shuffle", argument = "SEED", kind = "integer", minimum = 0,
-      text = "run in an order drawn from this number; 0 draws one and prints it" },
+      text = "run in an order shuffled by this number; 0 picks one and prints it" },
     { name = "jobs", short = "j", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
-      value = 1, text = "run so many files at a time" },
+      value = 1, text = "files to run at a time" },
     { name = "limit", argument = "S", kind = "number", minimum = 0.001,
-      text = "seconds that a test may take which names no limit of its own" },
-    { name = "one-process", text = "run in this process, for a debugger: a limit ends simulations "
-      .. "alone" },
+      text = "seconds that a test may take if it sets no limit" },
+    { name = "one-process", text = "run in this process, for a debugger: a limit ends only "
+      .. "simulations" },
     { name = "update-golden", text = "record golden values that are new or differ, and show how; "
-      .. "no limit holds" },
+      .. "without limits" },
     { name = "reason", argument = "TEXT",
-      text = "why they differ, kept in their files; asked for at a terminal" },
+      text = "why they differ, stored in their files; asked for at a terminal" },
     { name = "list", text = "print the tests and run none" },
     { name = "tap", text = "print TAP version 13" },
     { name = "json", text = "print a line of JSON for each file and test" },
     { name = "json-seq", text = "the same from this process, a record separator before each "
       .. "(RFC 7464)" },
-    { name = "junit", argument = "FILE", text = "also write JUnit's XML there" },
-    { name = "quiet", short = "q", text = "print failures and the last line alone" },
+    { name = "junit", argument = "FILE", text = "also write JUnit XML to this file" },
+    { name = "quiet", short = "q", text = "print only failures and the last line" },
   },
 }
 
@@ -71,8 +70,8 @@ local function paths_of(arguments)
   if #paths == 0 then
     local suites = host.home .. "/tests/suites"
     if not host.file.exists(suites) then
-      failure.raise(2, ("limax's own suites are in its source tree and not in %s; name a file or "
-        .. "folder of yours: limax test FILE.lua"):format(host.home))
+      failure.raise(2, ("limax's own suites are in its source tree, not in %s; name a file or "
+        .. "folder: limax test FILE.lua"):format(host.home))
     end
     for i, room in ipairs(host.file.list(suites)) do paths[i] = suites .. "/" .. room end
   end
@@ -89,45 +88,48 @@ local function choice_of(arguments)
     limit = arguments.limit }
   for tag in (arguments.tags or ""):gmatch "[^,%s]+" do table.insert(choice.tags, tag) end
   if choice.filter and not pcall(string.find, "", choice.filter) then
-    failure.raise(2, ("--filter: %q is no Lua pattern; %%( stands for a bracket"):format(
+    failure.raise(2, ("--filter: %q is not a Lua pattern; %%( matches a bracket"):format(
       choice.filter))
   end
   return choice
 end
 
--- A number that the clock draws, small enough to be typed again.
-local function drawn_seed() return 1 + math.floor(host.clock() * 1e6) % 999999 end
-
--- How goldens are recorded: with the reason given, else one asked for at a terminal.
+-- How goldens are recorded: with --reason, or with an answer at the terminal.
 local function update_of(arguments)
   if not arguments.update_golden then
     if arguments.reason then failure.raise(2, "--reason goes with --update-golden") end
     return nil
   end
   if arguments.jobs > 1 then
-    failure.raise(2, "--update-golden looks at one golden after the other; leave out --jobs")
+    failure.raise(2, "--update-golden and --jobs exclude each other")
   end
   if arguments.reason == "" then failure.raise(2, "--reason is empty") end
   return {
     reason = arguments.reason,
     ask = function(text)
       if not host.terminal().stdin then return nil end
-      io.stderr:write(text, "\nwhy does it change (nothing: it stays as it is)? ")
+      io.stderr:write(text, "\nwhy does it change (empty: it is not recorded)? ")
       return io.read "*l"
     end,
   }
 end
 
--- How tests run: their own processes are several, or none.
-local function check_processes(arguments)
-  local alone = arguments.json_seq and "--json-seq" or arguments.one_process and "--one-process"
-  if alone and arguments.jobs > 1 then
-    failure.raise(2, alone .. " and --jobs exclude each other")
+-- Refuses options that contradict each other.
+local function check_options(arguments)
+  for _, pair in ipairs { { "tap", "json" }, { "tap", "json_seq" }, { "json", "json_seq" } } do
+    if arguments[pair[1]] and arguments[pair[2]] then
+      failure.raise(2, ("--%s and --%s exclude each other"):format(pair[1],
+        (pair[2]:gsub("_", "-"))))
+    end
+  end
+  local single = arguments.json_seq and "--json-seq" or arguments.one_process and "--one-process"
+  if single and arguments.jobs > 1 then
+    failure.raise(2, single .. " and --jobs exclude each other")
   end
 end
 
--- The reporter, and what becomes of the text that tests print themselves: programs find it on the
--- standard error alone.
+-- The reporter, and a function that prints what tests print themselves: on standard error if the
+-- results are for programs.
 local function reporter_of(arguments)
   local within_line = false
   local function write(text)
@@ -143,11 +145,6 @@ local function reporter_of(arguments)
     stream:flush()
     if stream == io.stdout then within_line = text:sub(-1) ~= "\n" end
   end
-  local forms = {}
-  for _, form in ipairs { "tap", "json", "json-seq" } do
-    if arguments[form:gsub("-", "_")] then forms[#forms + 1] = "--" .. form end
-  end
-  if forms[2] then failure.raise(2, table.concat(forms, " and ") .. " exclude each other") end
   local shown
   if arguments.json_seq then
     shown = lines.reporter(function(text) write(child.SEPARATOR .. text) end)
@@ -166,17 +163,17 @@ end
 ---@return integer status 0 if nothing failed
 function command.run(arguments)
   local paths, choice, update = paths_of(arguments), choice_of(arguments), update_of(arguments)
-  check_processes(arguments)
+  check_options(arguments)
   local seed = arguments.shuffle
-  if seed == 0 then seed = drawn_seed() end
+  if seed == 0 then seed = 1 + math.floor(host.clock() * 1e6) % 999999 end
   local files = {}
   for i, path in ipairs(runner.files(paths)) do files[i] = runner.load(path) end
   local plan = runner.plan(files, choice, seed)
   if arguments.list then return list(plan) end
-  -- refuses what the environment says of threads before any test meets it
+  -- fails early if the environment's number of threads is invalid
   engine.device("cpu"):free()
 
-  -- a child's number is its parent's to say
+  -- a parent prints it for its children
   if seed and not arguments.json_seq then
     io.stderr:write(("limax: --shuffle %d\n"):format(seed))
   end

@@ -1,7 +1,7 @@
 --- process.lua: runs the limax executable for a test, to its end or until a signal.
 
 local host = require "limax.host"
-local shell_process = require "limax.tools.test.process"
+local shell = require "limax.base.shell"
 
 local process = {}
 
@@ -17,7 +17,7 @@ local LOOK = 0.01
 process.LATE = 20
 
 --- A word as the shell reads it back unchanged.
-process.quote = shell_process.quoted
+process.quote = shell.quoted
 
 ---@param path string
 ---@return string text empty where there is no file
@@ -131,18 +131,31 @@ end
 ---@field what? string what a failure calls it
 ---@field before? string shell text in front of the command: "ulimit -f 8;", "LC_ALL=de_DE.UTF-8"
 
---- Runs `limax` to its end, whatever that is; its two streams apart, without the limit above.
+--- Runs `limax` to its end, with separate output streams and without the limit above.
 ---@param folder string where it runs
 ---@param arguments string[]
 ---@param options limax.test_process.options|nil
 ---@return { status: integer|nil, stdout: string, stderr: string }
 function process.ends(folder, arguments, options)
-  local given = { folder = folder }
-  for name, value in pairs(options or {}) do given[name] = value end
-  return shell_process.limax(arguments, given)
+  options = options or {}
+  local words = {}
+  if options.signal then
+    -- --foreground: the signal reaches only limax, as with kill in a terminal
+    words[1] = ("timeout --foreground --preserve-status -s %s %.3f"):format(options.signal,
+      options.after)
+  end
+  words[#words + 1] = process.quote(host.executable)
+  for _, argument in ipairs(arguments) do words[#words + 1] = process.quote(argument) end
+  local out, err = folder .. "/.stdout", folder .. "/.stderr"
+  local pipe = assert(io.popen(("cd %s && { %s %s; } >%s 2>%s </dev/null; echo $?"):format(
+    process.quote(folder), options.before or "", table.concat(words, " "), process.quote(out),
+    process.quote(err)), "r"))
+  local status = tonumber(pipe:read "*a")
+  pipe:close()
+  return { status = status, stdout = process.read(out), stderr = process.read(err) }
 end
 
---- The same for one that must end well: fails the test with all that it said where it does not.
+--- The same for one that must succeed: otherwise fails the test with its output.
 ---@param t limax.test_context
 ---@param folder string
 ---@param arguments string[]

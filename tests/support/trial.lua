@@ -1,32 +1,34 @@
---- trial.lua: small suites that `limax test` is tried on, and what it says of them.
+--- trial.lua: runs `limax test` on small suites.
 
 local host = require "limax.host"
+local shell = require "limax.base.shell"
 
 local trial = {}
 
---- The first line of each.
+--- The first line of each suite file.
 trial.HEAD = 'local suite = require("limax.test").suite "trial"\n'
 
---- Runs a command of this executable: its output, errors included, and its exit status.
----@param ... string its words
+--- Runs a command of this executable: its output with errors, and its exit status.
+---@param words string[] arguments
+---@param before string|nil shell text before the command
 ---@return string
 ---@return integer
-function trial.timed(...)
-  local words = {}
-  for i, word in ipairs { host.executable, ... } do words[i] = "'" .. word .. "'" end
-  local pipe = io.popen(table.concat(words, " ") .. " 2>&1; echo status $?")
+function trial.run(words, before)
+  local list = { before or "", shell.quoted(host.executable) }
+  for _, word in ipairs(words) do list[#list + 1] = shell.quoted(word) end
+  local pipe = io.popen(table.concat(list, " ") .. " 2>&1 </dev/null; echo status $?")
   local text = pipe:read "*a"
   pipe:close()
   local output, status = text:match "^(.*)status (%d+)\n$"
   return output, tonumber(status)
 end
 
---- The same, without what `limax test` says of times, which are the machine's.
----@param ... string its words
+--- The same, without the times that `limax test` prints.
+---@param ... string arguments
 ---@return string
 ---@return integer
 function trial.limax(...)
-  local output, status = trial.timed(...)
+  local output, status = trial.run { ... }
   local lines = {}
   for line in output:gmatch "[^\n]*\n?" do
     local word = line:match "^  (%a+) "
@@ -38,16 +40,32 @@ function trial.limax(...)
   return (table.concat(lines):gsub("slowest:\n.-\n\n", "")), status
 end
 
--- A suite file of these lines, in a folder of its own; line 1 of it is line 2 of the file.
-function trial.file(t, lines, name)
-  local path = ("%s/%s.lua"):format(t:folder(), name or "trial")
-  local fine, message = host.file.write_atomic(path, trial.HEAD .. lines)
-  t:ok(fine, message)
-  return path
+--- Writes suite files into a new folder, by name; line 1 of a text is line 2 of its file.
+---@param t limax.test_context
+---@param texts table<string, string>
+---@return string folder
+function trial.files(t, texts)
+  local folder = t:folder()
+  for name, text in pairs(texts) do
+    assert(host.file.write_atomic(("%s/%s.lua"):format(folder, name), trial.HEAD .. text))
+  end
+  return folder
 end
 
-function trial.contains(t, text, part)
-  t:ok(text:find(part, 1, true), ("expected %q in:\n%s"):format(part, text))
+--- Writes one suite file.
+---@param t limax.test_context
+---@param text string
+---@return string path
+function trial.file(t, text) return trial.files(t, { trial = text }) .. "/trial.lua" end
+
+--- Fails unless a text contains every part.
+---@param t limax.test_context
+---@param text string
+---@param ... string
+function trial.contains(t, text, ...)
+  for _, part in ipairs { ... } do
+    t:ok(text:find(part, 1, true), ("expected %q in:\n%s"):format(part, text))
+  end
 end
 
 return trial

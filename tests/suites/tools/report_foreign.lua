@@ -9,7 +9,7 @@ local inline = require "limax.draw.chart.inline"
 local limax = require "limax"
 local lineage = require "limax.tools.report.lineage"
 local page = require "limax.tools.report.page"
-local process = require "limax.tools.test.process"
+local process = require "support.process"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local watch = require "limax.commands.watch"
@@ -89,8 +89,8 @@ suite:test("fields of another kind count as absent", { limit = 60 }, function(t)
   run(base .. "/whole")
   for k, damage in ipairs(DAMAGE) do
     local folder = ("%s/%d"):format(base, k)
-    assert(os.execute(("cp -r %s/whole %s"):format(process.quoted(base),
-      process.quoted(folder))) == 0)
+    assert(os.execute(("cp -r %s/whole %s"):format(process.quote(base),
+      process.quote(folder))) == 0)
     rewrite(folder .. "/" .. damage[1], damage[2])
     local what = ("%d, %s"):format(k, damage[1])
     local fine, text = failure.attempt(function()
@@ -105,7 +105,7 @@ suite:test("fields of another kind count as absent", { limit = 60 }, function(t)
     end)
     t:ok(shown and said:find("generation 3 of", 1, true), what .. ": " .. tostring(said))
   end
-  local done = process.limax({ "list", "." }, { folder = base })
+  local done = process.ends(base, { "list", "." })
   t:ok(done.status == 0, done.stderr)
   t:equal(select(2, done.stdout:gsub("\n", "")), #DAMAGE + 2)
   t:ok(not done.stdout:find("attempt", 1, true), done.stdout)
@@ -132,7 +132,7 @@ suite:test("a damaged run among others is listed as that, and why", { limit = 20
   run(base .. "/good")
   run(base .. "/spoiled")
   assert(host.file.write_atomic(base .. "/spoiled/metrics.jsonl", "{]\n"))
-  local done = process.limax({ "list", base }, { folder = base })
+  local done = process.ends(base, { "list", base })
   t:equal(done.status, 0)
   t:ok(done.stdout:find "/spoiled +damaged" and done.stdout:find "/good +done", done.stdout)
   t:ok(done.stderr:find("/spoiled/metrics.jsonl, line 1: column", 1, true), done.stderr)
@@ -167,13 +167,12 @@ suite:test("no name reaches a terminal as a command to it", { limit = 20 }, func
     supervisor = { name = "\27]0;x\7" } })
   rewrite(folder .. "/STATUS", setter { state = "done\27[31m" })
   for _, words in ipairs { { "watch", folder, "--once" }, { "list", base } } do
-    local done = process.limax(words, { folder = base, before = "export NO_COLOR=1;" })
+    local done = process.ends(base, words, { before = "export NO_COLOR=1;" })
     t:ok(done.status == 0, done.stderr)
     t:ok(not done.stdout:find("[\27\7]") and not done.stdout:find("\194\155", 1, true),
       done.stdout)
   end
-  local done = process.limax({ "report", folder, "--no-robots", "--out", "x.html" },
-    { folder = base })
+  local done = process.ends(base, { "report", folder, "--no-robots", "--out", "x.html" })
   t:ok(done.status == 0, done.stderr)
   t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
 end)
@@ -185,7 +184,7 @@ suite:test("folders and files whose names are no UTF-8", { limit = 20 }, functio
   for _, words in ipairs { { "report", "r\255", "w", "--out", "x.html" },
     { "report", "r\255", "w", "--no-robots", "--figures", "f" },
     { "picture", "r\255/r01/champions/g0002.json", "--out", "x.svg" } } do
-    local done = process.limax(words, { folder = base })
+    local done = process.ends(base, words)
     t:ok(done.status == 0, done.stderr)
   end
   for _, name in ipairs { "f/learning-85.svg", "x.svg" } do
@@ -234,12 +233,12 @@ suite:test("where nothing can be written that is said", { limit = 20 }, function
     { "report", "r", "--no-robots", "--out", "r" },
     { "report", "r", "--no-robots", "--figures", "r/STATUS/x" },
     { "picture", "r", "--out", "none/x.png" }, { "picture", "r", "--out", "none/x.mp4" } } do
-    local done = process.limax(words, { folder = base })
+    local done = process.ends(base, words)
     t:equal(done.status, 1)
     t:ok(done.stderr:match "^limax: [^\n]+\n$", done.stderr)
   end
   assert(os.remove(base .. "/r/r01/champions/g0002.json"))
-  local done = process.limax({ "picture", "r", "--out", "x.png" }, { folder = base })
+  local done = process.ends(base, { "picture", "r", "--out", "x.png" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find("g0002.json: No such file", 1, true), done.stderr)
 end)

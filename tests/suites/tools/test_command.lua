@@ -1,5 +1,5 @@
---- test_command.lua: `limax test` itself, run on suites that pass, fail, skip and do not load; the
---- suggestions of error messages; and `limax doctor`.
+--- test_command.lua: output and options of `limax test`; comparisons; suggestions in messages; and
+--- `limax doctor`.
 
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
@@ -9,29 +9,39 @@ local suggest = require "limax.engine.suggest"
 local test = require "limax.test"
 local trials = require "support.trial"
 
-local HEAD, limax, contains, trial = trials.HEAD, trials.limax, trials.contains, trials.file
+local limax, contains, trial = trials.limax, trials.contains, trials.file
 
--- ---- what it prints ----------------------------------------------------------------------------
+local MIXED = [[
+suite:test("passes & <notes> # 1", function(t) t:note "a \"note\"\1" end)
+suite:test("it's out [of luck]", function(t) t:ok(false, "no \255 luck") end)
+suite:test("waits", function(t) t:skip "not today" end)
+suite:test("long", { tags = "full" }, function(t) t:ok(false, "runs only by name") end)
+]]
+
+-- ---- output ------------------------------------------------------------------------------------
 
 local printing = test.suite "limax test"
 
-printing:test("counts on a line of its own and exits 0 or 1", function(t)
-  local path = trial(t, [[
-suite:test("passes", function(t) t:equal(1 + 1, 2) end)
-suite:test("waits", function(t) t:skip "not today" end)
-]])
+printing:test("plain lines, and a command line for what failed", function(t)
+  local path = trial(t, MIXED)
   local output, status = limax("test", path)
-  t:equal(status, 0)
-  contains(t, output, "\n1 passed, 0 failed, 1 skipped\n")
-  contains(t, output, "skip trial: waits (not today)")
-  path = trial(t, 'suite:test("fails", function(t) t:ok(false, "no luck") end)\n')
-  output, status = limax("test", path)
   t:equal(status, 1)
-  contains(t, output, "\n0 passed, 1 failed, 0 skipped\n")
-  contains(t, output, ("FAIL trial: fails\n        %s:2: no luck\n"):format(path))
+  contains(t, output, "ok   trial: passes & <notes> # 1\n       # a \"note\"",
+    ("FAIL trial: it's out [of luck]\n        %s:3: no ? luck\n"):format(path),
+    "skip trial: waits (not today)", "\n1 passed, 1 failed, 1 skipped\n")
+  local line = output:match "to run only what failed:\n  ([^\n]+)\n"
+  local pipe = io.popen(line .. " 2>&1")
+  contains(t, pipe:read "*a", "\n0 passed, 1 failed, 0 skipped\n")
+  pipe:close()
+  contains(t, limax("test", path, "--only", "trial: long"), "\n0 passed, 1 failed, 0 skipped\n")
+  -- -q prints only failures and the last line
+  output = limax("test", path, "-q")
+  t:equal(output, ("%s\n  FAIL trial: it's out [of luck]\n        %s:3: no ? luck\n\n"
+    .. "to run only what failed:\n  %s test %s --only %s\n\n1 passed, 1 failed, 1 skipped\n")
+    :format(path, path, shell.program(), path, shell.quoted "trial: it's out [of luck]"))
 end)
 
-printing:test("shows line, expected, got and difference", function(t)
+printing:test("line, expected, got and difference of a failed check", function(t)
   local path = trial(t, [[
 suite:test("numbers", function(t) t:near(1.5, 1, { rtol = 1e-3 }) end)
 suite:test("tables", function(t) t:near({ 1, { x = 2 } }, { 1, { x = 4 } }) end)
@@ -41,116 +51,121 @@ suite:test("error", function() local x = nil; x.y = 1 end)
 suite:test("raises", function(t) t:raises("wanted", function() error "came" end) end)
 suite:test("quiet", function(t) t:raises("wanted", function() end) end)
 ]])
-  local output = limax("test", path)
-  contains(t, output,
-    ":2: near (rtol 0.001, atol 0): expected 1, got 1.5; difference 0.5, relative 0.5")
-  contains(t, output, ":3: near (rtol 1e-09, atol 0): [2].x: expected 4, got 2")
-  contains(t, output, ":4: same_bits: [1]: expected -0, got 0")
-  contains(t, output, ":5: equal: .b: is missing (2)")
-  contains(t, output, ":6: attempt to index local 'x' (a nil value)")
-  contains(t, output, ':7: raises: expected an error with "wanted", got "')
-  contains(t, output, ":8: raises: expected an error")
-  contains(t, output, "\n0 passed, 7 failed, 0 skipped\n")
+  contains(t, limax("test", path),
+    ":2: near (rtol 0.001, atol 0): expected 1, got 1.5; difference 0.5, relative 0.5",
+    ":3: near (rtol 1e-09, atol 0): [2].x: expected 4, got 2",
+    ":4: same_bits: [1]: expected -0, got 0", ":5: equal: .b: is missing (2)",
+    ":6: attempt to index local 'x' (a nil value)",
+    ':7: raises: expected an error with "wanted", got "', ":8: raises: expected an error",
+    "\n0 passed, 7 failed, 0 skipped\n")
 end)
 
-printing:test("names a suite that does not load", function(t)
-  local folder = t:folder()
-  local texts = {
+printing:test("suites that do not load, and misuse at its line", function(t)
+  local folder = trials.files(t, {
     broken = "local x = = 1\n",
-    duplicate = HEAD .. 'suite:test("a", function() end)\nsuite:test("a", function() end)\n',
-    empty = "return 1\n",
-    global = HEAD .. "x = 1\n",
-    good = HEAD .. 'suite:test("passes", function() end)\n',
-    option = HEAD .. 'suite:test("a", { limits = 1 }, function() end)\n',
-  }
-  for name, text in pairs(texts) do
-    host.file.write_atomic(("%s/%s.lua"):format(folder, name), text)
-  end
+    duplicate = 'suite:test("a", function() end)\nsuite:test("a", function() end)\n',
+    global = "x = 1\n",
+    good = 'suite:test("passes", function() end)\n',
+    option = 'suite:test("a", { limits = 1 }, function() end)\n',
+    colon = 'suite.test("a", function() end)\n',
+    twice = 'suite:test("a", { seeds = { 3, 3 } }, function() end)\n',
+    half = 'suite:test("a", { seeds = 1.5 }, function() end)\n',
+    precision = 'suite:test("a", { precisions = "doubel" }, function() end)\n',
+    lines = 'suite:test("a\\nb", function() end)\n',
+    same = 'suite:test("a [seed 1]", function() end)\n'
+      .. 'suite:test("a", { seeds = 1 }, function() end)\n',
+    dot = 'suite:test("a", function(t) t.ok(true) end)\n',
+  })
+  host.file.write_atomic(folder .. "/empty.lua", "return 1\n")
   local output, status = limax("test", folder)
   t:equal(status, 1)
-  contains(t, output, folder .. "/broken.lua\n  FAIL does not load\n")
-  contains(t, output, "broken.lua:1: unexpected symbol")
-  contains(t, output, 'duplicate.lua:3: suite "trial" has a test "a" already')
-  contains(t, output, "empty.lua begins no suite")
-  contains(t, output, "global.lua:2:")
-  contains(t, output, 'option.lua:2: suite:test: unknown option "limits"; did you mean "limit"?')
-  contains(t, output, "\n1 passed, 5 failed, 0 skipped\n")
+  contains(t, output, folder .. "/broken.lua\n  FAIL does not load\n",
+    "broken.lua:2: unexpected symbol", 'duplicate.lua:3: suite "trial" already has a test "a"',
+    "empty.lua begins no suite", "global.lua:2:",
+    'option.lua:2: suite:test: unknown option "limits"; did you mean "limit"?',
+    "colon.lua:2: write a colon: suite:test(...)\n", "twice.lua:2: seeds[2]: 3 is listed twice",
+    "half.lua:2: seeds[1]: expected a whole number from 0 to 2^53, got 1.5",
+    'precision.lua:2: precisions: unknown precision "doubel"; did you mean',
+    "lines.lua:2: suite:test: name: expected one line of text",
+    'same.lua: there are two tests "trial: a [seed 1]"', "dot.lua:2: write a colon: t:ok(...)",
+    "\n1 passed, 12 failed, 0 skipped\n")
+  t:ok(not output:find("runner.lua", 1, true), output)
 end)
 
 printing:test("TAP", function(t)
-  local path = trial(t, [[
-suite:test("passes # not a directive", function(t) t:note "a note" end)
-suite:test("fails", function(t) t:ok(false, "no luck") end)
-suite:test("waits", function(t) t:skip "not today" end)
-]])
+  local path = trial(t, MIXED)
   local output, status = limax("test", path, "--tap")
   t:equal(status, 1)
   t:equal(output, table.concat({
     "TAP version 13", "1..3", "# " .. path,
-    "ok 1 - trial: passes \\# not a directive", "# a note",
-    "not ok 2 - trial: fails", "  ---", "  message: |", ("    %s:3: no luck"):format(path), "  ...",
-    "ok 3 - trial: waits # SKIP not today", "",
+    "ok 1 - trial: passes & <notes> \\# 1", "# a \"note\"\1",
+    "not ok 2 - trial: it's out [of luck]", "  ---", "  message: |",
+    ("    %s:3: no ? luck"):format(path), "  ...", "ok 3 - trial: waits # SKIP not today", "",
   }, "\n"))
 end)
 
-printing:test("the line for the failures runs them and nothing else", function(t)
+printing:test("lines of JSON, and a JSON text sequence mixed with what tests print", function(t)
   local path = trial(t, [[
-suite:test("passes", function() end)
-suite:test("it's out [of luck]", function(t) t:ok(false, "no luck") end)
-suite:test("long", { tags = "full" }, function(t) t:ok(false, "never asked for") end)
+suite:test("fails", { limit = 5 }, function(t) t:note "n"; t:ok(false, "no luck") end)
+suite:test("waits", function(t) io.write "half a line"; t:skip "not today" end)
 ]])
-  local output = limax("test", path)
-  local line = output:match "what failed, alone:\n  ([^\n]+)\n"
-  local pipe = io.popen(line .. " 2>&1")
-  output = pipe:read "*a"
+  local expected = { { event = "begin", total = 2 }, { event = "file", path = path },
+    { event = "start", suite = "trial", test = "fails", limit = 5 },
+    { event = "test", suite = "trial", test = "fails", status = "failed", text = "no luck",
+      where = path .. ":2", notes = { "n" } },
+    { event = "start", suite = "trial", test = "waits" },
+    { event = "test", suite = "trial", test = "waits", status = "skipped", text = "not today",
+      notes = {} },
+    { event = "end", passed = 0, failed = 1, skipped = 1 } }
+  local function events_of(text, pattern)
+    local events = {}
+    for line in text:gmatch(pattern) do
+      local event = assert(host.json.decode(line, "a line"), line)
+      event.seconds = nil
+      events[#events + 1] = event
+    end
+    return events
+  end
+  -- standard output contains only the events
+  local pipe = io.popen(("'%s' test '%s' --json 2>/dev/null"):format(host.executable, path))
+  t:equal(events_of(pipe:read "*a", "[^\n]+"), expected)
   pipe:close()
-  contains(t, output, "FAIL trial: it's out [of luck]")
-  contains(t, output, "\n0 passed, 1 failed, 0 skipped\n")
-  contains(t, limax("test", path, "--only", "trial: long"), "\n0 passed, 1 failed, 0 skipped\n")
+  local output = limax("test", path, "--json-seq")
+  t:equal(events_of(output, "\30([^\n]*)\n"), expected)
+  t:equal((output:gsub("\30([^\n]*)\n", "")), "half a line")
 end)
 
-printing:test("the slowest tests", function(t)
-  local path = trial(t, [[
-local host = require "limax.host"
-for i = 1, 11 do
-  suite:test(("waits %d"):format(i), function() host.wait(0.1 + 0.01 * i) end)
-end
-suite:test("quick", function() end)
-]])
-  local output = trials.timed("test", path)
-  local slowest = output:match "\nslowest:\n(.-)\n\n"
-  t:equal(select(2, slowest:gsub("[^\n]+", "")), 10)
-  t:ok(slowest:find "^ +%d%.%d s  trial: waits %d+\n", slowest)
-  t:ok(not slowest:find("quick", 1, true), slowest)
-  t:ok(not trials.timed("test", path, "-q", "--filter=s [12]$"):find("slowest", 1, true))
-end)
-
-printing:test("JUnit's XML is well-formed and tells everything", function(t)
-  local path = trial(t, [[
-suite:test("passes & <notes>", function(t) t:note "a \"note\"\1" end)
-suite:test("fails", function(t) t:ok(false, "no \255 luck é") end)
-suite:test("waits", function(t) t:skip "not today" end)
-]])
-  local file = t:folder() .. "/results.xml"
-  local _, status = limax("test", path, "--junit", file)
-  t:equal(status, 1)
-  -- a reader that is not ours
-  local script = t:folder() .. "/read.py"
-  host.file.write_atomic(script, [==[
+printing:test("JUnit's XML is well-formed and complete", function(t)
+  local path, folder = trial(t, MIXED), t:folder()
+  t:equal(select(2, limax("test", path, "--junit", folder .. "/results.xml")), 1)
+  -- an independent reader
+  host.file.write_atomic(folder .. "/read.py", [==[
 import sys, json, xml.etree.ElementTree as tree
 suite, = tree.parse(sys.argv[1]).getroot()
 print(json.dumps([suite.attrib["name"], suite.attrib["tests"], suite.attrib["failures"],
     suite.attrib["skipped"], [[case.attrib["classname"], case.attrib["name"],
     [[part.tag, part.attrib.get("message"), part.text] for part in case]] for case in suite]]))
 ]==])
-  local pipe = io.popen(("python3 '%s' '%s' 2>&1"):format(script, file))
+  local pipe = io.popen(("cd '%s' && python3 read.py results.xml 2>&1"):format(folder))
   local text = pipe:read "*a"
   pipe:close()
   local null = host.json.null
   t:equal(assert(host.json.decode(text, "python"), text), { path, "3", "1", "1", {
-    { "trial", "passes & <notes>", { { "system-out", null, 'a "note"?' } } },
-    { "trial", "fails", { { "failure", "no ? luck é", path .. ":3: no ? luck é" } } },
+    { "trial", "passes & <notes> # 1", { { "system-out", null, 'a "note"?' } } },
+    { "trial", "it's out [of luck]", { { "failure", "no ? luck", path .. ":3: no ? luck" } } },
     { "trial", "waits", { { "skipped", "not today", null } } } } })
+end)
+
+printing:test("the slowest tests", function(t)
+  local path = trial(t, [[
+for i = 1, 11 do
+  suite:test(("waits %d"):format(i), function() require("limax.host").wait(0.11) end)
+end
+suite:test("quick", function() end)
+]])
+  local slowest = trials.run({ "test", path }):match "\nslowest:\n(.-)\n\n"
+  t:equal(select(2, slowest:gsub("[^\n]+", "")), 10)
+  t:ok(slowest:find "^ +%d%.%d s  trial: waits %d+\n", slowest)
 end)
 
 printing:test("chooses by name and tag, and lists", function(t)
@@ -158,119 +173,80 @@ printing:test("chooses by name and tag, and lists", function(t)
 suite:test("one", { tags = "slow" }, function() end)
 suite:test("two", { tags = { "slow", "gait" } }, function() end)
 suite:test("three", function() end)
+suite:test("long", { tags = "full" }, function() end)
 ]])
-  local function passed(...)
-    local output, status = limax("test", path, "-q", ...)
-    t:equal(status, 0)
-    return tonumber(output:match "(%d+) passed, 0 failed, 0 skipped\n$")
+  for option, names in pairs { ["--filter=trial: t"] = "two three",
+    ["--filter=^trial: t.o$"] = "two", ["--tags=gait"] = "two", ["--tags=slow,gait"] = "one two",
+    ["--tags=-slow"] = "three", ["--tags=slow,-gait"] = "one", ["--tags=full"] = "long", ["--list"] = "one two three" } do
+    local listed = {}
+    for name in limax("test", path, "--list", option):gmatch "  trial: (%w+)" do
+      listed[#listed + 1] = name
+    end
+    t:equal(table.concat(listed, " "), names)
   end
-  t:equal(passed "--filter=trial: t", 2)
-  t:equal(passed "--filter=^trial: t.o$", 1)
-  t:equal(passed "--tags=gait", 1)
-  t:equal(passed "--tags=slow,gait", 2)
-  t:equal(passed "--tags=-slow", 1)
-  t:equal(passed "--tags=slow,-gait", 1)
-  -- what takes minutes waits to be asked for
-  local long = trial(t, 'suite:test("long", { tags = "full" }, function() end)\n'
-    .. 'suite:test("short", function() end)\n')
-  t:equal(limax("test", long, "--list"), long .. "\n  trial: short\n")
-  t:equal(limax("test", long, "--list", "--tags=full"), long .. "\n  trial: long (full)\n")
   t:equal(limax("test", path, "--list", "--tags=slow"),
     path .. "\n  trial: one (slow)\n  trial: two (slow, gait)\n")
-  local output, status = limax("test", path, "--filter", "nothing like this")
-  t:equal(status, 1)
-  contains(t, output, "no test was chosen")
+  t:equal({ limax("test", path, "--filter", "nothing") },
+    { "0 passed, 0 failed, 0 skipped\nlimax: no test was chosen\n", 1 })
 end)
 
-printing:test("-q prints failures and the last line alone", function(t)
-  local path = trial(t, [[
-suite:test("passes", function(t) t:note "a note" end)
-suite:test("waits", function(t) t:skip "not today" end)
-]])
-  t:equal({ limax("test", path, "-q") }, { "1 passed, 0 failed, 1 skipped\n", 0 })
-  path = trial(t, [[
-suite:test("passes", function(t) t:note "a note" end)
-suite:test("fails", function(t) t:ok(false, "no luck") end)
-]])
-  t:equal({ limax("test", path, "-q") }, { ("%s\n  FAIL trial: fails\n        %s:3: no luck\n\n"
-    .. "what failed, alone:\n  %s test %s --only 'trial: fails'\n\n"
-    .. "1 passed, 1 failed, 0 skipped\n"):format(path, path, shell.program(), path), 1 })
-end)
-
-printing:test("refuses what it cannot understand", function(t)
-  local function refused(part, ...)
-    local output, status = limax("test", ...)
+printing:test("refuses options that it cannot follow", function(t)
+  local folder = t:folder()
+  for _, bad in ipairs {
+    { "there is no file or folder /nowhere", "/nowhere" }, { "holds no .lua file", folder },
+    { "unknown option --taps", "--taps" }, { "is not a Lua pattern", "--filter=(" },
+    { "--jobs is 0; it must be 1 to 1024", "--jobs=0" },
+    { "--tap and --json exclude each other", "--tap", "--json" },
+    { "--json and --json-seq exclude each other", "--json-seq", "--json" },
+    { "--one-process and --jobs exclude each other", "--one-process", "-j", "2" },
+    { "--reason goes with --update-golden", "--reason=why" },
+    { "--junit: cannot ", "--junit=/nowhere/results.xml", trial(t, "") },
+    { "--update-golden and --jobs exclude each other", "--update-golden", "--jobs=2" },
+  } do
+    local output, status = limax("test", unpack(bad, 2))
     t:equal(status, 2)
-    contains(t, output, part)
+    contains(t, output, bad[1])
   end
-  refused("there is no file or folder /nowhere", "/nowhere")
-  refused("holds no .lua file", t:folder())
-  refused("unknown option --taps", "--taps")
-  refused("is no Lua pattern", "--filter=(")
-  refused("--jobs is 0; it must be 1 to 1024", "--jobs=0")
-  refused("--tap and --json exclude each other", "--tap", "--json")
-  refused("--json and --json-seq exclude each other", "--json-seq", "--json")
-  refused("--one-process and --jobs exclude each other", "--one-process", "-j", "2")
-  refused("--reason goes with --update-golden", "--reason=why")
-  refused("--junit: there is no folder /nowhere", "--junit=/nowhere/results.xml")
-  refused("--junit: cannot ", "--junit=" .. t:folder(), trial(t, ""))
-  refused("leave out --jobs", "--update-golden", "--jobs=2")
-  -- an installed limax has no suites of its own
-  local home = t:folder()
+  -- an installation without suites
   for _, name in ipairs { "bindings", "scripts", "materials" } do
-    os.execute(("cp -r '%s/%s' '%s'"):format(host.home, name, home))
+    os.execute(("ln -s '%s/%s' '%s'"):format(host.home, name, folder))
   end
-  local pipe = io.popen(("LIMAX_HOME='%s' '%s' test 2>&1; echo $?"):format(home, host.executable))
-  local output = pipe:read "*a"
-  pipe:close()
-  t:equal(output, ("limax: limax's own suites are in its source tree and not in %s; name a file or "
-    .. "folder of yours: limax test FILE.lua\n2\n"):format(home))
+  local output, status = trials.run({ "test" }, ("LIMAX_HOME='%s'"):format(folder))
+  t:equal({ output, status }, { ("limax: limax's own suites are in its source tree, not in %s; "
+    .. "name a file or folder: limax test FILE.lua\n"):format(folder), 2 })
 end)
 
 -- ---- comparing ---------------------------------------------------------------------------------
 
 local comparing = test.suite "comparing"
 
-comparing:test("near", function(t)
-  local function count(expected, got, rtol, atol)
-    return #compare.near(expected, got, { rtol = rtol, atol = atol })
+comparing:test("near, equal and the same bits", function(t)
+  local nan, infinity = 0 / 0, math.huge
+  for _, case in ipairs {
+    { 0, 100, 100.1, 1e-3, 0 }, { 1, 100, 100.2, 1e-3, 0 }, { 1, 0, 1e-7, 1, 0 },
+    { 0, 0, 1e-7, 0, 1e-6 }, { 1, nan, nan, 1, 1 }, { 0, infinity, infinity, 0, 0 },
+    { 1, infinity, 1, 1, 1 }, { 1, { 1, { 2, 3 } }, { 1, { 2, 4 } }, 0, 0 },
+    { 1, { 1, 2 }, { 1 }, 1, 1 }, { 1, { a = "x" }, { a = "y" }, 1, 1 }, { 1, 1, "1", 1, 1 },
+  } do
+    local differences = compare.near(case[2], case[3], { rtol = case[4], atol = case[5] })
+    t:ok(#differences == case[1], compare.shown(case[2]) .. " " .. compare.shown(case[3]))
   end
-  t:equal(count(100, 100.1, 1e-3, 0), 0)
-  t:equal(count(100, 100.2, 1e-3, 0), 1)
-  t:equal(count(0, 1e-7, 1, 0), 1)
-  t:equal(count(0, 1e-7, 0, 1e-6), 0)
-  t:equal(count(0 / 0, 0 / 0, 1, 1), 1)
-  t:equal(count(math.huge, math.huge, 0, 0), 0)
-  t:equal(count(math.huge, 1, 1, 1), 1)
-  t:equal(count({ 1, { 2, 3 } }, { 1, { 2, 4 } }, 0, 0), 1)
-  t:equal(count({ 1, 2 }, { 1 }, 1, 1), 1)
-  t:equal(count({ a = "x" }, { a = "y" }, 1, 1), 1)
-  t:equal(count(1, "1", 1, 1), 1)
-end)
-
-comparing:test("bits and equality", function(t)
   t:equal(#compare.same_bits({ 0.1, "a", true }, { 0.1, "a", true }), 0)
-  t:equal(#compare.same_bits(0, -0), 1)
-  t:equal(#compare.same_bits(1, 1 + 2 ^ -52), 1)
-  t:equal(#compare.equal(0, -0), 0)
-  t:equal(#compare.equal(0 / 0, 0 / 0), 0)
-  t:equal(#compare.equal({}, { 1 }), 1)
+  t:equal({ #compare.same_bits(0, -0), #compare.same_bits(1, 1 + 2 ^ -52) }, { 1, 1 })
+  t:equal({ #compare.equal(0, -0), #compare.equal(nan, nan), #compare.equal({}, { 1 }) },
+    { 0, 0, 1 })
   t:equal(compare.text(compare.equal({ x = { 1, 2 } }, { x = { 1, 3 } })[1]),
     ".x[2]: expected 2, got 3; difference 1, relative 0.5")
 end)
 
 comparing:test("suggestions", function(t)
   local names = { "gravity", "ground", "friction", "damping", "actuation" }
-  t:equal(suggest("gravty", names), "gravity")
-  t:equal(suggest("Grvaity", names), "gravity")
-  t:equal(suggest("grav", names), "gravity")
-  t:equal(suggest("wind", names), nil)
-  t:equal(suggest("", names), nil)
-  t:equal(suggest(3, names), nil)
-  t:equal(suggest("x", {}), nil)
-  t:equal(suggest("ab", { "b", "a" }), "a")
-  t:equal(suggest.distance("abcd", "acbd"), 1)
-  t:equal(suggest.distance("", "abc"), 3)
+  for word, expected in pairs { gravty = "gravity", Grvaity = "gravity", grav = "gravity",
+    wind = false, [""] = false, [3] = false } do
+    t:equal(suggest(word, names) or false, expected)
+  end
+  t:equal({ suggest("x", {}), suggest("ab", { "b", "a" }) }, { nil, "a" })
+  t:equal({ suggest.distance("abcd", "acbd"), suggest.distance("", "abc") }, { 1, 3 })
   t:equal(suggest.ending("gravty", names), '; did you mean "gravity"?')
   t:equal(suggest.ending("zzz", names),
     "; known are: actuation, damping, friction, gravity, ground")
@@ -288,7 +264,6 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
     { host.version, host.home, host.executable })
   t:equal(facts.self_check.passed, true)
   t:near(facts.self_check.fallen, 4.905, { rtol = 1e-4 })
-  -- what it says of CUDA is what the engine says
   local found, device = pcall(engine.device, "cuda")
   if found then
     t:equal({ facts.cuda, facts.gpus }, { device:describe().cuda, device:describe().gpus })
@@ -306,20 +281,22 @@ doctor:test("describes this machine and checks that bodies fall", function(t)
   end
   text, status = limax "doctor"
   t:equal(status, 0)
-  contains(t, text, "self check")
-  contains(t, text, found and facts.gpus[1].name or "none: " .. facts.cuda_missing)
-  contains(t, text, facts.cuda_compiler or "no nvcc at build time")
-  contains(t, text, facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
+  contains(t, text, "self check", found and facts.gpus[1].name or "none: " .. facts.cuda_missing,
+    facts.cuda_compiler or "no nvcc at build time",
+    facts.cuda_driver and "can be opened" or "none: libcuda.so.1")
 end)
 
-doctor:test("says what a scene will run", { limit = 180 }, function(t)
+doctor:test("describes what a scene runs", { limit = 180 }, function(t)
   local file = t:folder() .. "/e.lua"
-  t:ok(host.file.write_atomic(file, [[
-local limax = require "limax"
-return limax.experiment { lattice = { 3, 2, 2 }, fitness = "walk", scene = {
+  local function scene_of(actuation)
+    t:ok(host.file.write_atomic(file, ([[
+return require("limax").experiment { lattice = { 3, 2, 2 }, fitness = "walk",
+  simulation = { time_step = 2e-4 }, scene = {
   gravity = true, terrain = { heights = { { 0, 0 }, { 0, 0 }, { 0, 0 } } }, friction = true,
-  planes = { { offset = -1 }, { offset = -2 } } } }
-]]))
+  planes = { { offset = -1 }, { offset = -2 } }%s } }
+]]):format(actuation)))
+  end
+  scene_of ""
   local text, status = limax("doctor", "--json", "--scene", file)
   t:equal(status, 0)
   local facts, names = host.json.decode(text, "doctor"), {}
@@ -331,23 +308,15 @@ return limax.experiment { lattice = { 3, 2, 2 }, fitness = "walk", scene = {
   t:equal(facts.effects[3].fields[2].offset, -2)
   t:ok(facts.springs > 0 and facts.step > 0 and facts.noise >= 0)
   t:ok(facts.runs.passes or facts.runs.path)
-  text, status = limax("doctor", "--scene", file)
-  t:equal(status, 0)
-  contains(t, text, "planes[2]")
-  contains(t, text, "us a step on one CPU thread, measured to within ")
-  contains(t, text, "what a step saves without it")
-  -- what lies below the noise of measuring is no gain
-  t:ok(not text:find "\n *%-%d+ %%", text)
-  contains(t, text, "heights 3 x 2 m")
-  t:ok(not text:find("fewer than 20", 1, true), text)
   -- a drive whose periods are few steps
-  t:ok(host.file.write_atomic(file, [[
-return require("limax").experiment { lattice = { 2, 2, 2 }, fitness = "walk",
-  simulation = { time_step = 2e-4 }, scene = { damping = true, actuation = { frequency = 500 } } }
-]]))
+  scene_of ", damping = true, actuation = { frequency = 500 }"
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 0)
-  contains(t, text, "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
+  contains(t, text, "planes[2]", "us a step on one CPU thread, measured to within ",
+    "what a step saves without it", "heights 3 x 2 m",
+    "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
+  -- nothing below the noise of the measurement is printed as a gain
+  t:ok(not text:find "\n *%-%d+ %%", text)
   t:ok(host.file.write_atomic(file, "return 1"))
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 2)

@@ -1,24 +1,23 @@
---- child.lua: what a whole `limax run` costs, start and end of the program included: its time and
---- the most memory that it ever held. Linux: both come from a shell and /proc.
+--- child.lua: wall time and peak memory of a whole `limax run`, from a shell and /proc of Linux.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local process = require "limax.tools.test.process"
+local shell = require "limax.base.shell"
 
 local child = {}
 
--- Runs the words that follow it in a new folder, removed afterwards. Prints the seconds that it
--- took, the last VmHWM (kB) seen in its status (it only grows) and its exit status.
+-- Runs its arguments as a command with a temporary folder. Prints the last VmHWM (kB) of the
+-- process and its exit status.
 local SCRIPT = [[
 folder=$(mktemp -d) || exit 1
 trap 'rm -rf "$folder"' EXIT
-"$@" --out "$folder/run" -q >"$folder/said" 2>&1 &
+"$@" --out "$folder/run" -q >"$folder/output" 2>&1 &
 pid=$!
 peak=0
 while now=$(grep VmHWM "/proc/$pid/status" 2>/dev/null); do peak=$now; sleep 0.05; done
 wait "$pid"
 status=$?
-[ "$status" = 0 ] || cat "$folder/said"
+[ "$status" = 0 ] || cat "$folder/output"
 echo "peak: $peak, status: $status"
 ]]
 
@@ -26,13 +25,13 @@ echo "peak: $peak, status: $status"
 ---@field seconds number wall time
 ---@field peak_bytes number largest resident memory, VmHWM
 
---- Runs an experiment by `limax run`, without progress and figures.
+--- Runs an experiment.
 ---@param script string path of the experiment
----@param arguments string[] further words
+---@param arguments string[] further arguments
 ---@return limax.bench.run
 function child.run(script, arguments)
   local words = { "sh", "-c", SCRIPT, "bench", host.executable, "run", script, unpack(arguments) }
-  for i, word in ipairs(words) do words[i] = process.quoted(word) end
+  for i, word in ipairs(words) do words[i] = shell.quoted(word) end
   local began = host.clock()
   local pipe = assert(io.popen(table.concat(words, " "), "r"))
   local text = pipe:read "*a"

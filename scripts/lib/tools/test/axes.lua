@@ -1,5 +1,5 @@
---- axes.lua: the matrix of a test: what it names of devices, precisions, integrators, numbers of
---- threads and seeds, checked, and one instance for every combination.
+--- axes.lua: the matrix of a test: the devices, precisions, integrators, numbers of threads and
+--- seeds that it names, and one instance for each combination.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
@@ -8,11 +8,11 @@ local suggest = require "limax.engine.suggest"
 local axes = {}
 
 ---@class limax.test_axis
----@field option string what a test names it by
----@field field string what `t` and an instance call it
+---@field option string of `suite:test`
+---@field field string of `t` and of an instance
 ---@field kind "string"|"number" of its values
----@field all string[]|nil what "all" stands for; a value must be one of these
----@field least integer|nil of numbers, which are whole
+---@field all string[]|nil the valid values, which "all" selects
+---@field least integer|nil of whole numbers
 
 -- In the order in which a label names them.
 ---@type limax.test_axis[]
@@ -25,53 +25,37 @@ axes.list = {
   { option = "seeds", field = "seed", kind = "number", least = 0 },
 }
 
--- Beyond it not every whole number is one of Lua's.
-local LARGEST = 2 ^ 53
+-- Integrators that run only on the CPU (scripts/EXTENDING.md, "How exact it is").
+local CPU_ONLY = { rk4 = true, xpbd = true }
 
--- Integrators that a GPU has not (scripts/EXTENDING.md, "How exact it is").
-local CPU_ALONE = { rk4 = true, xpbd = true }
-
-local function fail(what, expected, value)
-  engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
-end
-
---- A list of values of one kind; a single value is a list of one, nil stays nil.
----@param what string what messages call it
----@param value any
----@param kind "string"|"number"
----@return any[]|nil
-function axes.list_of(what, value, kind)
-  if value == nil then return nil end
-  if type(value) ~= "table" then value = { value } end
-  for i, entry in ipairs(value) do
-    if type(entry) ~= kind then fail(("%s[%d]"):format(what, i), "a " .. kind, entry) end
+local function check(axis, what, value)
+  local expected
+  if type(value) ~= axis.kind then
+    expected = "a " .. axis.kind
+  elseif axis.least and not (value >= axis.least and value <= 2 ^ 53 and value % 1 == 0) then
+    expected = ("a whole number from %d to 2^53"):format(axis.least)
   end
-  return value
+  if expected then
+    engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
+  end
+  local known = not axis.all
+  for _, each in ipairs(axis.all or {}) do known = known or each == value end
+  if not known then
+    engine.fail(("%s: unknown %s %q%s"):format(axis.option, axis.field, value,
+      suggest.ending(value, axis.all)))
+  end
 end
 
 local function checked(axis, value)
+  if value == nil then return nil end
   if axis.all and value == "all" then return axis.all end
-  local values = axes.list_of(axis.option, value, axis.kind)
-  if values and #values == 0 then fail(axis.option, "one value at least", "an empty list") end
-  local seen = {}
-  for i, value_here in ipairs(values or {}) do
+  local values, seen = type(value) == "table" and value or { value }, {}
+  if #values == 0 then engine.fail(axis.option .. ": expected at least one value") end
+  for i, each in ipairs(values) do
     local what = ("%s[%d]"):format(axis.option, i)
-    if seen[value_here] then
-      engine.fail(("%s: %s stands there twice"):format(what, tostring(value_here)))
-    end
-    seen[value_here] = true
-    local least = axis.least
-    if least and not (value_here >= least and value_here <= LARGEST and value_here % 1 == 0) then
-      fail(what, ("a whole number from %d to 2^53"):format(least), value_here)
-    end
-  end
-  for _, name in ipairs(axis.all and values or {}) do
-    local known = false
-    for _, each in ipairs(axis.all) do known = known or each == name end
-    if not known then
-      engine.fail(("%s: unknown %s %q%s"):format(axis.option, axis.field, name,
-        suggest.ending(name, axis.all)))
-    end
+    check(axis, what, each)
+    if seen[each] then engine.fail(("%s: %s is listed twice"):format(what, tostring(each))) end
+    seen[each] = true
   end
   return values
 end
@@ -91,37 +75,34 @@ local function shown(axis, value)
   return value
 end
 
---- Every combination of what a test names, the last axis the fastest: its values by field, and
---- what a label calls it.
+--- Every combination, the last axis varying fastest: its values by field, and its label.
 ---@param named table<string, any[]>
 ---@return { values: table<string, any>, text: string }[]
 function axes.combinations(named)
-  local list = { { values = {}, parts = {} } }
+  local list = { { values = {}, text = "" } }
   for _, axis in ipairs(axes.list) do
-    local values = named[axis.field]
-    if values then
+    if named[axis.field] then
       local longer = {}
       for _, before in ipairs(list) do
-        for _, value in ipairs(values) do
-          local one = { values = { [axis.field] = value }, parts = { unpack(before.parts) } }
-          for field, each in pairs(before.values) do one.values[field] = each end
-          table.insert(one.parts, shown(axis, value))
-          longer[#longer + 1] = one
+        for _, value in ipairs(named[axis.field]) do
+          local values = { [axis.field] = value }
+          for field, each in pairs(before.values) do values[field] = each end
+          longer[#longer + 1] = { values = values,
+            text = before.text .. (before.text == "" and "" or ", ") .. shown(axis, value) }
         end
       end
       list = longer
     end
   end
-  for _, one in ipairs(list) do one.text = table.concat(one.parts, ", ") end
   return list
 end
 
---- Why a combination cannot be; nil where it can.
+--- Why a combination cannot run; nil if it can.
 ---@param values table<string, any>
 ---@return string|nil
 function axes.impossible(values)
-  if values.device == "cuda" and CPU_ALONE[values.integrator] then
-    return ("%s runs on the cpu alone"):format(values.integrator)
+  if values.device == "cuda" and CPU_ONLY[values.integrator] then
+    return ("%s runs only on the cpu"):format(values.integrator)
   end
 end
 

@@ -1,34 +1,33 @@
 --- child.lua: a process that runs tests of one file: `limax test FILE --json-seq`. Its standard
 --- output is a JSON text sequence (RFC 7464: a record separator before each text, a line break
---- after it), with what the tests themselves print in between. It ends with the process that
---- started it, however that ends. Times in seconds.
+--- after it), mixed with what the tests print. It ends with the process that started it. Times in
+--- seconds.
 
 local host = require "limax.host"
-local process = require "limax.tools.test.process"
+local lines = require "limax.tools.test.lines"
 local runner = require "limax.tools.test.runner"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
-local valid_text = require "limax.tools.test.valid_text"
 
 local child = {}
 
---- What stands before each text of the sequence.
+--- Precedes each text of the sequence.
 child.SEPARATOR = "\30"
 
--- bytes taken at a look: a test that prints without end must not fill the memory
+-- bytes read at a time: a test that prints without end must not fill the memory
 local MOST = 2 ^ 20
 
 ---@class limax.test_child
 ---@field instances limax.test_instance[] that it was started for
----@field open table<limax.test_instance, boolean> those without a result
----@field now { instance: limax.test_instance, limit: number|nil, since: number }|nil what it runs
----@field hung table|nil what it ran when it was ended
----@field status string|nil of its end
+---@field open table<limax.test_instance, boolean> have no result yet
+---@field now { instance: limax.test_instance, limit: number|nil, since: number }|nil running test
+---@field hung table|nil the test that ran when it was ended
+---@field status string|nil exit status
 local methods = {}
 methods.__index = methods
 
--- Runs the command, leaves its process id and status in files, and kills it at the end of the
--- standard input, which is ours: a test that loops would survive us. An interrupt of the terminal
--- is the command's to answer.
+-- Runs the command, writes its process id and status to files, and kills it when this process ends,
+-- which closes the standard input. The command handles an interrupt of the terminal itself.
 local SCRIPT = [[
 trap '' INT
 exec 3<&0
@@ -44,9 +43,9 @@ echo $status >BASE.rc
 ]]
 
 local function words_of(path, only, options)
-  local words = { process.quoted(host.executable), "test", "--json-seq" }
+  local words = { shell.quoted(host.executable), "test", "--json-seq" }
   local function add(name, value)
-    if value then words[#words + 1] = ("--%s=%s"):format(name, process.quoted(tostring(value))) end
+    if value then words[#words + 1] = ("--%s=%s"):format(name, shell.quoted(tostring(value))) end
   end
   local choice = options.choice
   add("limit", choice.limit and ("%.17g"):format(choice.limit))
@@ -59,32 +58,31 @@ local function words_of(path, only, options)
     for _, title in ipairs(choice.only) do add("only", title) end
   end
   -- a name may begin with a dash
-  words[#words + 1] = "-- " .. process.quoted(path)
+  words[#words + 1] = "-- " .. shell.quoted(path)
   return words
 end
 
---- Starts one.
 ---@param entry { file: limax.suite_file, instances: limax.test_instance[] }
----@param only limax.test_instance[]|nil nil: what the choice says
+---@param only limax.test_instance[]|nil nil: those of the choice
 ---@param options { folder: string, number: integer, choice: limax.test_choice, seed: integer|nil }
 ---@return limax.test_child
 function child.start(entry, only, options)
   local base = ("%s/%d"):format(options.folder, options.number)
-  local holes = { BASE = process.quoted(base),
+  local holes = { BASE = shell.quoted(base),
     COMMAND = table.concat(words_of(entry.file.path, only, options), " ") }
   assert(host.file.write_atomic(base .. ".sh", (SCRIPT:gsub("%f[%u]%u+%f[%U]", holes))))
   local self = setmetatable({ base = base, instances = only or entry.instances, open = {},
     named = {}, rest = "", at = { out = 0, err = 0 } }, methods)
   for _, instance in ipairs(self.instances) do
     self.open[instance] = true
-    self.named[valid_text(runner.title(instance))] = instance
+    self.named[lines.valid_text(runner.title(instance))] = instance
   end
   self.pipe = assert(io.popen(("exec sh %s.sh 2>/dev/null"):format(holes.BASE), "w"))
   return self
 end
 
--- What has come into one of its files since the last look.
-function methods:news(name)
+-- New text in one of its output files.
+function methods:output(name)
   local file = io.open(self.base .. "." .. name, "rb")
   if not file then return "" end
   file:seek("set", self.at[name])
@@ -94,8 +92,7 @@ function methods:news(name)
   return text
 end
 
--- One event of the child, for the reporter.
-function methods:event(event, told)
+function methods:event(event, events)
   if type(event) ~= "table" then return end
   self.ended = event.event == "end"
   local instance = event.suite
@@ -103,25 +100,25 @@ function methods:event(event, told)
   if not (instance and self.open[instance]) then return end
   if event.event == "start" then
     self.now = { instance = instance, limit = event.limit, since = host.clock() }
-    told[#told + 1] = { "start", instance }
+    events[#events + 1] = { "start", instance }
   elseif event.event == "test" then
     self.now, self.open[instance] = nil, nil
-    told[#told + 1] = { "result", instance, event }
+    events[#events + 1] = { "result", instance, event }
   end
 end
 
---- Adds what it has said since the last call to what the reporter is told.
----@param told table[]
----@param whole boolean|nil all of it: the process is over
-function methods:read(told, whole)
+--- Adds its new output to `events`, for the reporter.
+---@param events table[]
+---@param whole boolean|nil all of it: the process has ended
+function methods:read(events, whole)
   repeat
-    local news = self:news "out"
-    local text, at = self.rest .. news, 1
+    local new = self:output "out"
+    local text, at = self.rest .. new, 1
     self.rest = ""
     while at <= #text do
       local mark = text:find(child.SEPARATOR, at, true)
       if mark ~= at then
-        told[#told + 1] = { "printed", text:sub(at, (mark or #text + 1) - 1), false }
+        events[#events + 1] = { "printed", text:sub(at, (mark or #text + 1) - 1), false }
       end
       if not mark then break end
       local last = text:find("\n", mark, true)
@@ -129,16 +126,16 @@ function methods:read(told, whole)
         self.rest = text:sub(mark)
         break
       end
-      self:event(host.json.decode(text:sub(mark + 1, last - 1), self.base), told)
+      self:event(host.json.decode(text:sub(mark + 1, last - 1), self.base), events)
       at = last + 1
     end
-  until #news < MOST or not whole
-  local errors = self:news "err"
-  -- what the interrupt that ended it says is no news
-  if errors ~= "" and not self.hung then told[#told + 1] = { "printed", errors, true } end
+  until #new < MOST or not whole
+  local errors = self:output "err"
+  -- the interrupt that ended it writes a message too
+  if errors ~= "" and not self.hung then events[#events + 1] = { "printed", errors, true } end
 end
 
---- Has it ended? Then `status` says how.
+--- Whether it has ended; then `status` is set.
 ---@return boolean
 function methods:is_over()
   self.status = (source.read(self.base .. ".rc") or ""):match "^(%d+)\n"
@@ -147,7 +144,7 @@ function methods:is_over()
   return true
 end
 
---- Did it say all that it had to, and end as `limax test` does?
+--- Whether it reported everything and exited as `limax test` does.
 ---@return boolean
 function methods:ended_well()
   return self.ended and (self.status == "0" or self.status == "1") or false

@@ -1,5 +1,4 @@
---- compare.lua: comparing numbers, tables and views element by element, and saying where they
---- differ.
+--- compare.lua: compares numbers, tables and views element by element and describes differences.
 
 local ffi = require "ffi"
 local engine = require "limax.engine"
@@ -7,21 +6,21 @@ local engine = require "limax.engine"
 local compare = {}
 
 ---@class limax.difference
----@field path string where, such as "[3][2]" or ".energy"; empty for the values themselves
+---@field path string such as "[3][2]" or ".energy"; empty for the values themselves
 ---@field expected any
 ---@field got any
----@field text string|nil what differs, where two values do not say it
----@field excess number how many times the allowed difference; infinite where none is allowed
+---@field text string|nil of a missing or an additional value
+---@field excess number difference over what is allowed; infinite if nothing is
 
 local bits = ffi.new "union { double number; uint64_t bits; }"
 
--- The 64 bits of a number, as a string that tells any two of them apart.
+-- The 64 bits of a number as text.
 local function bits_of(number)
   bits.number = number
   return bit.tohex(bits.bits, 16)
 end
 
---- A value in full.
+--- A value in full precision.
 ---@param value any
 ---@return string
 function compare.shown(value)
@@ -31,7 +30,7 @@ function compare.shown(value)
   return tostring(value)
 end
 
--- Keys of both tables, numbers first, each in its order.
+-- Keys of both tables, sorted by type and value.
 local function keys_of(a, b)
   local seen, keys = {}, {}
   for _, source in ipairs { a, b } do
@@ -43,8 +42,8 @@ local function keys_of(a, b)
     end
   end
   table.sort(keys, function(x, y)
-    if type(x) == type(y) and (type(x) == "number" or type(x) == "string") then return x < y end
     if type(x) ~= type(y) then return type(x) < type(y) end
+    if type(x) == "number" or type(x) == "string" then return x < y end
     return tostring(x) < tostring(y)
   end)
   return keys
@@ -55,45 +54,35 @@ local function step(path, key)
   return ("%s[%s]"):format(path, compare.shown(key))
 end
 
--- Views as the lists that they show.
 local function plain(value)
   if engine.is_view(value) then return value:table() end
   return value
 end
 
--- Walks both values together; `same(expected, got)` judges what is no table and returns a
--- difference's excess, or nil.
-local function walk(expected, got, path, same, differences)
+-- Walks both values together; `excess(expected, got)` compares leaves of one type and returns nil
+-- if they agree.
+local function walk(expected, got, path, excess, list)
   expected, got = plain(expected), plain(got)
-  local function differ(text, excess)
-    differences[#differences + 1] = {
-      path = path, expected = expected, got = got, text = text, excess = excess or math.huge,
-    }
+  local function add(amount, text)
+    list[#list + 1] =
+      { path = path, expected = expected, got = got, text = text, excess = amount }
   end
-  if type(expected) == "table" and type(got) == "table" and not rawequal(expected, got) then
-    for _, key in ipairs(keys_of(expected, got)) do
-      local left, right = expected[key], got[key]
-      if left == nil or right == nil then
-        local text = left == nil and "is there, but was not expected" or "is missing"
-        differences[#differences + 1] = {
-          path = step(path, key), expected = left, got = right, text = text, excess = math.huge,
-        }
-      else
-        walk(left, right, step(path, key), same, differences)
-      end
+  if type(expected) == "table" and rawequal(expected, got) then return list end
+  if expected == nil or got == nil then
+    if expected ~= got then
+      add(math.huge, path ~= "" and (got == nil and "is missing" or "is not expected") or nil)
     end
   elseif type(expected) ~= type(got) then
-    differ(nil)
+    add(math.huge)
+  elseif type(expected) == "table" then
+    for _, key in ipairs(keys_of(expected, got)) do
+      walk(expected[key], got[key], step(path, key), excess, list)
+    end
   else
-    local excess = same(expected, got)
-    if excess then differ(nil, excess) end
+    local amount = excess(expected, got)
+    if amount then add(amount) end
   end
-end
-
-local function differences_of(expected, got, same)
-  local differences = {}
-  walk(expected, got, "", same, differences)
-  return differences
+  return list
 end
 
 --- Where two values are not equal; NaN equals NaN.
@@ -101,33 +90,31 @@ end
 ---@param got any
 ---@return limax.difference[]
 function compare.equal(expected, got)
-  return differences_of(expected, got, function(a, b)
-    if a == b or (a ~= a and b ~= b) then return nil end
-    return math.huge
-  end)
+  return walk(expected, got, "", function(a, b)
+    return not (a == b or (a ~= a and b ~= b)) and math.huge or nil
+  end, {})
 end
 
---- Where two values have not the same bits.
+--- Where two values do not have the same bits.
 ---@param expected any
 ---@param got any
 ---@return limax.difference[]
 function compare.same_bits(expected, got)
-  return differences_of(expected, got, function(a, b)
+  return walk(expected, got, "", function(a, b)
     local same = a == b
     if type(a) == "number" then same = bits_of(a) == bits_of(b) end
-    if same then return nil end
-    return math.huge
-  end)
+    return not same and math.huge or nil
+  end, {})
 end
 
---- Where numbers differ by more than atol + rtol |expected|, and what is no number is not equal.
---- NaN is near nothing.
+--- Where numbers differ by more than atol + rtol |expected|, or other values are not equal. NaN
+--- always differs.
 ---@param expected any
 ---@param got any
 ---@param tolerance { rtol: number, atol: number }
 ---@return limax.difference[]
 function compare.near(expected, got, tolerance)
-  return differences_of(expected, got, function(a, b)
+  return walk(expected, got, "", function(a, b)
     if a == b then return nil end
     if type(a) ~= "number" then return math.huge end
     local allowed = tolerance.atol + tolerance.rtol * math.abs(a)
@@ -135,10 +122,10 @@ function compare.near(expected, got, tolerance)
     if difference <= allowed and difference < math.huge then return nil end
     if difference ~= difference or allowed == 0 then return math.huge end
     return difference / allowed
-  end)
+  end, {})
 end
 
---- The difference to show: the first of those that exceed their allowance most.
+--- The difference to show: the first of the largest excess.
 ---@param differences limax.difference[]
 ---@return limax.difference
 function compare.worst(differences)

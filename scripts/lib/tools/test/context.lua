@@ -1,7 +1,7 @@
---- context.lua: `t`, which a test is given: its checks, its device, its golden values. A check that
---- fails ends the test, and says the line of the suite that made it, what was expected and what
---- came.
+--- context.lua: `t` of a test: its checks, device and golden values. A check that fails ends the
+--- test and reports its line in the suite, what was expected and what it got.
 
+local choice = require "limax.base.choice"
 local host = require "limax.host"
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
@@ -11,18 +11,18 @@ local suggest = require "limax.engine.suggest"
 
 local context = {}
 
--- rounding of a few operations: what `near` allows where the test names no tolerance
+-- rounding of a few operations: the default of `near`
 local NEAR = 1e-9
 
 ---@class limax.test_context
 ---@field name string of the test
 ---@field suite string its suite's name
 ---@field file string path of the suite's file
----@field device limax.device|nil where the test names devices or threads
----@field threads integer|nil where the test names threads
----@field precision string|nil where the test names precisions
----@field integrator string|nil where the test names integrators
----@field seed integer|nil where the test names seeds
+---@field device limax.device|nil if the test names devices or threads
+---@field threads integer|nil if the test names threads
+---@field precision string|nil if the test names precisions
+---@field integrator string|nil if the test names integrators
+---@field seed integer|nil if the test names seeds
 local methods = {}
 local class = { __index = methods }
 
@@ -42,22 +42,18 @@ local function fail(text)
   error(setmetatable({ text = text, where = ("%s:%d"):format(source, line) }, context.failure), 0)
 end
 
-local function tolerance_of(what, options, known)
-  options = options == nil and {} or options
+-- Checks the names of options, and that tolerances are not negative.
+local function checked(what, options, known)
+  options = options or {}
   if type(options) ~= "table" then fail(what .. ": expected a table of options") end
-  local names = {}
-  for name in pairs(options) do names[#names + 1] = tostring(name) end
-  table.sort(names)
-  for _, name in ipairs(names) do
-    local is_known = false
-    for _, each in ipairs(known) do is_known = is_known or each == name end
-    if not is_known then
+  for _, name in ipairs(choice.sorted_keys(options)) do
+    local found = false
+    for _, each in ipairs(known) do found = found or each == name end
+    if not found then
       fail(("%s: unknown option %q%s"):format(what, name, suggest.ending(name, known)))
     end
-  end
-  for _, name in ipairs { "rtol", "atol" } do
     local value = options[name]
-    if value ~= nil and (type(value) ~= "number" or not (value >= 0)) then
+    if (name == "rtol" or name == "atol") and not (type(value) == "number" and value >= 0) then
       fail(("%s: %s: expected a number of at least 0, got %s"):format(what, name, tostring(value)))
     end
   end
@@ -77,7 +73,7 @@ end
 ---@param expected any
 ---@param options { rtol: number|nil, atol: number|nil }|nil
 function methods:near(got, expected, options)
-  options = tolerance_of("near", options, { "rtol", "atol" })
+  options = checked("near", options, { "rtol", "atol" })
   local rtol, atol = options.rtol, options.atol
   if rtol == nil and atol == nil then rtol = NEAR end
   local tolerance = { rtol = rtol or 0, atol = atol or 0 }
@@ -92,13 +88,13 @@ function methods:same_bits(got, expected)
   report("same_bits", compare.same_bits(expected, got))
 end
 
---- Calls `draw` for each seed, and fails where chance would explain its values less often than
+--- Calls `draw` for each seed, and fails if chance would explain its values less often than
 --- `level`: their mean against `expected`, `at_least` or `at_most` by Student's t, or the values
---- against another sample by Mann and Whitney's test. The mean is printed.
+--- against another sample by Mann and Whitney's test. Prints the mean.
 ---@param draw fun(seed: integer): number|boolean
 ---@param options limax.test_statistics
 function methods:statistically(draw, options)
-  options = tolerance_of("statistically", options, { "seeds", "expected", "rtol", "atol",
+  options = checked("statistically", options, { "seeds", "expected", "rtol", "atol",
     "at_least", "at_most", "level" })
   local failure, text = statistics.check(draw, options)
   if failure then fail("statistically: " .. failure) end
@@ -112,27 +108,25 @@ function methods:equal(got, expected) report("equal", compare.equal(expected, go
 
 --- Fails unless `condition` is true (or anything but nil and false).
 ---@param condition any
----@param text string|nil what should have held
+---@param text string|nil what should hold
 function methods:ok(condition, text)
   if not condition then
-    fail(text or ("expected something true, got %s"):format(tostring(condition)))
+    fail(text or ("expected a true value, got %s"):format(tostring(condition)))
   end
   return condition
 end
 
---- Fails unless `call` raises a message that contains `pattern`, as it stands or as a Lua pattern.
+--- Fails unless `call` raises a message that contains `pattern`, literally or as a Lua pattern.
 ---@param pattern string
 ---@param call fun()
----@return string message what was raised
+---@return string message that was raised
 function methods:raises(pattern, call)
   local fine, message = pcall(call)
-  if not fine then
-    local class_of = type(message) == "table" and getmetatable(message)
-    if message == host.interrupt or class_of == context.failure or class_of == context.skipped then
-      error(message, 0)
-    end
-  end
   if fine then fail(("raises: expected an error with %q, and none was raised"):format(pattern)) end
+  local class_of = type(message) == "table" and getmetatable(message)
+  if message == host.interrupt or class_of == context.failure or class_of == context.skipped then
+    error(message, 0)
+  end
   message = tostring(message)
   if not message:find(pattern, 1, true) and not message:find(pattern) then
     fail(("raises: expected an error with %q, got %q"):format(pattern, message))
@@ -152,7 +146,7 @@ local function golden_tolerance(options)
   if not kind then
     local names = {}
     for i, each in ipairs(golden.classes) do names[i] = each.name end
-    fail(("golden: class: %s is none; known are: %s"):format(tostring(options.class),
+    fail(("golden: unknown class %q; known are: %s"):format(tostring(options.class),
       table.concat(names, ", ")))
   end
   local rtol, atol, why = options.rtol, options.atol or 0, options.why
@@ -162,25 +156,25 @@ local function golden_tolerance(options)
       kind.most))
   end
   if (rtol > 0 or atol > 0) and (type(why) ~= "string" or why == "") then
-    fail "golden: a tolerance needs its reason: why = \"...\""
+    fail "golden: a tolerance needs a reason: why = \"...\""
   end
   return rtol, atol, why or "the same bits", kind.name
 end
 
---- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and what the
---- test has simulated so far is what was simulated then: scenes, materials, bodies and settings,
---- but not the device, nor what the test's matrix varies. A missing golden fails; `limax test
---- --update-golden` records. `class` names the kind of tolerance ("bits", "rounding", "short
---- horizon", "statistics"), from which rtol comes where it is left out; `why` says where it comes
---- from. `configuration` stands for what no simulation shows, such as the options of an expression.
+--- Fails unless the values are near those recorded in golden/SUITE_FILE/NAME.json, and the test has
+--- simulated the same so far: scenes, materials, bodies and settings, but not the device, nor what
+--- the test's matrix varies. A missing golden fails; `limax test --update-golden` records. `class`
+--- is the kind of tolerance ("bits", "rounding", "short horizon", "statistics"), which sets rtol if
+--- it is left out; `why` is its reason. `configuration` adds what no simulation shows, such as the
+--- options of an expression.
 ---@param name string letters, digits, _ and -
 ---@param values table numbers, strings, tables and views
 ---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
 --- configuration: table|nil }|nil exact if left out
 function methods:golden(name, values, options)
-  options = tolerance_of("golden", options, { "class", "rtol", "atol", "why", "configuration" })
+  options = checked("golden", options, { "class", "rtol", "atol", "why", "configuration" })
   if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
-    fail(("golden: a name is made of letters, digits, _ and -, got %s"):format(tostring(name)))
+    fail(("golden: a name has letters, digits, _ and -, got %s"):format(tostring(name)))
   end
   if type(values) ~= "table" then
     fail(("golden: expected a table of values, got %s"):format(tostring(values)))
@@ -192,7 +186,7 @@ function methods:golden(name, values, options)
     fail(("golden: %q belongs to the test %q of this file"):format(name, owner))
   end
   goldens[name] = self.name
-  -- what one instance of a test has just recorded, the others are held to
+  -- the other instances of a test compare with what the first has recorded
   local update = not self.state.recorded[name] and self.state.update or nil
   local failure, change = golden.check({
     path = golden.path(self.file, name), suite = self.suite, test = self.name, name = name,
@@ -207,20 +201,19 @@ function methods:golden(name, values, options)
   end
 end
 
---- A line printed with the test's result.
+--- Prints a line with the test's result.
 ---@param text string
 function methods:note(text) self.notes[#self.notes + 1] = tostring(text) end
 
---- What the suite's fixture of this name makes: once for this test, or once for the file where it
---- is shared.
+--- What the suite's fixture of this name makes: once for this test, or once for the file if it is
+--- shared.
 ---@param name string
 ---@return any
 function methods:fixture(name)
   local fixture = self.fixtures[name]
   if not fixture then
-    local names = {}
-    for each in pairs(self.fixtures) do names[#names + 1] = each end
-    fail(("fixture: the suite has no %q%s"):format(tostring(name), suggest.ending(name, names)))
+    fail(("fixture: the suite has no %q%s"):format(tostring(name),
+      suggest.ending(name, choice.sorted_keys(self.fixtures))))
   end
   local shared = fixture.shared
   local kept = shared and self.state.shared or self.made
@@ -228,7 +221,7 @@ function methods:fixture(name)
   if kept[key] == nil then
     local value
     if shared then
-      value, self.state.shared_seen[key] = self.witness:aside(fixture.make)
+      value, self.state.shared_hashes[key] = self.witness:aside(fixture.make)
     else
       value = fixture.make(self)
     end
@@ -239,15 +232,15 @@ function methods:fixture(name)
         function() fixture.close(value) end)
     end
   end
-  -- whichever test made it: what it simulated belongs to the goldens of all that use it
+  -- what it simulated belongs to the goldens of every test that uses it
   if shared and not self.made[key] then
     self.made[key] = true
-    self.witness:add(self.state.shared_seen[key])
+    self.witness:add(self.state.shared_hashes[key])
   end
   return kept[key]
 end
 
---- Options of a simulation with what the test's matrix says: device, precision and integrator.
+--- Options of a simulation with the device, precision and integrator of the test's matrix.
 ---@param options table|nil
 ---@return table
 function methods:with(options)
@@ -271,7 +264,7 @@ function methods:folder()
   return path
 end
 
--- A link is removed and never entered: what it points to is not ours.
+-- A link is removed, not entered.
 local function remove(path)
   if host.file.remove(path) then return end
   for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
@@ -291,7 +284,7 @@ function context.close_all(closing)
 end
 
 --- Ends what a test has opened: fixtures, the last made first, then its folders and its device.
----@return string|nil failure of a fixture's end
+---@return string|nil failure of a fixture's close
 function methods:close()
   local wrong = context.close_all(self.closing)
   for _, path in ipairs(self.folders) do remove(path) end
@@ -299,7 +292,7 @@ function methods:close()
   return wrong
 end
 
--- `t.near(...)` in the place of `t:near(...)`.
+-- `t.near(...)` instead of `t:near(...)`.
 for name, method in pairs(methods) do
   methods[name] = function(self, ...)
     if getmetatable(self) ~= class then fail(("write a colon: t:%s(...)"):format(name)) end
@@ -317,8 +310,8 @@ end
 ---@field integrator string|nil
 ---@field seed integer|nil
 ---@field fixtures table<string, limax.test_fixture>
----@field state limax.test_file_state what the file's tests share
----@field witness limax.test_witness what the test has simulated
+---@field state limax.test_file_state
+---@field witness limax.test_witness
 
 -- What a file's tests share.
 ---@class limax.test_file_state
@@ -326,18 +319,16 @@ end
 ---@field goldens table<string, string> the test that owns each golden of the file
 ---@field recorded table<string, boolean> goldens that this run has recorded
 ---@field shared table<string, any> shared fixtures by suite and name
----@field shared_seen table<string, string[]> hashes of what each simulated when it was made
----@field closing fun()[] what ends them
+---@field shared_hashes table<string, string[]> of what each simulated
+---@field closing fun()[] end them
 
---- Begins a file.
 ---@param update limax.golden_update|nil how goldens are recorded; nil: they are compared
 ---@return limax.test_file_state
 function context.file_state(update)
-  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_seen = {},
+  return { update = update, goldens = {}, recorded = {}, shared = {}, shared_hashes = {},
     closing = {} }
 end
 
---- Makes a `t`.
 ---@param fields limax.test_setting
 ---@return limax.test_context
 function context.new(fields)

@@ -1,17 +1,24 @@
---- lines.lua: the results as lines of JSON, one for each file, test begun, test ended and the end:
---- for programs, and for the process that runs others (processes.lua).
+--- lines.lua: results as lines of JSON, one for each file, test begun, test ended and the end: for
+--- programs, and for the process that runs others (processes.lua).
 
 local host = require "limax.host"
-local valid_text = require "limax.tools.test.valid_text"
 
 local lines = {}
 
 local methods = {}
 methods.__index = methods
 
--- A message may hold any bytes.
+--- A text of valid UTF-8, which JSON and XML need: if a message has other bytes, each run of bytes
+--- beyond ASCII becomes a question mark.
+---@param text string
+---@return string
+function lines.valid_text(text)
+  if pcall(host.json.encode, text) then return text end
+  return (text:gsub("[\128-\255]+", "?"))
+end
+
 local function valid(value)
-  if type(value) == "string" then return valid_text(value) end
+  if type(value) == "string" then return lines.valid_text(value) end
   if type(value) ~= "table" then return value end
   for key, entry in pairs(value) do value[key] = valid(entry) end
   return value
@@ -25,7 +32,7 @@ function methods:file(file)
   self:line { event = "file", path = file.path, failure = file.failure }
 end
 
--- What runs now, for whoever watches: a test that never returns cannot say so itself.
+-- A test that never returns cannot report itself.
 function methods:start(instance)
   self:line { event = "start", suite = instance.suite, test = instance.label,
     limit = instance.limit }

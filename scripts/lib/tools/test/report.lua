@@ -1,5 +1,5 @@
 --- report.lua: what `limax test` prints: plain lines for people, or TAP version 13 for programs. A
---- reporter is told of each file, of each test before and after it ran, and of the end.
+--- reporter has the methods begin, file, start, result and finish.
 
 local runner = require "limax.tools.test.runner"
 local shell = require "limax.base.shell"
@@ -17,40 +17,14 @@ local function indented(text, margin)
   return margin .. (text:gsub("\n", "\n" .. margin))
 end
 
--- how many of the slowest tests are named
+-- the slowest tests that are listed
 local SLOWEST = 10
--- seconds below which a test's time is not worth a word
+-- seconds; shorter times are not printed
 local NOTABLE = 0.1
 
--- ---- the failures again ------------------------------------------------------------------------
-
-local again = {}
-again.__index = again
-
---- Remembers a test that failed, or a file that does not load.
----@param file { path: string }
----@param instance limax.test_instance|nil
-function again:add(file, instance)
-  if not self.seen[file.path] then
-    self.seen[file.path] = true
-    table.insert(self.files, shell.path(file.path))
-  end
-  -- the end of a process has no name to be chosen by: its whole file runs again
-  if instance and instance.is_process then self.whole = true end
-  if instance then table.insert(self.only, "--only " .. shell.quoted(runner.title(instance))) end
+local function failure_text(result)
+  return result.where and ("%s: %s"):format(result.where, result.text) or result.text
 end
-
---- The command line that runs nothing else; nil where nothing failed.
----@return string|nil
-function again:line()
-  if not self.files[1] then return nil end
-  local words = { shell.program(), "test", table.concat(self.files, " ") }
-  if self.only[1] and not self.whole then words[4] = table.concat(self.only, " ") end
-  return table.concat(words, " ")
-end
-
---- Begins a list of what failed.
-function report.again() return setmetatable({ files = {}, only = {}, seen = {} }, again) end
 
 -- ---- plain -------------------------------------------------------------------------------------
 
@@ -69,7 +43,7 @@ function plain:file(file)
   self.current = file.path
   if not self.quiet then self:show_file() end
   if file.failure then
-    self.again:add(file)
+    self:remember(nil)
     self:show_file()
     self.write(("  %s does not load\n"):format(terminal.paint("FAIL", RED, self.style)))
     self.write(indented(file.failure, "        ") .. "\n")
@@ -78,8 +52,18 @@ end
 
 function plain:start() end
 
+-- Keeps a failed test, or a file that does not load, for the line that runs them again.
+function plain:remember(instance)
+  if self.failed_files[#self.failed_files] ~= shell.path(self.current) then
+    table.insert(self.failed_files, shell.path(self.current))
+  end
+  -- without a test that can be chosen, whole files run again
+  if not instance or instance.is_process then self.whole = true end
+  if instance then table.insert(self.only, "--only " .. shell.quoted(runner.title(instance))) end
+end
+
 function plain:result(instance, result)
-  if result.status == "failed" then self.again:add({ path = self.current }, instance) end
+  if result.status == "failed" then self:remember(instance) end
   table.insert(self.times, { seconds = result.seconds, title = runner.title(instance) })
   if self.quiet and result.status ~= "failed" then return end
   self:show_file()
@@ -92,13 +76,11 @@ function plain:result(instance, result)
   end
   self.write(line .. "\n")
   if result.status == "failed" then
-    local text = result.where and ("%s: %s"):format(result.where, result.text) or result.text
-    self.write(indented(text, "        ") .. "\n")
+    self.write(indented(failure_text(result), "        ") .. "\n")
   end
   for _, note in ipairs(result.notes) do self.write(indented(note, "       # ") .. "\n") end
 end
 
--- The ten tests that took longest, of those whose time is worth a line.
 function plain:slowest()
   table.sort(self.times, function(a, b) return a.seconds > b.seconds end)
   local lines = {}
@@ -107,26 +89,29 @@ function plain:slowest()
     if one.seconds < NOTABLE then break end
     lines[i] = ("%7.1f s  %s\n"):format(one.seconds, one.title)
   end
-  -- one line would repeat what stands above
+  -- one line would repeat the one above
   if #lines > 1 then self.write("slowest:\n" .. table.concat(lines) .. "\n") end
 end
 
 function plain:finish(counts)
   if self.shown then self.write "\n" end
   if not self.quiet then self:slowest() end
-  local line = self.again:line()
-  if line then self.write(("what failed, alone:\n  %s\n\n"):format(line)) end
+  if self.failed_files[1] then
+    self.write(("to run only what failed:\n  %s test %s%s\n\n"):format(shell.program(),
+      table.concat(self.failed_files, " "),
+      self.whole and "" or " " .. table.concat(self.only, " ")))
+  end
   self.write(("%d passed, %d failed, %d skipped\n"):format(counts.passed, counts.failed,
     counts.skipped))
 end
 
 --- Plain lines; the last is `N passed, N failed, N skipped`.
----@param quiet boolean|nil failures alone, and the last line
+---@param quiet boolean|nil only failures, and the last line
 ---@param write fun(text: string)
 ---@param style limax.terminal.style
 function report.plain(quiet, write, style)
   return setmetatable({ quiet = quiet, write = write, style = style, times = {},
-    again = report.again() }, plain)
+    failed_files = {}, only = {} }, plain)
 end
 
 -- ---- TAP ---------------------------------------------------------------------------------------
@@ -134,7 +119,7 @@ end
 local tap = {}
 tap.__index = tap
 
--- a '#' would begin a directive, and a description is one line
+-- one line; a '#' would begin a directive
 local function description(text) return (text:gsub("[\r\n]+", " "):gsub("#", "\\#")) end
 
 function tap:begin(total)
@@ -168,7 +153,7 @@ function tap:result(instance, result)
   local directive = skipped and " # SKIP " .. result.text:gsub("[\r\n]+", " ") or nil
   self:line(result.status ~= "failed", name, directive)
   if result.status == "failed" then
-    self:detail(result.where and ("%s: %s"):format(result.where, result.text) or result.text)
+    self:detail(failure_text(result))
   end
   for _, note in ipairs(result.notes) do self.write(indented(note, "# ") .. "\n") end
 end
@@ -190,7 +175,7 @@ for _, event in ipairs { "begin", "file", "start", "result", "finish" } do
   end
 end
 
---- Tells several reporters the same.
+--- Passes all events to several reporters.
 ---@param reporters table[]
 function report.all(reporters) return setmetatable(reporters, both) end
 

@@ -1,6 +1,5 @@
---- runner.lua: reads suite files, makes of each test one instance for every combination of its
---- matrix, runs the chosen ones in the order in which they were written or in one that is drawn,
---- and tells a reporter.
+--- runner.lua: loads suite files, makes an instance of each test for every combination of its
+--- matrix, and runs the chosen ones in the order of the file or in a shuffled one.
 
 local axes = require "limax.tools.test.axes"
 local context = require "limax.tools.test.context"
@@ -17,12 +16,12 @@ local runner = {}
 ---@field suite string
 ---@field fixtures table<string, limax.test_fixture> of its suite
 ---@field case limax.case
----@field label string the test's name, with what it names of its matrix
+---@field label string the test's name and its values of the matrix
 ---@field limit number|nil s of wall time
 ---@field values table<string, any> device, precision, integrator, threads, seed
 
 ---@class limax.suite_file
----@field path string as it was given
+---@field path string
 ---@field instances limax.test_instance[]
 ---@field failure string|nil why it does not load
 
@@ -36,7 +35,7 @@ local runner = {}
 local function instances_of(suite, case)
   local list = {}
   for _, one in ipairs(axes.combinations(case.axes)) do
-    -- threads are the CPU's
+    -- only the CPU has threads
     if one.values.threads and not one.values.device then one.values.device = "cpu" end
     list[#list + 1] = {
       suite = suite.name, fixtures = suite.fixtures, case = case, values = one.values,
@@ -46,30 +45,24 @@ local function instances_of(suite, case)
   return list
 end
 
--- Files that only lead from the command line to a test and from its checks back.
-local LEADING = { "/bindings/", "/scripts/lib/tools/test/", "/scripts/commands/test.lua:" }
-
-local function leads(line)
-  for _, place in ipairs(LEADING) do
-    if line:find(host.home .. place, 1, true) then return true end
-  end
-  return false
-end
-
--- A message and the lines of its trace, without those of the binding and of `limax test`.
+-- A message and its traceback without the frames of the binding and of `limax test`.
 local function own_lines(trace)
   local lines = {}
-  for line in tostring(trace):gmatch "[^\n]+" do
-    if #lines == 0 or not leads(line) then lines[#lines + 1] = line end
+  for line in tostring(trace):gsub("\n\t", "\n  "):gmatch "[^\n]+" do
+    local ours = false
+    for _, place in ipairs { "/bindings/", "/scripts/lib/tools/test/",
+      "/scripts/commands/test.lua:" } do
+      ours = ours or line:find(host.home .. place, 1, true) ~= nil
+    end
+    if #lines == 0 or not ours then lines[#lines + 1] = line end
   end
   return table.concat(lines, "\n")
 end
 
--- A protected call of a suite's text: one that ended the process would end with a status of its own
--- choice whatever its tests say.
+-- A protected call in which os.exit raises: its status would hide failed tests.
 local function without_exit(protect, ...)
   local exit = os.exit
-  rawset(os, "exit", function() error("a suite may not end its process: os.exit", 2) end)
+  rawset(os, "exit", function() error("a suite must not end its process: os.exit", 2) end)
   local function finish(...)
     rawset(os, "exit", exit)
     return ...
@@ -77,15 +70,15 @@ local function without_exit(protect, ...)
   return finish(protect(...))
 end
 
---- "SUITE: TEST", which --only and --filter choose by.
+--- "SUITE: TEST", for --only and --filter.
 ---@param instance limax.test_instance
 ---@return string
 function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
--- Longest time, s, that a file may take to be read: it only collects its tests then.
+-- s that a file may take to load
 local LONGEST_LOAD = 60
 
--- Runs a file; one of limax's own suites also finds tests/support.
+-- Runs a file; limax's own suites also find tests/support.
 local function run_file(path)
   local chunk = script.load(path)
   local tests = host.home .. "/tests"
@@ -95,8 +88,8 @@ local function run_file(path)
   return chunk()
 end
 
---- Reads one file. What it requires from its own folder is forgotten afterwards, so that each file
---- begins afresh.
+--- Loads one file. What it requires from its own folder is unloaded afterwards, so that files do
+--- not affect each other.
 ---@param path string
 ---@param longest? number s that it may take, 60 if absent
 ---@return limax.suite_file
@@ -108,7 +101,7 @@ function runner.load(path, longest)
     local fine, value, trace = without_exit(failure.attempt_within, longest or LONGEST_LOAD,
       run_file, path)
     if fine then return end
-    message = failure.status(value) and tostring(value) or own_lines(trace:gsub("\n\t", "\n  "))
+    message = failure.status(value) and tostring(value) or own_lines(trace)
   end)
   package.path = path_before
   for name in pairs(package.loaded) do
@@ -134,7 +127,7 @@ function runner.load(path, longest)
   return file
 end
 
---- Lua files of the paths: files as they are, of a folder those that lie in it, sorted.
+--- The files of the paths; of a folder its .lua files, sorted.
 ---@param paths string[]
 ---@return string[]
 function runner.files(paths)
@@ -157,11 +150,11 @@ end
 
 ---@class limax.test_choice
 ---@field only string[] "SUITE: TEST" in full; where there is one, nothing else runs
----@field filter string|nil part of "SUITE: TEST", as it stands or as a Lua pattern
+---@field filter string|nil part of "SUITE: TEST", literally or as a Lua pattern
 ---@field tags string[] at least one of these; "-slow": not this one
----@field limit number|nil s of tests that name none
+---@field limit number|nil s of tests that set none
 
--- Tests with this tag take minutes: they run only where it or their name is asked for.
+-- Tests with this tag take minutes: they run only if it or their title is named.
 local LONG = "full"
 
 --- Whether an instance is among the chosen.
@@ -194,15 +187,14 @@ function runner.chosen(instance, choice)
   return found or not wanted
 end
 
--- The device of an instance; nil and a reason where this machine has none.
+-- The device of an instance; nil and a reason if this machine does not have it.
 local function open_device(instance)
   local name = instance.values.device
   if not name then return nil end
   local fine, device = pcall(engine.device, name, { threads = instance.values.threads })
   if fine then return device end
   if device == host.interrupt then error(device, 0) end
-  -- without the line, which is the runner's
-  return nil, (tostring(device):gsub("^[^\n:]+:%d+: ", ""))
+  return nil, failure.bare(device)
 end
 
 local function outcome(fine, value, trace)
@@ -213,29 +205,27 @@ local function outcome(fine, value, trace)
     return { status = "failed", text = value.text, where = value.where }
   end
   local first = failure.first_trace(value)
-  return { status = "failed", text = own_lines(first and first:gsub("\n\t", "\n  ")
-    or trace or value) }
+  return { status = "failed", text = own_lines(first or trace or value) }
 end
 
--- Why an instance does not run, and with which outcome.
-local function kept_from_running(instance)
-  if instance.case.skip then return nil, { status = "skipped", text = instance.case.skip } end
-  local impossible = axes.impossible(instance.values)
-  if impossible then return nil, { status = "skipped", text = impossible } end
-  local device, reason = open_device(instance)
+-- The device of an instance, or the result of one that cannot run.
+local function prepare(instance)
+  local device
+  local reason = instance.case.skip or axes.impossible(instance.values)
+  if not reason then device, reason = open_device(instance) end
   if not reason then return device, nil end
-  -- only an accelerator may be missing; a CPU that does not open is a failure
-  return nil, { status = instance.values.device == "cpu" and "failed" or "skipped", text = reason }
+  -- only a GPU may be missing
+  local failed = instance.values.device == "cpu" and not instance.case.skip
+  return nil, { status = failed and "failed" or "skipped", text = reason }
 end
 
---- Runs one instance.
 ---@param file limax.suite_file
 ---@param instance limax.test_instance
 ---@param state limax.test_file_state
 ---@return limax.test_result
 function runner.run(file, instance, state)
   local started = host.clock()
-  local device, result = kept_from_running(instance)
+  local device, result = prepare(instance)
   local interrupted
   local seen = witness.new(instance.case.axes)
   local t = context.new {
@@ -245,7 +235,7 @@ function runner.run(file, instance, state)
     fixtures = instance.fixtures, state = state, witness = seen,
   }
   if not result then
-    -- while goldens are recorded a person is asked, who may take long
+    -- recording goldens may wait for the user's answer
     local limit = not state.update and instance.limit or nil
     engine.limit_time(limit)
     seen:begin()
@@ -263,7 +253,7 @@ function runner.run(file, instance, state)
   if interrupted then error(host.interrupt, 0) end
   if wrong and result.status == "passed" then result = { status = "failed", text = wrong } end
   result.notes, result.seconds = t.notes, host.clock() - started
-  -- what a test leaves to the collector ends here, and not within the next one
+  -- so that garbage of this test does not slow the next one
   collectgarbage "collect"
   return result
 end
@@ -273,16 +263,15 @@ end
 ---@field failed integer
 ---@field skipped integer
 
--- A drawn order of a list; the same seed and name give the same.
+-- A shuffled list; the same seed and name give the same order.
 local function shuffled(list, seed, name)
-  -- 28 bits of the name's hash tell the files apart
   local random = engine.random(seed, 1, "user", 0, tonumber(host.sha256(name):sub(1, 7), 16))
-  local drawn = { unpack(list) }
-  for i = #drawn, 2, -1 do
+  local copy = { unpack(list) }
+  for i = #copy, 2, -1 do
     local j = random:integer(i)
-    drawn[i], drawn[j] = drawn[j], drawn[i]
+    copy[i], copy[j] = copy[j], copy[i]
   end
-  return drawn
+  return copy
 end
 
 ---@class limax.test_plan
@@ -292,21 +281,20 @@ end
 --- The chosen tests, file by file, in the order in which they run.
 ---@param files limax.suite_file[]
 ---@param choice limax.test_choice
----@param seed integer|nil of a drawn order, of the files and of the tests of each
+---@param seed integer|nil of a shuffled order, of the files and of the tests of each
 ---@return limax.test_plan
 function runner.plan(files, choice, seed)
   local plan = { files = {}, total = 0 }
   for _, file in ipairs(seed and shuffled(files, seed, "files") or files) do
     local instances = {}
-    -- drawn before they are chosen: those that are left run in the same order
+    -- shuffled before they are chosen: a choice runs in the same order
     for _, instance in ipairs(seed and shuffled(file.instances, seed, file.path)
       or file.instances) do
-      if runner.chosen(instance, choice) then
+      if not file.failure and runner.chosen(instance, choice) then
         instance.limit = instance.case.limit or choice.limit
         table.insert(instances, instance)
       end
     end
-    if file.failure then instances = {} end
     if file.failure or #instances > 0 then
       table.insert(plan.files, { file = file, instances = instances })
       plan.total = plan.total + #instances + (file.failure and 1 or 0)

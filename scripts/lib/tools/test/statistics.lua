@@ -1,20 +1,18 @@
---- statistics.lua: what `t:statistically` asks: is a mean over seeds, or a whole sample, still what
---- it was? It fails only where chance would explain the sample less often than `level`.
+--- statistics.lua: `t:statistically`: whether a mean over seeds, or a whole sample, is as expected.
+--- It fails only if chance would explain the sample less often than `level`.
 
 local rank_sum = require "limax.base.statistics.rank_sum"
 local student = require "limax.base.statistics.student"
 
 local statistics = {}
 
---- Chance of a false alarm where the test names none: of a hundred such checks one fails by chance
---- in a hundred changes of the bits; the same seeds and bits always give the same answer.
-statistics.LEVEL = 1e-4
+-- Chance of a false alarm. The same seeds and bits always give the same answer.
+local LEVEL = 1e-4
+-- Seeds: with fewer the interval of a mean is wide at such a level.
+local SEEDS = 12
 
---- Seeds where the test names none: with fewer the interval of a mean is wide at such a level.
-statistics.SEEDS = 12
-
--- A draw's values over the seeds; true and false count as 1 and 0.
-local function drawn(draw, seeds)
+-- The values of all seeds; true and false count as 1 and 0.
+local function sample(draw, seeds)
   local list = {}
   for i, seed in ipairs(seeds) do
     local value = draw(seed)
@@ -28,7 +26,7 @@ local function drawn(draw, seeds)
   return list
 end
 
-local function against_sample(list, expected, level)
+local function compare_samples(list, expected, level)
   local smallest = rank_sum.smallest_p(#list, #expected)
   if smallest > level then
     return ("%d and %d values cannot differ at the level %g: their smallest p is %.2g; take more "
@@ -42,7 +40,7 @@ local function against_sample(list, expected, level)
   return nil, text
 end
 
-local function against_numbers(list, options, level)
+local function compare_mean(list, options, level)
   local mean, half = student.interval(list, 1 - level)
   local text = ("mean %.6g +- %.2g of %d seeds (level %g)"):format(mean, half, #list, level)
   local expected = options.expected
@@ -64,36 +62,37 @@ end
 ---@class limax.test_statistics
 ---@field seeds integer[]|integer|nil the seeds, or how many from 1; 12
 ---@field expected number|number[]|nil the mean, or a sample to compare with
----@field rtol number|nil of an expected mean, beside what chance explains
+---@field rtol number|nil of an expected mean, in addition to chance
 ---@field atol number|nil
 ---@field at_least number|nil
 ---@field at_most number|nil
 ---@field level number|nil chance of a false alarm; 1e-4
 
---- Asks.
+--- Compares a sample with what is expected.
 ---@param draw fun(seed: integer): number|boolean
 ---@param options limax.test_statistics
 ---@return string|nil failure
----@return string|nil text what was found, where nothing failed
+---@return string|nil text the result, if nothing failed
 function statistics.check(draw, options)
-  local seeds = options.seeds or statistics.SEEDS
+  local seeds, level = options.seeds or SEEDS, options.level or LEVEL
   if type(seeds) == "number" then
-    local list = {}
-    for i = 1, seeds do list[i] = i end
-    seeds = list
+    local count = seeds
+    seeds = {}
+    for i = 1, count do seeds[i] = i end
   end
-  if #seeds < 2 then return "seeds: expected two at least" end
-  local level = options.level or statistics.LEVEL
+  if #seeds < 2 then return "seeds: expected at least two" end
   if type(level) ~= "number" or not (level > 0 and level < 1) then
     return ("level: expected a chance between 0 and 1, got %s"):format(tostring(level))
   end
   if not options.expected and not options.at_least and not options.at_most then
-    return "nothing is expected: name expected, at_least or at_most"
+    return "nothing is expected: set expected, at_least or at_most"
   end
-  local list, message = drawn(draw, seeds)
+  local list, message = sample(draw, seeds)
   if not list then return message end
-  if type(options.expected) == "table" then return against_sample(list, options.expected, level) end
-  return against_numbers(list, options, level)
+  if type(options.expected) == "table" then
+    return compare_samples(list, options.expected, level)
+  end
+  return compare_mean(list, options, level)
 end
 
 return statistics

@@ -1,5 +1,5 @@
---- witness.lua: sees what a test simulates, so that its goldens know of which configuration they
---- are. While a test runs, `engine.simulation` is followed; what it is given is kept as a hash.
+--- witness.lua: hashes what a test simulates, so that its goldens are tied to that configuration.
+--- While a test runs, `engine.simulation` is wrapped.
 
 local ffi = require "ffi"
 local choice = require "limax.base.choice"
@@ -9,13 +9,13 @@ local host = require "limax.host"
 local witness = {}
 
 ---@class limax.test_witness
----@field hashes string[] of each simulation begun so far
+---@field hashes string[] of each simulation so far
 ---@field varied table<string, boolean> options that the test's matrix varies
 local methods = {}
 local class = { __index = methods }
 
--- What tells the bodies of a population apart: materials and weights of every voxel.
-local function bodies_of(population)
+-- Materials and weights of every voxel.
+local function hash_of_bodies(population)
   local bytes = 3 * population.voxels_each * ffi.sizeof "float"
   local parts = { table.concat(population.lattice, " ") }
   for i = 1, population.count do
@@ -25,31 +25,28 @@ local function bodies_of(population)
   return host.sha256(table.concat(parts, "\n"))
 end
 
-function methods:see(population, materials, scene, options)
+function methods:add_simulation(population, materials, scene, options)
   local settings = {}
   for _, name in ipairs(choice.sorted_keys(options or {})) do
     if not self.varied[name] then settings[name] = options[name] end
   end
-  local text = host.json.encode { bodies = bodies_of(population), materials = materials:table(),
-    scene = scene:table(), settings = settings }
-  self.hashes[#self.hashes + 1] = host.sha256(text)
+  self:add { host.sha256(host.json.encode { bodies = hash_of_bodies(population),
+    materials = materials:table(), scene = scene:table(), settings = settings }) }
 end
 
---- Begins to look.
 function methods:begin()
   local simulation = engine.simulation
-  self.before = simulation
+  self.wrapped = simulation
   engine.simulation = function(population, materials, scene, options, ...)
     local object = simulation(population, materials, scene, options, ...)
-    self:see(population, materials, scene, options)
+    self:add_simulation(population, materials, scene, options)
     return object
   end
 end
 
---- Ends it.
-function methods:finish() engine.simulation = self.before end
+function methods:finish() engine.simulation = self.wrapped end
 
---- Calls `make` and keeps what it simulates apart.
+--- Calls `make` and keeps the hashes of what it simulates separate.
 ---@param make fun(): any
 ---@return any value that it returned
 ---@return string[] hashes
@@ -57,18 +54,17 @@ function methods:aside(make)
   local own = self.hashes
   self.hashes = {}
   local value = make()
-  local apart = self.hashes
+  local separate = self.hashes
   self.hashes = own
-  return value, apart
+  return value, separate
 end
 
---- Adds what was kept apart.
 ---@param hashes string[]
 function methods:add(hashes)
   for _, hash in ipairs(hashes) do table.insert(self.hashes, hash) end
 end
 
---- The hash of all that was seen so far, and of what the test adds; nil of nothing.
+--- The hash of everything so far and of the test's own table; nil of nothing.
 ---@param added table|nil
 ---@return string|nil
 function methods:hash(added)
