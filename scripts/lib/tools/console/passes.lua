@@ -1,17 +1,16 @@
---- passes.lua: says when a device simulates with slower loops than this processor could run, and
---- what that costs.
+--- passes.lua: warns when a device simulates with slower loops than this processor can run.
 
 local passes = {}
 
---- The best set of passes that this processor runs; nil for a device that has none.
----@param description table what `device:describe()` says
+--- The best instruction set of this processor; nil for a device that is no processor.
+---@param description table of `device:describe()`
 ---@return string|nil
 function passes.best(description)
   return description.isa_available and description.isa_available:match "^[^,]+"
 end
 
---- What a user should know before hours of computing; nil when all is well.
----@param description table what `device:describe()` says
+--- The warning; nil where the best loops run.
+---@param description table of `device:describe()`
 ---@return string|nil
 function passes.warning(description)
   local isa, best = description.isa, passes.best(description)

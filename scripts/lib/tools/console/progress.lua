@@ -1,5 +1,5 @@
---- progress.lua: what a run shows on standard error: one bar that is drawn again in place on a
---- terminal, one line per generation elsewhere, warnings alone when quiet.
+--- progress.lua: what a run shows on standard error: a bar that is redrawn in place on a terminal,
+--- one line per generation elsewhere, only warnings when quiet.
 
 local duration = require "limax.base.duration"
 local host = require "limax.host"
@@ -10,7 +10,7 @@ local progress = {}
 local Progress = {}
 Progress.__index = Progress
 
--- Least time between two drawings of the bar, s: ten a second look smooth and cost nothing.
+-- Least time between two drawings of the bar, s.
 local between = 0.1
 
 ---@class limax.progress.options
@@ -38,7 +38,7 @@ function Progress:paint(code, text)
   return ("\27[%sm%s\27[0m"):format(code, text)
 end
 
--- Takes the bar off the terminal, so that a line can stand there.
+-- Removes the bar from its line.
 function Progress:clear()
   if self.bar and self.shown then self.write "\r\27[K" end
   self.shown = false
@@ -51,8 +51,7 @@ function Progress:say(text)
   self.write(self:paint("33", "! ") .. text .. "\n")
 end
 
--- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where a step was too long for
--- what robots did
+-- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where steps were too long.
 local function numbers(entry)
   local failed = entry.failed
   local all = entry.diversity.all or { hamming = 0 }
@@ -79,7 +78,7 @@ function Progress:draw(state)
   local full = math.floor(width * (self.done + share) / self.total + 0.5)
   local bar = self:paint("32", ("#"):rep(full)) .. ("-"):rep(width - full)
   local where = ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
-  -- what a narrow terminal cuts off comes last
+  -- a narrow terminal cuts off the end
   local text = where .. self:time_left(share) .. (self.last and "  " .. numbers(self.last) or "")
     .. rate_text(self.spring_rate)
   local room = self.columns - width - 4
@@ -88,13 +87,11 @@ function Progress:draw(state)
   self.drawn = host.clock()
 end
 
---- Called while robots are simulated, with the engine's progress; where several repetitions share
---- the device, with `spring_rate` of all.
----@param state table
+--- Called while robots are simulated, with the progress of together.run.
+---@param state { steps: number, steps_total: number, spring_rate: number }
 function Progress:robots(state)
-  local now = host.clock()
-  self.spring_steps, self.shared_rate = state.spring_steps, state.spring_rate
-  if self.bar and now - self.drawn >= between then self:draw(state) end
+  self.spring_rate = state.spring_rate
+  if self.bar and host.clock() - self.drawn >= between then self:draw(state) end
 end
 
 --- Called after each generation with its history entry.
@@ -102,11 +99,6 @@ end
 ---@param seconds table
 function Progress:generation(entry, seconds)
   self.done, self.fresh, self.last = self.done + 1, self.fresh + 1, entry
-  if self.shared_rate then
-    self.spring_rate = self.shared_rate
-  elseif self.spring_steps and seconds.simulate > 0 then
-    self.spring_rate = self.spring_steps / seconds.simulate
-  end
   if self.bar then
     self:draw()
   elseif not self.quiet then
@@ -117,7 +109,7 @@ function Progress:generation(entry, seconds)
   end
 end
 
---- The bar is gone, whatever comes next stands on a line of its own.
+--- Removes the bar.
 function Progress:finish() self:clear() end
 
 return progress

@@ -1,4 +1,6 @@
---- tally.lua: what the end of a run says: the best robots, what failed and why.
+--- tally.lua: the best robots of a run, and how many robots failed and why.
+
+local choice = require "limax.base.choice"
 
 local tally = {}
 
@@ -11,8 +13,7 @@ local most_rows = 5
 
 ---@return limax.tally
 function tally.new()
-  return setmetatable({ best = {}, listed = {}, reasons = {}, counts = {}, robots = 0, failed = 0 },
-    Tally)
+  return setmetatable({ best = {}, listed = {}, counts = {}, robots = 0, failed = 0 }, Tally)
 end
 
 local function better(a, b)
@@ -21,14 +22,13 @@ local function better(a, b)
   return a.id < b.id
 end
 
--- What happened to a robot, in the words of the end: "invalid (no muscle)", "by fitness".
-local function fate(record)
+-- How a robot failed: "invalid (no muscle)", "by fitness".
+local function failure_of(record)
   if record.status == "failed" then return "by " .. record.reason end
   return ("%s (%s)"):format(record.status, record.reason)
 end
 
---- Hears what a run says while it goes on: the first message of a fitness that failed comes back at
---- the end.
+--- Keeps the first message of a fitness that failed from the warnings of a run.
 ---@param text string
 function Tally:hear(text)
   self.fitness_message = self.fitness_message or text:match "gets no score: ([^\n]+)"
@@ -41,13 +41,9 @@ function Tally:add(repetition, records)
   for _, record in ipairs(records) do
     if record.origin ~= "elite" then self.robots = self.robots + 1 end
     if record.status ~= "done" and record.reason then
-      local reason = fate(record)
+      local reason = failure_of(record)
       self.failed = self.failed + 1
-      if not self.counts[reason] then
-        self.counts[reason] = 0
-        self.reasons[#self.reasons + 1] = reason
-      end
-      self.counts[reason] = self.counts[reason] + 1
+      self.counts[reason] = (self.counts[reason] or 0) + 1
     end
     local name = repetition .. ":" .. record.id
     local row = self.listed[name]
@@ -69,16 +65,14 @@ function Tally:add(repetition, records)
 end
 
 local function materials_text(counts)
-  local names, parts = {}, {}
-  for name in pairs(counts) do names[#names + 1] = name end
-  table.sort(names)
-  for _, name in ipairs(names) do
+  local parts = {}
+  for _, name in ipairs(choice.sorted_keys(counts)) do
     if counts[name] > 0 and name ~= "empty" then parts[#parts + 1] = counts[name] .. " " .. name end
   end
   return table.concat(parts, ", ")
 end
 
---- The end of a run as text: the best robots, then what failed and why.
+--- The tally as text: the best robots, then what failed and why.
 ---@return string
 function Tally:text()
   local lines = { "The best robots:",
@@ -88,19 +82,14 @@ function Tally:text()
       row.repetition, row.generation, row.id, row.body.size[1], row.body.size[2], row.body.size[3],
       row.body.mass, materials_text(row.body.counts))
   end
-  table.sort(self.reasons)
-  if #self.reasons == 0 then
-    lines[#lines + 1] = ("None of %d robots failed."):format(self.robots)
-  else
-    local parts = {}
-    for k, reason in ipairs(self.reasons) do
-      local message = reason == "by fitness" and self.fitness_message
-      parts[k] = ("%d %s%s"):format(self.counts[reason], reason,
-        message and (" (first: %s)"):format(message) or "")
-    end
-    lines[#lines + 1] = ("%d of %d robots failed: %s."):format(self.failed, self.robots,
-      table.concat(parts, ", "))
+  local parts = {}
+  for k, reason in ipairs(choice.sorted_keys(self.counts)) do
+    local message = reason == "by fitness" and self.fitness_message
+    parts[k] = ("%d %s%s"):format(self.counts[reason], reason,
+      message and (" (first: %s)"):format(message) or "")
   end
+  lines[#lines + 1] = #parts == 0 and ("None of %d robots failed."):format(self.robots)
+    or ("%d of %d robots failed: %s."):format(self.failed, self.robots, table.concat(parts, ", "))
   return table.concat(lines, "\n") .. "\n"
 end
 
