@@ -1,6 +1,6 @@
---- body.lua: a body as letters, as a lattice of voxels, and as the facts that a script may ask for.
---- Letters come in layers, the lowest first, parted by an empty line; the first line of a layer is
---- y = 1, and letters run along x from x = 1.
+--- body.lua: a body as letters, as a lattice of voxels, and as facts for scripts. Letters come in
+--- layers, the lowest first, separated by an empty line; the first line of a layer is y = 1, and
+--- letters run along x from x = 1.
 
 local body = {}
 
@@ -28,10 +28,10 @@ function body.layers(text)
   return layers
 end
 
---- The legal letters of a table of materials, as an error shows them.
+--- The letters of a table of materials, as an error shows them.
 ---@param materials limax.materials
 ---@return string
-function body.legal_letters(materials)
+function body.letters_of(materials)
   local texts = {}
   for i = 1, materials.count do
     local material = materials:get(i)
@@ -40,8 +40,7 @@ function body.legal_letters(materials)
   return table.concat(texts, ", ")
 end
 
---- Checks layers of letters: every line as long as the first, every layer as high as the first,
---- every letter known.
+--- Checks layers of letters: lines of equal length, layers of equal height, letters of materials.
 ---@param layers string[][]
 ---@param materials limax.materials
 ---@return integer[]|nil size voxels along x, y, z
@@ -63,7 +62,7 @@ function body.measure_layers(layers, materials)
         local letter = line:sub(x, x)
         if not materials:index(letter) then
           return nil, ("layer %d, line %d: unknown letter %q; the letters are %s")
-            :format(z, y, letter, body.legal_letters(materials))
+            :format(z, y, letter, body.letters_of(materials))
         end
       end
     end
@@ -71,7 +70,7 @@ function body.measure_layers(layers, materials)
   return { nx, ny, #layers }
 end
 
---- The letters of layers as a lattice, filled up with empty voxels to `lattice`.
+--- The letters of layers as a lattice, padded with empty voxels.
 ---@param layers string[][]
 ---@param lattice integer[] voxels along x, y, z
 ---@return string[][][] letters [x][y][z]
@@ -92,23 +91,23 @@ end
 
 -- ---- bodies of an engine's population -----------------------------------------------------------
 
---- What is asked of a table of materials for every robot of a population, asked once.
+--- What the records of a population need of its materials: `letters` and `names` in their order,
+--- `per_site` masses (kg) by voxel value, and `same`, that mass if it is equal for all.
 ---@param materials limax.materials
 ---@return table
-function body.known(materials)
-  local known = { names = {}, per_site = {}, same = nil }
-  local letters = {}
+function body.facts(materials)
+  local facts, letters = { names = {}, per_site = {}, same = nil }, {}
   for m = 1, materials.count do
     local material = materials:get(m)
-    letters[m], known.names[m] = material.letter, material.name
+    letters[m], facts.names[m] = material.letter, material.name
     if material.kind ~= "empty" then
-      known.per_site[m - 1] = material.mass_per_site
-      if known.same == nil then known.same = material.mass_per_site end
-      if known.same ~= material.mass_per_site then known.same = false end
+      facts.per_site[m - 1] = material.mass_per_site
+      if facts.same == nil then facts.same = material.mass_per_site end
+      if facts.same ~= material.mass_per_site then facts.same = false end
     end
   end
-  known.letters = table.concat(letters)
-  return known
+  facts.letters = table.concat(letters)
+  return facts
 end
 
 --- The whole lattice of one robot as letters.
@@ -117,16 +116,13 @@ end
 ---@param materials limax.materials
 ---@return string
 function body.letters(population, i, materials)
-  return population:text(i, body.known(materials).letters)
+  return population:text(i, body.facts(materials).letters)
 end
 
--- Mass of a body, kg: each used site weighs the mean of its voxels' mass_per_site. Where that is
--- the same for all materials, as in the paper's, the sites need not be looked at.
-local function mass_of(population, i, facts, known)
-  if known.same then return facts.masses * known.same end
-  local per_site = known.per_site
-  local voxels = population:voxels(i):table()
-  local total = 0
+-- Mass of a body, kg: each used site has the mean of its voxels' mass_per_site.
+local function mass_of(population, i, masses, facts)
+  if facts.same then return masses * facts.same end
+  local voxels, total = population:voxels(i):table(), 0
   for x = 1, #voxels + 1 do
     for y = 1, #voxels[1] + 1 do
       for z = 1, #voxels[1][1] + 1 do
@@ -134,7 +130,7 @@ local function mass_of(population, i, facts, known)
         for corner = 0, 7 do
           local column = voxels[x - corner % 2]
           local row = column and column[y - math.floor(corner / 2) % 2]
-          local mass = row and per_site[row[z - math.floor(corner / 4)]]
+          local mass = row and facts.per_site[row[z - math.floor(corner / 4)]]
           if mass then sum, owners = sum + mass, owners + 1 end
         end
         if owners > 0 then total = total + sum / owners end
@@ -158,16 +154,16 @@ end
 ---@param population limax.population
 ---@param i integer
 ---@param materials limax.materials
----@param known table|nil body.known(materials), for many robots
+---@param facts table|nil body.facts(materials), for many robots
 ---@return limax.body.record
-function body.record(population, i, materials, known)
-  known = known or body.known(materials)
-  local facts, counts = population:body(i), {}
-  for m, name in ipairs(known.names) do counts[name] = facts.counts[m] end
-  return { letters = population:text(i, known.letters), hash = facts.hash,
-    voxels = facts.voxels, masses = facts.masses, springs = facts.springs,
-    size = { facts.size[1], facts.size[2], facts.size[3] }, counts = counts,
-    mass = mass_of(population, i, facts, known) }
+function body.record(population, i, materials, facts)
+  facts = facts or body.facts(materials)
+  local shape, counts = population:body(i), {}
+  for m, name in ipairs(facts.names) do counts[name] = shape.counts[m] end
+  return { letters = population:text(i, facts.letters), hash = shape.hash,
+    voxels = shape.voxels, masses = shape.masses, springs = shape.springs,
+    size = { shape.size[1], shape.size[2], shape.size[3] }, counts = counts,
+    mass = mass_of(population, i, shape.masses, facts) }
 end
 
 -- ---- what a script sees -------------------------------------------------------------------------
@@ -185,7 +181,7 @@ end
 
 local View = {}
 
--- The lattice is cut from the letters when first asked for: most robots are never looked into.
+-- The lattice is made from the letters when it is first read: for most robots it never is.
 function View:__index(key)
   if key ~= "voxel" then return nil end
   local layers = body.layers(self.letters)

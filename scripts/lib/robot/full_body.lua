@@ -1,6 +1,5 @@
---- full_body.lua: bodies whose every voxel is one material. Their closed-form bound on the time
---- step is the measure of what a set of materials costs, and the limit that a fixed step is warned
---- against.
+--- full_body.lua: bodies with the same material in every voxel. Their closed-form bound on the time
+--- step measures the cost of a set of materials, and limits what a fixed step should be.
 
 local engine = require "limax.engine"
 
@@ -26,7 +25,7 @@ function full_body.bound(lattice, materials, scene, options, device)
       body:set_body(1, voxels)
       body:check(materials, { require_muscle = false })
       local simulation = engine.simulation(body, materials, scene, options, device)
-      -- a robot is prepared, and its bound known, when it is first looked at
+      -- prepares the robot and computes its bound
       simulation:state(1)
       local bound = simulation:outcome(1).time_step_bound
       simulation:free()

@@ -1,4 +1,4 @@
---- robot.lua: one robot, by hand or from a file, to be simulated, looked at and saved:
+--- robot.lua: one robot, by hand or from a file, to be simulated, inspected and saved:
 --- `limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }` or `limax.robot "champion.json"`.
 
 local body = require "limax.robot.body"
@@ -28,7 +28,7 @@ robot.methods = Robot
 function Robot.__index(_, key)
   local own = Robot[key]
   if own == nil and scored_robot.measures_by(key) then
-    fail("%s: this robot has not been simulated: robot:simulate { duration = 2 }:%s() does", key,
+    fail("%s: this robot has not been simulated: use robot:simulate { duration = 2 }:%s()", key,
       key)
   end
   return own
@@ -59,14 +59,14 @@ end
 
 -- ---- by hand ------------------------------------------------------------------------------------
 
--- A weight as a script gives it (a number, a function of x, y, z, or [x][y][z]) in the form of a
--- file: one number or [z][y][x].
-local function weight_layers(given, lattice, name)
-  if given == nil then return 1 end
-  if type(given) == "number" then return given end
-  if type(given) ~= "table" and type(given) ~= "function" then
+-- A weight of a script (a number, a function of x, y, z, or [x][y][z]) in the form of a file: one
+-- number or [z][y][x].
+local function weight_layers(weight, lattice, name)
+  if weight == nil then return 1 end
+  if type(weight) == "number" then return weight end
+  if type(weight) ~= "table" and type(weight) ~= "function" then
     fail("limax.robot: weights.%s: expected a number, [x][y][z] or a function (x, y, z), got %s",
-      name, schema.show(given))
+      name, schema.show(weight))
   end
   local layers = {}
   for z = 1, lattice[3] do
@@ -75,10 +75,10 @@ local function weight_layers(given, lattice, name)
       layers[z][y] = {}
       for x = 1, lattice[1] do
         local value
-        if type(given) == "function" then
-          value = given(x, y, z)
+        if type(weight) == "function" then
+          value = weight(x, y, z)
         else
-          value = given[x] and given[x][y] and given[x][y][z]
+          value = weight[x] and weight[x][y] and weight[x][y][z]
         end
         if type(value) ~= "number" then
           fail("limax.robot: weights.%s: expected a number at voxel (%d, %d, %d), got %s", name,
@@ -99,19 +99,19 @@ local lattice_rule = schema.list(schema.number(defaults.fields.experiment.lattic
 
 local rules = schema.fields {
   voxels = schema.text(".*", "letters: one block of lines per layer, the lowest first"),
-  weights = function(given, path)
-    if type(given) == "number" then
-      return { stiffness = given, amplitude = given, phase = given }
+  weights = function(value, path)
+    if type(value) == "number" then
+      return { stiffness = value, amplitude = value, phase = value }
     end
-    return weight_rule(given, path)
+    return weight_rule(value, path)
   end,
-  materials = function(given) return given end,
+  materials = function(value) return value end,
   lattice = lattice_rule,
   edge = schema.number(defaults.fields.simulation.edge),
 }
 
--- Lines filled up with empty voxels to the lattice.
-local function filled(layers, lattice)
+-- Lines padded with empty voxels to the lattice.
+local function padded(layers, lattice)
   local full = {}
   for z = 1, lattice[3] do
     full[z] = {}
@@ -124,17 +124,17 @@ local function filled(layers, lattice)
 end
 
 ---@class limax.robot.given
---- `voxels` holds the materials' letters: layers parted by an empty line, the lowest first; the
+--- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
 --- first line of a layer is y = 1, and letters run along x. Each weight is a number from 0 to 1,
 --- [x][y][z] or a function (x, y, z); 1 if absent.
 ---@field voxels string
 ---@field weights? number|{ stiffness?: any, amplitude?: any, phase?: any }
 ---@field materials? string|table|limax.materials "paper" if absent
----@field lattice? integer[] larger than the letters say: the rest is empty
+---@field lattice? integer[] larger than the letters: the rest is empty
 ---@field edge? number m
 
-local function by_hand(given)
-  local checked, message = rules(given, "limax.robot")
+local function by_hand(fields)
+  local checked, message = rules(fields, "limax.robot")
   if not checked then engine.fail(message) end
   if not checked.voxels then
     fail 'limax.robot: voxels: is missing; expected letters, such as "ecs\\nece\\n\\nsbs\\ncec"'
@@ -158,7 +158,7 @@ local function by_hand(given)
     weights[name] = weight_layers(checked.weights[name], lattice, name)
   end
   return object({ schema = robot_file.schema, lattice = lattice, edge = checked.edge,
-    voxels = filled(layers, lattice), weights = weights, materials = materials:table() }, materials)
+    voxels = padded(layers, lattice), weights = weights, materials = materials:table() }, materials)
 end
 
 ---@class limax.robot.of_genome
@@ -174,24 +174,24 @@ end
 ---@field repetition? integer 1
 ---@field individual? integer which robot of the initial population a random genome is; 1
 
---- A robot by hand, of a genome (tables), from a robot file (its path), or again the body of one
+--- A robot by hand or of a genome (tables), from a robot file (its path), or the body of a robot
 --- that was simulated.
----@param given string|limax.robot.given|limax.robot.of_genome|limax.scored_robot
+---@param source string|limax.robot.given|limax.robot.of_genome|limax.scored_robot
 ---@return limax.robot
-function robot.new(given)
-  if type(given) == "string" then return object(robot_file.read(given)) end
-  if scored_robot.is(given) then return robot.of(given:table()) end
-  if type(given) ~= "table" then
+function robot.new(source)
+  if type(source) == "string" then return object(robot_file.read(source)) end
+  if scored_robot.is(source) then return robot.of(source:table()) end
+  if type(source) ~= "table" then
     fail("limax.robot: expected a table { voxels = ... } or the name of a robot file, got %s",
-      schema.show(given))
+      schema.show(source))
   end
-  if given.genome ~= nil and given.voxels == nil then
-    return object(robot_of_genome.describe(given))
+  if source.genome ~= nil and source.voxels == nil then
+    return object(robot_of_genome.describe(source))
   end
-  return by_hand(given)
+  return by_hand(source)
 end
 
---- This robot with one voxel of another material; weights stay. The robot itself does not change.
+--- A copy of this robot with another material in one voxel, and the same weights.
 ---@param x integer from 1
 ---@param y integer from 1
 ---@param z integer from 1, the lowest layer
@@ -199,20 +199,20 @@ end
 ---@return limax.robot
 function Robot:edit(x, y, z, letter)
   local description = self:table()
-  for axis, given in ipairs { x or 0, y or 0, z or 0 } do
+  for axis, index in ipairs { x or 0, y or 0, z or 0 } do
     local size = description.lattice[axis]
-    if type(given) ~= "number" or given % 1 ~= 0 or given < 1 or given > size then
+    if type(index) ~= "number" or index % 1 ~= 0 or index < 1 or index > size then
       fail("edit: %s: expected a whole number from 1 to %d (voxels), got %s",
-        ("xyz"):sub(axis, axis), size, schema.show(given))
+        ("xyz"):sub(axis, axis), size, schema.show(index))
     end
   end
   if type(letter) ~= "string" or #letter ~= 1 or not self.materials:index(letter) then
     fail("edit: expected the letter of a material, got %s; the letters are %s",
-      schema.show(letter), body.legal_letters(self.materials))
+      schema.show(letter), body.letters_of(self.materials))
   end
   local line = description.voxels[z][y]
   description.voxels[z][y] = line:sub(1, x - 1) .. letter .. line:sub(x + 1)
-  -- what the file said about another body's walk
+  -- they belong to the unedited body
   description.score, description.outcome = nil, nil
   return robot.of(description)
 end
@@ -224,7 +224,7 @@ end
 ---@return limax.scored_robot
 function Robot:simulate(options) return scored_robot.simulate(self, options) end
 
---- The same, to be taken step by step.
+--- Prepares the same simulation, to be advanced step by step.
 ---@param options? limax.robot.simulate_options
 ---@return limax.robot_in_motion
 function Robot:begin(options)
@@ -247,5 +247,5 @@ end
 ---@param path string
 function Robot:save(path) robot_file.write(path, self:table()) end
 
--- limax.robot(given) is robot.new(given)
-return setmetatable(robot, { __call = function(_, given) return robot.new(given) end })
+-- limax.robot(...) is robot.new(...)
+return setmetatable(robot, { __call = function(_, ...) return robot.new(...) end })

@@ -1,5 +1,5 @@
 --- robot_file.lua: one robot as a JSON file, schema limax.robot/1, read and written without loss:
---- lattice, edge, voxels as layers of letters, weights, the material table, and what it takes to
+--- lattice, edge, voxels as layers of letters, weights, materials, and all that is needed to
 --- simulate it again to the same score.
 
 local body = require "limax.robot.body"
@@ -34,7 +34,7 @@ robot_file.weights = { "stiffness", "amplitude", "phase" }
 
 -- ---- numbers ------------------------------------------------------------------------------------
 
--- Nine digits are enough to read a 32-bit float back to the same bits.
+-- Nine digits identify a 32-bit float.
 local function short(number) return tonumber(("%.9g"):format(number)) end
 
 -- [x][y][z] of the engine as [z][y][x] of a file, or as one number where all are equal.
@@ -109,26 +109,26 @@ end
 
 -- ---- rules of the file --------------------------------------------------------------------------
 
-local function must(rule, expected)
-  return function(given, path)
-    if given == nil then return nil, ("%s: is missing; expected %s"):format(path, expected) end
-    return rule(given, path)
+local function required(rule, expected)
+  return function(value, path)
+    if value == nil then return nil, ("%s: is missing; expected %s"):format(path, expected) end
+    return rule(value, path)
   end
 end
 
-local function table_rule(given, path)
-  if given ~= nil and type(given) ~= "table" then
-    return nil, ("%s: expected a table, got %s"):format(path, schema.show(given))
+local function table_rule(value, path)
+  if value ~= nil and type(value) ~= "table" then
+    return nil, ("%s: expected a table, got %s"):format(path, schema.show(value))
   end
-  return given
+  return value
 end
 
-local function schema_rule(given, path)
-  if given == robot_file.schema then return given end
-  return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(given))
+local function schema_rule(value, path)
+  if value == robot_file.schema then return value end
+  return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(value))
 end
 
-local function anything(given) return given end
+local function unchecked(value) return value end
 
 local weight = schema.number { value = 1, unit = "1", minimum = 0, maximum = 1,
   reason = "the material's own number" }
@@ -139,19 +139,19 @@ local letters = schema.list(schema.text("[^%s]+", "a line of letters"),
 
 local rules = {
   schema = schema_rule,
-  lattice = must(schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
+  lattice = required(schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
     expected = "a list { nx, ny, nz } of voxels" }), "a list { nx, ny, nz } of voxels"),
   edge = schema.number(defaults.fields.simulation.edge),
-  voxels = must(schema.list(letters, { expected = "a list of layers" }), "a list of layers"),
-  weights = must(table_rule, "a table of stiffness, amplitude and phase"),
-  materials = must(table_rule, "a table of materials"),
+  voxels = required(schema.list(letters, { expected = "a list of layers" }), "a list of layers"),
+  weights = required(table_rule, "a table of stiffness, amplitude and phase"),
+  materials = required(table_rule, "a table of materials"),
   scene = table_rule,
   simulation = table_rule,
-  fitness = anything,
-  score = function(given, path) return given and number(given, path) end,
+  fitness = unchecked,
+  score = function(value, path) return value and number(value, path) end,
   outcome = table_rule,
-  id = function(given, path) return given and count(given, path) end,
-  generation = function(given, path) return given and count(given, path) end,
+  id = function(value, path) return value and count(value, path) end,
+  generation = function(value, path) return value and count(value, path) end,
   parents = schema.list(count, { most = 2, expected = "a list of ids" }),
   origin = schema.text("[%w_ ]+", "a word"),
 }
@@ -165,19 +165,19 @@ local function weight_rule(lattice)
   end
   local line = list(weight, 1, "%d numbers along x")
   local layers = list(list(line, 2, "%d lines along y"), 3, "%d layers along z")
-  return function(given, path)
-    if type(given) == "table" then return layers(given, path) end
-    return weight(given, path)
+  return function(value, path)
+    if type(value) == "table" then return layers(value, path) end
+    return weight(value, path)
   end
 end
 
 --- Checks a decoded file as a whole; `nil, message` on the first field that is wrong.
----@param given any
+---@param decoded any
 ---@return limax.robot.description|nil
 ---@return string|nil message
 ---@return limax.materials|nil
-function robot_file.check(given)
-  local description, message = check_fields(given, "robot")
+function robot_file.check(decoded)
+  local description, message = check_fields(decoded, "robot")
   if not description then return nil, message end
   local lattice = description.lattice
   local rule = weight_rule(lattice)
@@ -186,7 +186,7 @@ function robot_file.check(given)
   if not description.weights then return nil, message end
 
   local ok, materials = pcall(engine.materials, description.materials)
-  -- the place that an error names is this check's, which is nobody's fault
+  -- without the place in this file
   if not ok then return nil, "robot." .. tostring(materials):gsub("^[^\n]-:%d+: ", "") end
   local size
   size, message = body.measure_layers(description.voxels, materials)
@@ -202,7 +202,7 @@ end
 
 -- ---- files --------------------------------------------------------------------------------------
 
---- Reads a robot file; what is wrong raises at the user's line: file, field, value and legal range.
+--- Reads a robot file. An error raises at the user's line, with file, field, value and range.
 ---@param path string
 ---@return limax.robot.description
 ---@return limax.materials
@@ -226,7 +226,7 @@ function robot_file.text(description)
   return host.json.encode(description, { indent = 2 }) .. "\n"
 end
 
---- Writes a robot file: the whole file or, where that fails, nothing.
+--- Writes a robot file, whole or not at all.
 ---@param path string
 ---@param description limax.robot.description
 function robot_file.write(path, description)

@@ -1,6 +1,5 @@
---- robot_in_motion.lua: a robot whose simulation is taken step by step: `robot:begin { ... }`.
---- Ctrl-C between steps leaves it whole, and it can be stepped on. SI units; t = 0 is when
---- actuation starts.
+--- robot_in_motion.lua: a robot that is simulated step by step: `robot:begin { ... }`. Ctrl-C acts
+--- between steps, and the simulation can be continued. SI units; t = 0 is when actuation starts.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -18,18 +17,13 @@ local SLICE = 0.05
 ---@field status "running"|"done"|"invalid"|"diverged" "done" at the end
 local Moving = {}
 
-local lazy = {}
-
--- read from the engine whenever they are asked for
-function lazy.time(self) return self.simulation:outcome(1).time end
-function lazy.steps(self) return self.simulation:outcome(1).step end
-function lazy.status(self) return self.simulation:outcome(1).status end
+-- Fields that are read from the engine each time, by the name that they have in an outcome.
+local in_outcome = { time = "time", steps = "step", status = "status" }
 
 local class = {}
 
 function class.__index(self, key)
-  local value = lazy[key]
-  if value then return value(self) end
+  if in_outcome[key] then return self.simulation:outcome(1)[in_outcome[key]] end
   return Moving[key]
 end
 
@@ -50,7 +44,7 @@ function robot_in_motion.new(simulation, finish)
   return setmetatable({ simulation = simulation, finished = finish }, class)
 end
 
--- Advances by whole steps, by slices of wall time.
+-- Advances by whole steps, in slices of wall time.
 local function advance(simulation, steps)
   local target = simulation:outcome(1).step + steps
   while true do
@@ -65,7 +59,7 @@ local function advance(simulation, steps)
   end
 end
 
---- Takes whole steps, or fewer where the simulation ends.
+--- Advances by whole steps, or fewer where the simulation ends.
 ---@param steps? integer 1 if absent
 ---@return limax.robot_in_motion self
 function Moving:step(steps)
@@ -78,7 +72,7 @@ function Moving:step(steps)
   return self
 end
 
---- Goes on for a time of the simulation, rounded up to whole steps.
+--- Advances by a simulated time, rounded up to whole steps.
 ---@param seconds number s
 ---@return limax.robot_in_motion self
 function Moving:go(seconds)
@@ -86,7 +80,7 @@ function Moving:go(seconds)
     engine.fail(("go: expected seconds above 0, got %s"):format(schema.show(seconds)))
   end
   local time_step = self.simulation:outcome(1).time_step
-  -- a hair less, so that rounding adds no step
+  -- a little less, so that rounding adds no step
   advance(self.simulation, math.ceil(seconds / time_step - 1e-6))
   return self
 end
@@ -99,8 +93,8 @@ function Moving:positions() return (self.simulation:state(1)) end
 ---@return limax.view velocities [mass][3] m/s
 function Moving:velocities() return (select(2, self.simulation:state(1))) end
 
---- The mean of the masses' places now: the centre of mass where all weigh the same, as in the
---- paper's materials.
+--- The mean of the masses' positions now: the centre of mass where all have the same mass, as with
+--- the paper's materials.
 ---@return number[] { x, y, z } m
 function Moving:center()
   local positions = self:positions()
@@ -111,7 +105,7 @@ function Moving:center()
   return { sum[1] / count, sum[2] / count, sum[3] / count }
 end
 
---- Goes on to the end.
+--- Simulates to the end.
 ---@param progress? fun(progress: table)
 ---@return limax.scored_robot
 function Moving:finish(progress)

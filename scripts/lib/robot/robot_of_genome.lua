@@ -1,5 +1,5 @@
 --- robot_of_genome.lua: the body that a genome describes: `limax.robot { genome = "random", seed =
---- 3 }`, or one of given numbers under the encoding that they were evolved with.
+--- 3 }`, or one of certain genes under the encoding that they were evolved with.
 
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
@@ -10,26 +10,26 @@ local schema = require "limax.engine.schema"
 
 local robot_of_genome = {}
 
-local function anything(given) return given end
+local function unchecked(value) return value end
 
-local fields = defaults.fields
+local defined = defaults.fields
 local individual = { value = 1, unit = "of the initial population", minimum = 1, maximum = 1e6,
   integer = true }
 
 local rules = schema.fields {
-  genome = anything,
-  lattice = schema.list(schema.number(fields.experiment.lattice),
+  genome = unchecked,
+  lattice = schema.list(schema.number(defined.experiment.lattice),
     { count = 3, default = { 5, 5, 5 }, expected = "a list { nx, ny, nz } of voxels" }),
-  materials = anything,
-  edge = schema.number(fields.simulation.edge),
+  materials = unchecked,
+  edge = schema.number(defined.simulation.edge),
   features = genome_rules.features, sigma = genome_rules.sigma, hidden = genome_rules.hidden,
   initial_scale = genome_rules.initial_scale,
-  seed = anything,
-  repetition = schema.number(fields.experiment.repetitions, 1),
+  seed = unchecked,
+  repetition = schema.number(defined.experiment.repetitions, 1),
   individual = schema.number(individual),
 }
 
--- Genes of a script (a view or a list of numbers) as the engine takes them.
+-- Genes of a script (a view or a list of numbers) in the form of the engine.
 local function bytes_of(genome, genes)
   local list = engine.is_view(genome) and genome:table() or genome
   if type(list) ~= "table" or #list ~= genes then
@@ -38,7 +38,6 @@ local function bytes_of(genome, genes)
   end
   local numbers = ffi.new("float[?]", genes)
   for i = 1, genes do
-    -- NaN is no gene
     if type(list[i]) ~= "number" or list[i] ~= list[i] then
       engine.fail(("limax.robot: genome[%d]: expected a number, got %s"):format(i,
         schema.show(list[i])))
@@ -49,11 +48,11 @@ local function bytes_of(genome, genes)
 end
 
 --- The description of the robot that a genome describes.
----@param given limax.robot.of_genome
+---@param fields limax.robot.of_genome
 ---@return limax.robot.description
 ---@return limax.materials
-function robot_of_genome.describe(given)
-  local checked, message = rules(given, "limax.robot")
+function robot_of_genome.describe(fields)
+  local checked, message = rules(fields, "limax.robot")
   if not checked then engine.fail(message) end
   local materials = checked.materials or defaults.materials
   if not (type(materials) == "table" and materials.get) then

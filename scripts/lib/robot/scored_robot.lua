@@ -1,11 +1,12 @@
 --- scored_robot.lua: the `robot` that fitness, selection and supervisors see: its body, what its
---- simulation measured, and its traces, over a line of the run's record and, while it lives, the
---- simulation. SI units; t = 0 is when actuation starts.
+--- simulation measured, and its traces. It reads its line of the population file and, as long as
+--- that exists, the simulation. SI units; t = 0 is when actuation starts.
 
 local body = require "limax.robot.body"
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local drive = require "limax.settings.drive"
+local energy_balance = require "limax.robot.energy_balance"
 local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
@@ -16,8 +17,7 @@ local scored_robot = {}
 
 local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 
---- Where a record comes from. Without `simulation` there are no traces, without `population` there
---- is no genome.
+--- Where a record comes from. Traces need `simulation`, the genome needs `population`.
 ---@class limax.robot.context
 ---@field population? limax.population of the engine
 ---@field index? integer in it
@@ -48,11 +48,12 @@ local methods = {}
 local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
   reason = true, fitness = true, cases = true, measures = true }
 
-local lazy = {}
+-- Fields that are made once, when they are first read.
+local made = {}
 
-function lazy.body(self) return body.view(self.record.body) end
+function made.body(self) return body.view(self.record.body) end
 
-function lazy.genome(self)
+function made.genome(self)
   if self.record.origin == "hand" then return nil end
   local population = self.context.population
   if not population then
@@ -62,21 +63,27 @@ function lazy.genome(self)
   return population:genome(self.context.index)
 end
 
+-- Fields that are computed from the outcome.
+local computed = {}
+
+function computed.coarse(self)
+  local outcome = self.record.outcome
+  return outcome ~= nil and outcome.coarse == true
+end
+
+function computed.undersampled(self)
+  local outcome = self.record.outcome
+  return outcome ~= nil and outcome.time_step ~= nil
+    and drive.problem(self.context.scene, outcome.time_step) ~= nil
+end
+
 local class = {}
 
 function class.__index(self, key)
   if of_record[key] then return self.record[key] end
-  if key == "coarse" then
-    local outcome = self.record.outcome
-    return outcome ~= nil and outcome.coarse == true
-  end
-  if key == "undersampled" then
-    local outcome = self.record.outcome
-    return outcome ~= nil and outcome.time_step ~= nil
-      and drive.problem(self.context.scene, outcome.time_step) ~= nil
-  end
-  if lazy[key] then
-    local value = lazy[key](self)
+  if computed[key] then return computed[key](self) end
+  if made[key] then
+    local value = made[key](self)
     rawset(self, key, value)
     return value
   end
@@ -94,9 +101,9 @@ end
 function class.__tostring(self)
   local record = self.record
   local size = record.body.size
-  local said = record.fitness and (", fitness %.6g"):format(record.fitness) or ""
+  local fitness = record.fitness and (", fitness %.6g"):format(record.fitness) or ""
   return ("robot %s: %s%s%s, %d voxels, %dx%dx%d, %.4g kg"):format(record.id, record.status,
-    record.reason and " (" .. record.reason .. ")" or "", said, record.body.voxels,
+    record.reason and " (" .. record.reason .. ")" or "", fitness, record.body.voxels,
     size[1], size[2], size[3], record.body.mass)
 end
 
@@ -124,7 +131,7 @@ function scored_robot.is(value) return getmetatable(value) == class end
 
 -- ---- measures -----------------------------------------------------------------------------------
 
--- The outcome of a robot that ended well: nobody else has measures.
+-- The outcome of a robot that ended well; only such a robot has measures.
 local function outcome_of(self, what)
   local record = self.record
   local outcome = record.outcome
@@ -135,7 +142,7 @@ local function outcome_of(self, what)
     record.reason and " (" .. record.reason .. ")" or "", when)
 end
 
--- The experiment's `record`, with one more entry.
+-- The experiment's `record` with one more entry, as a script writes it.
 local function entry_to_add(self, kind)
   local parts, record = {}, self.context.options.record or {}
   for _, name in ipairs(defaults.traces) do
@@ -151,7 +158,7 @@ local function is_recorded(self, kind)
   return record ~= nil and (record[kind] or 0) > 0
 end
 
--- A number that the engine sums up from a trace.
+-- A number that the engine computes from a trace.
 local function summary(self, what, field, kind)
   local value = outcome_of(self, what)[field]
   if value then return value end
@@ -164,13 +171,10 @@ local starts = { start = "center_start", middle = "center_middle" }
 
 local axis_rule, from_rule = schema.choice { "x", "y", "z" }, schema.choice { "start", "middle" }
 local axis_and_from = schema.fields { axis = axis_rule, from = from_rule }
-local axis_alone = schema.fields { axis = axis_rule }
-local from_alone = schema.fields { from = from_rule }
+local only_axis, only_from = schema.fields { axis = axis_rule }, schema.fields { from = from_rule }
 
--- The options of a measure: along which axis, and from when.
-local function read_options(options, what, known)
-  if options == nil then return {} end
-  local checked, message = known(options, what)
+local function read_options(options, what, rules)
+  local checked, message = rules(options or {}, what)
   if not checked then engine.fail(message) end
   return checked
 end
@@ -200,7 +204,7 @@ end
 ---@param options? { from?: "start"|"middle" }
 ---@return number[] { dx, dy, dz }
 function methods:displacement(options)
-  options = read_options(options, "displacement", from_alone)
+  options = read_options(options, "displacement", only_from)
   return { moved(self, "displacement", options.from) }
 end
 
@@ -208,7 +212,7 @@ end
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number m/s
 function methods:speed(options)
-  options = read_options(options, "speed", axis_alone)
+  options = read_options(options, "speed", only_axis)
   return self:distance { axis = options.axis } / self:duration()
 end
 
@@ -218,7 +222,7 @@ function methods:path_length()
   return summary(self, "path_length", "path_length", "center_of_mass")
 end
 
---- Highest rise of the centre of mass above its place at t = 0, m. Reads the trace
+--- Highest rise of the centre of mass above its position at t = 0, m. Reads the trace
 --- "center_of_mass".
 ---@return number m
 function methods:height() return summary(self, "height", "height", "center_of_mass") end
@@ -243,12 +247,11 @@ end
 ---@field velocity number[] at the end, m/s
 ---@field tilt number angle between its own z axis and the world's at the end, rad
 
---- What became of the rigid block of the scene. `from = "middle"` counts its way from half of the
---- time on.
+--- How the rigid block of the scene moved, with `from = "middle"` in the second half of the time.
 ---@param options? { from?: "start"|"middle" }
 ---@return limax.robot.block
 function methods:block(options)
-  options = read_options(options, "block", from_alone)
+  options = read_options(options, "block", only_from)
   local outcome = outcome_of(self, "block")
   local last = outcome.block_end
   if not last then
@@ -260,56 +263,17 @@ function methods:block(options)
     displacement = way, distance = math.sqrt(way[1] ^ 2 + way[2] ^ 2),
     position = { last[1], last[2], last[3] },
     velocity = { unpack(outcome.block_velocity) },
-    -- a rotation's cosine may be off by a rounding
+    -- rounding may put a cosine beyond 1
     tilt = math.acos(math.max(-1, math.min(1, outcome.block_upright))),
   }
 end
 
-local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
-  "contact_damping", "friction", "other" }
-local first_work = 5
-
----@class limax.robot.ledger
----@field kinetic number energy at the end, J; this and the following
----@field elastic number of the springs
----@field contact number in what touches
----@field gravitational number from the world's origin
----@field muscles number work from t = 0 to the end, J, positive into the body; this and the next
----@field damping number of the dashpots along springs
----@field contact_damping number
----@field friction number
----@field other number of every effect that has no entry of its own
----@field change number of the energy since t = 0, J
----@field closure number 1: how far off the books are at the worst sample: the energy since t = 0
---- less all works, over what went through (the sizes of the works at the end, the largest energy)
-
---- The books of the robot's energy: what it holds at the end, what put energy in or took it out
---- since t = 0, and how well the two agree. Reads the trace "ledger" (CPU only).
+--- The energy balance of the robot: its energy at the end, the works since t = 0, and how well the
+--- two agree. Reads the trace "ledger" (CPU only).
 ---@return limax.robot.ledger
 function methods:ledger()
   outcome_of(self, "ledger")
-  local trace = self:trace "ledger"
-  local last, held, worst, largest = trace:size(), nil, 0, 0
-  local result = {}
-  for sample = 1, last do
-    local row = trace[sample]
-    local energy, works = 0, 0
-    for k = 1, #accounts do
-      if k < first_work then energy = energy + row[k] else works = works + row[k] end
-    end
-    -- gravity's zero is a convention: only its change counts as energy that goes through
-    largest = math.max(largest, row[1] + row[2] + row[3] + math.abs(row[4] - trace[1][4]))
-    held = held or energy
-    worst = math.max(worst, math.abs(energy - held - works))
-    result.change = energy - held
-  end
-  local through = largest
-  for k, name in ipairs(accounts) do
-    result[name] = trace[last][k]
-    if k >= first_work then through = through + math.abs(result[name]) end
-  end
-  result.closure = through > 0 and worst / through or 0
-  return result
+  return energy_balance.of(self:trace "ledger")
 end
 
 --- Mean strain |r - L0| / L0 over springs and time, and the largest of any spring at any sample.
@@ -343,9 +307,9 @@ end
 ---@param kind string
 ---@return any view
 function methods:trace(kind)
-  local known = false
-  for _, name in ipairs(defaults.traces) do known = known or name == kind end
-  if not known then
+  local is_trace = false
+  for _, name in ipairs(defaults.traces) do is_trace = is_trace or name == kind end
+  if not is_trace then
     fail("trace: unknown name %s%s", schema.show(kind), suggest.ending(kind, defaults.traces))
   end
   if not is_recorded(self, kind) then
@@ -354,7 +318,7 @@ function methods:trace(kind)
   end
   local simulation = self.context.simulation
   if not simulation then
-    fail("robot %s: its trace %q is gone: it lived until its population was bred; copy() keeps one",
+    fail("robot %s: its trace %q is gone: traces end when the population is bred; copy() keeps one",
       self.record.id, kind)
   end
   return simulation:trace(self.context.index, kind)
@@ -362,7 +326,7 @@ end
 
 -- ---- keeping and repeating ----------------------------------------------------------------------
 
---- Everything that it takes to simulate this robot again: the plain table that a robot file holds.
+--- All that is needed to simulate this robot again: the plain table that a robot file holds.
 ---@return limax.robot.description
 function methods:table()
   local context, record = self.context, self.record

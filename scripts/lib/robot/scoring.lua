@@ -1,7 +1,6 @@
---- scoring.lua: how a user's fitness function is called, and what becomes of a robot when it goes
---- wrong. In the first generation an error or a value that is no number stops the run: the script
---- is wrong. Later, and for NaN or infinity always, that robot fails; more than a tenth of a
---- generation stops the run too.
+--- scoring.lua: calls a user's fitness function and handles its errors. In the first generation an
+--- error or a value that is no number stops the run: the script is wrong. In later ones, and for
+--- NaN or infinity always, only that robot fails; more than a tenth of a generation stops the run.
 
 local failure = require "limax.base.failure"
 local schema = require "limax.engine.schema"
@@ -15,31 +14,26 @@ scoring.most_failed = 0.1
 
 local function is_finite(value) return value == value and math.abs(value) < math.huge end
 
--- Pairs of a table, numbers before names, so that the first complaint is the same in every process.
-local function sorted(given)
+-- Keys of a table, numbers before names, so that the first message is the same in every process.
+local function sorted_keys(beside)
   local keys = {}
-  for key in pairs(given) do keys[#keys + 1] = key end
+  for key in pairs(beside) do keys[#keys + 1] = key end
   table.sort(keys, function(a, b)
     if type(a) ~= type(b) then return type(a) == "number" end
     if type(a) == "number" then return a < b end
     return tostring(a) < tostring(b)
   end)
-  local k = 0
-  return function()
-    k = k + 1
-    return keys[k], given[keys[k]]
-  end
+  return keys
 end
 
--- What is wrong with one entry of a fitness's second result, which has so many cases; nil when all
--- is well.
+-- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
 local function fault(key, number, count)
   local is_case = type(key) == "number"
   local problem, excusable
   if is_case and (key < 1 or key > count or key ~= math.floor(key)) then
     problem = (" is beyond its %d cases: a list has no gaps"):format(count)
   elseif not is_case and not tostring(key):find "^[%a_][%w_]*$" then
-    problem = ": a name has letters, digits and _ alone"
+    problem = ": a name has only letters, digits and _"
   elseif type(number) ~= "number" then
     problem = (" is %s, expected a number"):format(schema.show(number))
   elseif not is_finite(number) then
@@ -51,8 +45,8 @@ local function fault(key, number, count)
   return ("the fitness's %s%s"):format(what, problem), excusable
 end
 
--- What is wrong with a fitness's results; nil when all is well. NaN and infinity are `excusable`:
--- they come from a robot, not from the script.
+-- What is wrong with a fitness's results; nil if right. NaN and infinity are `excusable`: they come
+-- from a robot, not from the script.
 local function complaint(value, beside)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
@@ -67,17 +61,14 @@ local function complaint(value, beside)
     return "the fitness's second result is " .. schema.show(beside)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
-  local count, is_faulty = #beside, false
-  for key, number in pairs(beside) do is_faulty = is_faulty or fault(key, number, count) ~= nil end
-  if not is_faulty then return nil end
-  for key, number in sorted(beside) do
-    local message, excusable = fault(key, number, count)
+  for _, key in ipairs(sorted_keys(beside)) do
+    local message, excusable = fault(key, beside[key], #beside)
     if message then return message, excusable end
   end
 end
 
---- The parts of a fitness's second result: its list are the cases, its named numbers the measures;
---- nil for what there is none of.
+--- The parts of a fitness's second result: the list of cases and the named measures; nil for an
+--- empty one.
 ---@param beside table|nil
 ---@return number[]|nil cases
 ---@return table<string, number>|nil measures
@@ -90,7 +81,7 @@ function scoring.parts(beside)
   return #cases > 0 and cases or nil, next(measures) and measures or nil
 end
 
--- What a method that no robot has may have been meant as, as the end of Lua's own message.
+-- The nearest method to one that robots do not have, for the end of Lua's own message.
 local function misspelt(message)
   local name = tostring(message):match "attempt to call method '([%w_]+)' %(a nil value%)"
   local nearest = name and suggest(name, scored_robot.methods())
@@ -108,7 +99,7 @@ end
 ---@return string|nil trace
 function scoring.call(call, robot)
   local ok, value, beside = failure.attempt(call, robot)
-  -- a fitness may simulate: that the device failed is nothing that a robot is to blame for
+  -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
     local slip = misspelt(value)
@@ -128,8 +119,8 @@ end
 --- here
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
----@field say fun(text: string, message: string) told of every robot that fails; `message` is the
---- part of the text that names no robot and no generation
+---@field say fun(text: string, key: string) called for every robot that fails; `key` is the part of
+--- the text that names no robot and no generation
 
 --- Scores the robots that ended well. Raises a failure with status 1 where the run must stop.
 ---@param request scoring.request

@@ -177,7 +177,7 @@ suite:test("a fitness that is wrong in the first generation stops the run", func
   t:raises('measure "way" is "far", expected a number', function()
     finished { fitness = function() return 1, { way = "far" } end }
   end)
-  t:raises('measure "my way": a name has letters, digits and _ alone', function()
+  t:raises('measure "my way": a name has only letters, digits and _', function()
     finished { fitness = function() return 1, { ["my way"] = 1 } end }
   end)
   t:raises("case 3 is beyond its 1 cases: a list has no gaps", function()

@@ -68,7 +68,7 @@ local function same_run(t, got, expected)
   end
 end
 
--- A killed process leaves whole files and whole lines; a line may be cut beyond the checkpoint only.
+-- A killed process leaves whole files and lines; a line may be cut only beyond the checkpoint.
 local function check_whole(t, folder)
   local text = source.read(folder .. "/checkpoint")
   local bytes = text and host.json.decode(text).bytes or {}
