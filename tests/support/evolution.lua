@@ -23,4 +23,15 @@ function evolution.finished(fields, options)
   return run:finish(), run
 end
 
+--- A finished run of three short generations of six robots.
+---@param folder string
+---@param fields? table of the experiment
+---@return string folder
+function evolution.run(folder, fields)
+  local options = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
+  for name, value in pairs(fields or {}) do options[name] = value end
+  limax.start(evolution.small(options), { out = folder, say = evolution.silent }):finish()
+  return folder
+end
+
 return evolution

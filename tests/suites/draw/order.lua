@@ -34,7 +34,7 @@ local EDGE = 1e-4
 -- m on the page around a polygon in which a place may still be on its edge
 local MARGIN = 0.05
 
--- A polygon on the page, and the box around it; asked for often.
+-- A polygon on the page, and the box around it; cached.
 local flats = setmetatable({}, { __mode = "k" })
 local function flat_of(piece, from)
   local flat = flats[piece]
@@ -55,7 +55,7 @@ local function flat_of(piece, from)
   return flat
 end
 
--- Where the line of sight through a point of the page meets a flat polygon: its depth, or nothing.
+-- The depth at which the line of sight through a point of the page meets a polygon; nil elsewhere.
 local function depth_at(piece, x, y, from)
   local points, flat = piece.points, flat_of(piece, from)
   if x < flat.low[1] or x > flat.high[1] or y < flat.low[2] or y > flat.high[2] then return nil end
@@ -66,7 +66,7 @@ local function depth_at(piece, x, y, from)
     local turn = (q[1] - p[1]) * (y - p[2]) - (q[2] - p[2]) * (x - p[1])
     near = math.min(near, flat.area > 0 and turn or -turn)
   end
-  -- edges are no place to ask
+  -- points on edges are left out
   if near < EDGE then return nil, near > -EDGE end
   local one, other = {}, {}
   for c = 1, 3 do one[c], other[c] = points[2][c] - points[1][c], points[3][c] - points[1][c] end
@@ -168,7 +168,7 @@ suite:test("the last that is painted at a place is the nearest there", { limit =
   end
 end)
 
-suite:test("the faces of a body at rest hide each other as they do", { limit = 30 }, function(t)
+suite:test("faces of a body at rest are painted in order", { limit = 30 }, function(t)
   local random, n = limax.engine.random(6, 1, "user"), 4
   for _, name in ipairs(view.names) do
     local from, voxel, mass_at, points = EYES[name], {}, {}, {}

@@ -1,5 +1,4 @@
---- picture.lua: `limax picture`: what is drawn by pixels and as SVG, of which size, from where, and
---- what is refused.
+--- picture.lua: canvases and `limax picture`: formats, sizes, views and wrong options.
 
 local canvases = require "limax.draw.canvas"
 local evolution = require "support.evolution"
@@ -70,7 +69,7 @@ suite:test("points along the sight fall on each other", function(t)
   end
 end)
 
-suite:test("stills and strips have the size, the times and the dots that were asked for",
+suite:test("stills and strips have the size, the times and the resolution of the options",
   { limit = 20 }, function(t)
     local base = t:folder()
     local file = robot_file(base)
@@ -122,7 +121,7 @@ suite:test("an animation has a frame for each 1/25 s", { limit = 30 }, function(
   t:ok(not host.file.exists(base .. "/walk.mp4.part.mp4"))
 end)
 
-suite:test("a run's last champion is drawn, and nonsense is refused", { limit = 20 }, function(t)
+suite:test("a run's last champion is drawn, wrong options are refused", { limit = 20 }, function(t)
   local base = t:folder()
   limax.start(evolution.small {}, { out = base .. "/r", say = evolution.silent }):finish()
   local done = picture(t, base, { "r", "--out", "r.png", "--times", "0" })

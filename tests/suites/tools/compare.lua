@@ -5,10 +5,10 @@ local arms = require "limax.tools.report.arms"
 local curves = require "limax.tools.report.curves"
 local evolution = require "support.evolution"
 local exploratory = require "limax.tools.compare.exploratory"
-local flat = require "limax.base.flat"
 local host = require "limax.host"
 local ledgers = require "limax.tools.compare.ledgers"
 local limax = require "limax"
+local outcome = require "limax.tools.compare.outcome"
 local palette = require "limax.draw.palette"
 local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
@@ -18,13 +18,7 @@ local verdict = require "limax.tools.compare.verdict"
 
 local suite = require("limax.test").suite "compare"
 
--- A finished run of three generations of six robots in `folder`.
-local function run(folder, fields)
-  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
-  for name, value in pairs(fields) do given[name] = value end
-  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
-  return folder
-end
+local run = evolution.run
 
 -- ---- real runs ----------------------------------------------------------------------------------
 
@@ -77,34 +71,14 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
   t:ok(done.stderr:find('did you mean "fixed"?', 1, true), done.stderr)
 end)
 
-suite:test("an arm's line looks alike in figures of a comparison and of a report", function(t)
-  local folder = t:folder()
-  limax.start(evolution.small { generations = 2 }, { out = folder .. "/a",
-    say = evolution.silent }):finish()
-  process.completes(t, folder, { "compare", "a", "--out", "compared" })
-  process.completes(t, folder, { "report", "a", "--figures", "figures" })
-  local color = palette.line(1)
-  t:ok(source.read(folder .. "/compared/learning.svg"):find(color, 1, true), "compare")
-  t:ok(source.read(folder .. "/figures/learning-85.svg"):find(color, 1, true), "report")
-  -- twenty lines differ
+suite:test("twenty lines of a chart differ in colour or dash", function(t)
   local seen = {}
   for k = 1, 20 do
     local hex, dash = palette.line(k)
-    t:ok(not seen[hex .. (dash and dash[1] or "")], ("line %d"):format(k))
-    seen[hex .. (dash and dash[1] or "")] = true
+    local look = hex .. (dash and dash[1] or "")
+    t:ok(not seen[look], ("line %d"):format(k))
+    seen[look] = true
   end
-end)
-
-suite:test("nested tables as paths: what is shown ends one, and what differs is told", function(t)
-  local given = { a = 1, b = { c = { 2, 3 }, d = {} }, e = false }
-  t:equal(flat.add(given, "", {}, flat.text),
-    { a = "1", ["b.c.1"] = "2", ["b.c.2"] = "3", ["b.d"] = "{}", e = "false" })
-  local function numbers(value) if type(value) == "number" then return value end end
-  t:equal(flat.add(given, "top", {}, numbers), { ["top.a"] = 1, ["top.b.c.1"] = 2,
-    ["top.b.c.2"] = 3 })
-  t:equal(flat.differences({ a = "1", b = "2", c = "3" }, { a = "1", b = "4", d = "5" }), {
-    { path = "b", before = "2", now = "4" }, { path = "c", before = "3", now = "absent" },
-    { path = "d", before = "absent", now = "5" } })
 end)
 
 suite:test("the outcome is the last champion at publish under the first materials", function(t)
@@ -112,7 +86,7 @@ suite:test("the outcome is the last champion at publish under the first material
     supervision = { materials = true },
     supervisor = function() return { materials = { bone = { stiffness = 9000 } } } end })
   local read = runs.read { folder }
-  local value = require("limax.tools.compare.outcome").measure(read, limax.engine.device "cpu")[read[1]]
+  local value = outcome.measure(read, limax.engine.device "cpu")[read[1]]
   local champion = limax.robot(folder .. "/r01/champions/g0003.json")
   local again = champion:simulate { accuracy = "publish", materials = read[1].config.materials }
   t:same_bits(value, again:distance { axis = "x" })
@@ -158,7 +132,7 @@ suite:test("other questions and budgets are refused with the fields that differ"
   t:raises("is not done (interrupted)", function() runs.read { twice } end)
 end)
 
-suite:test("arms that share a supervisor are told apart by what differs", function(t)
+suite:test("arms with the same supervisor are named by the fields that differ", function(t)
   local base = t:folder()
   local list = runs.read { run(base .. "/a", { supervisor = "rules" }),
     run(base .. "/b", { supervisor = { "rules", patience = 2 } }),
@@ -171,7 +145,7 @@ suite:test("arms that share a supervisor are told apart by what differs", functi
   t:equal(names[3], "rules (breeding.mutation_rate=0.2): 1")
 end)
 
-suite:test("arms that no supervisor tells apart have their experiments' names", function(t)
+suite:test("other arms have their experiments' names", function(t)
   local base = t:folder()
   local function wait() end
   local function names_of(given)
@@ -188,11 +162,11 @@ suite:test("arms that no supervisor tells apart have their experiments' names", 
   -- a name that another arm has already says nothing
   local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
     { at = "f", { supervisor = "fixed" } } }
-  t:ok(same[1]:find "^compare%.lua:%d+$", same[1])
+  t:ok(same[1]:find "compare%.lua:%d+$", same[1])
   t:equal(same[2], "fixed")
 end)
 
-suite:test("an arm that repeats another run says whose parameters they are", function(t)
+suite:test("an arm that repeats another run names the owner of the parameters", function(t)
   local base = t:folder()
   local given = { run(base .. "/a", { supervisor = "random" }),
     run(base .. "/b", { supervisor = "fixed", seed = 2 }) }
@@ -253,7 +227,7 @@ suite:test("ten pairs of one sign are a claim, and Holm counts the arms", functi
   t:equal(result.comparisons, 3)
 end)
 
-suite:test("a missing pair means the unpaired test, and says which", function(t)
+suite:test("a missing pair means the unpaired test, and is named", function(t)
   local result = judge({ arm_of("a", counting(6, 0)), arm_of("b", counting(5, 10)) })
   local test = result.arms[2].test
   t:equal({ test.name, test.why }, { "rank_sum", "b lacks seed 1, repetition 6 of a" })
@@ -263,7 +237,7 @@ suite:test("a missing pair means the unpaired test, and says which", function(t)
   t:ok(result.arms[2].claim:find "^better than a", result.arms[2].claim)
 end)
 
-suite:test("no claim: few runs, other evaluations, a model that was not asked", function(t)
+suite:test("no claim: few runs, other evaluations, a model that was asked too little", function(t)
   local result = judge { arm_of("fixed", counting(5, 0)), arm_of("five", counting(5, 9)) }
   t:equal(result.arms[2].claim, "too few runs for any claim: the smallest p after Holm is 0.063")
   result = judge { arm_of("fixed", counting(9, 0)), arm_of("more", counting(9, 9), 111) }
@@ -301,7 +275,7 @@ suite:test("a champion that fails at publish is the worst of all, and counted", 
   t:equal(result.arms[1].n, 6)
 end)
 
-suite:test("exploratory: shares of proposed fields by what became of them", function(t)
+suite:test("exploratory: shares of proposed fields by outcome", function(t)
   local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
     { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
     { outcome = "accepted" } } } } }

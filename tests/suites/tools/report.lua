@@ -1,5 +1,5 @@
---- report.lua: `limax report` and `limax list` on small real runs: the page holds the runs'
---- numbers, loads nothing, and whatever a run or a model wrote is text in it.
+--- report.lua: `limax report` and `limax list` on small real runs: the page has the runs' numbers,
+--- loads nothing, and shows what a run or a model wrote as text.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -14,13 +14,7 @@ local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "report"
 
--- A finished run of three generations of six robots in `folder`.
-local function run(folder, fields)
-  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
-  for name, value in pairs(fields or {}) do given[name] = value end
-  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
-  return folder
-end
+local run = evolution.run
 
 local function report(t, base, words)
   local done = process.completes(t, base, { "report", unpack(words) })
@@ -44,7 +38,7 @@ local function metrics_of(folder)
   return list
 end
 
-suite:test("the page holds the run's numbers and is whole by itself", { limit = 20 }, function(t)
+suite:test("the page has the run's numbers and loads nothing", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/r", { generations = 4, supervisor = "random" })
   report(t, base, { "r", "--no-robots" })
@@ -69,7 +63,7 @@ suite:test("the page holds the run's numbers and is whole by itself", { limit = 
   t:ok(not page:find "<[^>]- style=" and not page:find "<[^>]- on%l+=", "nothing runs inline")
 end)
 
-suite:test("what a fitness names beside its score is drawn, on the page and in figures",
+suite:test("other measures of a fitness are drawn, on the page and in figures",
   { limit = 20 }, function(t)
     local base = t:folder()
     run(base .. "/r", { fitness = function(robot)
@@ -145,7 +139,7 @@ suite:test("a curve ends with the first repetition that ends, bands are left out
     t:ok(band[1][2] > 1 and band[1][2] < 4 and band[1][3] > 5 and band[1][3] < 8)
   end)
 
-suite:test("a champion's line leads from generation 0 to it, parent by parent", { limit = 20 },
+suite:test("the line of better parents leads from generation 0 to the champion", { limit = 20 },
   function(t)
     local lineage, runs = require "limax.tools.report.lineage", require "limax.tools.report.runs"
     local folder = run(t:folder() .. "/r", { generations = 8, population = 8 })
@@ -225,7 +219,7 @@ suite:test("figures for print have their width, and the numbers drawn in them", 
     end
   end)
 
-suite:test("a hostile name, reason or note is text", { limit = 20 }, function(t)
+suite:test("HTML in a name, reason or note is shown as text", { limit = 20 }, function(t)
   local base, evil = t:folder(), '</script><img src=x onerror="alert(1)"><!-- \' &'
   run(base .. "/r", { not_in_paper = { evil },
     supervisor = function() return { [evil] = evil, mutation_rate = 0.11 }, evil end })
@@ -261,7 +255,7 @@ suite:test("who set a value is read from the ledger", function(t)
   t:equal(who("random", { supervisor = "random" }, kept), { "nobody", false })
 end)
 
-suite:test("a model's run and its replay: who set what, what it cost, its words as text",
+suite:test("a model's run and its replay: who set what, the cost, its answers as text",
   { limit = 30 }, function(t)
     local evil = "<script>alert(1)</script>"
     local model = talker.run(t, { "llm", client = talker.new(function(_, n)
@@ -288,7 +282,7 @@ suite:test("a model's run and its replay: who set what, what it cost, its words 
     t:ok(page:find("&lt;script&gt;alert(1)", 1, true) and not page:find(evil, 1, true))
   end)
 
-suite:test("a run that goes on is reported and listed as far as it is", { limit = 20 }, function(t)
+suite:test("a run in progress is reported and listed", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/runs/half", { supervisor = "random" })
   local folder = base .. "/runs/half"
@@ -318,7 +312,7 @@ suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 3
   t:note(("%d bytes"):format(#host.json.encode(data)))
 end)
 
-suite:test("no world makes a replay large, and what is far away is left out", { limit = 30 },
+suite:test("the world of a replay is small, and what is far away is left out", { limit = 30 },
   function(t)
     local heights, many = {}, { planes = {}, boxes = {}, spheres = {} }
     for x = 1, 500 do
@@ -353,7 +347,7 @@ suite:test("no world makes a replay large, and what is far away is left out", { 
     end
   end)
 
-suite:test("deflate and PNG are what their formats say", function(t)
+suite:test("deflate, PNG and GIF write valid files", function(t)
   local text = ("limax "):rep(100)
   local packed = host.deflate(text)
   t:ok(#packed < 40 and packed:byte(1) == 0x78)
@@ -369,7 +363,7 @@ suite:test("deflate and PNG are what their formats say", function(t)
   t:ok(gif:sub(1, 6) == "GIF89a" and gif:byte(-1) == 0x3b and gif:find("NETSCAPE2.0", 1, true))
 end)
 
-suite:test("what is no run is refused with its name", function(t)
+suite:test("a folder that is not a run is refused with its name", function(t)
   local base = t:folder()
   for _, words in ipairs { { "report", "nothing" }, { "list", "nothing" } } do
     local done = process.ends(base, words)

@@ -1,6 +1,6 @@
---- report_browser.lua: a report in a real Chromium without a display, where one is installed:
---- nothing is loaded and nothing fails, charts carry the run's numbers, robots move and obey.
---- LIMAX_TEST_SCREENSHOTS names a folder that keeps what was seen.
+--- report_browser.lua: a report in a headless Chromium, where one is installed: nothing is loaded,
+--- nothing fails, charts have the run's numbers, and the controls move the robots.
+--- LIMAX_TEST_SCREENSHOTS names a folder for the screenshots.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -13,7 +13,7 @@ local suite = require("limax.test").suite "report_browser"
 
 local DRIVER = host.home .. "/tests/report/browser.py"
 
--- The browser's path; nil, why there is none.
+-- The browser's path; nil, message where there is none.
 local function chromium()
   for _, name in ipairs { "chromium", "chromium-browser", "google-chrome" } do
     local pipe = io.popen("command -v " .. name .. " 2>/dev/null")
@@ -64,7 +64,7 @@ end
 
 local function all(list) return #list > 0 and not tostring(host.json.encode(list)):find "false" end
 
-suite:test("charts and robots work, and nothing is asked for", { limit = 600 }, function(t)
+suite:test("charts and robots work, and nothing is loaded", { limit = 600 }, function(t)
   local program = needs(t)
   local seen, base, shots = seen_of(t, program)
   -- once with scripts and once without
@@ -128,7 +128,7 @@ suite:test("charts and robots work, and nothing is asked for", { limit = 600 }, 
   end
 end)
 
-suite:test("what a run says cannot act", { limit = 600 }, function(t)
+suite:test("HTML and scripts in a run are not executed", { limit = 600 }, function(t)
   local program = needs(t)
   local evil = "</script></title><script>window.alerted = true</script>"
     .. "<img src=http://127.0.0.1:9/x onerror='window.alerted = true'>"

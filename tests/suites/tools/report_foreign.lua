@@ -1,12 +1,10 @@
 --- report_foreign.lua: `limax report`, `watch` and `list` on run folders that are damaged, from
---- another version or from somebody who means harm: what is there is shown, nothing fails in the
---- middle, and nothing acts.
+--- another version or malicious: what is readable is shown, and nothing is executed.
 
 local evolution = require "support.evolution"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local inline = require "limax.draw.chart.inline"
-local limax = require "limax"
 local lineage = require "limax.tools.report.lineage"
 local page = require "limax.tools.report.page"
 local process = require "support.process"
@@ -19,16 +17,13 @@ local suite = require("limax.test").suite "report_foreign"
 local PLAIN = { color = false, ascii = true, width = 100 }
 local null = host.json.null
 
--- A finished run of three generations of six robots in `folder`.
 local function run(folder, fields)
-  local given = { simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" },
-    supervisor = "random" }
-  for name, value in pairs(fields or {}) do given[name] = value end
-  limax.start(evolution.small(given), { out = folder, say = evolution.silent }):finish()
-  return folder
+  fields = fields or {}
+  fields.supervisor = "random"
+  return evolution.run(folder, fields)
 end
 
--- Writes a file anew, line by line or as a whole, as `change` leaves it.
+-- Changes a file, line by line or as a whole.
 local function rewrite(path, change)
   local text = source.read(path)
   if path:match "%.jsonl$" then
@@ -51,7 +46,7 @@ local function setter(values, gone)
   end
 end
 
--- Folder by folder: the file, and what becomes of it.
+-- A file of a run folder, and how it is damaged.
 local DAMAGE = {
   { "metrics.jsonl", setter({}, { "best", "best_standard", "mean", "median", "quantiles" }) },
   { "metrics.jsonl", setter({ best = null, best_standard = null, mean = null, failed = null,
@@ -84,7 +79,7 @@ local DAMAGE = {
   { "r01/population/g0001.jsonl", function() return { id = "x", body = 3, parents = 7 } end },
 }
 
-suite:test("fields of another kind count as absent", { limit = 60 }, function(t)
+suite:test("fields of another type count as absent", { limit = 60 }, function(t)
   local base = t:folder()
   run(base .. "/whole")
   for k, damage in ipairs(DAMAGE) do
@@ -111,7 +106,7 @@ suite:test("fields of another kind count as absent", { limit = 60 }, function(t)
   t:ok(not done.stdout:find("attempt", 1, true), done.stdout)
 end)
 
-suite:test("a line that is none is named with its number", { limit = 20 }, function(t)
+suite:test("a damaged line is reported with its number", { limit = 20 }, function(t)
   local folder = run(t:folder() .. "/r")
   local whole = source.read(folder .. "/metrics.jsonl")
   for added, expected in pairs { ["{]"] = "line 4: column 2: syntax error",
@@ -127,7 +122,7 @@ suite:test("a line that is none is named with its number", { limit = 20 }, funct
   end
 end)
 
-suite:test("a damaged run among others is listed as that, and why", { limit = 20 }, function(t)
+suite:test("a damaged run is listed as damaged, with the reason", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/good")
   run(base .. "/spoiled")
@@ -138,7 +133,7 @@ suite:test("a damaged run among others is listed as that, and why", { limit = 20
   t:ok(done.stderr:find("/spoiled/metrics.jsonl, line 1: column", 1, true), done.stderr)
 end)
 
-suite:test("robots that are each other's parents have a line with an end", { limit = 20 },
+suite:test("the line of robots that are each other's parents ends", { limit = 20 },
   function(t)
     local folder = run(t:folder() .. "/r")
     for generation = 0, 2 do
@@ -160,7 +155,7 @@ suite:test("robots that are each other's parents have a line with an end", { lim
     t:ok(#line >= 1 and #ancestors >= #line)
   end)
 
-suite:test("no name reaches a terminal as a command to it", { limit = 20 }, function(t)
+suite:test("no name reaches a terminal as an escape sequence", { limit = 20 }, function(t)
   local base = t:folder()
   local folder = run(base .. "/r\27[2J\n<b>'\"&")
   rewrite(folder .. "/config.json", setter { name = "a\27[2Jb\194\155c\nd",
@@ -177,7 +172,7 @@ suite:test("no name reaches a terminal as a command to it", { limit = 20 }, func
   t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
 end)
 
-suite:test("folders and files whose names are no UTF-8", { limit = 20 }, function(t)
+suite:test("folders and files whose names are not UTF-8", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/r\255", { lattice = { 3, 3, 3 } })
   run(base .. "/w", { lattice = { 2, 2, 2 } })
@@ -192,7 +187,7 @@ suite:test("folders and files whose names are no UTF-8", { limit = 20 }, functio
   end
 end)
 
-suite:test("runs with fitnesses of different kinds say so", { limit = 20 }, function(t)
+suite:test("runs with different fitnesses are reported as such", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/way", { fitness = "distance" })
   run(base .. "/speed", { fitness = "speed" })
@@ -202,7 +197,7 @@ suite:test("runs with fitnesses of different kinds say so", { limit = 20 }, func
   t:ok(text:find("Each run is an arm of its own", 1, true), "no arms")
 end)
 
-suite:test("a study that goes on is reported as far as it is", { limit = 20 }, function(t)
+suite:test("a study in progress is reported", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/a")
   assert(host.file.write_atomic(base .. "/study.json", host.json.encode { runs = {
@@ -214,7 +209,7 @@ suite:test("a study that goes on is reported as far as it is", { limit = 20 }, f
   t:raises("runs[1]: expected an object with a path", function() runs.read_all { base } end)
 end)
 
-suite:test("thousands of generations keep their curve and lose rows of its table", function(t)
+suite:test("a curve of thousands of generations is whole, its table is not", function(t)
   local points = {}
   for k = 1, 5000 do points[k] = { k - 1, k / 7 } end
   local drawn = inline.draw({ title = "", x = { label = "generation", linear = true },
@@ -226,7 +221,7 @@ suite:test("thousands of generations keep their curve and lose rows of its table
   t:equal(select(2, drawn.svg:match('<polyline points="([^"]*)"'):gsub(",", "")), 5000)
 end)
 
-suite:test("where nothing can be written that is said", { limit = 20 }, function(t)
+suite:test("a file that cannot be written is reported", { limit = 20 }, function(t)
   local base = t:folder()
   run(base .. "/r")
   for _, words in ipairs { { "report", "r", "--no-robots", "--out", "none/x.html" },

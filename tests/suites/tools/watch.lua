@@ -2,19 +2,14 @@
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
-local limax = require "limax"
 local process = require "support.process"
 local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "watch"
 
--- A finished run of three generations of six robots in `folder`.
-local function run(folder)
-  limax.start(evolution.small { supervisor = "random" },
-    { out = folder, say = evolution.silent }):finish()
-end
+local run = evolution.run
 
--- The same with two repetitions.
+-- An experiment of two repetitions.
 local TWICE = [[
 return require("limax").experiment { name = "twice", fitness = "distance", lattice = { 2, 2, 2 },
   population = 6, generations = 3, repetitions = 2,
@@ -35,12 +30,12 @@ local function contents(folder)
   return table.concat(parts, "\n")
 end
 
-suite:test("curves and best stand on the screen, and nothing is touched", function(t)
+suite:test("curves and the best are printed, and no file is changed", function(t)
   local base = t:folder()
   assert(host.file.write_atomic(base .. "/twice.lua", TWICE))
   process.completes(t, base, { "run", "twice.lua", "-q", "--out", "r" })
   local before = contents(base .. "/r")
-  -- as the run itself holds it
+  -- as the run itself locks it
   local lock = assert(host.file.lock(base .. "/r"))
   local done = process.ends(base, { "watch", "r" }, { before = "export TERM=dumb;" })
   lock:free()
@@ -93,7 +88,7 @@ suite:test("on a terminal it follows a run to its end", { limit = 120 }, functio
   t:ok(screens == 2 or screens == 3, typed)
 end)
 
-suite:test("a run without a generation, and no run", function(t)
+suite:test("a run without a generation, and a folder that is not a run", function(t)
   local base = t:folder()
   run(base .. "/r")
   for _, name in ipairs { "metrics", "ledger", "timing" } do
