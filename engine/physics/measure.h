@@ -5,6 +5,7 @@
 #include "body/springs.h"
 #include "physics/effects/all.h"
 #include "physics/scene.h"
+#include "physics/separation.h"
 
 namespace limax {
 
@@ -45,10 +46,10 @@ void for_each_spring(const spring_body& body, const Visit& visit) {
 
 template <class R>
 double length_between(const R* const position[3], int64_t near, int64_t far) {
-    const double x = double(position[0][far]) - double(position[0][near]);
-    const double y = double(position[1][far]) - double(position[1][near]);
-    const double z = double(position[2][far]) - double(position[2][near]);
-    return __builtin_sqrt(fma(x, x, fma(y, y, z * z)));
+    const separation<double> e{double(position[0][far]) - double(position[0][near]),
+                               double(position[1][far]) - double(position[1][near]),
+                               double(position[2][far]) - double(position[2][near])};
+    return square_root(dot(e, e));
 }
 
 template <class R>

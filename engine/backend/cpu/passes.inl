@@ -6,6 +6,7 @@
 #include "backend/cpu/passes.h"
 #include "genome/express_pass.h"
 #include "physics/integrator.h"
+#include "physics/separation.h"
 
 #if defined(__clang__)
 #define LIMAX_LOOP _Pragma("clang loop vectorize(assume_safety)")
@@ -23,8 +24,6 @@ using namespace effects;
 
 template <class R, bool damped, bool actuated>
 void pair(const spring_arrays<R>& robot, const actuation::moment<R>& moment) {
-    // so small that it changes no length, and coincident masses get a finite direction: none, m^2
-    const R least_squared = R(1e-20);
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *vx = robot.velocity[0], *vy = robot.velocity[1], *vz = robot.velocity[2];
     R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];
@@ -38,11 +37,10 @@ void pair(const spring_arrays<R>& robot, const actuation::moment<R>& moment) {
         const R rest = robot.rest[d];
         LIMAX_LOOP
         for (int64_t i = 0; i < used; ++i) {
-            const R ex = x[i + far] - x[i], ey = y[i + far] - y[i], ez = z[i + far] - z[i];
-            const R squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
-            const R inverse = inverse_length(squared);
+            const separation<R> e{x[i + far] - x[i], y[i + far] - y[i], z[i + far] - z[i]};
+            const distance<R> now = spring_length(e);
             spring_state<R> spring{};
-            spring.length = squared * inverse;
+            spring.length = now.length;
             spring.stiffness = R(stiffness[i]);
             spring.rest = rest;
             if constexpr (actuated) {
@@ -52,16 +50,16 @@ void pair(const spring_arrays<R>& robot, const actuation::moment<R>& moment) {
             }
             R tension = springs::pair(spring, R(0));
             if constexpr (damped) {
-                const R wx = vx[i + far] - vx[i], wy = vy[i + far] - vy[i],
-                        wz = vz[i + far] - vz[i];
+                const separation<R> w{vx[i + far] - vx[i], vy[i + far] - vy[i],
+                                      vz[i + far] - vz[i]};
                 spring.damping = R(damping_constant[i]);
-                spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
+                spring.rate = dot(w, e) * now.inverse;
                 tension = damping::pair(spring, tension);
             }
-            const R scale = tension * inverse;
-            tx[i] = scale * ex;
-            ty[i] = scale * ey;
-            tz[i] = scale * ez;
+            const R scale = tension * now.inverse;
+            tx[i] = scale * e.x;
+            ty[i] = scale * e.y;
+            tz[i] = scale * e.z;
         }
         // the near end is pulled along e, the far end back; `transfer` is zero before its start
         LIMAX_LOOP

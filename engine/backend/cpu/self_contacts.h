@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "backend/cpu/passes.h"
+#include "physics/separation.h"
 
 namespace limax::cpu {
 
@@ -54,20 +55,18 @@ public:
         if (!list_holds(position)) list(position);
         for (const auto& [a, b] : pairs_) {
             const mass &near = surface_[std::size_t(a)], &far = surface_[std::size_t(b)];
-            S e[3], w[3];
-            for (int axis = 0; axis < 3; ++axis) {
-                e[axis] = position[axis][far.site] - position[axis][near.site];
-                w[axis] = velocity[axis][far.site] - velocity[axis][near.site];
-            }
-            const S squared = fma(e[0], e[0], fma(e[1], e[1], e[2] * e[2]));
+            const auto between = [&](const S* const of[3]) -> separation<S> {
+                return {of[0][far.site] - of[0][near.site], of[1][far.site] - of[1][near.site],
+                        of[2][far.site] - of[2][near.site]};
+            };
+            const separation<S> e = between(position), w = between(velocity);
+            const S squared = dot(e, e);
             if (!(squared < S(reach_ * reach_))) continue;
-            // coincident masses get no direction, and so no push
-            const S inverse = inverse_length(squared + S(1e-20));
-            meeting found;
-            for (int axis = 0; axis < 3; ++axis) found.normal[axis] = e[axis] * inverse;
-            found.state.depth = S(reach_) - squared * inverse;
-            found.state.rate =
-                fma(w[0], found.normal[0], fma(w[1], found.normal[1], w[2] * found.normal[2]));
+            const distance<S> apart = contact_distance(squared);
+            const separation<S> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
+            meeting found{{}, {n.x, n.y, n.z}};
+            found.state.depth = S(reach_) - apart.length;
+            found.state.rate = dot(w, n);
             found.state.reduced_mass = near.weight * far.weight / (near.weight + far.weight);
             visit(near.site, far.site, found);
         }

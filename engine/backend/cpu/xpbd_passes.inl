@@ -11,7 +11,6 @@ LIMAX_LAW constexpr int halving_axis(const direction& d) { return d.z ? 2 : (d.y
 template <class R, bool damped, bool actuated>
 void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
                 const actuation::moment<R>& moment, int d, int half) {
-    const R least_squared = R(1e-20);  // as in pair(), m^2
     // e is a spring as it lies, p as it will at the velocities so far
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = step.velocity[0], *v = step.velocity[1], *w = step.velocity[2];
@@ -25,13 +24,12 @@ void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
     const R rest = robot.rest[d], dt = step.dt, wanted = R(half);
     LIMAX_LOOP
     for (int64_t i = 0; i < used; ++i) {
-        const R wx = u[i + far] - u[i], wy = v[i + far] - v[i], wz = w[i + far] - w[i];
-        const R ex = x[i + far] - x[i], ey = y[i + far] - y[i], ez = z[i + far] - z[i];
-        const R px = fma(dt, wx, ex), py = fma(dt, wy, ey), pz = fma(dt, wz, ez);
-        const R squared = fma(px, px, fma(py, py, fma(pz, pz, least_squared)));
-        const R inverse = inverse_length(squared);
+        const separation<R> rate{u[i + far] - u[i], v[i + far] - v[i], w[i + far] - w[i]};
+        const separation<R> e{x[i + far] - x[i], y[i + far] - y[i], z[i + far] - z[i]};
+        const separation<R> p{fma(dt, rate.x, e.x), fma(dt, rate.y, e.y), fma(dt, rate.z, e.z)};
+        const distance<R> predicted = spring_length(p);
         spring_state<R> spring{};
-        spring.length = squared * inverse;
+        spring.length = predicted.length;
         spring.stiffness = stiffness[i];
         spring.rest = rest;
         if constexpr (actuated) {
@@ -42,14 +40,13 @@ void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
         R tension = springs::pair(spring, R(0));
         if constexpr (damped) {
             spring.damping = damping_constant[i];
-            spring.rate = fma(wx, px, fma(wy, py, wz * pz)) * inverse;
+            spring.rate = dot(rate, p) * predicted.inverse;
             tension = damping::pair(spring, tension);
         }
-        const R along = inverse_length(fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared))));
-        const R scale = odd[i] == wanted ? tension * along : R(0);
-        tx[i] = scale * ex;
-        ty[i] = scale * ey;
-        tz[i] = scale * ez;
+        const R scale = odd[i] == wanted ? tension * spring_length(e).inverse : R(0);
+        tx[i] = scale * e.x;
+        ty[i] = scale * e.y;
+        tz[i] = scale * e.z;
     }
 }
 

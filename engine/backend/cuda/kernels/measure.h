@@ -46,6 +46,12 @@ struct measured_robot {
         const mass_real after = u[(column_next_velocity - column_velocity) * sites];
         return double(mass_real(0.5) * (*u + after));
     }
+    __device__ separation<double> between(int64_t near, int64_t far) const {
+        const auto along = [&](int axis) {
+            return state(column_position + axis, far) - state(column_position + axis, near);
+        };
+        return {along(0), along(1), along(2)};
+    }
     __device__ float parameter(int column, int64_t slot) const {
         return launch.springs[(index * spring_columns + column) * direction_count * sites + slot];
     }
@@ -60,13 +66,8 @@ __device__ inline void each_spring(const measured_robot& robot, const Visit& vis
         const int d = int(slot / robot.sites);
         const int64_t near = slot % robot.sites;
         const int64_t far = near + robot.launch.grid.step(direction_at(d));
-        double squared = 0;
-        for (int axis = 2; axis >= 0; --axis) {
-            const double e = robot.state(column_position + axis, far) -
-                             robot.state(column_position + axis, near);
-            squared = fma(e, e, squared);
-        }
-        visit(slot, square_root(squared), robot.launch.rest[direction_at(d).squared() - 1]);
+        const separation<double> e = robot.between(near, far);
+        visit(slot, square_root(dot(e, e)), robot.launch.rest[direction_at(d).squared() - 1]);
     }
 }
 
@@ -86,15 +87,10 @@ __device__ inline double energy_of_meetings(const measured_robot& robot) {
                 if (near < 0) break;
                 body.each_of_surface([&](int far) {
                     if (far <= near) return true;
-                    double squared = 0;
-                    for (int axis = 2; axis >= 0; --axis) {
-                        const double e = robot.state(column_position + axis, far) -
-                                         robot.state(column_position + axis, near);
-                        squared = fma(e, e, squared);
-                    }
-                    if (squared < reach * reach && !body.joined(near, far)) {
+                    const separation<double> e = robot.between(near, far);
+                    if (dot(e, e) < reach * reach && !body.joined(near, far)) {
                         meeting_state<double> found{};
-                        found.depth = reach - square_root(squared);
+                        found.depth = reach - square_root(dot(e, e));
                         sum += E::stored(meeting_params<double, E>(robot.launch.scene), found);
                     }
                     return true;

@@ -32,11 +32,9 @@ struct robot_meetings : body_surface {
         if (is_of_surface(site))
             each_of_surface([&](int other) {
                 const corner there = corner_of(other);
-                const spring_real ex = there.x - at.x, ey = there.y - at.y, ez = there.z - at.z;
+                const separation<spring_real> e{there.x - at.x, there.y - at.y, there.z - at.z};
                 const spring_real most = reach + margin;
-                if (!(fma(ex, ex, fma(ey, ey, ez * ez)) < most * most) || other == site ||
-                    joined(site, other))
-                    return true;
+                if (!(dot(e, e) < most * most) || other == site || joined(site, other)) return true;
                 if (count < most_partners) partners[(1 + count) * sites + site] = other;
                 return ++count <= most_partners;
             });
@@ -45,10 +43,11 @@ struct robot_meetings : body_surface {
     // Whether the lists no longer hold for a mass that lies at `at`.
     __device__ bool moved(int site, const corner& at) const {
         const int sites = grid.count();
-        const float ex = float(at.x) - listed_at[site], ey = float(at.y) - listed_at[sites + site],
-                    ez = float(at.z) - listed_at[2 * sites + site];
+        const separation<float> e{float(at.x) - listed_at[site],
+                                  float(at.y) - listed_at[sites + site],
+                                  float(at.z) - listed_at[2 * sites + site]};
         const float way = float(0.5 * share_of_way * margin);
-        return !(fma(ex, ex, fma(ey, ey, ez * ez)) <= way * way);
+        return !(dot(e, e) <= way * way);
     }
 
     // Calls visit(site) for every mass that the one at `site` may meet, in ascending order.
@@ -95,24 +94,23 @@ __device__ inline void add_push(const robot_meetings& robot,
     const mass_real reach = mass_real(robot.reach);
     // from the mass with the lower site to the other, so that both find the same push
     const mass_real side = site < other ? mass_real(1) : mass_real(-1);
-    const mass_real ex = side * (mass_real(there.x) - mass_real(own.x)),
-                    ey = side * (mass_real(there.y) - mass_real(own.y)),
-                    ez = side * (mass_real(there.z) - mass_real(own.z));
-    const mass_real squared = fma(ex, ex, fma(ey, ey, ez * ez));
+    const separation<mass_real> e{side * (mass_real(there.x) - mass_real(own.x)),
+                                  side * (mass_real(there.y) - mass_real(own.y)),
+                                  side * (mass_real(there.z) - mass_real(own.z))};
+    const mass_real squared = dot(e, e);
     if (!(squared < reach * reach)) return;
-    const mass_real wx = side * (mass_real(there.vx) - mass_real(own.vx)),
-                    wy = side * (mass_real(there.vy) - mass_real(own.vy)),
-                    wz = side * (mass_real(there.vz) - mass_real(own.vz));
-    // coincident masses get no direction, and so no push
-    const mass_real inverse = inverse_length(squared + mass_real(1e-20));
-    const mass_real nx = ex * inverse, ny = ey * inverse, nz = ez * inverse;
+    const separation<mass_real> w{side * (mass_real(there.vx) - mass_real(own.vx)),
+                                  side * (mass_real(there.vy) - mass_real(own.vy)),
+                                  side * (mass_real(there.vz) - mass_real(own.vz))};
+    const distance<mass_real> apart = contact_distance(squared);
+    const separation<mass_real> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
     const mass_real one = robot.weight(site), two = robot.weight(other);
-    const effects::meeting_state<mass_real> found{
-        reach - squared * inverse, fma(wx, nx, fma(wy, ny, wz * nz)), one * two / (one + two)};
+    const effects::meeting_state<mass_real> found{reach - apart.length, dot(w, n),
+                                                  one * two / (one + two)};
     const mass_real push = -side * E::meet(params, found);
-    total.x = fma(push, nx, total.x);
-    total.y = fma(push, ny, total.y);
-    total.z = fma(push, nz, total.z);
+    total.x = fma(push, n.x, total.x);
+    total.y = fma(push, n.y, total.y);
+    total.z = fma(push, n.z, total.z);
 }
 
 // The force on the mass at a site of all that it meets, N.

@@ -12,6 +12,7 @@
 #include "physics/effects/all.h"
 #include "physics/held.h"
 #include "physics/integrator.h"
+#include "physics/separation.h"
 
 namespace limax::cuda {
 
@@ -141,16 +142,13 @@ LIMAX_LAW void add_spring(const corner& near, const corner& far,
                           effects::spring_state<spring_real> spring,
                           const effects::actuation::moment<spring_real>& now, force& on_near,
                           force& on_far) {
-    // so small that it changes no length, and coincident masses get a finite direction: none, m^2
-    const spring_real least_squared = spring_real(1e-20);
-    const spring_real ex = far.x - near.x, ey = far.y - near.y, ez = far.z - near.z;
-    const spring_real squared = fma(ex, ex, fma(ey, ey, fma(ez, ez, least_squared)));
-    const spring_real inverse = inverse_length(squared);
-    spring.length = squared * inverse;
-    if constexpr (shares_velocity) {
-        const spring_real wx = far.vx - near.vx, wy = far.vy - near.vy, wz = far.vz - near.vz;
-        spring.rate = fma(wx, ex, fma(wy, ey, wz * ez)) * inverse;
-    }
+    const separation<spring_real> e{far.x - near.x, far.y - near.y, far.z - near.z};
+    const distance<spring_real> apart = spring_length(e);
+    spring.length = apart.length;
+    if constexpr (shares_velocity)
+        spring.rate =
+            dot(separation<spring_real>{far.vx - near.vx, far.vy - near.vy, far.vz - near.vz}, e) *
+            apart.inverse;
     effects::for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_rest))
             spring.rest = E::rest(now, spring);
@@ -160,13 +158,13 @@ LIMAX_LAW void add_spring(const corner& near, const corner& far,
         if constexpr (has<E> && bool(E::hooks & effects::hook_pair))
             tension = E::pair(spring, tension);
     });
-    const spring_real scale = tension * inverse;
-    on_near.x = fma(scale, ex, on_near.x);
-    on_near.y = fma(scale, ey, on_near.y);
-    on_near.z = fma(scale, ez, on_near.z);
-    on_far.x = fma(-scale, ex, on_far.x);
-    on_far.y = fma(-scale, ey, on_far.y);
-    on_far.z = fma(-scale, ez, on_far.z);
+    const spring_real scale = tension * apart.inverse;
+    on_near.x = fma(scale, e.x, on_near.x);
+    on_near.y = fma(scale, e.y, on_near.y);
+    on_near.z = fma(scale, e.z, on_near.z);
+    on_far.x = fma(-scale, e.x, on_far.x);
+    on_far.y = fma(-scale, e.y, on_far.y);
+    on_far.z = fma(-scale, e.z, on_far.z);
 }
 
 // ---- masses ----
