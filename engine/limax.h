@@ -499,21 +499,6 @@ limax_status limax_simulation_block(const limax_simulation* simulation, int32_t 
  * next call for this simulation. */
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
 
-/* ---- comparison ------------------------------------------------------------------------------ */
-
-/* Steps every robot of a population from the start, `steps` (1 to 1e9) times, by a reconstruction
- * of the scheme that the paper sketches: a thread per spring, then a thread per mass; shared-memory
- * float atomics are our assumption. For timing alone: it looks for no divergence, and the order of
- * its sums, and so its last bits, changes from run to run. On one GPU of a `cuda` device
- * (LIMAX_NO_DEVICE on others); the options must be symplectic Euler in single precision, every body
- * valid and small enough for a block's shared memory. One piece of work: three launches of all
- * steps. `seconds` is what the GPU took for the steps, the least of the three; `center` gets each
- * robot's centre of mass at the end, [robot][3], m. */
-limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,
-                                      const limax_materials* materials, const limax_scene* scene,
-                                      const limax_simulation_options* options, int64_t steps,
-                                      double* seconds, double* center);
-
 /* ---- cdef ends ---- */
 #pragma GCC visibility pop
 #ifdef __cplusplus

@@ -12,7 +12,6 @@ local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local population = require "limax.engine.population"
 local random = require "limax.engine.random"
-local reconstruction = require "limax.engine.reconstruction"
 local scene = require "limax.engine.scene"
 local simulation = require "limax.engine.simulation"
 local view = require "limax.engine.view"
@@ -32,7 +31,6 @@ return {
   scene = scene.scene,
   simulation = simulation.simulation,
   advance_together = simulation.advance_together,
-  reconstruction = reconstruction.reconstruction,
   random = random,
 
   is_view = view.is_view,

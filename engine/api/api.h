@@ -94,6 +94,11 @@ template <class Handle>
     return use;
 }
 
+// Everything that a simulation needs, checked; null `mask` is all robots.
+simulation_setup make_setup(const population& population, const material_table& materials,
+                            const scene& scene, const limax_simulation_options& options,
+                            const uint8_t* mask, const device& device);
+
 // Whether the population's genomes and bodies are where the device keeps its own.
 inline bool lives_on(const limax::population& population, const limax::device& device) {
     return population.home() && device.houses(*population.home());

@@ -3,10 +3,6 @@
 #include <string>
 
 #include "api/api.h"
-#if defined(LIMAX_WITH_CUDA)
-#include "backend/cuda/driver/memory.h"
-#endif
-#include "base/memory.h"
 #include "base/random.h"
 
 namespace {
@@ -40,13 +36,7 @@ extern "C" {
 uint32_t limax_abi_version(void) { return LIMAX_ABI; }
 const char* limax_version(void) { return LIMAX_VERSION; }
 const char* limax_error_text(void) { return last_error.c_str(); }
-uint64_t limax_bytes_held(void) {
-    uint64_t bytes = limax::bytes_held().load();
-#if defined(LIMAX_WITH_CUDA)
-    bytes += limax::cuda::gpu_bytes_held().load();
-#endif
-    return bytes;
-}
+uint64_t limax_bytes_held(void) { return limax::all_bytes_held(); }
 void limax_interrupt(void) { limax::set_interrupted(true); }
 void limax_interrupt_clear(void) { limax::set_interrupted(false); }
 int32_t limax_interrupted(void) { return limax::interrupted(); }

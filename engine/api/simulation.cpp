@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <exception>
 #include <functional>
-#include <nlohmann/json.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,9 +9,6 @@
 #include "base/fields.h"
 #include "base/memory.h"
 #include "physics/time_step.h"
-#if defined(LIMAX_WITH_CUDA)
-#include "backend/cuda/run/reconstruction.h"
-#endif
 
 namespace {
 
@@ -22,6 +17,7 @@ using limax::format;
 using limax::api::changing;
 using limax::api::guard;
 using limax::api::lives_on;
+using limax::api::make_setup;
 using limax::api::reading;
 using limax::api::require;
 using limax::api::value_or;
@@ -92,11 +88,13 @@ void check_bodies(const limax::simulation_setup& setup, const limax::material_ta
                         materials.name().c_str(), materials.count() - 1));
 }
 
-limax::simulation_setup make_setup(const limax::population& population,
-                                   const limax::material_table& materials,
-                                   const limax::scene& scene,
-                                   const limax_simulation_options& options, const uint8_t* mask,
-                                   const limax::device& device) {
+}  // namespace
+
+limax::simulation_setup limax::api::make_setup(const limax::population& population,
+                                               const limax::material_table& materials,
+                                               const limax::scene& scene,
+                                               const limax_simulation_options& options,
+                                               const uint8_t* mask, const limax::device& device) {
     limax::check_options(options, scene);
     limax::simulation_setup setup;
     setup.options = options;
@@ -127,8 +125,6 @@ limax::simulation_setup make_setup(const limax::population& population,
     limax::require_memory("record: the traces of this population", traces);
     return setup;
 }
-
-}  // namespace
 
 extern "C" {
 
@@ -261,37 +257,6 @@ limax_status limax_simulation_block(const limax_simulation* simulation, int32_t 
         const auto use = using_robot(simulation, robot);
         require(out, "out");
         simulation->it->block(robot, out);
-    });
-}
-
-// ---- comparison ----
-
-limax_status limax_reconstruction_run(limax_device* device, const limax_population* population,
-                                      const limax_materials* materials, const limax_scene* scene,
-                                      const limax_simulation_options* options, int64_t steps,
-                                      double* seconds, double* center) {
-    return guard([&] {
-        require(device, "device");
-        const auto population_use = changing(population, "population");
-        const auto materials_use = reading(materials, "materials");
-        const auto scene_use = reading(scene, "scene");
-        require(options, "options");
-        require(seconds, "seconds");
-        require(center, "center");
-        limax::require_range("steps", double(steps), 1, 1e9, "");
-        const std::string kind = nlohmann::json::parse(device->it->describe()).at("kind");
-        if (kind != "cuda")
-            fail(LIMAX_NO_DEVICE, format("the reconstruction of the paper's scheme runs on a GPU "
-                                         "alone; this device is '%s'",
-                                         kind.c_str()));
-#if defined(LIMAX_WITH_CUDA)
-        const auto setup =
-            make_setup(population->it, materials->it, scene->it, *options, nullptr, *device->it);
-        const limax::cuda::reconstructed_run run =
-            limax::cuda::run_reconstruction(setup, device->it->each(), steps);
-        *seconds = run.seconds;
-        std::copy(run.center.begin(), run.center.end(), center);
-#endif
     });
 }
 

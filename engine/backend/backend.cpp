@@ -50,6 +50,14 @@ void simulation::block(int32_t /*robot*/, double* /*out*/) {
     fail(LIMAX_INVALID_ARGUMENT, "there is no block: the scene does not name the effect 'block'");
 }
 
+uint64_t all_bytes_held() {
+    uint64_t bytes = bytes_held().load();
+#if defined(LIMAX_WITH_CUDA)
+    bytes += cuda::gpu_bytes_held().load();
+#endif
+    return bytes;
+}
+
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa) {
     require_range("threads", threads, 0, 1024, "");
 #if defined(LIMAX_WITH_CUDA)

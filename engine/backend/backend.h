@@ -98,9 +98,12 @@ public:
     virtual bool houses(const residence& /*home*/) const { return false; }
 };
 
-// `isa` null or empty: the best passes that this processor runs. Refuses a device that is not to
-// be had.
+// `isa` null or empty: the best passes that this processor runs. Raises LIMAX_NO_DEVICE where the
+// device is unavailable.
 std::unique_ptr<device> make_device(const std::string& name, int threads, const char* isa);
+
+// Memory that arrays hold on this machine and on its GPUs, bytes.
+uint64_t all_bytes_held();
 
 // The stop flag behind limax_interrupt(). Setting it is safe in a signal handler.
 bool interrupted();

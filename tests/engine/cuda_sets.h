@@ -64,8 +64,7 @@ public:
         : path_("LIMAX_CUDA_PATH"),
           machine_(fake_driver{.capability = capability,
                                .shared_memory_of_block = shared_memory_of(capability)}),
-          team_(*machine_.api),
-          kernels_(team_.places().front()->gpu, {false, false, false}) {
+          place_(*machine_.api, 0, {false, false, false}) {
         path_.unset();
     }
 
@@ -78,8 +77,7 @@ public:
 private:
     cuda::kernel_set asked_for(const simulation_setup& setup, cuda::kernel_form form) {
         const std::string text = failure(LIMAX_NO_DEVICE, [&] {
-            cuda::load_kernels(setup, setup.scene.mask(), form, team_, team_.places().front()->gpu,
-                               kernels_);
+            cuda::load_kernels(setup, setup.scene.mask(), form, plans_, place_);
         });
         const std::string before = ": '", after = "' was not built with limax";
         const std::size_t begin = text.find(before), end = text.find(after);
@@ -92,8 +90,8 @@ private:
 
     environment_variable path_;
     fake_machine machine_;
-    cuda::gpu_team team_;
-    cuda::kernel_library kernels_;
+    cuda::block_plans plans_;
+    cuda::gpu_place place_;
 };
 
 // What the engine itself would compile a set to, with further options. `log` may be null.

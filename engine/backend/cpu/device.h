@@ -3,7 +3,7 @@
 
 #include "backend/backend.h"
 #include "backend/cpu/passes.h"
-#include "backend/cpu/threads.h"
+#include "base/threads.h"
 
 namespace limax::cpu {
 

@@ -128,6 +128,16 @@ private:
     std::map<std::string, std::shared_ptr<const kernel_module>> modules_;  // by text
 };
 
+// One GPU with the kernels that were loaded on it.
+struct gpu_place {
+    gpu_place(const driver& driver, int ordinal,
+              const allowed_origins& allowed = origins_of_environment())
+        : gpu(driver, ordinal), kernels(gpu, allowed) {}
+
+    context gpu;
+    kernel_library kernels;
+};
+
 // Launches a kernel with its arguments' addresses; nothing for 0 blocks. `doing` as in
 // driver::check().
 void launch_with(const context& context, CUfunction function, const launch_shape& shape,

@@ -1,8 +1,9 @@
-// reconstruction.h: a reconstruction of the scheme that the paper sketches, for comparison alone: a
-// thread per spring, then a thread per mass; shared-memory float atomics are our assumption. One
-// block per robot, symplectic Euler, the laws of scene.h. The order of its sums is left to chance,
-// so its bits are not repeatable; nothing looks for divergence. Compiled for one scene (scene.h):
-//   LIMAX_THREADS  threads of a block
+// reconstruction.h: a reconstruction of the scheme that the paper sketches, for benchmarks only: a
+// thread per spring, then a thread per mass. That sums are shared-memory float atomics is our
+// assumption. One block per robot, symplectic Euler, the laws of scene.h. The order of its sums is
+// not fixed, so its bits are not repeatable; it does not look for divergence.
+//   LIMAX_EFFECTS, LIMAX_PRECISION, LIMAX_LEAPFROG  as in scene.h: reconstructed_effects, 0, 0
+//   LIMAX_THREADS                                   threads of a block
 // SI units.
 #pragma once
 
@@ -11,7 +12,7 @@
 
 namespace limax::cuda {
 
-static_assert(LIMAX_PRECISION == single && !leapfrog, "the paper's scheme is of this kind alone");
+static_assert(LIMAX_EFFECTS == reconstructed_effects && LIMAX_PRECISION == single && !leapfrog);
 
 // Columns of all masses of a robot in shared memory.
 struct reconstructed_masses {
@@ -37,26 +38,21 @@ struct reconstructed_masses {
     }
 };
 
+// `i` counts over all robots.
 __device__ inline effects::spring_state<float> reconstructed_spring(
     const reconstruction_launch& launch, int64_t i) {
-    const float* column = launch.parameters + i;
-    const auto next = [&] {
-        const float value = *column;
-        column += launch.springs;
-        return value;
-    };
+    const int64_t stride = int64_t(launch.robots) * launch.springs;
+    const float* const column = launch.parameters + i;
     effects::spring_state<float> spring{};
-    spring.rest = next();
-    spring.stiffness = next();
-    if constexpr (damped) spring.damping = next();
-    if constexpr (actuated) {
-        spring.sine = next();
-        spring.cosine = next();
-    }
+    spring.rest = column[0];
+    spring.stiffness = column[stride];
+    spring.damping = column[2 * stride];
+    spring.sine = column[3 * stride];
+    spring.cosine = column[4 * stride];
     return spring;
 }
 
-// Everything that acts on one mass at this step, and its way to the next. Leaves no force behind.
+// Steps one mass, and sets its force to 0.
 __device__ inline void step_reconstructed_mass(const reconstructed_masses& masses, int i,
                                                const scene_params& params, float dt) {
     mass_state m{};
@@ -86,52 +82,54 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS)
     using effects::actuation;
     extern __shared__ float memory[];
     __shared__ actuation::moment<float> now;
-    const reconstructed_robot robot = launch.robots[blockIdx.x];
-    const reconstructed_masses masses(memory, robot.masses);
+    const reconstructed_masses masses(memory, launch.masses);
     const int thread = threadIdx.x;
-    const float dt = float(robot.time_step);
+    const float dt = float(launch.time_step);
     const scene_params params(launch.params);
+    const int64_t first_mass = int64_t(blockIdx.x) * launch.masses,
+                  first_spring = int64_t(blockIdx.x) * launch.springs,
+                  stride = int64_t(launch.robots) * launch.masses;
 
-    for (int i = thread; i < robot.masses; i += LIMAX_THREADS) {
-        const int64_t at = robot.first_mass + i;
+    for (int i = thread; i < launch.masses; i += LIMAX_THREADS) {
+        const int64_t at = first_mass + i;
         for (int axis = 0; axis < 3; ++axis) {
-            masses.position[axis][i] = launch.state[axis * launch.masses + at];
-            masses.velocity[axis][i] = launch.state[(3 + axis) * launch.masses + at];
+            masses.position[axis][i] = launch.state[axis * stride + at];
+            masses.velocity[axis][i] = launch.state[(3 + axis) * stride + at];
             masses.force[axis][i] = 0.0f;
         }
         masses.mass[i] = launch.mass[at];
         masses.inverse_mass[i] = 1.0f / launch.mass[at];
     }
     // the last thread has the fewest masses
-    const auto tell_time = [&](int64_t step) {
-        if (!actuated || thread != LIMAX_THREADS - 1) return;
-        now = step < robot.settle_steps
+    const auto set_moment = [&](int64_t step) {
+        if (thread != LIMAX_THREADS - 1) return;
+        now = step < launch.settle_steps
                   ? actuation::moment<float>{0.0f, 0.0f}
-                  : actuation::at<float>(robot.clock, step - robot.settle_steps, robot.time_step);
+                  : actuation::at<float>(launch.clock, step - launch.settle_steps,
+                                         launch.time_step);
     };
-    tell_time(0);
+    set_moment(0);
     __syncthreads();
 
     for (int64_t step = 0; step < launch.steps; ++step) {
-        for (int i = thread; i < robot.springs; i += LIMAX_THREADS) {
-            const spring_ends ends = launch.ends[robot.first_spring + i];
+        for (int i = thread; i < launch.springs; i += LIMAX_THREADS) {
+            const spring_ends ends = launch.ends[first_spring + i];
             force on_near{}, on_far{};
             add_spring(masses.corner_at(ends.near), masses.corner_at(ends.far),
-                       reconstructed_spring(launch, robot.first_spring + i), now, on_near, on_far);
+                       reconstructed_spring(launch, first_spring + i), now, on_near, on_far);
             masses.add_force(ends.near, on_near);
             masses.add_force(ends.far, on_far);
         }
         __syncthreads();
-        for (int i = thread; i < robot.masses; i += LIMAX_THREADS)
+        for (int i = thread; i < launch.masses; i += LIMAX_THREADS)
             step_reconstructed_mass(masses, i, params, dt);
-        tell_time(step + 1);
+        set_moment(step + 1);
         __syncthreads();
     }
 
-    for (int i = thread; i < robot.masses; i += LIMAX_THREADS)
+    for (int i = thread; i < launch.masses; i += LIMAX_THREADS)
         for (int axis = 0; axis < 3; ++axis) {
-            const int64_t at = robot.first_mass + i;
-            launch.state[axis * launch.masses + at] = masses.position[axis][i];
-            launch.state[(3 + axis) * launch.masses + at] = masses.velocity[axis][i];
+            launch.state[axis * stride + first_mass + i] = masses.position[axis][i];
+            launch.state[(3 + axis) * stride + first_mass + i] = masses.velocity[axis][i];
         }
 }

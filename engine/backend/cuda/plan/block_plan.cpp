@@ -309,4 +309,11 @@ block_plan plan_block(const lattice& grid, int cluster) {
         ->plan;
 }
 
+std::shared_ptr<const block_plan> block_plans::of(const lattice& grid, int cluster) {
+    const std::lock_guard lock(mutex_);
+    auto& plan = plans_[{grid.nx, grid.ny, grid.nz, cluster}];
+    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid, cluster));
+    return plan;
+}
+
 }  // namespace limax::cuda

@@ -2,6 +2,10 @@
 // function of lattice, precision and effects alone, so that no population changes a bit.
 #pragma once
 
+#include <array>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -29,6 +33,16 @@ struct block_plan {
 // in different banks, as far as the lattice allows. A cluster has at most as many blocks as the
 // lattice has layers of voxels.
 block_plan plan_block(const lattice& grid, int cluster = 1);
+
+// Plans, each made once. Safe from any thread.
+class block_plans {
+public:
+    std::shared_ptr<const block_plan> of(const lattice& grid, int cluster);
+
+private:
+    std::mutex mutex_;
+    std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
+};
 
 // What a scene asks of a kernel's memory.
 struct kernel_needs {

@@ -228,7 +228,9 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
 }
 
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
-                           gpu_team& team, const context& gpu, kernel_library& kernels) {
+                           block_plans& plans, gpu_place& place) {
+    const context& gpu = place.gpu;
+    kernel_library& kernels = place.kernels;
     scene_kernels out;
     out.setup_ = &setup;
     out.mask_ = mask;
@@ -257,7 +259,7 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
         const int layers = (setup.grid.nz + cluster - 1) / cluster;
         if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
-        const auto plan = team.plan_of(setup.grid, cluster);
+        const auto plan = plans.of(setup.grid, cluster);
         if (!shape_block(*plan, most, shared)) continue;
         out.on_grid_ = false;
         out.plan = plan;
@@ -325,20 +327,20 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
     return out;
 }
 
-scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
-                         const context& gpu, kernel_library& kernels) {
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, block_plans& plans,
+                         gpu_place& place) {
     const unsigned wanted = setup.scene.mask();
-    const bool alone = robots <= std::size_t(gpu.device().multiprocessors);
+    const bool alone = robots <= std::size_t(place.gpu.device().multiprocessors);
     const kernel_form best = alone ? kernel_form::alone : kernel_form::many;
     try {
-        return load_kernels(setup, wanted, best, team, gpu, kernels);
+        return load_kernels(setup, wanted, best, plans, place);
     } catch (const error& problem) {
         if (problem.status() != LIMAX_NO_DEVICE) throw;
         // Nothing can be compiled: what was built with limax for more effects, more robots or
         // more lattices will do.
         for (const kernel_form form : {best, kernel_form::many, kernel_form::any_lattice})
             for (const unsigned mask : covering_masks(wanted)) try {
-                    return load_kernels(setup, mask, form, team, gpu, kernels);
+                    return load_kernels(setup, mask, form, plans, place);
                 } catch (const error& other) {
                     if (other.status() != LIMAX_NO_DEVICE) throw;
                 }

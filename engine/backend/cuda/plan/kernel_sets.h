@@ -4,9 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "backend/cuda/run/device.h"
-#include "backend/cuda/plan/grid_plan.h"
+#include "backend/backend.h"
+#include "backend/cuda/driver/kernel.h"
 #include "backend/cuda/kernels/records.h"
+#include "backend/cuda/plan/grid_plan.h"
 
 namespace limax::cuda {
 
@@ -91,8 +92,8 @@ public:
     std::string describe() const;
 
 private:
-    friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, gpu_team&,
-                                      const context&, kernel_library&);
+    friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, block_plans&,
+                                      gpu_place&);
 
     int blocks_of_robot(unsigned robots) const;
 
@@ -110,13 +111,13 @@ private:
 // The kernels made for the effects of `mask`, which include the scene's, in this form. Raises
 // LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
-                           gpu_team& team, const context& gpu, kernel_library& kernels);
+                           block_plans& plans, gpu_place& place);
 
 // Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
 // from lattice and precision alone. Where nothing can be compiled, kernels built with limax for
 // more effects, silenced, in whatever form, serve with the same bits; where none does, it raises
 // LIMAX_NO_DEVICE, naming the scene and the kernel.
-scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, gpu_team& team,
-                         const context& gpu, kernel_library& kernels);
+scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, block_plans& plans,
+                         gpu_place& place);
 
 }  // namespace limax::cuda

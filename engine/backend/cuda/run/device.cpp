@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "backend/cpu/device.h"
 #include "backend/cuda/run/residence.h"
 
 namespace limax::cuda {
@@ -16,7 +15,7 @@ std::string version_of(int capability) { return format("%d.%d", capability / 10,
 class cuda_device final : public device {
 public:
     cuda_device(const driver& driver, int threads, const char* isa)
-        : host_(cpu::make_cpu_device(threads, isa, "")), team_(std::make_shared<gpu_team>(driver)) {
+        : host_(make_device("cpu", threads, isa)), team_(std::make_shared<gpu_team>(driver)) {
         auto text = nlohmann::ordered_json::parse(host_->describe());
         text["kind"] = "cuda";
         nlohmann::ordered_json gpus = nlohmann::ordered_json::array();
@@ -65,13 +64,6 @@ private:
 gpu_team::gpu_team(const driver& driver) : threads_(int(driver.gpus().size())) {
     for (const gpu& one : driver.gpus())
         places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
-}
-
-std::shared_ptr<const block_plan> gpu_team::plan_of(const lattice& grid, int cluster) {
-    std::lock_guard lock(mutex_);
-    auto& plan = plans_[{grid.nx, grid.ny, grid.nz, cluster}];
-    if (!plan) plan = std::make_shared<const block_plan>(plan_block(grid, cluster));
-    return plan;
 }
 
 std::shared_ptr<const resident_encoding> gpu_team::encoding_on_gpu(

@@ -8,42 +8,33 @@
 #include <vector>
 
 #include "backend/backend.h"
-#include "backend/cpu/threads.h"
-#include "backend/cuda/plan/block_plan.h"
 #include "backend/cuda/driver/kernel.h"
+#include "backend/cuda/plan/block_plan.h"
+#include "base/threads.h"
 
 namespace limax::cuda {
 
-// One GPU with the kernels that were loaded on it.
-struct gpu_place {
-    explicit gpu_place(const driver& driver, int ordinal)
-        : gpu(driver, ordinal), kernels(gpu, origins_of_environment()) {}
-
-    context gpu;
-    kernel_library kernels;
-};
-
 struct resident_encoding;  // residence.h
 
-// Everything that outlives a simulation. Plans are made once per lattice, encodings sent once for
-// as long as a population uses them.
+// Everything that outlives a simulation. An encoding is uploaded once and stays as long as a
+// population uses it.
 class gpu_team {
 public:
     explicit gpu_team(const driver& driver);
 
     std::vector<std::unique_ptr<gpu_place>>& places() { return places_; }
     // One thread of the host for each place.
-    cpu::thread_team& threads() { return threads_; }
-    std::shared_ptr<const block_plan> plan_of(const lattice& grid, int cluster);
-    // On the first GPU, where populations live.
+    thread_team& threads() { return threads_; }
+    block_plans& plans() { return plans_; }
+    // On the first GPU, which stores the populations.
     std::shared_ptr<const resident_encoding> encoding_on_gpu(
         const std::shared_ptr<const encoding>& code);
 
 private:
     std::vector<std::unique_ptr<gpu_place>> places_;
-    cpu::thread_team threads_;
+    thread_team threads_;
+    block_plans plans_;
     std::mutex mutex_;
-    std::map<std::array<int, 4>, std::shared_ptr<const block_plan>> plans_;
     // What they point to keeps the key alive.
     std::map<const encoding*, std::weak_ptr<const resident_encoding>> encodings_;
 };

@@ -34,8 +34,8 @@ public:
         : setup_(setup),
           robots_(std::move(robots)),
           team_(std::move(team)),
+          place_(place),
           gpu_(place.gpu),
-          kernels_(place.kernels),
           outcomes_(outcomes),
           stream_(gpu_),
           start_(gpu_),
@@ -108,8 +108,8 @@ private:
     const simulation_setup& setup_;
     const std::vector<int32_t> robots_;
     const std::shared_ptr<gpu_team> team_;
+    gpu_place& place_;
     const context& gpu_;
-    kernel_library& kernels_;
     limax_outcome* const outcomes_;
     stream stream_;
     event start_, end_;
@@ -156,7 +156,7 @@ template <class R>
 void robots_on_gpu<R>::wake() {
     if (awake_) return;
     const std::size_t count = robots_.size();
-    if (!prepared_) scene_ = load_scene(setup_, count, *team_, gpu_, kernels_);
+    if (!prepared_) scene_ = load_scene(setup_, count, team_->plans(), place_);
     try {
         allocate(count);
         const pinned<prepared_robot> made = make_springs(count);

@@ -9,6 +9,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local hashes = require "limax.tools.bench.hashes"
 local paper = require "limax.tools.bench.paper"
+local reconstruction = require "limax.tools.bench.reconstruction"
 local timing = require "limax.tools.bench.timing"
 
 local gpu = {}
@@ -91,13 +92,13 @@ local function reconstruction_row(materials, device, model)
   local scene = engine.scene(bodies.ALL)
   local options = { integrator = "symplectic_euler", precision = "single", settle = 0,
     time_step = cases.TIME_STEP, duration = steps * cases.TIME_STEP }
-  local seconds, centers =
-    engine.reconstruction(population, materials, scene, options, steps, device)
+  local seconds, center =
+    reconstruction.run(population, materials, scene, options, steps, device)
   local simulation = engine.simulation(population, materials, scene, options, device)
   simulation:run()
   local allowed = agreement.tolerance("single", bodies.ALL)
   for axis = 1, 3 do
-    local off = math.abs(centers[1][axis] - simulation:outcome(1).center_end[axis])
+    local off = math.abs(center[axis] - simulation:outcome(1).center_end[axis])
     if not (off <= allowed) then
       error(("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: "
         .. "it is not timed"):format(off, allowed), 0)

@@ -256,7 +256,7 @@ folder  t:folder(); t:close()
   { title = "limax.engine", prefix = "limax.engine.", stage = SIMULATION, class = "limax.engine",
     text = "The objects over the C interface; the library is written on top of them.",
     files = engine_files("engine", "device", "materials", "encoding", "population", "scene",
-      "simulation", "reconstruction", "random", "view", "memory", "fault"),
+      "simulation", "random", "view", "memory", "fault"),
     examples = [[
 device  limax.engine.device("cpu", { threads = 1 })
 materials  limax.engine.materials "paper"
@@ -267,7 +267,6 @@ scene  limax.engine.scene { gravity = true }
 simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 })
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
 limit_time  limax.engine.limit_time(nil)
-reconstruction  pcall(limax.engine.reconstruction, robots, materials, scene, {}, 10)
 random  limax.engine.random(1, 1, "user"):uniform()
 is_view=view.is_view  limax.engine.is_view(robots:voxels(1))
 bytes_held=memory.bytes_held  limax.engine.bytes_held()

@@ -191,14 +191,13 @@ TEST_CASE("the common scenes run without a compiler") {
 
 TEST_CASE("a scene that no kernel serves is named") {
     const fake_machine machine;
-    cuda::gpu_team team(*machine.api);
-    const cuda::context& gpu = team.places().front()->gpu;
-    cuda::kernel_library none(gpu, {false, false, false});
+    cuda::block_plans plans;
+    cuda::gpu_place none(*machine.api, 0, {false, false, false});
     const simulation_setup setup =
         setup_of(effects::bit<effects::springs> | effects::bit<effects::wind>, LIMAX_MIXED,
                  LIMAX_LEAPFROG, {4, 3, 6});
     const std::string text =
-        failure(LIMAX_NO_DEVICE, [&] { cuda::load_scene(setup, 1, team, gpu, none); });
+        failure(LIMAX_NO_DEVICE, [&] { cuda::load_scene(setup, 1, plans, none); });
     const std::string begin =
         "springs, wind on 4x3x6 voxels in mixed: device 'cuda': no kernel "
         "for compute capability 9.0: 'step LIMAX_";

@@ -1,6 +1,6 @@
-// threads.cpp: a round of work is announced under the mutex, every thread takes part once, the
-// caller waits for the last.
-#include "backend/cpu/threads.h"
+// threads.cpp: a round of work starts under the mutex, every thread takes part once, and the caller
+// waits for the last.
+#include "base/threads.h"
 
 #include <pthread.h>
 #include <signal.h>
@@ -10,12 +10,12 @@
 
 #include "base/error.h"
 
-namespace limax::cpu {
+namespace limax {
 
 thread_team::thread_team(int size) {
     sigset_t all, before;
     sigfillset(&all);
-    // threads inherit the mask of the one that makes them
+    // new threads inherit this mask
     pthread_sigmask(SIG_SETMASK, &all, &before);
     try {
         for (int index = 1; index < size; ++index)
@@ -88,4 +88,4 @@ void thread_team::for_each(int count, const std::function<void(int)>& work) {
     });
 }
 
-}  // namespace limax::cpu
+}  // namespace limax

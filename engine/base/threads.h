@@ -1,5 +1,5 @@
-// threads.h: a team of threads that works through a list, each item on one thread. Which thread
-// takes which item never reaches a result: items share nothing.
+// threads.h: a pool of threads that works through a list, each item on one thread. Items share
+// nothing, so results do not depend on which thread runs which item.
 #pragma once
 
 #include <condition_variable>
@@ -9,12 +9,12 @@
 #include <thread>
 #include <vector>
 
-namespace limax::cpu {
+namespace limax {
 
 class thread_team {
 public:
-    // The caller is one of the `size` threads. The others block every signal, so that Ctrl-C meets
-    // the main thread.
+    // The caller is one of the `size` threads. The others block every signal, so that Ctrl-C
+    // reaches the main thread.
     explicit thread_team(int size);
     ~thread_team();
     thread_team(const thread_team&) = delete;
@@ -34,7 +34,7 @@ private:
     void stop();
 
     std::vector<std::thread> threads_;
-    std::mutex turn_;  // one round at a time, whoever calls
+    std::mutex turn_;  // one round at a time
     std::mutex mutex_;
     std::condition_variable start_, finish_;
     const std::function<void(int)>* work_ = nullptr;
@@ -44,4 +44,4 @@ private:
     bool ending_ = false;
 };
 
-}  // namespace limax::cpu
+}  // namespace limax
