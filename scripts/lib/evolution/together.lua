@@ -1,7 +1,7 @@
---- together.lua: several repetitions at a time, so that small populations share a device that none
---- of them fills. Each is a coroutine that goes on until it has robots to simulate; all that wait
---- are advanced together. No number depends on the others, so the bits are those of one after the
---- other.
+--- together.lua: the repetitions of an experiment, one or several at a time. Each is a coroutine
+--- that runs until it has robots to simulate; the simulations of all are advanced together, so that
+--- small populations share a device that none of them fills. No number depends on the other
+--- repetitions.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -9,19 +9,18 @@ local host = require "limax.host"
 
 local together = {}
 
--- seconds of one slice: short enough for progress and Ctrl-C
+-- s of one slice of wall time: short enough for progress and Ctrl-C
 local SLICE = 0.05
--- robots for each multiprocessor, or each thread, that keep a device busy
-local ROBOTS_OF_UNIT = 8
+-- robots per multiprocessor, or per thread, that keep a device busy
+local ROBOTS_PER_UNIT = 8
 
-local waiting = {} -- what is yielded first: no script can yield it
+local waiting = {} -- marks what together.wait yields: no script has this value
 
---- Advances a simulation to its end along with those of other repetitions. For runs that
---- `together.run` drives.
+--- Advances a simulation to its end, in a run of together.run.
 ---@param simulation limax.simulation
 function together.wait(simulation) coroutine.yield(waiting, simulation) end
 
---- How many repetitions at a time fill a device: two at least.
+--- How many repetitions at a time fill a device: at least two.
 ---@param device limax.device
 ---@param population integer robots of one repetition
 ---@return integer
@@ -29,34 +28,20 @@ function together.at_once(device, population)
   local units = 0
   for _, gpu in ipairs(device:describe().gpus or {}) do units = units + gpu.multiprocessors end
   if units == 0 then units = device.threads end
-  return math.max(2, math.ceil(ROBOTS_OF_UNIT * units / population))
+  return math.max(2, math.ceil(ROBOTS_PER_UNIT * units / population))
 end
 
----@class limax.together.member one repetition on its way
+---@class limax.together.member a repetition that has begun
 ---@field repetition integer
 ---@field thread thread
----@field simulation limax.simulation|nil that it waits for
----@field share number of that simulation that is done, 0 to 1
----@field before number spring steps of it when it was last looked at
+---@field simulation limax.simulation|nil that it waits for; nil when it has ended
+---@field spring_steps number of that simulation, when it was last advanced
 
----@class limax.together.options
----@field repetitions integer[] in the order in which they begin
----@field at_once integer
----@field begin fun(repetition: integer): limax.run made with `wait = together.wait`
----@field ended fun(repetition: integer)
----@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
-
-local function interrupted()
-  host.raise_if_interrupted()
-  error(host.interrupt, 0)
-end
-
--- Lets a repetition go on until it waits for a simulation, or ends.
-local function go_on(member)
+-- Runs a repetition until it waits for a simulation, or ends.
+local function continue(member)
   local resumed, token, simulation, trace = coroutine.resume(member.thread)
-  -- an interrupt passes through everything
-  if not resumed then error(token, 0) end
-  member.simulation, member.share, member.before = nil, 0, 0
+  if not resumed then error(token, 0) end -- an interrupt, which nothing catches
+  member.simulation, member.spring_steps = nil, 0
   if coroutine.status(member.thread) == "dead" then
     local fine, problem = token, simulation
     if not fine then failure.raise_again(problem, trace) end
@@ -67,56 +52,67 @@ local function go_on(member)
   end
 end
 
-local function make(given, repetition)
-  local run = given.begin(repetition)
-  local member = { repetition = repetition,
-    thread = coroutine.create(function() return failure.attempt(run.finish, run) end) }
-  go_on(member)
-  return member
+-- Advances the simulations of all members by a slice. Returns their progress.
+local function advance(members)
+  local simulations = {}
+  for i, member in ipairs(members) do simulations[i] = member.simulation end
+  local progress = engine.advance_together(simulations, SLICE)
+  for _, state in ipairs(progress) do
+    if state.interrupted then
+      host.raise_if_interrupted()
+      error(host.interrupt, 0)
+    end
+  end
+  return progress
 end
 
+---@class limax.together.options
+---@field repetitions integer[] in the order in which they begin
+---@field at_once integer
+---@field begin fun(repetition: integer): limax.run made with `wait = together.wait`
+---@field ended fun(repetition: integer)
+---@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
+
 --- Runs repetitions to their ends.
----@param given limax.together.options
-function together.run(given)
-  local active, next_one = {}, 1
-  local springs, seconds = 0, 0
-  while true do
-    while #active < given.at_once and given.repetitions[next_one] do
-      local member = make(given, given.repetitions[next_one])
-      next_one = next_one + 1
+---@param options limax.together.options
+function together.run(options)
+  local active, left, springs, seconds = {}, { unpack(options.repetitions) }, 0, 0
+
+  -- Continues some members; those that still wait for a simulation become the active ones.
+  local function keep_waiting(members)
+    active = {}
+    for _, member in ipairs(members) do
+      if not member.simulation then continue(member) end
       if member.simulation then
         active[#active + 1] = member
       else
-        given.ended(member.repetition)
+        options.ended(member.repetition)
       end
+    end
+  end
+
+  while true do
+    while #active < options.at_once and left[1] do
+      local repetition = table.remove(left, 1)
+      local run = options.begin(repetition)
+      local members = { unpack(active) }
+      members[#members + 1] = { repetition = repetition,
+        thread = coroutine.create(function() return failure.attempt(run.finish, run) end) }
+      keep_waiting(members)
     end
     if #active == 0 then return end
-
-    local simulations = {}
-    for i, member in ipairs(active) do simulations[i] = member.simulation end
-    local began = host.clock()
-    local progress = engine.advance_together(simulations, SLICE)
+    local began, share = host.clock(), 0
+    local progress = advance(active)
     seconds = seconds + host.clock() - began
-    local share = 0
     for i, member in ipairs(active) do
       local state = progress[i]
-      if state.interrupted then interrupted() end
-      springs, member.before = springs + state.spring_steps - member.before, state.spring_steps
-      member.share = state.steps_total > 0 and state.steps / state.steps_total or 0
-      share = share + member.share
+      springs = springs + state.spring_steps - member.spring_steps
+      member.spring_steps = state.spring_steps
+      share = share + (state.steps_total > 0 and state.steps / state.steps_total or 0)
+      if state.finished then member.simulation = nil end
     end
-    given.on_progress { steps = share, steps_total = 1, spring_rate = springs / seconds }
-
-    local left = {}
-    for i, member in ipairs(active) do
-      if progress[i].finished then go_on(member) end
-      if member.simulation then
-        left[#left + 1] = member
-      else
-        given.ended(member.repetition)
-      end
-    end
-    active = left
+    options.on_progress { steps = share, steps_total = 1, spring_rate = springs / seconds }
+    keep_waiting(active)
   end
 end
 

@@ -1,5 +1,5 @@
---- run_configuration.lua: what a run folder says of its experiment: the configuration, how the run
---- was started, and the scripts as they were.
+--- run_configuration.lua: what a run folder stores of its experiment: configuration, options of
+--- the run, and copies of the scripts.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -7,8 +7,7 @@ local source = require "limax.base.source"
 
 local run_configuration = {}
 
--- Names under which scripts are kept: their path below the experiment's folder, else the file's own
--- name.
+-- Copies of the scripts, named by their path below the experiment's folder, or by the file's name.
 local function copies(experiment)
   local base = experiment.origin and source.folder_of(experiment.origin) .. "/"
   local list, taken = {}, {}

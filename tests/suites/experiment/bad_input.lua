@@ -144,7 +144,7 @@ suite:test("a fitness that throws or returns no number stops the first generatio
   refuses(t, folder, { "run", "try.lua" }, 1, "the fitness returned a table, expected a number")
 end)
 
-suite:test("a run that fails later keeps its generations and goes on when mended", function(t)
+suite:test("a run that fails later keeps its generations and continues when repaired", function(t)
   local folder = t:folder()
   local head = 'local broken = os.getenv "BROKEN"'
   write_experiment(folder, [[
@@ -155,7 +155,7 @@ suite:test("a run that fails later keeps its generations and goes on when mended
   local done = run(folder, { "run", "try.lua", "--out", "r" }, { before = "BROKEN=1" })
   t:equal(done.status, 1)
   t:ok(done.stderr:find "more than a tenth of generation 2", done.stderr)
-  t:ok(done.stderr:find "mended, continue with: [^\n]*limax run %-%-resume r %-%-changed",
+  t:ok(done.stderr:find "repaired, continue with: [^\n]*limax run %-%-resume r %-%-changed",
     done.stderr)
   local _, lines = source.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")
   t:equal(lines, 2)
@@ -207,7 +207,7 @@ suite:test("without --out the next free folder is taken and printed", function(t
   end
 end)
 
-suite:test("a disk that takes no more: one message, and whole generations stay", { limit = 60 },
+suite:test("a full disk: one message, and whole generations stay", { limit = 60 },
   function(t)
     local folder = t:folder()
     write_experiment(folder, 'fitness = "distance", genome = { hidden = { 4 } }', nil, 40)
@@ -217,7 +217,7 @@ suite:test("a disk that takes no more: one message, and whole generations stay",
     refused(t, done, 1, "cannot append to r/")
     t:ok(done.stderr:find "is on disk; continue with: [^\n]*limax run %-%-resume r", done.stderr)
     -- nothing is wrong with the script
-    t:ok(not done.stderr:find("mended", 1, true), done.stderr)
+    t:ok(not done.stderr:find("repaired", 1, true), done.stderr)
     local text = source.read(folder .. "/r/metrics.jsonl")
     t:ok(#text > 0 and text:sub(-1) == "\n")
     -- with room again it goes on

@@ -1,5 +1,5 @@
---- robots.lua: robots by hand: letters, weights and where they end up in the lattice; robot files,
---- which keep every bit; and their pictures in the terminal and as SVG.
+--- robots.lua: robots by hand (letters, weights, lattice), robot files without loss, and pictures
+--- of robots in the terminal and as SVG.
 
 local limax = require "limax"
 local body = require "limax.robot.body"
@@ -25,7 +25,7 @@ letters:test("run along x, lines along y, layers along z", function(t)
   t:equal({ voxel[1][1][1], voxel[2][1][1], voxel[3][1][1] }, { "e", "c", "s" })
   t:equal({ voxel[1][2][1], voxel[2][2][1], voxel[3][2][1] }, { "e", "c", "e" })
   t:equal({ voxel[1][1][2], voxel[2][1][2], voxel[3][2][2] }, { "s", "b", "." })
-  -- and so in the engine, where x runs fastest
+  -- likewise in the engine
   t:equal(robot.population:voxels(1):table()[2][1][2] + 1, MATERIALS:index "b")
   t:equal(robot.body.letters, "ecs\nece\n\nsbs\nce.")
   t:equal(robot.body.count, { empty = 1, ["expanding muscle"] = 4, ["contracting muscle"] = 3,
@@ -40,7 +40,7 @@ letters:test("a full 5x5x5 voxels weigh 21.6 kg", function(t)
   t:near(robot.body.mass, 21.6)
 end)
 
-letters:test("spaces and empty lines around do not count", function(t)
+letters:test("spaces and empty lines around are ignored", function(t)
   local robot = limax.robot { voxels = [[
 
       ecs
@@ -53,7 +53,7 @@ letters:test("spaces and empty lines around do not count", function(t)
   t:equal(robot.body.letters, "ecs\nece\n\nsbs\ncec")
 end)
 
-letters:test("a larger lattice is filled up with empty voxels", function(t)
+letters:test("a larger lattice is padded with empty voxels", function(t)
   local robot = limax.robot { voxels = "ec", lattice = { 3, 2, 2 } }
   t:equal(robot.body.letters, "ec.\n...\n\n...\n...")
   t:equal(robot.body.size, { 2, 1, 1 })
@@ -95,7 +95,7 @@ letters:test("each mistake has its message, at the script's line", function(t)
   end
 end)
 
-letters:test("simulate checks what it is told", function(t)
+letters:test("simulate checks its options", function(t)
   local robot = limax.robot { voxels = "e" }
   local mistakes = {
     { { duratoin = 1 }, 'did you mean "duration"?' },
@@ -111,13 +111,13 @@ letters:test("simulate checks what it is told", function(t)
   end
 end)
 
-letters:test("a body that cannot fall apart falls like a stone", function(t)
+letters:test("a body falls freely under gravity", function(t)
   local robot = limax.robot { voxels = "b" }:simulate { scene = { gravity = true }, settle = 0,
     duration = 1, accuracy = "reference", record = { center_of_mass = 20 } }
   t:near(robot:displacement(), { 0, 0, -9.81 / 2 }, { atol = 1e-6 })
 end)
 
-letters:test("a later simulate keeps what was said before", function(t)
+letters:test("a second simulate keeps the settings of the first", function(t)
   local first = limax.robot { voxels = "ecs\nece" }:simulate { duration = 0.4, settle = 0.1,
     scene = limax.scenes.land { friction = false }, record = { center_of_mass = 20 } }
   local again = first:simulate()
@@ -162,7 +162,7 @@ files:test("keep every bit of a robot", function(t)
   end
 end)
 
-files:test("keep materials that were changed, and a lattice that is not full", function(t)
+files:test("keep changed materials, edge and lattice", function(t)
   local changed = MATERIALS:copy()
   changed:set(changed:index "b", "stiffness", 1 / 3 * 1e4)
   local path = t:folder() .. "/robot.json"
@@ -173,25 +173,29 @@ files:test("keep materials that were changed, and a lattice that is not full", f
   t:same_bits(robot.description.edge, 0.07)
 end)
 
-files:test("a scored robot replays alone to the same score", function(t)
+files:test("a scored robot and a champion's file replay to the same score", function(t)
   local experiment = limax.experiment { fitness = { "distance", axis = "x" }, lattice = { 3, 3, 3 },
     simulation = { duration = 0.4, settle = 0.1 }, population = 6, generations = 2 }
   local path = t:folder() .. "/champion.json"
-  for population in limax.start(experiment):generations() do
+  local folder, champion = t:folder() .. "/r", nil
+  local function check(file, robot)
+    local replayed, score = limax.robot(file):replay()
+    t:same_bits({ replayed.fitness, score }, { robot.fitness, robot.fitness })
+    t:same_bits(replayed.record.outcome, robot.record.outcome)
+  end
+  for population in limax.start(experiment, { out = folder }):generations() do
     population:simulate():score()
     for _, index in ipairs(population.ranked) do
-      local robot = population[index]
-      robot:save(path)
-      local replayed, score = limax.robot(path):replay()
-      t:same_bits(replayed.fitness, robot.fitness)
-      t:same_bits(score, robot.fitness)
-      t:same_bits(replayed.record.outcome, robot.record.outcome)
+      population[index]:save(path)
+      check(path, population[index])
     end
+    champion = population[population.ranked[1]]
     population:breed()
   end
+  check(folder .. "/r01/champions/g0001.json", champion)
 end)
 
-files:test("a fitness that is a function is handed over to replay", function(t)
+files:test("a fitness that is a function is passed to replay", function(t)
   local path, law = t:folder() .. "/robot.json", function(robot) return 3 * robot:distance() end
   local experiment = limax.experiment { fitness = law, lattice = { 2, 2, 2 },
     simulation = { duration = 0.2, settle = 0 }, population = 4, generations = 1 }
@@ -205,38 +209,38 @@ files:test("a fitness that is a function is handed over to replay", function(t)
 end)
 
 -- A robot's description with a change made to it.
-local function spoiled(change)
+local function damaged(change)
   local description = robot_file.describe(expressed(), 1, MATERIALS, 0.1)
   change(description)
   return host.json.encode(description)
 end
 
-files:test("a spoiled file says file, field, value and range", function(t)
-  local path = t:folder() .. "/spoiled.json"
+files:test("a damaged file raises with file, field, value and range", function(t)
+  local path = t:folder() .. "/damaged.json"
   local cases = {
-    { '{ "schema": "limax.robot/1", }', "spoiled.json" },
+    { '{ "schema": "limax.robot/1", }', "damaged.json" },
     { "[1, 2]", "unnamed" },
     { "5", "expected a table" },
-    { spoiled(function(d) d.schema = "limax.robot/9" end), 'expected "limax.robot/1"' },
-    { spoiled(function(d) d.lattice = nil end), "robot.lattice: is missing" },
-    { spoiled(function(d) d.lattice[1] = 0 end), "robot.lattice[1]: expected a whole number" },
-    { spoiled(function(d) d.lattice[1] = 4 end), "robot.weights" },
-    { spoiled(function(d) d.voxels[1][1] = "ex." end), 'unknown letter "x"' },
-    { spoiled(function(d) d.voxels[4] = nil end), "the lattice is 3 x 2 x 4 voxels" },
-    { spoiled(function(d) d.weights.phase[2][1][3] = 1.5 end), "weights.phase[2][1][3]: expected" },
-    { spoiled(function(d) d.weights.phase = "big" end), "weights.phase: expected a number" },
-    { spoiled(function(d) d.weights.phases = 1 end), 'did you mean "phase"?' },
-    { spoiled(function(d) d.materials = nil end), "robot.materials: is missing" },
-    { spoiled(function(d) d.materials.materials[2].stiffness = -1 end), "stiffness" },
-    { spoiled(function(d) d.materials.materials[2].stiffness = "hard" end), "stiffness" },
-    { spoiled(function(d) d.edge = -1 end), "robot.edge: expected a number" },
-    { spoiled(function(d) d.fittness = "walk" end), 'did you mean "fitness"?' },
+    { damaged(function(d) d.schema = "limax.robot/9" end), 'expected "limax.robot/1"' },
+    { damaged(function(d) d.lattice = nil end), "robot.lattice: is missing" },
+    { damaged(function(d) d.lattice[1] = 0 end), "robot.lattice[1]: expected a whole number" },
+    { damaged(function(d) d.lattice[1] = 4 end), "robot.weights" },
+    { damaged(function(d) d.voxels[1][1] = "ex." end), 'unknown letter "x"' },
+    { damaged(function(d) d.voxels[4] = nil end), "the lattice is 3 x 2 x 4 voxels" },
+    { damaged(function(d) d.weights.phase[2][1][3] = 1.5 end), "weights.phase[2][1][3]: expected" },
+    { damaged(function(d) d.weights.phase = "big" end), "weights.phase: expected a number" },
+    { damaged(function(d) d.weights.phases = 1 end), 'did you mean "phase"?' },
+    { damaged(function(d) d.materials = nil end), "robot.materials: is missing" },
+    { damaged(function(d) d.materials.materials[2].stiffness = -1 end), "stiffness" },
+    { damaged(function(d) d.materials.materials[2].stiffness = "hard" end), "stiffness" },
+    { damaged(function(d) d.edge = -1 end), "robot.edge: expected a number" },
+    { damaged(function(d) d.fittness = "walk" end), 'did you mean "fitness"?' },
   }
   for k, case in ipairs(cases) do
     t:ok(host.file.write_atomic(path, case[1]))
-    local message = t:raises(case[2] == "unnamed" and "spoiled.json" or case[2],
+    local message = t:raises(case[2] == "unnamed" and "damaged.json" or case[2],
       function() limax.robot(path) end)
-    t:ok(message:find("spoiled.json", 1, true), ("case %d: %s"):format(k, message))
+    t:ok(message:find("damaged.json", 1, true), ("case %d: %s"):format(k, message))
   end
   t:raises("No such file", function() limax.robot(path .. "x") end)
   t:raises("robot file", function() limax.robot(t:folder()) end)
@@ -246,64 +250,27 @@ end)
 
 local pictures = require("limax.test").suite "pictures"
 
--- Raises unless `text` is one well-formed XML element: tags that close in order, attributes in
--- quotes and once each, no bare < or &.
-local function check_xml(t, text)
-  local open, at, roots = {}, 1, 0
-  while at <= #text do
-    local start = text:find("<", at, true)
-    local between = text:sub(at, (start or #text + 1) - 1)
-    t:ok(not between:gsub("&%a+;", ""):find "[&]", "a bare & in " .. between)
-    if #open == 0 then t:ok(not between:find "%S", "text outside the root: " .. between) end
-    if not start then break end
-    local stop = t:ok(text:find(">", start, true), "a tag without an end")
-    local inside = text:sub(start + 1, stop - 1)
-    local closing = inside:match "^/(%w+)$"
-    if closing then
-      t:equal(table.remove(open), closing)
-    else
-      local name, rest = inside:match "^(%w+)(.*)$"
-      t:ok(name, "no tag name in " .. inside)
-      local seen = {}
-      local left = rest:gsub('%s+([%w%-:]+)="([^"<]*)"', function(key)
-        t:ok(not seen[key], "twice " .. key)
-        seen[key] = true
-        return ""
-      end)
-      t:ok(left:match "^%s*/?$", "no attributes: " .. left)
-      if #open == 0 then roots = roots + 1 end
-      if not left:find "/" then open[#open + 1] = name end
-    end
-    at = stop + 1
-  end
-  t:equal(#open, 0)
-  t:equal(roots, 1)
-end
-
 pictures:test("a film strip is well-formed XML with six poses", function(t)
   local path = t:folder() .. "/strip.svg"
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
-  for _, scene in ipairs { limax.scenes.land(), limax.scenes.air(),
-    limax.scenes.slope { angle = 0.6 } } do
+  for _, scene in ipairs { limax.scenes.land(), limax.scenes.slope { angle = 0.6 } } do
     local walked = film_strip.write(path, robot, { title = 'a < b & "c"\1', scene = scene,
       duration = 0.5 })
     t:equal(walked.status, "done")
-    local file = io.open(path)
-    local text = file:read "*a"
-    file:close()
-    check_xml(t, text)
+    local text = source.read(path)
+    t:ok(host.xml(text))
     t:equal(select(2, text:gsub(" s</text>", "")), 6)
     t:ok(text:find("0.50 s", 1, true) and text:find("centre of mass", 1, true))
     t:ok(not text:find("nan", 1, true) and not text:find("inf", 1, true))
   end
 end)
 
-pictures:test("the track spans the way and no more", function(t)
+pictures:test("the ruler of a film strip covers the distance walked", function(t)
   local path = t:folder() .. "/strip.svg"
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
   local walked = film_strip.write(path, robot, { duration = 2 })
   local reach, marks = walked:distance() + 2 * walked:length(), 0
-  -- "+0.16 m" are the panels' own, a number without a sign or with a minus is the ruler's
+  -- numbers of the ruler have no sign or a minus, those of the panels a plus
   for mark in source.read(path):gmatch ">(%-?[%d.]+) m</text>" do
     t:ok(math.abs(tonumber(mark)) < reach, mark)
     marks = marks + 1
@@ -311,7 +278,7 @@ pictures:test("the track spans the way and no more", function(t)
   t:ok(marks >= 2)
 end)
 
-pictures:test("a film strip changes nothing about the walk that it shows", function(t)
+pictures:test("a film strip shows the same walk, to the bit", function(t)
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
   local settings = { duration = 0.5, record = { center_of_mass = 50, energy = 100 } }
   local simulated = robot:simulate(settings)
@@ -339,7 +306,7 @@ local function picture(title, text)
   return { title = title, layers = body.layers(text), materials = MATERIALS:table().materials }
 end
 
-pictures:test("bodies stand side by side where the width allows", function(t)
+pictures:test("bodies are printed side by side where the width allows", function(t)
   local left, right = picture("one", "ec\nsb\n\n..\nee"), picture("two", "cc\ncc\n\nbb\nbb")
   local text = body_picture.side_by_side({ left, right }, PLAIN)
   t:equal(text, table.concat({
@@ -355,7 +322,7 @@ pictures:test("bodies stand side by side where the width allows", function(t)
   t:equal(colored:gsub("\27%[[%d;]*m", ""), text)
 end)
 
-pictures:test("a plot keeps to its width, and to ASCII when told", function(t)
+pictures:test("a plot stays within its width, and within ASCII if required", function(t)
   local series = { { name = "mean", points = {}, color = 1, dotted = true },
     { name = "best", points = {}, color = 2 } }
   for k = 0, 39 do
@@ -367,14 +334,14 @@ pictures:test("a plot keeps to its width, and to ASCII when told", function(t)
   t:ok(text:find("3.9", 1, true) and text:find("-1 ", 1, true) and text:find("generation", 1, true))
   local fine = text_plot.draw(series, { style = COLOR })
   for line in fine:gmatch "[^\n]+" do t:ok(terminal.width(line) <= 80, line) end
-  -- one point, or a flat line, is no division by zero
+  -- one point or a flat line
   for _, points in ipairs { { { 0, 1 } }, { { 0, 2 }, { 5, 2 } }, { { 0, 0 } } } do
     local flat = text_plot.draw({ { name = "a", points = points, color = 1 } }, { style = PLAIN })
     t:ok(not flat:find "nan" and flat:find("*", 1, true))
   end
 end)
 
-pictures:test("a table stands in columns", function(t)
+pictures:test("a table has aligned columns", function(t)
   local text = terminal.table({ "name", "score" }, { { "a", 1.5 }, { "bcdef", "-" } }, PLAIN)
   t:equal(text, "name   score\na        1.5\nbcdef      -")
 end)

@@ -312,8 +312,8 @@ return require("limax").experiment { lattice = { 3, 2, 2 }, fitness = "walk",
   scene_of ", damping = true, actuation = { frequency = 500 }"
   text, status = limax("doctor", "--scene", file)
   t:equal(status, 0)
-  contains(t, text, "planes[2]", "us a step on one CPU thread, measured to within ",
-    "what a step saves without it", "heights 3 x 2 m",
+  contains(t, text, "planes[2]", "us per step on one CPU thread, within ",
+    "share of a step that is saved without it", "heights 3 x 2 m",
     "at 500 Hz a period is 10 steps of 0.0002 s, fewer than 20")
   -- nothing below the noise of the measurement is printed as a gain
   t:ok(not text:find "\n *%-%d+ %%", text)

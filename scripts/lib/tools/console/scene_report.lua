@@ -1,6 +1,6 @@
---- scene_report.lua: what a scene will run, for `limax doctor --scene FILE`: its effects with every
---- parameter, what steps its robots, and what each effect costs, measured on the spot on one CPU
---- thread with a body of all voxels.
+--- scene_report.lua: `limax doctor --scene FILE`: the effects of a scene with every parameter, the
+--- loops or kernel that run it, and the cost of each effect, measured on one CPU thread with a body
+--- that fills the lattice.
 
 local choice = require "limax.base.choice"
 local drive = require "limax.settings.drive"
@@ -14,12 +14,12 @@ local timing = require "limax.tools.bench.timing"
 
 local scene_report = {}
 
--- wall time of one measurement, s, and how often each is taken: the best counts
+-- wall time of one measurement, s, and their number: the fastest counts
 local SLICE, ROUNDS = 0.02, 15
--- s of simulated time: beyond what these measurements reach
+-- s of simulated time, more than these measurements reach
 local ENDLESS = 1e4
 
---- A simulation of one body that has every material, in a scene.
+--- A simulation of one body of all materials, in a scene.
 ---@param config table of an experiment: its lattice and materials
 ---@param scene table
 ---@param device limax.device
@@ -35,21 +35,21 @@ function scene_report.simulation(config, scene, device, options)
   return engine.simulation(population, materials, engine.scene(scene), options, device)
 end
 
--- The scene without one effect, and without what then lacks all that it needs.
+-- The scene without one effect, and without those that need it.
 local function without(infos, scene, left_out)
   local rest = {}
   for name, fields in pairs(scene) do
     if name ~= left_out then rest[name] = fields end
   end
   for _, info in ipairs(infos) do
-    local served = #info.needs == 0
-    for _, need in ipairs(info.needs) do served = served or rest[need] ~= nil end
-    if not served then rest[info.name] = nil end
+    local usable = #info.needs == 0
+    for _, need in ipairs(info.needs) do usable = usable or rest[need] ~= nil end
+    if not usable then rest[info.name] = nil end
   end
   return rest
 end
 
--- Something that runs a slice of a simulation and returns the steps it did.
+-- A case for best_rates: runs a slice of a simulation and returns the number of steps.
 local function timed(config, scene, options)
   local device = engine.device("cpu", { threads = 1 })
   local simulation = scene_report.simulation(config, scene, device, options)
@@ -58,7 +58,7 @@ local function timed(config, scene, options)
   return { run = function()
     local progress = simulation:advance(SLICE)
     if progress.finished then
-      failure.raise(1, "a body of all voxels came to its end in this scene: nothing is timed")
+      failure.raise(1, "a full body's simulation ended in this scene: nothing can be timed")
     end
     local done = progress.steps - before
     before = progress.steps
@@ -66,21 +66,21 @@ local function timed(config, scene, options)
   end }
 end
 
--- Seconds per step of the scene, of the springs alone, and of the scene without each effect.
+-- Seconds per step of the scene, of the springs only, and of the scene without each effect.
 local function measure(config, infos, names)
   local options = settings.engine_options(config.simulation, {})
   local device = engine.device("cpu", { threads = 1 })
   local whole = scene_report.simulation(config, config.scene, device, options)
   whole:advance(0, 1)
-  -- the same step in every case, though fewer effects would allow a longer one
+  -- the same time step in every case: fewer effects would allow a longer one
   options.time_step, options.duration, options.settle = whole:outcome(1).time_step, ENDLESS, 0
   local cases = { timed(config, config.scene, options), timed(config, {}, options) }
   for _, name in ipairs(names) do
     cases[#cases + 1] = timed(config, without(infos, config.scene, name), options)
   end
-  -- once more, for what the same scene costs another time
+  -- once more, to measure the noise
   cases[#cases + 1] = timed(config, config.scene, options)
-  -- time of the processor: a busy machine's other work does not count
+  -- processor time, so that other work of the machine does not count
   local rates = timing.best_rates(cases, ROUNDS, os.clock)
   local first, again = 1 / rates[1], 1 / rates[#cases]
   local result = { time_step = options.time_step, step = math.min(first, again),
@@ -89,13 +89,12 @@ local function measure(config, infos, names)
   return result
 end
 
---- What the scene of an experiment's file will run. An effect's cost is the share of a step that is
---- saved without it, and without friction where it is the only contact. Raises where the file is no
---- experiment.
+--- Facts about the scene of an experiment's file. An effect's cost is the share of a step that is
+--- saved without it and without the effects that need it.
 ---@param file string
----@param device limax.device what would step it
----@return table facts `effects`, a list of { name, fields, cost }; `springs`; `step`, s; `noise`,
----the share by which the same scene differed when it was measured again; `runs`
+---@param device limax.device
+---@return table facts `effects`, a list of { name, fields, cost }; `springs`, their share; `step`,
+--- s; `noise`, the relative difference of two measurements; `runs`, from simulation:describe()
 function scene_report.gather(file, device)
   local found = script.run(file)
   if not experiment.is(found) then
@@ -122,7 +121,7 @@ function scene_report.gather(file, device)
   return facts
 end
 
--- A value as a line shows it; of a table of heights its size.
+-- A value on one line; of a table of heights its size.
 local function shown(value)
   if type(value) == "table" and type(value[1]) == "table" then
     return ("%d x %d"):format(#value, #value[1])
@@ -136,7 +135,7 @@ local function fields_of(info, values)
     for _, name in ipairs(choice.sorted_keys(values)) do
       if name ~= "force" then parts[#parts + 1] = name .. " " .. shown(values[name]) end
     end
-    return #parts == 0 and "a script's own" or "a script's own: " .. table.concat(parts, ", ")
+    return "defined by a script" .. (#parts > 0 and ": " or "") .. table.concat(parts, ", ")
   end
   for i, field in ipairs(info.fields) do
     parts[i] = ("%s %s%s"):format(field.name, shown(values[field.name]),
@@ -159,10 +158,9 @@ function scene_report.lines(facts)
     line("runs on CUDA: %s path, kernel %s (%s), %d registers, %d bytes spilled", runs.path,
       runs.origin, runs.architecture, runs.registers, runs.spilled)
   end
-  line("%.3g us a step on one CPU thread, measured to within %.0f %%; %.0f %% springs",
+  line("%.3g us per step on one CPU thread, within %.0f %%; springs %.0f %%",
     1e6 * facts.step, math.ceil(100 * facts.noise), 100 * facts.springs)
-  -- without gravity nothing touches, and contacts cost less too
-  line("before an effect: what a step saves without it, and without what then does not act")
+  line("before an effect: the share of a step that is saved without it")
   for _, effect in ipairs(facts.effects) do
     local info = infos[effect.name]
     local list = info and info.instances > 1 and effect.fields or { effect.fields }
