@@ -1,5 +1,5 @@
---- accuracy_steps.lua: which steps fit, what a tier is and was measured to cost, robots scored
---- again, and what of it cannot be measured.
+--- accuracy_steps.lua: the choice of a time step by `limax bench accuracy --tune`, the tiers and
+--- their measured cost, rescored robots, and refused options.
 
 local bench_ranking = require "limax.tools.bench.accuracy.ranking"
 local defaults = require "limax.settings.defaults"
@@ -25,24 +25,23 @@ return limax.experiment {
 }
 ]]
 
-suite:test("the chaos floor's step is one part in 1e4 longer or shorter, on whole samples",
-  function(t)
-    t:near(bench_ranking.perturbed(5e-6, 20), 0.05 / 10001, { rtol = 1e-15 })
-    -- 500 steps to a sample interval: one more is the least
-    t:near(bench_ranking.perturbed(1e-4, 20), 0.05 / 501, { rtol = 1e-15 })
-  end)
+suite:test("the step of the chaos floor differs by one part in 1e4, on whole samples", function(t)
+  t:near(bench_ranking.perturbed(5e-6, 20), 0.05 / 10001, { rtol = 1e-15 })
+  -- 500 steps per sample: the smallest change is one more
+  t:near(bench_ranking.perturbed(1e-4, 20), 0.05 / 501, { rtol = 1e-15 })
+end)
 
-suite:test("the step that fits is the longest below which all fit", function(t)
+suite:test("the chosen step is the longest below which all steps fit", function(t)
   local function rows(...)
     local list = {}
     for k, regret in ipairs { ... } do list[k] = { elite_regret = regret, failed = 0, name = k } end
     return list
   end
   t:equal(tune.choose(rows(0.3, 0.04, 0.01), 0, 0).name, 2)
-  -- a longer step that fits by luck does not count
+  -- a longer step that fits by chance does not count
   t:equal(tune.choose(rows(0.01, 0.2, 0.01), 0, 0).name, 3)
   t:equal(tune.choose(rows(0.3, 0.3, 0.3), 0, 0), nil)
-  -- where chaos alone loses 10 %, 20 % are as good as the reference
+  -- if chaos loses 10 %, losing 20 % is as good as the reference
   local found, limit = tune.choose(rows(0.3, 0.19, 0.2), 0.1, 0)
   t:equal({ found.name, limit }, { 2, 0.2 })
   local failing = rows(0.01, 0.01)
@@ -50,7 +49,7 @@ suite:test("the step that fits is the longest below which all fit", function(t)
   t:equal(tune.choose(failing, 0, 0).name, 2)
 end)
 
-suite:test("--tune prints a line that the script takes", { limit = 60 }, function(t)
+suite:test("--tune prints a line for the script", { limit = 60 }, function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)
   process.completes(t, folder, { "run", "small.lua", "--out", "r", "-q" })
@@ -61,21 +60,20 @@ suite:test("--tune prints a line that the script takes", { limit = 60 }, functio
   local rows = host.json.decode(source.read(folder .. "/t.json")).rows
   t:equal(#rows, #tune.SHARES + 1)
   t:equal({ rows[2].share, rows[2].relative_price, rows[5].setting }, { 1, 1, "chaos floor" })
-  -- twice 0.9 of the bound is beyond it
+  -- twice 0.9 of the bound exceeds it
   t:equal({ rows[1].setting, rows[1].bound_fraction }, { "0.99 of the bound", 0.99 })
-  -- a quarter of the step costs more than the step, and comes nearer
   t:ok(rows[4].relative_price > 1.5, rows[4].relative_price)
   t:ok(rows[4].time_step < 0.3 * rows[2].time_step)
   local line = done.stdout:match "\n  (simulation = %b{})\n"
   if line then
-    local given = assert(loadstring("return {" .. line .. "}"))()
-    t:ok(limax.experiment { fitness = "walk", simulation = given.simulation })
+    local fields = assert(loadstring("return {" .. line .. "}"))()
+    t:ok(limax.experiment { fitness = "walk", simulation = fields.simulation })
   else
     t:ok(done.stdout:find("no step of these keeps", 1, true), done.stdout)
   end
 end)
 
-suite:test("robots scored again: the same setting gives the same bits, another one its own",
+suite:test("rescored robots have the same bits under the same setting, others under another",
   function(t)
     local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
       population = 6, generations = 1, repetitions = 1, supervisor = "fixed",
@@ -89,7 +87,7 @@ suite:test("robots scored again: the same setting gives the same bits, another o
     t:equal({ some.robots, some.fitness[1], some.status[1] }, { 2 })
     t:near(some.time_step[2], 5e-5)
     t:ok(some.fitness[2] ~= robots[2].fitness)
-    -- far above what any body bears
+    -- far above the stability bound of any body
     local thrown = rescore.population(robots, { time_step = 0.02, integrator = "leapfrog" }, { 2 })
     t:equal({ thrown.failed, thrown.status[2], thrown.fitness[2] }, { 1, "diverged" })
     t:raises("rescore: unknown setting \"step\"", function()
@@ -100,7 +98,7 @@ suite:test("robots scored again: the same setting gives the same bits, another o
     end)
   end)
 
-suite:test("a tier is known by all of its parts", function(t)
+suite:test("a tier is recognised by all of its fields", function(t)
   for _, name in ipairs(tiers.NAMES) do
     local config = limax.experiment { fitness = "walk", simulation = { accuracy = name } }.config
     t:equal(tiers.of(config.simulation), name)
@@ -112,7 +110,7 @@ suite:test("a tier is known by all of its parts", function(t)
   t:equal(tiers.price(nil), "not measured here: limax bench accuracy")
   t:equal(tiers.price { elite_regret = 0.012, tau = 0.97, relative_to_paper = 0.05 },
     "elite regret 1.2 %, tau 0.970, 0.05 of the time of the paper's step")
-  -- several populations: the worst regret, the least tau, the mean price
+  -- of several populations the worst regret, the smallest tau and the mean price
   local summary = tiers.summary { ranking = { rows = {
     { tier = "evolve", elite_regret = 0.01, tau = 0.9, relative_to_paper = 0.1,
       seconds_per_second = 1 },
@@ -122,7 +120,7 @@ suite:test("a tier is known by all of its parts", function(t)
   t:near({ summary.elite_regret, summary.tau, summary.relative_to_paper }, { 0.03, 0.9, 0.2 })
 end)
 
--- Keeps a measurement for the CPU, as limax bench accuracy does.
+-- Stores a measurement for the CPU, like limax bench accuracy.
 local KEEP = [[
 local engine, tiers = require "limax.engine", require "limax.settings.tiers"
 local device = engine.device("cpu", { threads = 1 })
@@ -131,7 +129,7 @@ print(tiers.measured(engine.device("cpu", { threads = 3 })).publish.elite_regret
   tiers.measured(engine.device("cpu", { isa = "baseline" })))
 ]]
 
-suite:test("--accuracy gives a tier whole, and says what it was measured to cost", { limit = 30 },
+suite:test("--accuracy sets all fields of a tier, and prints its measured cost", { limit = 30 },
   function(t)
     local folder = t:folder()
     local cached = ("XDG_CACHE_HOME=%s"):format(process.quote(folder .. "/cache"))
@@ -141,40 +139,40 @@ suite:test("--accuracy gives a tier whole, and says what it was measured to cost
     end
     write(folder .. "/small.lua", WALKERS)
     write(folder .. "/keep.lua", KEEP)
-    local said = run("--accuracy", "publish", "--out", "a")
-    t:ok(said:find("accuracy publish: leapfrog, compensated, 0.9 of each body's bound, at most "
-      .. "5e-05 s; not measured here: limax bench accuracy\n", 1, true), said)
+    local stderr = run("--accuracy", "publish", "--out", "a")
+    t:ok(stderr:find("accuracy publish: leapfrog, compensated, 0.9 of each body's bound, at most "
+      .. "5e-05 s; not measured here: limax bench accuracy\n", 1, true), stderr)
     local config = host.json.decode(source.read(folder .. "/a/config.json"))
     t:equal({ config.simulation.accuracy, config.simulation.time_step_most }, { "publish", 5e-5 })
 
     local done = process.completes(t, folder, { "keep.lua" }, { before = cached })
     t:ok(done.stdout:find("/cache/limax/accuracy.json\n0.5\tnil\n", 1, true), done.stdout)
-    said = run("--accuracy", "publish", "--out", "b")
-    t:ok(said:find("elite regret 50 %, 0.25 of the time of the paper's step\n", 1, true), said)
-    -- --set has the last word, and then it is no tier
-    said = run("--accuracy", "publish", "--set", "simulation.precision=double", "--out", "c")
-    t:ok(not said:find("accuracy publish", 1, true), said)
-    -- a damaged file is as good as none
+    stderr = run("--accuracy", "publish", "--out", "b")
+    t:ok(stderr:find("elite regret 50 %, 0.25 of the time of the paper's step\n", 1, true), stderr)
+    -- --set overrides it, and then it is not a tier
+    stderr = run("--accuracy", "publish", "--set", "simulation.precision=double", "--out", "c")
+    t:ok(not stderr:find("accuracy publish", 1, true), stderr)
+    -- a damaged file is ignored
     write(folder .. "/cache/limax/accuracy.json", "{")
-    said = run("--accuracy", "publish", "--out", "d")
-    t:ok(said:find("not measured here", 1, true), said)
-    -- a run that goes on has the tier that it began with
+    stderr = run("--accuracy", "publish", "--out", "d")
+    t:ok(stderr:find("not measured here", 1, true), stderr)
+    -- a resumed run keeps its tier
     process.completes(t, folder, { "run", "--resume", "d", "--set", "generations=2", "--changed",
       "-q" }, { before = cached })
     config = host.json.decode(source.read(folder .. "/d/config.json"))
     t:equal(config.simulation.accuracy, "publish")
   end)
 
-suite:test("looking twice: the shipped experiment saves time and runs small", { limit = 30 },
+suite:test("multi_fidelity.lua simulates fewer robots at publish", { limit = 30 },
   function(t)
     local done = process.completes(t, t:folder(), {
       host.home .. "/scripts/experiments/multi_fidelity.lua", "2", "6", "0.1" })
-    -- all six, then the four that are no elites; of those a share alone
+    -- all six, then the four that are not elites; a share of those
     local all, twice = done.stdout:match "\n1 +%S+, +(%d+) runs in .-, +(%d+) runs in "
     t:ok(tonumber(all) == 10 and tonumber(twice) < 10 and tonumber(twice) >= 3, done.stdout)
   end)
 
-suite:test("what cannot be measured is refused", function(t)
+suite:test("options that do not fit are refused", function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)
   write(folder .. "/none.lua", "return 3")
