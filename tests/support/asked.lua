@@ -1,5 +1,5 @@
---- asked.lua: supervisors that are asked about histories made by hand, each twice: the same history
---- gives the same proposal.
+--- asked.lua: asks supervisors for proposals to artificial histories, each twice: the same history
+--- must give the same proposal.
 
 local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
@@ -10,32 +10,32 @@ local asked = {}
 asked.FIRST = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
   elite_fraction = 0.3 }
 
---- A table of its own with the same fields.
----@param given table
+--- A shallow copy.
+---@param fields table
 ---@return table
-function asked.copy(given)
-  local made = {}
-  for key, value in pairs(given) do made[key] = value end
-  return made
+function asked.copy(fields)
+  local copy = {}
+  for key, value in pairs(fields) do copy[key] = value end
+  return copy
 end
 
---- One generation: best score, and what else differs from a quiet one of ten robots.
+--- A generation of ten robots with this best score; `fields` replace its other fields.
 ---@param generation integer
 ---@param best number
----@param given? table
+---@param fields? table
 ---@return table
-function asked.entry(generation, best, given)
+function asked.entry(generation, best, fields)
   local made = { generation = generation, best = best, mean = best / 2,
     parameters = asked.copy(asked.FIRST), population = {},
     failed = { invalid = 0, diverged = 0, fitness = 0 }, diversity = { all = { hamming = 0.8 } } }
   for i = 1, 10 do
     made.population[i] = { id = 10 * generation + i, origin = "bred", parents = {}, fitness = 0 }
   end
-  for key, value in pairs(given or {}) do made[key] = value end
+  for key, value in pairs(fields or {}) do made[key] = value end
   return made
 end
 
---- A history of these best scores, generation by generation; `last` is what differs in the last.
+--- A history of these best scores; `last` replaces fields of the last generation.
 ---@param scores number[]
 ---@param last? table
 ---@return table[]
@@ -47,14 +47,14 @@ function asked.history_of(scores, last)
   return history
 end
 
---- The random numbers that a supervisor is given.
+--- The random numbers of a supervisor.
 ---@param individual? integer
 ---@return limax.random
 function asked.stream(individual)
   return limax.engine.random(7, 1, "supervision", 3, individual or 0)
 end
 
---- What a supervisor says, asked twice.
+--- The proposal and reason of a supervisor, which must be the same twice.
 ---@param t limax.test_context
 ---@param spec string|table|function
 ---@param history table[]

@@ -1,21 +1,22 @@
---- evolution.lua: what the suites of the evolution loop share: a small experiment, and its run.
+--- evolution.lua: a small experiment and its run, for the suites of the evolution loop.
 
 local limax = require "limax"
 
 local evolution = {}
 
---- A small experiment with fields changed: a generation takes a few hundredths of a second.
+--- A small experiment, whose generations take a few hundredths of a second; `fields` replace its
+--- own.
 function evolution.small(fields)
-  local given = { fitness = "distance", lattice = { 2, 2, 2 }, population = 6, generations = 3,
+  local options = { fitness = "distance", lattice = { 2, 2, 2 }, population = 6, generations = 3,
     repetitions = 1, simulation = { duration = 0.4, settle = 0.1, accuracy = "preview" },
     supervisor = "fixed" }
-  for name, value in pairs(fields or {}) do given[name] = value end
-  return limax.experiment(given)
+  for name, value in pairs(fields or {}) do options[name] = value end
+  return limax.experiment(options)
 end
 
 function evolution.silent() end
 
---- The history of a whole run, and the run.
+--- The history of a finished run, and the run.
 function evolution.finished(fields, options)
   options = options or {}
   options.say = options.say or evolution.silent

@@ -1,22 +1,22 @@
---- faulty_server.lua: the misbehaving server of tests/llm as a child process. It ends with this
---- process, since its standard input is ours.
+--- faulty_server.lua: the faulty server of tests/llm as a child process. It ends with this process,
+--- which holds its standard input.
 
 local host = require "limax.host"
 local process = require "support.process"
 
 local faulty_server = {}
 
-local START = 120 -- s that Python, and openssl if certificates are wanted, may take
+local START = 120 -- s, for Python and perhaps openssl
 
 local methods = {}
 local class = { __index = methods }
 
---- Starts it; skips the test where there is no Python.
+--- Starts the server; skips the test without Python.
 ---@param t limax.test_context
 ---@param options { certificates: boolean|nil }|nil
 ---@return table server with .ports: see faulty_server.py
 function faulty_server.open(t, options)
-  if os.execute "command -v python3 >/dev/null 2>&1" ~= 0 then t:skip "there is no python3" end
+  if os.execute "command -v python3 >/dev/null 2>&1" ~= 0 then t:skip "python3 is not installed" end
   local folder = t:folder()
   local script = host.home .. "/tests/llm/faulty_server.py"
   if host.file.exists(script) ~= "file" then t:skip "tests/llm is not installed" end

@@ -1,5 +1,4 @@
---- painted.lua: a robot that was simulated for a moment, and what colours the pixels of its picture
---- have.
+--- painted.lua: a robot that was simulated briefly, and the colours of the pixels of its picture.
 
 local canvases = require "limax.draw.canvas"
 local limax = require "limax"
@@ -13,7 +12,7 @@ local painted = {}
 --- A body of every material.
 painted.VOXELS = "ees\nccb\n\nsse\nbbc"
 
---- A robot that was simulated for a moment in this scene.
+--- A robot that was simulated briefly in this scene.
 ---@param around table
 ---@param duration? number s
 ---@return limax.scored_robot
@@ -22,7 +21,7 @@ function painted.walked_in(around, duration)
     duration = duration or 0.2 }))
 end
 
---- How many pixels of a film's first pose have each colour, as "#rrggbb".
+--- The number of pixels of each colour, as "#rrggbb", in a film's first pose.
 ---@param film limax.motion.film
 ---@param name string of the view
 ---@param width? integer px
@@ -41,7 +40,7 @@ function painted.colors_of(film, name, width)
   return count, frame
 end
 
---- Pixels of a colour in any light that falls on a flat face.
+--- The number of pixels of a colour under any light on a flat face.
 ---@param count table<string, integer>
 ---@param hex string
 ---@return integer
@@ -54,7 +53,7 @@ function painted.pixels_of(count, hex)
   return sum
 end
 
---- Pixels of a body.
+--- The number of pixels of a body.
 ---@param count table<string, integer>
 ---@param film limax.motion.film
 ---@return integer

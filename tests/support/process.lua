@@ -1,26 +1,25 @@
---- process.lua: runs the limax executable for a test, to its end or until a signal.
+--- process.lua: runs the limax executable in a test, to its end or until a signal.
 
 local host = require "limax.host"
 local shell = require "limax.base.shell"
 
 local process = {}
 
--- a process that is still there after so many seconds is killed: no test may hang
+-- a process is killed after so many seconds, so that no test hangs
 local LIMIT = 300
--- how long a process may take to say that it is ready, s
+-- how long a process may take to start, s
 local START = 120
--- between two looks at a process, s
+-- polling interval, s
 local LOOK = 0.01
 
---- How long after its deadline a wait may end, s: a machine may be slow, loaded, or stop a process
---- for a while. What would be waited for otherwise takes far longer.
+--- How long after its deadline a wait may end on a loaded machine, s.
 process.LATE = 20
 
---- A word as the shell reads it back unchanged.
+--- A word quoted for the shell.
 process.quote = shell.quoted
 
 ---@param path string
----@return string text empty where there is no file
+---@return string text empty without the file
 function process.read(path)
   local file = io.open(path, "rb")
   if not file then return "" end
@@ -41,13 +40,13 @@ end
 
 ---@class limax.test_process
 ---@field pid string
----@field output string path: what it writes, both streams
----@field over string path: is there when it has ended
+---@field output string path of its output, both streams
+---@field over string path of a file that exists when it has ended
 
 local methods = {}
 local class = { __index = methods }
 
---- Starts `limax` with these arguments in `folder`, where its output goes into a file.
+--- Starts `limax` with these arguments in `folder`, with its output in a file there.
 ---@param folder string
 ---@param arguments string[]
 ---@param environment string|nil words like NAME=value before the command
@@ -59,10 +58,10 @@ function process.start(folder, arguments, environment)
   process.write(job, ("cd %s\nenv %s %s </dev/null >%s 2>&1 &\n"
     .. "echo $!\nwait $!\nstatus=$?\necho >%s\necho $status\n"):format(process.quote(folder),
     environment or "", table.concat(words, " "), process.quote(output), process.quote(over)))
-  -- what an earlier process of this folder left would be taken for this one's
+  -- files of an earlier process
   os.remove(over)
   os.remove(output)
-  -- the shell says that a killed process was killed
+  -- the shell prints a message for a killed process
   local pipe = assert(io.popen(("exec timeout -s KILL %d sh %s 2>/dev/null"):format(LIMIT,
     process.quote(job))))
   return setmetatable({ pipe = pipe, pid = pipe:read "*l", output = output, over = over }, class)
@@ -75,21 +74,20 @@ function methods:wait_for(text)
   while not process.read(self.output):find(text, 1, true) do
     if host.clock() - start > START then
       self:signal "KILL"
-      error(("%q did not come; the output is: %s"):format(text, process.read(self.output)), 2)
+      error(("%q was not printed; the output is: %s"):format(text, process.read(self.output)), 2)
     end
     host.wait(LOOK)
   end
 end
 
---- Sends a signal to this process alone.
+--- Sends a signal to only this process.
 ---@param name string
 function methods:signal(name)
   self.sent = host.clock()
   os.execute(("kill -%s %s 2>/dev/null"):format(name, self.pid))
 end
 
---- Sends a signal when `is_time`, which is asked again and again, says so; not to a process that
---- has ended before.
+--- Sends a signal once `is_time`, which is polled, returns true, unless the process has ended.
 ---@param name string
 ---@param is_time fun(): any
 function methods:signal_when(name, is_time)
@@ -128,8 +126,8 @@ end
 ---@class limax.test_process.options
 ---@field signal? string "INT", "KILL", ...: sent to it `after` seconds
 ---@field after? number s
----@field what? string what a failure calls it
----@field before? string shell text in front of the command: "ulimit -f 8;", "LC_ALL=de_DE.UTF-8"
+---@field what? string its name in a failure
+---@field before? string shell text before the command: "ulimit -f 8;", "LC_ALL=de_DE.UTF-8"
 
 --- Runs `limax` to its end, with separate output streams and without the limit above.
 ---@param folder string where it runs
@@ -155,7 +153,7 @@ function process.ends(folder, arguments, options)
   return { status = status, stdout = process.read(out), stderr = process.read(err) }
 end
 
---- The same for one that must succeed: otherwise fails the test with its output.
+--- The same; unless it succeeds, the test fails with its output.
 ---@param t limax.test_context
 ---@param folder string
 ---@param arguments string[]

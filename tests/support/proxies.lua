@@ -1,11 +1,10 @@
---- proxies.lua: the proxies that libcurl finds in this process's environment, for the length of a
---- call.
+--- proxies.lua: sets the proxies in this process's environment, which libcurl reads, during a call.
 
 local ffi = require "ffi"
 
 local proxies = {}
 
--- each suite file reads this anew, and a function may be declared again
+-- each suite file loads this again; a function may be declared repeatedly
 ffi.cdef "int setenv(const char*, const char*, int); int unsetenv(const char*);"
 
 local PROXIES = { "http_proxy", "https_proxy", "HTTPS_PROXY", "all_proxy", "ALL_PROXY", "no_proxy",
@@ -15,7 +14,7 @@ local function set(name, value)
   if value then ffi.C.setenv(name, value, 1) else ffi.C.unsetenv(name) end
 end
 
---- Calls `call` with these proxies and no others, whatever the machine has.
+--- Calls `call` with exactly these proxies.
 ---@param variables table<string, string>
 ---@param call fun(): any
 ---@return any ... what `call` returns

@@ -1,12 +1,12 @@
---- server.lua: a listening socket of this process on 127.0.0.1. Whoever connects is let in by the
---- kernel and waits until `answer` is called: without it, this is a server that never answers.
+--- server.lua: a listening socket of this process on 127.0.0.1. The kernel accepts connections,
+--- which wait until `answer` is called: without it, the server never answers.
 
 local bit = require "bit"
 local ffi = require "ffi"
 
 local server = {}
 
--- each suite file reads this anew, and a struct may be declared once in a process
+-- each suite file loads this again, but a struct may be declared only once in a process
 if not pcall(ffi.typeof, "struct limax_test_address") then ffi.cdef [[
 struct limax_test_address { uint16_t family; uint16_t port; uint32_t address; uint8_t zero[8]; };
 struct limax_test_time { long seconds; long microseconds; };
@@ -27,7 +27,7 @@ local SOL_SOCKET, SO_RCVTIMEO, MSG_NOSIGNAL = 1, 20, 0x4000
 local LOOPBACK = { 127, 0, 0, 1 }
 local PATIENCE = 120 -- s
 
--- a number of 16 bits with its bytes swapped: ports are big-endian on the wire
+-- a 16-bit number with swapped bytes: ports are big-endian
 local function swap(port) return bit.rshift(bit.bswap(port), 16) end
 
 local function patient(descriptor)
@@ -54,12 +54,12 @@ function server.open()
     url = ("http://127.0.0.1:%d/"):format(port) }, class)
 end
 
---- Takes one request and answers it with these bytes, whatever it says.
----@param bytes string a whole HTTP answer
----@return string request what came, to the end of its headers and perhaps more
+--- Accepts one request and answers with these bytes.
+---@param bytes string a complete HTTP response
+---@return string request at least up to the end of its headers
 function methods:answer(bytes)
   local peer = ffi.C.accept(self.descriptor, nil, nil)
-  assert(peer >= 0, "nobody connected")
+  assert(peer >= 0, "no connection")
   patient(peer)
   local buffer, request = ffi.new "char[65536]", ""
   while not request:find("\r\n\r\n", 1, true) do

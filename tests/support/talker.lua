@@ -1,5 +1,5 @@
---- talker.lua: a client without a network, with the methods of limax.supervise.llm.client, whose
---- answers a function gives; and tiny runs under it, with the files that they wrote.
+--- talker.lua: a client without a network, with the methods of limax.supervise.llm.client, which
+--- gets its answers from a function; and tiny runs with it.
 
 local host = require "limax.host"
 local limax = require "limax"
@@ -7,20 +7,19 @@ local source = require "limax.base.source"
 
 local talker = {}
 
---- What `answer(messages, n)` returned as the answer of a client: a text is its content, a table
---- its fields, or a failure if it has a class.
-local function shaped(given)
-  if type(given) == "string" then given = { content = given } end
-  given.attempts, given.seconds = given.attempts or 1, given.seconds or 0
-  return given
+-- An answer of a client: a text is its content, a table its fields, or a failure if it has a class.
+local function completed(answer)
+  if type(answer) == "string" then answer = { content = answer } end
+  answer.attempts, answer.seconds = answer.attempts or 1, answer.seconds or 0
+  return answer
 end
 
 --- Makes the `client` option of an experiment. `answer(messages, n, request)` gets the number of
---- this request in its repetition, across resumes.
+--- the request in its repetition, also after a resume.
 ---@param answer fun(messages: table[], n: integer, request: table): string|table
----@return fun(options: table, given: table): table
+---@return fun(options: table, context: table): table
 function talker.new(answer)
-  return function(_, given)
+  return function(_, context)
     local client, asked = {}, 0
     function client:describe()
       return { endpoint = "http://127.0.0.1:9/v1/chat/completions", model = "talker",
@@ -30,12 +29,13 @@ function talker.new(answer)
     function client:restore(state) asked = state.asked end
     function client:ask(messages, request)
       asked = asked + 1
-      local said = shaped(answer(messages, asked, request))
+      local result = completed(answer(messages, asked, request))
       local body = host.json.encode { model = "talker", messages = messages }
-      given.record { time = host.time(), ms = 0, request = body, request_sha256 = host.sha256(body),
-        http_status = 200, raw_body = said.content or "", ["gen_ai.request.model"] = "talker" }
-      if said.class then return nil, said end
-      return said
+      context.record { time = host.time(), ms = 0, request = body,
+        request_sha256 = host.sha256(body), http_status = 200, raw_body = result.content or "",
+        ["gen_ai.request.model"] = "talker" }
+      if result.class then return nil, result end
+      return result
     end
     return client
   end
@@ -43,22 +43,22 @@ end
 
 --- A tiny experiment with this supervisor.
 ---@param supervisor table|string|function
----@param given? table fields in the place of others
+---@param changes? table fields that replace its own
 ---@return limax.experiment
-function talker.experiment(supervisor, given)
+function talker.experiment(supervisor, changes)
   local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
     repetitions = 1, simulation = { duration = 0.06, settle = 0, accuracy = "preview" },
     fitness = "distance", supervisor = supervisor }
-  for name, value in pairs(given or {}) do fields[name] = value end
+  for name, value in pairs(changes or {}) do fields[name] = value end
   return limax.experiment(fields)
 end
 
 ---@class talker.done
 ---@field folder string
----@field ledger table[] lines, and those of transcript and timing
----@field said string
+---@field ledger table[] lines; likewise transcript and timing
+---@field said string what the run printed
 
---- Reads what a run left.
+--- Reads the files of a run.
 ---@param folder string
 ---@return talker.done
 function talker.read(folder)
@@ -72,20 +72,20 @@ function talker.read(folder)
   return done
 end
 
---- Runs it in a new folder.
+--- Runs a tiny experiment in a new folder.
 ---@param t limax.test_context
 ---@param supervisor table|string|function
----@param given? table fields of the experiment
+---@param changes? table fields of the experiment
 ---@param options? table of `limax.start`
 ---@return talker.done
-function talker.run(t, supervisor, given, options)
-  local folder, said = t:folder() .. "/run", {}
+function talker.run(t, supervisor, changes, options)
+  local folder, printed = t:folder() .. "/run", {}
   local start = { out = folder, device = "cpu",
-    say = function(text) said[#said + 1] = text end }
+    say = function(text) printed[#printed + 1] = text end }
   for name, value in pairs(options or {}) do start[name] = value end
-  limax.start(talker.experiment(supervisor, given), start):finish()
+  limax.start(talker.experiment(supervisor, changes), start):finish()
   local done = talker.read(folder)
-  done.said = table.concat(said, "\n")
+  done.said = table.concat(printed, "\n")
   return done
 end
 

@@ -1,11 +1,11 @@
-"""Types keys at a program in a pseudo-terminal and says what its screen shows.
+"""Types keys at a program in a pseudo-terminal and reports its screen.
 
 Standard input: JSON { command, environment, columns, seconds, steps }, a step { keys, ends, breaks,
 wait, file, text, signal }: after `wait` seconds a file is written, a signal sent and keys are typed;
 then the line with the cursor must become `ends`, after a line break if `breaks`.
 Standard output: JSON { status, echo, steps }: the exit status, whether the terminal echoes then, and
-of each step the lines that it put on the screen; a step that did not come to its end within
-`seconds` is the last and has `late`.
+for each step the lines that it put on the screen; a step without its end within `seconds` is the
+last and has `late`.
 """
 import codecs
 import fcntl
@@ -24,7 +24,7 @@ ESCAPE = re.compile(r"\x1b\[([0-9;?]*)([A-Za-z])")
 
 
 class Screen:
-    """As much of a terminal as a line editor on TERM=dumb or vt100 needs; lines are never lost."""
+    """The parts of a terminal that a line editor on TERM=dumb or vt100 needs; keeps all lines."""
 
     def __init__(self):
         self.lines, self.row, self.column, self.breaks = [""], 0, 0, 0

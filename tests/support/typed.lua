@@ -1,25 +1,25 @@
---- typed.lua: `limax repl` at a pseudo-terminal: what keys put on its screen, and transcripts:
---- files of lines `text => value` or `text => ERROR message`, where `=> more` goes on with the
---- value and `.. text` with the text; `...` in a value stands for anything.
+--- typed.lua: `limax repl` at a pseudo-terminal: keys and the resulting screen, and transcripts:
+--- files of lines `text => value` or `text => ERROR message`. `=> more` continues the value and
+--- `.. text` the text; `...` in a value matches anything.
 
 local host = require "limax.host"
 local process = require "support.process"
 
 local typed = {}
 
--- s that a step may take on a busy machine
+-- limit of a step on a busy machine, s
 local PATIENCE = 60
 
 ---@class typed.step
 ---@field keys string
----@field ends string|nil what the cursor's line must become; nil: the program's end
+---@field ends string|nil the expected line at the cursor; nil: the end of the program
 ---@field breaks boolean|nil after a line break
 ---@field wait number|nil s before the keys
----@field file string|nil is written with `text` before them
+---@field file string|nil is written with `text` before the keys
 ---@field text string|nil
----@field signal integer|nil is sent to the program before them
+---@field signal integer|nil is sent to the program before the keys
 
---- Types steps at a prompt; a step that does not come to its end fails the test.
+--- Types steps at a prompt; a step without its expected end fails the test.
 ---@param t limax.test_context
 ---@param steps typed.step[]
 ---@param options? { words?: string[], folder?: string }
@@ -52,7 +52,7 @@ function typed.run(t, steps, options)
   return result
 end
 
--- The entries of a transcript: what is typed, line by line, and what comes.
+-- The entries of a transcript: typed lines and expected lines.
 local function entries_of(path)
   local entries = {}
   for line in io.lines(path) do
@@ -72,7 +72,7 @@ local function entries_of(path)
   return entries
 end
 
---- Types a transcript and holds what comes against it.
+--- Types a transcript and compares the screen with it.
 ---@param t limax.test_context
 ---@param path string
 ---@param options? { folder?: string }
@@ -90,18 +90,18 @@ function typed.transcript(t, path, options)
   local result = typed.run(t, steps, options)
   for i, entry in ipairs(entries) do
     local lines = result.steps[of_entry[i]].lines
-    local came = {}
-    -- between the line that was typed and the next prompt
-    for k = 2, #lines - 1 do came[#came + 1] = lines[k] end
+    local shown = {}
+    -- between the typed line and the next prompt
+    for k = 2, #lines - 1 do shown[#shown + 1] = lines[k] end
     local expected = entry.value
     local message = expected[1] and expected[1]:match "^ERROR (.*)$"
     if message then
-      expected, came = { message }, { came[1] }
+      expected, shown = { message }, { shown[1] }
     end
-    local said, wanted = table.concat(came, "\n"), table.concat(expected, "\n")
+    local got, wanted = table.concat(shown, "\n"), table.concat(expected, "\n")
     local pattern = wanted:gsub("%p", "%%%0"):gsub("%%%.%%%.%%%.", ".*")
-    if not said:find("^" .. pattern .. "$") then
-      t:equal(("%s => %s"):format(entry.typed[1], said),
+    if not got:find("^" .. pattern .. "$") then
+      t:equal(("%s => %s"):format(entry.typed[1], got),
         ("%s => %s"):format(entry.typed[1], wanted))
     end
   end
