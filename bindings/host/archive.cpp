@@ -1,7 +1,5 @@
-// archive.cpp: ZIP archives in memory through libzip: nothing is read from or written to a disk,
-// and no entry names a place on one. The same entries give the same bytes at any time and place.
-#include "archive.h"
-
+// archive.cpp: ZIP archives in memory through libzip, without files. Equal entries give equal bytes
+// at any time.
 #include <zip.h>
 
 #include <cstring>
@@ -12,12 +10,13 @@
 #include <vector>
 
 #include "guard.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
 
-// Most entries of an archive that is read, and most bytes of all of them unpacked: arrays of robots
-// are far smaller, a bomb is far larger.
+// Most entries of an archive that is read, and most bytes of all of them unpacked. Arrays of robots
+// are far smaller.
 constexpr zip_int64_t most_entries = 1000;
 constexpr zip_uint64_t most_bytes = 256ull << 20;
 
@@ -41,7 +40,7 @@ std::string text_of(zip_error_t& error) {
 
 [[noreturn]] void fail(zip_t* archive) { throw std::runtime_error(zip_strerror(archive)); }
 
-// An archive over a source, which stays the caller's.
+// Opens an archive over a source that the caller keeps.
 archive_handle open_archive(zip_source_t* source, int flags) {
     zip_error_t error;
     zip_error_init(&error);
@@ -78,7 +77,7 @@ std::string contents(zip_source_t* source) {
     return bytes;
 }
 
-// A string field of the table on top of the stack, which keeps the bytes alive.
+// A string in the table on top of the stack, which keeps the bytes alive.
 std::pair<const char*, std::size_t> string_at(lua_State* L, int i) {
     lua_rawgeti(L, -1, i);
     if (lua_type(L, -1) != LUA_TSTRING)
@@ -104,7 +103,7 @@ int pack(lua_State* L) {
             const auto [name, name_size] = string_at(L, 1);
             const auto [data, size] = string_at(L, 2);
             if (std::strlen(name) != name_size)
-                throw std::runtime_error("zip: an entry's name must not hold a zero byte");
+                throw std::runtime_error("zip: an entry's name must not contain a zero byte");
             lua_pop(L, 1);
             zip_source_t* const source = zip_source_buffer(archive.get(), data, size, 0);
             if (source == nullptr) fail(archive.get());
@@ -127,7 +126,7 @@ int pack(lua_State* L) {
     return 1;
 }
 
-// Why an entry's name is refused; empty where it is fine.
+// Why an entry's name is refused; empty if it is not.
 std::string refusal(const std::string& name) {
     const bool climbs = name == ".." || name.rfind("../", 0) == 0 ||
                         name.find("/../") != std::string::npos ||
@@ -138,14 +137,14 @@ std::string refusal(const std::string& name) {
     return {};
 }
 
-// Name and size of an entry, once they are found fine. `left` is what may still be unpacked.
+// Name and size of an entry, checked. `left`: bytes that may still be unpacked.
 zip_stat_t checked_entry(zip_t* archive, zip_uint64_t index, zip_uint64_t& left) {
     zip_stat_t facts;
     if (zip_stat_index(archive, index, 0, &facts) != 0) fail(archive);
     if ((facts.valid & ZIP_STAT_NAME) == 0 || (facts.valid & ZIP_STAT_SIZE) == 0)
         throw std::runtime_error("an entry without a name or a size");
-    const std::string wrong = refusal(facts.name);
-    if (!wrong.empty()) throw std::runtime_error(wrong);
+    const std::string problem = refusal(facts.name);
+    if (!problem.empty()) throw std::runtime_error(problem);
     if (facts.size > left)
         throw std::runtime_error("more than " + std::to_string(most_bytes) +
                                  " bytes when unpacked");
@@ -163,10 +162,10 @@ std::string read_entry(zip_t* archive, zip_uint64_t index, zip_uint64_t size) {
         if (got <= 0) break;
         have += static_cast<zip_uint64_t>(got);
     }
-    // the read that finds the end also compares the checksum
+    // reading past the end compares the checksum
     char beyond = 0;
     if (have != size || zip_fread(file.get(), &beyond, 1) != 0)
-        throw std::runtime_error("an entry is damaged, or not as large as it says");
+        throw std::runtime_error("an entry is damaged, or its size is wrong");
     return bytes;
 }
 
@@ -178,7 +177,7 @@ void read_entries(lua_State* L, const char* data, std::size_t size) {
     if (count > most_entries)
         throw std::runtime_error(std::to_string(count) + " entries; at most " +
                                  std::to_string(most_entries) + " are read");
-    // all are looked at before the first is unpacked
+    // check all before unpacking the first
     std::vector<zip_stat_t> entries;
     zip_uint64_t left = most_bytes;
     for (zip_int64_t i = 0; i < count; ++i)

@@ -1,3 +1,4 @@
+// durable.cpp: atomic writes and appends that are on disk when they return.
 #include "durable.h"
 
 #include <sys/stat.h>
@@ -27,7 +28,7 @@ std::string folder_of(const std::string& path) {
 void sync_path(const std::string& path, int flags) {
     const descriptor at(open_path(path, O_RDONLY | flags));
     if (!at.fine()) fail("open", path);
-    // EINVAL: a file system that has nothing to do here
+    // EINVAL: the file system has nothing to sync
     if (persist([&] { return fsync(at.get()); }) != 0 && errno != EINVAL) fail("sync", path);
 }
 
@@ -42,8 +43,7 @@ void write_all(const descriptor& file, std::string_view text, const std::string&
     }
 }
 
-// A file beside `path` that nobody else has: a rename within a folder is atomic, one between file
-// systems is not possible.
+// A unique file beside `path`: a rename within a folder is atomic.
 std::string temporary_beside(const std::string& path) {
     static std::atomic<unsigned long> serial = 0;
     const std::string name = path.substr(path.find_last_of('/') + 1);
@@ -51,7 +51,7 @@ std::string temporary_beside(const std::string& path) {
            std::to_string(++serial) + ".part";
 }
 
-// Where a text for `path` must really go: a link keeps pointing at what is replaced.
+// The file to replace: for a link its target, so that the link stays.
 std::string target_of(const std::string& path) {
     struct stat found {};
     if (lstat(path.c_str(), &found) != 0 || !S_ISLNK(found.st_mode)) return path;
@@ -60,8 +60,8 @@ std::string target_of(const std::string& path) {
     return problem ? path : real.string();
 }
 
-// Whether `path` is a terminal, a pipe, a device, or a name of an open file ("/dev/stdout"): such a
-// thing is written to, never replaced.
+// Whether `path` is a terminal, a pipe, a device, or a name of an open file ("/dev/stdout"), which
+// is written to and not replaced.
 bool is_stream(const std::string& path) {
     struct stat found {};
     if (stat(path.c_str(), &found) != 0 || S_ISDIR(found.st_mode)) return false;
@@ -70,11 +70,11 @@ bool is_stream(const std::string& path) {
 }
 
 void write_stream(const std::string& path, std::span<const std::string_view> pieces) {
-    // opened again, a file that a shell redirects to would be written at a place of its own
+    // a redirected file that is opened again would be written at another offset
     const bool standard = path == "/dev/stdout";
     const descriptor stream(standard ? dup(STDOUT_FILENO) : open_path(path, O_WRONLY | O_APPEND));
     if (!stream.fine()) fail("open", path);
-    // what was printed before comes first
+    // output printed before comes first
     std::fflush(nullptr);
     for (const std::string_view piece : pieces) write_all(stream, piece, path);
 }
@@ -109,11 +109,11 @@ void append(const std::string& path, std::string_view text, mode_t mode) {
     if (written != static_cast<ssize_t>(text.size())) {
         const int reason = written < 0 ? errno : ENOSPC;
         if (written > 0 && before >= 0 && ftruncate(fresh.get(), before) != 0)
-            fail("take a part of a line back from", path);
+            fail("remove a part of a line from", path);
         errno = reason;
         fail("append to", path);
     }
-    // EINVAL: a pipe or a device, which keeps nothing
+    // EINVAL: a pipe or a device
     if (persist([&] { return fdatasync(fresh.get()); }) != 0 && errno != EINVAL) fail("sync", path);
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }

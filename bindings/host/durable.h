@@ -1,5 +1,6 @@
-// durable.h: files that survive a kill at any moment: whole or absent (write_atomic), or grown by
-// whole lines (append), on disk when the call returns. Includes the standard library only.
+// durable.h: files that survive a kill at any moment: complete or absent (write_atomic), or
+// extended by whole lines (append), on disk when the call returns. Includes the standard library
+// only.
 #pragma once
 
 #include <fcntl.h>
@@ -14,14 +15,14 @@
 namespace limax::host {
 
 constexpr mode_t file_mode = 0666;     // less the umask
-constexpr mode_t private_mode = 0600;  // for its owner alone
+constexpr mode_t private_mode = 0600;  // only for its owner
 
-// A failure of the system, turned into nil and a message where the Lua function ends.
+// A failure of the system; Lua functions return it as nil and a message.
 struct system_problem {
     std::string message;
 };
 
-// "cannot WHAT PATH: " and the reason that errno has.
+// Throws "cannot WHAT PATH: REASON", the reason from errno.
 [[noreturn]] void fail(const char* what, const std::string& path);
 
 class descriptor {
@@ -45,7 +46,7 @@ private:
     int number_;
 };
 
-// Repeats a system call that a signal cut short.
+// Repeats a system call that a signal interrupted.
 template <typename call>
 auto persist(call&& try_once) {
     decltype(try_once()) result{};
@@ -56,18 +57,18 @@ auto persist(call&& try_once) {
 
 int open_path(const std::string& path, int flags, mode_t mode = file_mode);
 
-// ".", "/" or what stands before the last slash.
+// ".", "/" or the part before the last slash.
 std::string folder_of(const std::string& path);
 
-// Makes what was created, renamed or removed in a folder survive a power cut.
+// Makes changes of a file or folder survive a power cut.
 void sync_path(const std::string& path, int flags);
 
-// The pieces, one after the other, whole or not at all. What is no file (a terminal, a pipe) is
-// written to instead. Throws system_problem. Any thread.
+// Writes the pieces one after the other, completely or not at all. A terminal or a pipe is written
+// to directly. Throws system_problem. Any thread.
 void write_atomic(const std::string& path, std::span<const std::string_view> pieces);
 
-// One write of whole lines at the end; `mode` is that of a file which it makes. What a full disk
-// let through of it is taken back. Throws system_problem. Any thread.
+// Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk
+// accepted is removed again. Throws system_problem. Any thread.
 void append(const std::string& path, std::string_view text, mode_t mode = file_mode);
 
 }  // namespace limax::host

@@ -1,7 +1,5 @@
-// files.cpp: files and folders for scripts. Every function answers true (or its value), or nil and
-// a message that names the path and the system's reason.
-#include "files.h"
-
+// files.cpp: files and folders for scripts. Every function returns true (or its value), or nil and
+// a message with the path and the system's reason.
 #include <sys/file.h>
 #include <sys/stat.h>
 
@@ -14,7 +12,7 @@
 
 #include "durable.h"
 #include "guard.h"
-#include "writer.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
@@ -23,20 +21,19 @@ constexpr mode_t folder_mode = 0777;      // less the umask
 constexpr off_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
 
-// The text of a small file that nobody but its owner, who is this process's user, may read or
-// write: a key.
+// The text of a small file that only its owner, this process's user, may read or write: a key.
 std::string read_private(const std::string& path) {
     const descriptor file(open_path(path, O_RDONLY | O_NONBLOCK));
     if (!file.fine()) fail("open", path);
-    // of the file that was opened, not of what the path may mean by now
+    // of the opened file; the path may name another one by now
     struct stat found {};
     if (fstat(file.get(), &found) != 0) fail("look at", path);
     if (!S_ISREG(found.st_mode)) throw system_problem{path + " is no file"};
     if (found.st_uid != geteuid()) throw system_problem{path + " belongs to another user"};
     if ((found.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-        throw system_problem{path + " is open to other users; say: chmod 600 " + path};
+        throw system_problem{path + " is accessible to other users; run: chmod 600 " + path};
     if (found.st_size > largest_private)
-        throw system_problem{path + " is longer than 64 KiB, which is no key"};
+        throw system_problem{path + " is longer than 64 KiB: not a key"};
     std::string text(static_cast<std::size_t>(found.st_size), '\0');
     std::size_t have = 0;
     while (have < text.size()) {
@@ -50,7 +47,7 @@ std::string read_private(const std::string& path) {
     return text;
 }
 
-// Makes the folder and those above it. A folder that is there is fine.
+// Makes the folder and those above it, where they are missing.
 void make_folder(const std::string& path) {
     struct stat found {};
     if (stat(path.c_str(), &found) == 0) {
@@ -95,12 +92,12 @@ int lua_write_atomic(lua_State* L) {
     return answer(L, [&] { write_atomic(path, {&text, 1}); });
 }
 
-// append(path, text[, private]): a file that it makes is then its owner's alone
+// append(path, text[, private]): if private, only its owner may access a file that it creates
 int lua_append(lua_State* L) {
     const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);
     luaL_argcheck(L, !text.empty() && text.back() == '\n', 2,
-                  "whole lines are appended: the text must end in a line break");
+                  "only whole lines are appended: the text must end in a line break");
     const mode_t mode = lua_toboolean(L, 3) != 0 ? private_mode : file_mode;
     return answer(L, [&] { append(path, text, mode); });
 }
@@ -110,7 +107,7 @@ int lua_mkdir(lua_State* L) {
     return answer(L, [&] { make_folder(path); });
 }
 
-// exists(path) -> "file" | "folder" | nil; whatever is not a folder counts as a file
+// exists(path) -> "file" | "folder" | nil; anything but a folder counts as a file
 int lua_exists(lua_State* L) {
     struct stat found {};
     if (stat(path_argument(L, 1), &found) != 0)
@@ -155,7 +152,7 @@ int lua_read_private(lua_State* L) {
     return 1;
 }
 
-// remove(path): a file, or a folder that is empty
+// remove(path): a file or an empty folder
 int lua_remove(lua_State* L) {
     const std::string path = path_argument(L, 1);
     return answer(L, [&] {
@@ -172,7 +169,7 @@ int lua_rename(lua_State* L) {
     });
 }
 
-// absolute(path): from the root, without "." and "..", links left as they are
+// absolute(path): from the root, without "." and ".."; links are kept
 int lua_absolute(lua_State* L) {
     const std::filesystem::path path =
         std::filesystem::absolute(path_argument(L, 1)).lexically_normal();
@@ -182,7 +179,7 @@ int lua_absolute(lua_State* L) {
     return 1;
 }
 
-// The lock is the open descriptor: it ends with the handle, and with the process however that ends.
+// The lock is the open descriptor: it ends with the handle and with the process.
 int lock_free(lua_State* L) {
     auto* const held = static_cast<int*>(luaL_checkudata(L, 1, lock_type));
     if (*held >= 0) close(*held);
@@ -190,8 +187,8 @@ int lock_free(lua_State* L) {
     return 0;
 }
 
-// lock(path) -> handle | nil, message: a folder or a file (made if it is missing), for this process
-// alone
+// lock(path) -> handle | nil, message: locks a folder or a file (created if missing) for this
+// process
 int lua_lock(lua_State* L) {
     const std::string path = path_argument(L, 1);
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));

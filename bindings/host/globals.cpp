@@ -1,6 +1,5 @@
-// globals.cpp: what scripts find in the global table. A misspelt name raises where it stands; the
-// process-wide random generator and the locale are out of reach, because results must not depend on
-// them.
+// globals.cpp: the global table of scripts. A misspelt name raises an error; the process-wide
+// random generator and the locale are not available, because results must not depend on them.
 #include "globals.h"
 
 #include "guard.h"
@@ -8,15 +7,16 @@
 namespace limax::host {
 namespace {
 
-// The name of a global as a message shows it; a key need not be a string.
+// The name of a global for messages; a key need not be a string.
 const char* name_of(lua_State* L, int index) {
     return lua_type(L, index) == LUA_TSTRING ? lua_tostring(L, index) : luaL_typename(L, index);
 }
 
 int read_undefined(lua_State* L) {
     const char* const name = name_of(L, 2);
-    return luaL_error(
-        L, "undefined name '%s': write local %s, or require the module that brings it", name, name);
+    return luaL_error(L,
+                      "undefined name '%s': write local %s, or require the module that defines it",
+                      name, name);
 }
 
 int write_undefined(lua_State* L) {
@@ -26,9 +26,8 @@ int write_undefined(lua_State* L) {
 
 int refuse_random(lua_State* L) {
     return luaL_error(L,
-                      "math.random would make runs irrepeatable: use the `random` given to "
-                      "selection and supervisor "
-                      "functions");
+                      "math.random would make runs irreproducible: use the `random` argument of "
+                      "selection and supervisor functions");
 }
 
 int refuse_locale(lua_State* L) {

@@ -1,14 +1,13 @@
-// globals.h: what scripts find in the global table, and what they may not do with it. Includes Lua
-// only.
+// globals.h: the global table of scripts. Includes Lua only.
 #pragma once
 
 #include <lua.hpp>
 
 namespace limax::host {
 
-// Replaces the standard functions that would make runs irrepeatable or skip clean-up, then locks
-// the global table: reading or writing an undefined global raises. Call after the libraries are
-// open and the host table is loaded.
+// Replaces the standard functions that would make runs irreproducible or skip clean-up, and makes
+// reading or writing an undefined global an error. Call after the libraries and the host table are
+// loaded.
 void lock_globals(lua_State* L);
 
 }  // namespace limax::host

@@ -1,5 +1,5 @@
-// host.cpp: the executable `limax`: one LuaJIT state with the module limax.host, which hands the
-// command line to scripts/lib/main.lua and ends with the status that comes back.
+// host.cpp: the executable `limax`: a LuaJIT state with the module limax.host, which passes the
+// command line to scripts/lib/main.lua and exits with the status that it returns.
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,24 +11,18 @@
 #include <string>
 #include <system_error>
 
-#include "archive.h"
-#include "files.h"
 #include "globals.h"
 #include "guard.h"
-#include "http.h"
 #include "images.h"
 #include "json.h"
 #include "limax_cdef.inc"
-#include "line_editor.h"
-#include "machine.h"
+#include "modules.h"
 #include "packages.h"
+#include "parser_process.h"
 #include "protect.h"
-#include "sandbox.h"
 #include "sha256.h"
 #include "signals.h"
-#include "time_limit.h"
 #include "url.h"
-#include "xml.h"
 
 namespace limax::host {
 namespace {
@@ -43,7 +37,7 @@ struct command_line {
     std::string home;
 };
 
-// Ends the process. Lost output is no success.
+// Ends the process; with a failure if output was lost.
 [[noreturn]] void leave(lua_State* L, int status) {
     release_signals();
     errno = 0;
@@ -54,13 +48,13 @@ struct command_line {
         if (status == 0) status = status_failed;
     }
     settle_status(status);
-    // freeing all objects may wait, for a child process for example: not after Ctrl-C
+    // freeing objects may wait, for a child process for example: not after Ctrl-C
     if (was_interrupted()) {
         std::fflush(nullptr);
         _exit(status);
     }
     lua_close(L);
-    // NOLINTNEXTLINE(concurrency-mt-unsafe): the threads that are left wait, and touch nothing
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): the other threads only wait
     std::exit(status);
 }
 
@@ -78,7 +72,7 @@ int lua_sha256(lua_State* L) {
     return 1;
 }
 
-// Makes the table that `require "limax.host"` answers.
+// Makes the table of `require "limax.host"`.
 void open_host(lua_State* L, const command_line& line) {
     lua_getfield(L, LUA_REGISTRYINDEX, "_LOADED");
     lua_newtable(L);
@@ -127,7 +121,7 @@ int start(lua_State* L) {
 }
 
 [[noreturn]] void run(int count, char** words) {
-    // whoever started us may have turned it off: without it, a closed pipe would not end us
+    // the parent may ignore it, and then a closed pipe would not end this process
     std::signal(SIGPIPE, SIG_DFL);
     command_line line{count, words, find_executable(), {}};
     line.home = find_home(line.executable);

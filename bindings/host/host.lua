@@ -1,47 +1,47 @@
 ---@meta limax.host
---- host.lua: what the module `limax.host` holds, for editors. Its bodies are the C++ files beside
---- it; this file is never run.
+--- host.lua: the module `limax.host`, for editors. The C++ files beside it implement it; this file
+--- is never run.
 
 ---@class limax.host.json
----@field null userdata stands for null
+---@field null userdata the value of null
 ---@field encode fun(value: any, options?: { indent?: integer }): string keys sorted; raises on NaN
 ---@field decode fun(text: string, origin?: string): any, string|nil nil and a message
----@field array fun(list: table): table marks it, so that it is written as [] when it is empty
+---@field array fun(list: table): table marks a table, so that it is written as [] if it is empty
 ---@field is_array fun(value: any): boolean
 
 ---@class limax.host.lock
 ---@field free fun(self: limax.host.lock)
 
--- Files that a thread of its own writes, one after the other, until one fails. Jobs count from 1.
+-- Writes files asynchronously and in order, until one fails. Jobs count from 1.
 ---@class limax.host.writer
 ---@field write fun(self: limax.host.writer, path: string, text: string, array?: ffi.cdata*,
---- bytes?: integer): integer a job: whole or not at all, the array after the text
+--- bytes?: integer): integer number of the job; complete or not at all, the array after the text
 ---@field append fun(self: limax.host.writer, path: string, text: string): integer whole lines
----@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil until it and all
---- before it, or all, are on disk
----@field done fun(self: limax.host.writer): integer the last job that is on disk
+---@field wait fun(self: limax.host.writer, job?: integer): true|nil, string|nil waits until jobs up
+--- to this one, or all, are on disk
+---@field done fun(self: limax.host.writer): integer number of jobs on disk
 
--- Each answers true (or its value), or nil and a message that names the path.
+-- Each returns true (or its value), or nil and a message with the path.
 ---@class limax.host.file
----@field write_atomic fun(path: string, text: string): true|nil, string|nil whole or not at all
+---@field write_atomic fun(path: string, text: string): true|nil, string|nil complete or not at all
 ---@field append fun(path: string, text: string, private?: boolean): true|nil, string|nil whole
---- lines, on disk then; a file that it makes is, if private, its owner's alone
----@field mkdir fun(path: string): true|nil, string|nil with the folders above it
+--- lines, on disk when it returns; if private, only the owner can access a file that it creates
+---@field mkdir fun(path: string): true|nil, string|nil and the folders above it
 ---@field exists fun(path: string): "file"|"folder"|nil
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
----@field read_private fun(path: string): string|nil, string|nil only its owner, us, may touch it
+---@field read_private fun(path: string): string|nil, string|nil if only this user can access it
 ---@field truncate fun(path: string, size: integer): true|nil, string|nil
 ---@field remove fun(path: string): true|nil, string|nil a file or an empty folder
 ---@field rename fun(from: string, to: string): true|nil, string|nil
 ---@field absolute fun(path: string): string
----@field lock fun(path: string): limax.host.lock|nil, string|nil a file or folder, for one process
+---@field lock fun(path: string): limax.host.lock|nil, string|nil locks a file or folder
 ---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal
----@field acknowledge fun() ends an interrupt by hand; a second Ctrl-C ends the process at once
----@field rearm fun() the next Ctrl-C counts as a first one: for prompts
----@field on_hard_stop fun(line: string|nil) what standard error gets if the process must end
---- without Lua: after 2 s without an answer, or by a second Ctrl-C; nil: nothing any more
+---@field acknowledge fun() ends an interrupt; a second Ctrl-C ends the process at once
+---@field rearm fun() the next Ctrl-C counts as the first one: for prompts
+---@field on_hard_stop fun(line: string|nil) a line for standard error if the process ends without
+--- Lua: 2 s after Ctrl-C without a reaction, or by a second Ctrl-C; nil: none
 
 ---@class limax.host.request
 ---@field url string https, or http to this machine
@@ -49,21 +49,21 @@
 ---@field headers? table<string, string>
 ---@field body? string
 ---@field timeout? number s for the whole exchange, 60
----@field connect_timeout? number s until the connection stands, 30
+---@field connect_timeout? number s until the connection is established, 30
 ---@field largest? integer bytes of an answer's body, unpacked; 16777216 (16 MiB)
 ---@field ca_file? string PEM certificates to trust instead of the system's
----@field allow_insecure? boolean plain http to other machines too
+---@field allow_insecure? boolean plain http to other machines as well
 
 ---@class limax.host.answer
 ---@field status integer
 ---@field headers table<string, string> names in lower case
 ---@field body string
 
--- What had come when a request failed; status is 0 where no answer had begun.
+-- What came before a request failed; status is 0 if no answer began.
 ---@class limax.host.http_problem: limax.host.answer
 ---@field kind "url"|"resolve"|"connect"|"connect_timeout"|"tls"|"certificate"|"timeout"|"reset"|
 ---"partial"|"size"|"headers"|"encoding"|"protocol"
----@field curl string libcurl's own words
+---@field curl string libcurl's message
 
 ---@class limax.host.url
 ---@field scheme string
@@ -72,28 +72,26 @@
 ---@field path string
 ---@field query? string
 ---@field fragment? string
----@field loopback boolean does it mean this machine?
----@field credentials boolean a user or a password stands in it
+---@field loopback boolean is the host this machine?
+---@field credentials boolean does it contain a user or a password?
 
--- Its children are its list.
+-- The list part has its children.
 ---@class limax.host.element
 ---@field name string
 ---@field text string its own, CDATA included
 ---@field attributes table<string, string>
 
--- Entries are { name, bytes }. At most 1000 entries and 256 MiB are unpacked, in memory; a name
--- that leaves the archive is refused.
+-- Entries are { name, bytes }. At most 1000 entries and 256 MiB are unpacked, in memory; names of
+-- places outside of the archive are refused.
 ---@class limax.host.zip
----@field pack fun(entries: string[][]): string the same bytes at any time
+---@field pack fun(entries: string[][]): string equal entries give equal bytes
 ---@field unpack fun(archive: string): string[][]|nil, string|nil
 
 ---@class limax.host.sandboxed
 ---@field source string Lua text that returns a function(text, limits)
 ---@field name string of the source, "=parse.lua"
 ---@field text string
----@field limits string JSON
----@field seconds? number 5 at most, the default
----@field bytes? number 64 MiB at most, the default
+---@field limits table
 
 -- Pixels are texts of four bytes each (red, green, blue, opacity), rows from the top.
 ---@class limax.host.image
@@ -111,10 +109,10 @@
 
 ---@class limax.host.line_editor
 ---@field read fun(prompt: string, complete: fun(before: string): (string|nil, string|nil),
----idle: fun(): boolean): string|nil a line, nil at the end; `complete` is given what stands before
---- the cursor and returns what to insert, and what to show; `idle` is called every half second
---- without a key, and returns whether it wrote anything
----@field remember fun(text: string) adds to the history of this process
+---idle: fun(): boolean): string|nil a line, nil at the end; `complete` gets the text before the
+--- cursor and returns a text to insert and one to show; `idle` is called every half second without
+--- a key and returns whether it wrote anything
+---@field remember fun(text: string) adds to the history
 
 ---@class limax.host.environment
 ---@field compiler string
@@ -125,10 +123,10 @@
 ---@field system string
 ---@field luajit string
 ---@field cuda string|nil version of the driver
----@field cuda_compiler string|nil the nvcc that was there when limax was configured
+---@field cuda_compiler string|nil the nvcc found by CMake
 
 ---@class limax.host
----@field home string the data folder, which holds scripts/, prompts/ and materials/
+---@field home string the data folder, with scripts/, prompts/ and materials/
 ---@field executable string
 ---@field version string
 ---@field cdef string the declarations of limax.h
@@ -138,13 +136,13 @@
 ---@field interrupt table the error value that Ctrl-C raises
 ---@field interrupted fun(): boolean
 ---@field raise_if_interrupted fun()
----@field protect fun(call: function, ...): boolean, any, any pcall that also ends an interrupt
----@field within fun(seconds: number, handler: function, call: function, ...): boolean, any xpcall
---- of a function without the compiler, stopped after so many seconds
----@field sandbox fun(request: limax.host.sandboxed): boolean, any, string|nil, string|nil runs a
---- parser in a Lua state of its own: true, what it returned (the second and third are texts), or
---- false and why
----@field exit fun(status?: integer) with output flushed and objects freed
+---@field protect fun(call: function, ...): boolean, any, any a pcall that also catches Ctrl-C
+---@field within fun(seconds: number, handler: function, call: function, ...): boolean, any an
+--- xpcall without the compiler that is stopped after so many seconds
+---@field sandbox fun(request: limax.host.sandboxed, seconds?: number): boolean, any, string|nil,
+--- string|nil runs a parser in a child process: true and what it returned (the second and third are
+--- texts), or false and why. 5 s are the most and the default
+---@field exit fun(status?: integer) flushes output and frees objects
 ---@field image limax.host.image
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
@@ -153,12 +151,12 @@
 ---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it
 ---@field zip limax.host.zip
 ---@field xml fun(text: string, origin?: string): limax.host.element|nil, string|nil the root; a
---- document type is refused, entities other than XML's own are not expanded
----@field clock fun(): number s, never steps back
+--- document type is refused, only XML's own entities are expanded
+---@field clock fun(): number s, monotonic
 ---@field wait fun(seconds: number) Ctrl-C ends it at once
 ---@field time fun(): string "2026-11-21T10:15:03Z"
 ---@field terminal fun(): limax.host.terminal
----@field line_editor limax.host.line_editor|nil nil where limax was built without libedit
+---@field line_editor limax.host.line_editor|nil nil if limax was built without libedit
 ---@field environment fun(): limax.host.environment
 ---@field opens fun(library: string): true|nil, string|nil can this shared library be loaded?
 local host = {}

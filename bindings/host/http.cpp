@@ -1,9 +1,7 @@
-// http.cpp: one HTTP request at a time through libcurl's multi interface, in short waits so that
-// Ctrl-C ends it. https to anywhere, certificates always verified; plain http to this machine, and
-// elsewhere only where the request allows it; no redirects; answers are capped. No header is ever
-// repeated in a message: it may hold a key.
-#include "http.h"
-
+// http.cpp: one HTTP request at a time through libcurl's multi interface, with short waits so that
+// Ctrl-C ends it. https to any host, with verified certificates; plain http to this machine, and
+// elsewhere only where the request allows it; no redirects; the size of an answer is limited. No
+// message contains a header, which may be a key.
 #include <curl/curl.h>
 
 #include <algorithm>
@@ -18,21 +16,22 @@
 
 #include "guard.h"
 #include "http_request.h"
+#include "modules.h"
 #include "signals.h"
 #include "url.h"
 
 namespace limax::host {
 namespace {
 
-constexpr std::size_t largest_headers = 64u
-                                        << 10;  // bytes of all headers, interim answers included
-constexpr int wait_slice = 50;                  // ms between looks at the interrupt
+// bytes of all headers, interim answers included
+constexpr std::size_t largest_headers = std::size_t{64} << 10;
+constexpr int wait_slice = 50;  // ms between checks for Ctrl-C
 
 struct http_answer {
     bool interrupted = false;
-    std::string problem;       // empty when a whole answer came
-    const char* kind = "url";  // of the problem: what `kind_of` names, or a URL that is refused
-    std::string curl;          // libcurl's own words for it
+    std::string problem;       // empty if a whole answer came
+    const char* kind = "url";  // of the problem: a value of `kind_of`, or a refused URL
+    std::string curl;          // libcurl's message
     long status = 0;
     std::map<std::string, std::string> headers;  // names in lower case
     std::string body;
@@ -45,7 +44,7 @@ struct free_curl {
     void operator()(curl_slist* list) const { curl_slist_free_all(list); }
 };
 
-// A multi handle with at most one transfer, taken out before either is freed.
+// A multi handle with at most one transfer, which is removed before either is freed.
 class transfer {
 public:
     transfer() : multi_(curl_multi_init()), easy_(curl_easy_init()) {
@@ -72,8 +71,8 @@ private:
     CURL* easy_;
 };
 
-// A write to a socket that the other side closed must be an error here, though it ends the process
-// elsewhere.
+// A write to a socket that the other side closed is an error here; elsewhere SIGPIPE ends the
+// process.
 class without_sigpipe {
 public:
     without_sigpipe() {
@@ -89,15 +88,15 @@ private:
     struct sigaction before_ {};
 };
 
-// Throws where the URL may not be asked.
+// Throws if requests to the URL are not allowed.
 url_parts check_url(const http_request& request) {
     url_parts parts = read_url(request.url);
     const bool plain = parts.scheme == "http" && (parts.loopback || request.allow_insecure);
     if (parts.scheme != "https" && !plain)
-        throw std::runtime_error("only https, or http to this machine, may be asked, not " +
+        throw std::runtime_error("only https, or http to this machine, is allowed, not " +
                                  parts.scheme + "://" + parts.host);
     if (parts.credentials)
-        throw std::runtime_error("a URL with credentials in it may not be asked: " + parts.name());
+        throw std::runtime_error("a URL with credentials is not allowed: " + parts.name());
     return parts;
 }
 
@@ -107,7 +106,7 @@ url_parts check_url(const http_request& request) {
 std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* to) noexcept {
     auto& answer = *static_cast<http_answer*>(to);
     try {
-        // what fits is kept: a transcript may show how it began
+        // the part that fits is kept for the transcript
         const std::size_t room = answer.largest - answer.body.size();
         answer.over_size = size * count > room;
         answer.body.append(bytes, std::min(size * count, room));
@@ -125,7 +124,7 @@ std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* 
         const std::string line(bytes, size * count);
         const std::size_t colon = line.find(':');
         if (line.compare(0, 5, "HTTP/") == 0) {
-            // the headers of an interim answer (100, 103) are not the answer's
+            // headers of an interim answer (100, 103) do not count
             answer.headers.clear();
         } else if (colon != std::string::npos) {
             std::string name = line.substr(0, colon);
@@ -155,13 +154,13 @@ using header_list = std::unique_ptr<curl_slist, free_curl>;
 void append(header_list& list, const std::string& line) {
     curl_slist* const longer = curl_slist_append(list.get(), line.c_str());
     if (longer == nullptr) throw std::runtime_error("libcurl is out of memory");
-    // it starts with what it was, if that was not empty
+    // it begins with the list before, unless that was empty
     [[maybe_unused]] curl_slist* const before = list.release();
     list.reset(longer);
 }
 
-// What failed, as one word: scripts decide by it whether another try makes sense. `begun` is
-// whether the connection stood and the request was on its way.
+// What failed, as one word by which scripts decide about a retry. `begun`: was the connection
+// established?
 const char* kind_of(CURLcode code, const http_answer& answer, bool begun) {
     if (answer.over_size || code == CURLE_FILESIZE_EXCEEDED) return "size";
     if (answer.header_bytes > largest_headers) return "headers";
@@ -211,6 +210,33 @@ void describe_problem(http_answer& answer, CURLcode code, const http_request& re
 
 long milliseconds(double seconds) { return static_cast<long>(std::ceil(seconds * 1000)); }
 
+void set_request(CURL* easy, const http_request& request, const url_parts& where) {
+    set(easy, CURLOPT_URL, request.url.c_str());
+    set(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+    set(easy, CURLOPT_FOLLOWLOCATION, 0L);
+    set(easy, CURLOPT_NOSIGNAL, 1L);
+    // on Ctrl-C, do not wait for a resolver's thread
+    set(easy, CURLOPT_QUICK_EXIT, 1L);
+    set(easy, CURLOPT_USERAGENT, "limax/" LIMAX_VERSION);
+    set(easy, CURLOPT_ACCEPT_ENCODING, "");
+    set(easy, CURLOPT_SSL_VERIFYPEER, 1L);
+    set(easy, CURLOPT_SSL_VERIFYHOST, 2L);
+    if (!request.ca_file.empty()) set(easy, CURLOPT_CAINFO, request.ca_file.c_str());
+    set(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
+    set(easy, CURLOPT_CONNECTTIMEOUT_MS,
+        milliseconds(std::min(request.timeout, request.connect_timeout)));
+    set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
+    // a proxy may be another machine
+    if (where.loopback) set(easy, CURLOPT_NOPROXY, "*");
+    if (request.body) {
+        set(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body->size()));
+        set(easy, CURLOPT_POSTFIELDS, request.body->data());
+    } else if (request.method == "HEAD") {
+        set(easy, CURLOPT_NOBODY, 1L);
+    }
+    set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
+}
+
 http_answer perform(const http_request& request, const url_parts& where) {
     static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
     if (started != CURLE_OK) throw std::runtime_error("libcurl cannot start");
@@ -222,41 +248,18 @@ http_answer perform(const http_request& request, const url_parts& where) {
     header_list headers;
     for (const auto& [name, value] : request.headers)
         append(headers, value.empty() ? name + ";" : name + ": " + value);
-    // no waiting for permission to send a long body
+    // send a long body without waiting for permission
     append(headers, "Expect:");
 
     transfer handles;
     CURL* const easy = handles.easy();
+    set_request(easy, request, where);
     set(easy, CURLOPT_ERRORBUFFER, detail);
-    set(easy, CURLOPT_URL, request.url.c_str());
-    set(easy, CURLOPT_PROTOCOLS_STR, "http,https");
-    set(easy, CURLOPT_FOLLOWLOCATION, 0L);
-    set(easy, CURLOPT_NOSIGNAL, 1L);
-    // a resolver that still works when Ctrl-C comes is left alone
-    set(easy, CURLOPT_QUICK_EXIT, 1L);
-    set(easy, CURLOPT_USERAGENT, "limax/" LIMAX_VERSION);
-    set(easy, CURLOPT_ACCEPT_ENCODING, "");
-    set(easy, CURLOPT_SSL_VERIFYPEER, 1L);
-    set(easy, CURLOPT_SSL_VERIFYHOST, 2L);
-    if (!request.ca_file.empty()) set(easy, CURLOPT_CAINFO, request.ca_file.c_str());
-    set(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
-    set(easy, CURLOPT_CONNECTTIMEOUT_MS,
-        milliseconds(std::min(request.timeout, request.connect_timeout)));
-    set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
     set(easy, CURLOPT_HTTPHEADER, headers.get());
     set(easy, CURLOPT_WRITEFUNCTION, take_body);
     set(easy, CURLOPT_WRITEDATA, &answer);
     set(easy, CURLOPT_HEADERFUNCTION, take_header);
     set(easy, CURLOPT_HEADERDATA, &answer);
-    // this machine is never asked through a proxy, which may stand elsewhere
-    if (where.loopback) set(easy, CURLOPT_NOPROXY, "*");
-    if (request.body) {
-        set(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body->size()));
-        set(easy, CURLOPT_POSTFIELDS, request.body->data());
-    } else if (request.method == "HEAD") {
-        set(easy, CURLOPT_NOBODY, 1L);
-    }
-    set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
 
     if (curl_multi_add_handle(handles.multi(), easy) != CURLM_OK)
         throw std::runtime_error("libcurl cannot start a transfer");
@@ -276,14 +279,14 @@ http_answer perform(const http_request& request, const url_parts& where) {
     const CURLcode result = message == nullptr ? CURLE_FAILED_INIT : message->data.result;
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
     if (result != CURLE_OK) {
-        curl_off_t begun = 0;  // microseconds until the request could be sent; 0: it never could
+        curl_off_t begun = 0;  // microseconds until the request could be sent; 0: never
         curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &begun);
         describe_problem(answer, result, request, where, detail, begun != 0);
     }
     return answer;
 }
 
-// Pushes { status, body, headers }; status is 0 where no line of an answer came.
+// Pushes { status, body, headers }; status is 0 if no line of an answer came.
 void push_answer(lua_State* L, const http_answer& answer) {
     lua_createtable(L, 0, 5);
     lua_pushinteger(L, answer.status);
@@ -295,7 +298,7 @@ void push_answer(lua_State* L, const http_answer& answer) {
 }
 
 // http(request) -> { status=, headers=, body= } | nil, message, { kind=, curl=, status=, headers=,
-// body= }: what had come until then
+// body= } with the part that came
 int http(lua_State* L) {
     bool stopped = false;
     int results = 1;

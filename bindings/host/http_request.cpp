@@ -1,5 +1,5 @@
-// http_request.cpp: reads a script's table as an HTTP request. No value of a field is repeated in a
-// message: it may be a key.
+// http_request.cpp: reads a script's table as an HTTP request. No message contains a value, which
+// may be a key.
 #include "http_request.h"
 
 #include <cstdio>
@@ -17,12 +17,12 @@ std::string text_field(lua_State* L, const char* name) {
     return {text, length};
 }
 
-// Refuses what would end a line of the request, and with it start another header.
+// Refuses line breaks, which would begin another header.
 std::string line_field(lua_State* L, const char* name) {
     std::string text = text_field(L, name);
     if (text.find_first_of(std::string("\r\n\0", 3)) != std::string::npos)
         throw std::runtime_error(std::string("http: ") + name +
-                                 " must not hold a line break or a zero byte");
+                                 " must not contain a line break or a zero byte");
     return text;
 }
 

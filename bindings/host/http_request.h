@@ -1,5 +1,5 @@
-// http_request.h: what a script says of an HTTP request, checked. Includes Lua and the standard
-// library only. Times in seconds, sizes in bytes.
+// http_request.h: a script's HTTP request, checked. Includes Lua and the standard library only.
+// Times in seconds, sizes in bytes.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct http_request {
 };
 
 // Reads the table that is a function's first argument. Throws std::runtime_error with the field and
-// what is legal.
+// its legal values.
 http_request read_http_request(lua_State* L);
 
 }  // namespace limax::host

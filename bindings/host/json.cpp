@@ -1,4 +1,4 @@
-// json.cpp: host.json as Lua sees it: encode, decode, null and the mark of an array.
+// json.cpp: host.json: encode, decode, null and the mark of an array.
 #include "json.h"
 
 #include "guard.h"

@@ -7,9 +7,9 @@
 
 namespace limax::host {
 
-// Deepest nesting that is read or written; a table that holds itself ends here.
+// Deepest nesting that is read or written.
 constexpr int json_nesting = 200;
-// Largest whole number that a double holds with all its neighbours.
+// All whole numbers up to this one are doubles.
 constexpr double json_largest_integer = 9007199254740992;  // 2^53
 
 // Pushes host.json.null, the value that stands for null.
@@ -18,13 +18,14 @@ void push_json_null(lua_State* L);
 void mark_json_array(lua_State* L, int index);
 bool is_json_array(lua_State* L, int index);
 
-// Offset of the first byte that is not UTF-8; npos where all is.
+// Offset of the first byte that is not UTF-8; npos if there is none.
 std::size_t find_invalid_utf8(std::string_view text);
 
-// Text of the value at `index`, keys sorted by bytes. `indent` 0 writes one line. Throws, naming
-// the place in the value.
+// Text of the value at `index`, keys sorted by bytes. `indent` 0 writes one line. Throws with the
+// place in the value.
 std::string encode_json(lua_State* L, int index, int indent);
-// Pushes the value of `text`, or throws with origin, line and column; the stack is then as it was.
+// Pushes the value of `text`, or throws with origin, line and column and leaves the stack
+// unchanged.
 void decode_json(lua_State* L, std::string_view text, const std::string& origin);
 
 // Adds json to the host table on top of the stack.

@@ -1,6 +1,5 @@
-// json_decode.cpp: JSON text to Lua tables, built while nlohmann's parser reads. Stricter than the
-// grammar: no key twice in an object, no whole number that a double cannot hold, no nesting beyond
-// json_nesting.
+// json_decode.cpp: JSON text to Lua tables with nlohmann's SAX parser. Stricter than the grammar:
+// no duplicate keys, no whole number beyond 2^53, no nesting deeper than json_nesting.
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +14,7 @@ namespace {
 
 constexpr std::string_view number_letters = "+-0123456789.eE";
 
-// An iterator over the text that tells how far the parser has read: its events carry no position.
+// An iterator over the text that records how far the parser has read: its events have no position.
 struct cursor {
     using iterator_category = std::input_iterator_tag;
     using value_type = char;
@@ -59,8 +58,7 @@ std::string place(const std::string& origin, std::string_view text, std::size_t 
            what;
 }
 
-// The parser's message without its brand: "[json.exception...] parse error at line 1, column 2:
-// text".
+// The parser's message without "[json.exception...] parse error at line 1, column 2: ".
 std::string bare(const std::string& message) {
     std::size_t start = message.find("] ");
     start = start == std::string::npos ? 0 : start + 2;
@@ -71,8 +69,8 @@ std::string bare(const std::string& message) {
     return message.substr(start);
 }
 
-// Builds the value on the Lua stack: an array takes one slot, an object one and one more for a key
-// that waits.
+// Builds the value on the Lua stack: an array takes one slot, an object one and one for a pending
+// key.
 class builder {
 public:
     builder(lua_State* L, std::string_view text, const char* const* read)
@@ -96,15 +94,14 @@ public:
             return number(static_cast<double>(value));
         return refuse_integer();
     }
-    // Reads the digits again: the parser asks the process's locale for the decimal point, and has
-    // put that in the place of the point.
+    // Reads the digits again: the parser has replaced the point by the locale's decimal point.
     bool number_float(double, std::string digits) {
         for (char& letter : digits)
             if (number_letters.find(letter) == std::string_view::npos) letter = '.';
         if (digits.find_first_of(".eE") == std::string::npos) return refuse_integer();
         double value = 0;
         const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-        // too small for a double: from_chars calls it out of range and leaves the value alone
+        // too small for a double: from_chars leaves the value unchanged
         if (read.ec == std::errc::result_out_of_range) value = digits.front() == '-' ? -0.0 : 0.0;
         return number(value);
     }
@@ -128,8 +125,7 @@ public:
         const bool twice = !lua_isnil(L_, -1);
         lua_pop(L_, 1);
         if (!twice) return true;
-        // back from the closing quote to the opening one: inside a string every quote follows a
-        // backslash
+        // back to the opening quote: inside the string every quote follows a backslash
         std::size_t start = offset() - 2;
         while (text_[start] != '"' || text_[start - 1] == '\\') --start;
         return refuse(start, "the key \"" + name + "\" comes twice");
@@ -162,9 +158,9 @@ private:
         std::size_t start = end;
         while (start > 0 && integer_letters.find(text_[start - 1]) != std::string_view::npos)
             --start;
-        return refuse(
-            start, "the whole number " + std::string(text_.substr(start, end - start)) +
-                       " lies beyond 2^53, where not every one can be held; write it as a string");
+        return refuse(start, "the whole number " + std::string(text_.substr(start, end - start)) +
+                                 " is beyond 2^53, where a double cannot represent all of them; "
+                                 "write it as a string");
     }
     bool number(double value) {
         lua_pushnumber(L_, value);
@@ -205,8 +201,7 @@ private:
 }  // namespace
 
 void decode_json(lua_State* L, std::string_view text, const std::string& origin) {
-    // the parser is vague about it: a null byte ends its input, an encoding error names no
-    // character
+    // the parser reports no position for encoding errors
     if (const std::size_t bad = find_invalid_utf8(text); bad != std::string_view::npos)
         throw std::runtime_error(place(origin, text, bad, "not UTF-8"));
     if (lua_checkstack(L, 2 * json_nesting + 8) == 0)

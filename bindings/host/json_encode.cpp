@@ -1,5 +1,5 @@
-// json_encode.cpp: Lua tables to JSON text. Numbers are the shortest that read back equal, in no
-// locale; keys are sorted, so equal values give equal bytes.
+// json_encode.cpp: Lua tables to JSON text. Numbers are the shortest text that reads back equal,
+// independent of the locale; keys are sorted, so equal values give equal bytes.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -23,7 +23,7 @@ public:
     }
 
 private:
-    // A key, or an index where there is none.
+    // A key, or an index if the key is empty.
     struct step {
         std::string_view key;
         int index;
@@ -82,7 +82,7 @@ private:
         if (exact)
             end = std::to_chars(digits, digits + sizeof digits, static_cast<long long>(x));
         else if (whole)
-            // an exponent says that this is no exact count: readers refuse long whole numbers
+            // readers refuse long whole numbers: write an exponent
             end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::scientific);
         else
             end = std::to_chars(digits, digits + sizeof digits, x);
@@ -93,7 +93,7 @@ private:
         if (const std::size_t bad = find_invalid_utf8(bytes); bad != std::string_view::npos)
             refuse("a string that is not UTF-8 (byte " + std::to_string(bad + 1) + ")");
         text_ += '"';
-        std::size_t plain = 0;  // where the letters begin that stand as they are
+        std::size_t plain = 0;  // start of the letters that need no escape
         for (std::size_t i = 0; i < bytes.size(); ++i) {
             const char letter = bytes[i];
             const auto code = static_cast<unsigned char>(letter);
@@ -119,7 +119,7 @@ private:
     void table(int index) {
         if (depth_ == json_nesting)
             refuse("a table nested deeper than " + std::to_string(json_nesting) +
-                   " levels (does it hold itself?)");
+                   " levels (does it contain itself?)");
         luaL_checkstack(L_, 8, "JSON");
         ++depth_;
         if (is_json_array(L_, index) || lua_objlen(L_, index) > 0)
@@ -169,7 +169,7 @@ private:
         std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(first), keys_.end());
         text_ += '{';
         for (std::size_t k = first; k < last; ++k) {
-            // what is below adds its own keys, and takes them away
+            // nested tables add their keys and remove them
             const std::string_view key = keys_[k];
             if (k > first) text_ += ',';
             line();
@@ -205,7 +205,7 @@ private:
     int indent_;
     int depth_ = 0;
     std::string text_;
-    // of all tables from the outermost one to this; they keep their keys alive
+    // of all tables from the outermost to this one, which keep their keys alive
     std::vector<std::string_view> keys_;
     std::vector<step> path_;
 };

@@ -1,9 +1,7 @@
-// line_editor.cpp: libedit at the prompt. Its input is ours: it waits in short looks, so that
-// Ctrl-C is noticed at once and a terminal that was resized or came back from the background is
-// drawn anew.
-#include "line_editor.h"
-
+// line_editor.cpp: libedit at the prompt. We read its input with short waits, so that Ctrl-C is
+// noticed at once, and redraw after a resize or a return from the background.
 #include "guard.h"
+#include "modules.h"
 #include "signals.h"
 
 #ifdef LIMAX_WITH_LIBEDIT
@@ -26,12 +24,12 @@ namespace {
 
 #ifdef LIMAX_WITH_LIBEDIT
 
-// Longest time until Ctrl-C at the prompt is noticed.
-constexpr int look = 100;  // ms
-constexpr int looks_between_idle_calls = 5;
+// Time between checks for Ctrl-C.
+constexpr int wait_slice = 100;  // ms
+constexpr int waits_between_idle_calls = 5;
 constexpr int longest_history = 10000;
 
-// their addresses are the registry keys of the functions that a reader handed over
+// their addresses are the registry keys of the caller's functions
 const char complete_key = 0;
 const char idle_key = 0;
 
@@ -45,7 +43,7 @@ struct editor {
     std::unique_ptr<History, decltype(&history_end)> history{nullptr, history_end};
     std::string prompt;
     lua_State* L = nullptr;  // while a line is read
-    int looks = 0;           // without a key
+    int waits = 0;           // without a key
     bool stopped = false;    // Ctrl-C came while the idle function ran
 };
 
@@ -54,18 +52,18 @@ editor& the_editor() {
     return only;
 }
 
-// Letters are UTF-8 while a line is read, on this thread alone: everything else stays in "C".
-class utf8_letters {
+// UTF-8 while a line is read, on this thread only; everything else stays in "C".
+class utf8_locale {
 public:
-    utf8_letters() {
+    utf8_locale() {
         static const locale_t utf8 = newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
         if (utf8 != nullptr) before_ = uselocale(utf8);
     }
-    ~utf8_letters() {
+    ~utf8_locale() {
         if (before_ != nullptr) uselocale(before_);
     }
-    utf8_letters(const utf8_letters&) = delete;
-    utf8_letters& operator=(const utf8_letters&) = delete;
+    utf8_locale(const utf8_locale&) = delete;
+    utf8_locale& operator=(const utf8_locale&) = delete;
 
 private:
     locale_t before_ = nullptr;
@@ -74,10 +72,10 @@ private:
 void on_resize(int) { resized = 1; }
 void on_continue(int) { continued = 1; }
 
-// Whoever ends or stops us finds the terminal as it was. Async-signal-safe.
+// Restores the terminal before the process ends or stops. Async-signal-safe.
 void on_leaving(int signal) {
     if (reading != 0) tcsetattr(STDIN_FILENO, TCSANOW, &before_reading);
-    // by now the default action; one that was only a stop is over when this returns
+    // now the default action; after a stop this returns
     raise(signal);
     continued = 1;
 }
@@ -95,14 +93,14 @@ void follow_terminal() {
     for (const int signal : {SIGTERM, SIGHUP, SIGTSTP}) sigaction(signal, &action, nullptr);
 }
 
-void draw_anew(EditLine* line) {
+void redraw(EditLine* line) {
     if (continued != 0) {
-        // the shell has set the terminal back meanwhile, and a handler goes with its first signal
+        // the shell has reset the terminal, and the handlers were reset by their first signal
         follow_terminal();
         el_set(line, EL_PREP_TERM, 0);
         el_set(line, EL_PREP_TERM, 1);
     }
-    // libedit draws from where the cursor stands, as if that were the line's beginning
+    // libedit assumes that the cursor is at the beginning of the line
     std::fputs("\r", stdout);
     if (resized != 0) el_resize(line);
     resized = 0;
@@ -120,11 +118,11 @@ int call_idle(lua_State* L) {
     return 0;
 }
 
-// Lets the reader look around. False when it was stopped.
-bool look_around(EditLine* line) {
+// Calls the idle function. False when it was stopped.
+bool run_idle(EditLine* line) {
     lua_State* const L = the_editor().L;
     bool wrote = false;
-    // no error may leave through libedit's frames
+    // no error may pass through libedit's frames
     if (lua_cpcall(L, guarded<call_idle>, &wrote) != 0) {
         lua_pop(L, 1);
         the_editor().stopped = true;
@@ -134,15 +132,14 @@ bool look_around(EditLine* line) {
     return true;
 }
 
-// One byte of the terminal: 1, 0 at its end, -1 when Ctrl-C came or reading failed.
+// Reads one byte of the terminal: 1, 0 at its end, -1 on Ctrl-C or failure.
 int read_byte(EditLine* line, char* byte) {
     for (;;) {
         if (interrupted()) return -1;
-        if (resized != 0 || continued != 0) draw_anew(line);
+        if (resized != 0 || continued != 0) redraw(line);
         pollfd gate{STDIN_FILENO, POLLIN, 0};
-        const int ready = poll(&gate, 1, look);
-        if (ready == 0 && ++the_editor().looks % looks_between_idle_calls == 0 &&
-            !look_around(line))
+        const int ready = poll(&gate, 1, wait_slice);
+        if (ready == 0 && ++the_editor().waits % waits_between_idle_calls == 0 && !run_idle(line))
             return -1;
         if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
         const ssize_t count = read(STDIN_FILENO, byte, 1);
@@ -151,7 +148,7 @@ int read_byte(EditLine* line, char* byte) {
     }
 }
 
-// What libedit calls for a key.
+// Called by libedit for a key.
 int read_key(EditLine* line, wchar_t* key) {
     std::mbstate_t state{};
     for (;;) {
@@ -161,7 +158,7 @@ int read_key(EditLine* line, wchar_t* key) {
         // NOLINTNEXTLINE(concurrency-mt-unsafe): the state is our own
         const std::size_t length = std::mbrtowc(key, &byte, 1, &state);
         if (length == 0 || length == 1) return 1;
-        // no letter of UTF-8: dropped
+        // not UTF-8: dropped
         if (length == static_cast<std::size_t>(-1)) state = std::mbstate_t{};
     }
 }
@@ -191,7 +188,7 @@ unsigned char complete(EditLine* line, int) {
     completion asked;
     asked.before.assign(typed->buffer, typed->cursor);
     lua_State* const L = the_editor().L;
-    // no error may leave through libedit's frames: a line that cannot be completed beeps
+    // no error may pass through libedit's frames: on an error the terminal beeps
     if (lua_cpcall(L, guarded<ask>, &asked) != 0) {
         lua_pop(L, 1);
         return CC_ERROR;
@@ -216,7 +213,7 @@ void begin(editor& now) {
     el_set(line, EL_EDITOR, "emacs");
     el_set(line, EL_HIST, history, now.history.get());
     el_set(line, EL_GETCFN, read_key);
-    el_set(line, EL_ADDFN, "limax-complete", "complete what stands before the cursor", complete);
+    el_set(line, EL_ADDFN, "limax-complete", "complete the text before the cursor", complete);
     el_set(line, EL_BIND, "^I", "limax-complete", nullptr);
     el_set(line, EL_BIND, "^R", "em-inc-search-prev", nullptr);
     el_source(line, nullptr);
@@ -247,14 +244,14 @@ int lua_read(lua_State* L) {
     int count = 0;
     const char* line = nullptr;
     {
-        const utf8_letters letters;
+        const utf8_locale letters;
         editor& now = started();
         now.prompt.assign(prompt, length);
         now.L = L;
         now.stopped = false;
         tcgetattr(STDIN_FILENO, &before_reading);
         reading = 1;
-        // libedit would first show the prompt: keys in between would be echoed twice
+        // libedit would do it after showing the prompt, and keys in between would be echoed twice
         el_set(now.line.get(), EL_PREP_TERM, 1);
         line = el_gets(now.line.get(), &count);
         reading = 0;
@@ -279,7 +276,7 @@ int lua_read(lua_State* L) {
 // remember(text): the newest entry of the history
 int lua_remember(lua_State* L) {
     const char* const text = luaL_checkstring(L, 1);
-    const utf8_letters letters;
+    const utf8_locale letters;
     HistEvent event{};
     history(started().history.get(), &event, H_ENTER, text);
     return 0;

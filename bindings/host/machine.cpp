@@ -1,7 +1,4 @@
-// machine.cpp: what scripts may know of the machine: terminal, clocks, environment. Nothing here
-// may reach a result.
-#include "machine.h"
-
+// machine.cpp: the terminal, clocks and environment of this machine. None of it may affect results.
 #include <dlfcn.h>
 #include <sched.h>
 #include <sys/ioctl.h>
@@ -19,6 +16,7 @@
 #include <thread>
 
 #include "guard.h"
+#include "modules.h"
 #include "signals.h"
 
 namespace limax::host {
@@ -26,7 +24,7 @@ namespace {
 
 constexpr int usual_columns = 80;
 constexpr double longest_wait = 86400;                     // s
-constexpr std::chrono::duration<double> wait_slice{0.05};  // between looks at the interrupt
+constexpr std::chrono::duration<double> wait_slice{0.05};  // between checks for Ctrl-C
 
 void set_truth(lua_State* L, const char* field, bool truth) {
     lua_pushboolean(L, truth);
@@ -49,7 +47,7 @@ int columns() {
     return count > 0 ? count : usual_columns;
 }
 
-// terminal() -> which streams are one, its width, and whether colours are wanted there
+// terminal() -> which streams are a terminal, its width, and whether to use colours
 // (https://no-color.org)
 int terminal(lua_State* L) {
     const char* const kind = secure_getenv("TERM");
@@ -67,7 +65,7 @@ int terminal(lua_State* L) {
     return 1;
 }
 
-// clock() -> seconds on a clock that never steps back
+// clock() -> seconds on a monotonic clock
 int clock_seconds(lua_State* L) {
     timespec now{};
     clock_gettime(CLOCK_MONOTONIC, &now);
@@ -75,17 +73,16 @@ int clock_seconds(lua_State* L) {
     return 1;
 }
 
-// wait(seconds): does nothing for so long; Ctrl-C ends it at once
+// wait(seconds): sleeps; Ctrl-C ends it at once
 int wait_seconds(lua_State* L) {
     const lua_Number seconds = luaL_checknumber(L, 1);
-    luaL_argcheck(L, seconds >= 0 && seconds <= longest_wait, 1,
-                  "a wait is 0 to 86400 seconds long");
+    luaL_argcheck(L, seconds >= 0 && seconds <= longest_wait, 1, "expected 0 to 86400 seconds");
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     for (;;) {
         if (interrupted()) return raise_interrupt(L);
         const auto left = end - std::chrono::steady_clock::now();
         if (left.count() <= 0) return 0;
-        // a signal may come between the look above and the sleep: short sleeps
+        // a signal may come between the check and the sleep: short sleeps
         std::this_thread::sleep_for(std::min<std::chrono::duration<double>>(left, wait_slice));
     }
 }
@@ -101,7 +98,7 @@ int time_text(lua_State* L) {
     return 1;
 }
 
-// The value of the first line that starts with `key`, after its separator and without quotes; empty
+// The value of the first line that starts with `key`, after the separator and without quotes; empty
 // if there is none.
 std::string file_entry(const char* file, const std::string& key, char separator) {
     std::ifstream lines(file);
@@ -120,8 +117,7 @@ int usable_cores() {
 }
 
 // environment() -> { compiler, build, cpu, cores, hostname, system, luajit, cuda, cuda_compiler };
-// cuda is the driver's version or nil, cuda_compiler the nvcc that was there when this was
-// configured or nil
+// cuda is the driver's version or nil, cuda_compiler the nvcc found by CMake or nil
 int environment(lua_State* L) {
     utsname kernel{};
     uname(&kernel);
@@ -143,8 +139,7 @@ int environment(lua_State* L) {
     return 1;
 }
 
-// opens(library) -> true | nil, message: can this shared library be loaded? Nothing in it is called
-// but what it calls itself.
+// opens(library) -> true | nil, message: can this shared library be loaded?
 int opens(lua_State* L) {
     void* const library = dlopen(path_argument(L, 1), RTLD_LAZY | RTLD_LOCAL);
     if (library == nullptr) {

@@ -1,4 +1,4 @@
-// packages.cpp: where limax's own files are, and how `require` finds them: "limax.engine..." in
+// packages.cpp: where limax's own files are and how `require` finds them: "limax.engine..." in
 // bindings/engine/, "limax.commands.NAME" in scripts/commands/, every other "limax.ROOM.NAME" in
 // scripts/lib/; and the public modules that have names of their own.
 #include "packages.h"
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool holds_scripts(const fs::path& folder) {
+bool has_scripts(const fs::path& folder) {
     std::error_code problem;
     return fs::is_regular_file(folder / "scripts" / "lib" / "main.lua", problem);
 }
@@ -23,7 +23,7 @@ bool begins(const std::string& text, const char* beginning) {
     return text.rfind(beginning, 0) == 0;
 }
 
-// Modules that users' scripts name; every other name may change.
+// Modules that users' scripts may name; other names may change.
 constexpr struct {
     const char* name;
     const char* file;
@@ -43,7 +43,7 @@ std::string module_file(const std::string& module) {
         if (module == each.name) return each.file;
     if (!begins(module, "limax.")) return {};
     std::string rest = module.substr(6);
-    // names are words of lower case and digits: nothing that could climb out of the folder
+    // only lower case, digits and dots: no path outside of the folder
     bool after_dot = true;
     for (char& letter : rest) {
         const bool word =
@@ -58,8 +58,8 @@ std::string module_file(const std::string& module) {
     return "scripts/lib/" + rest + ".lua";
 }
 
-// A searcher of Lua 5.1: takes a module's name, returns its loader, or a text that says where it
-// looked.
+// A searcher of Lua 5.1: takes a module's name, returns its loader, or a text with the places it
+// searched.
 int search(lua_State* L) {
     const std::string module = luaL_checkstring(L, 1);
     const std::string file = module_file(module);
@@ -86,23 +86,23 @@ std::string find_executable() {
 
 std::string find_home(const std::string& executable) {
     std::error_code problem;
-    if (const char* const given = secure_getenv("LIMAX_HOME"); given != nullptr && *given != '\0') {
-        if (!holds_scripts(given))
-            throw std::runtime_error("LIMAX_HOME is " + std::string(given) +
-                                     ", which holds no scripts/lib/main.lua");
-        return fs::canonical(given, problem).string();
+    if (const char* const named = secure_getenv("LIMAX_HOME"); named != nullptr && *named != '\0') {
+        if (!has_scripts(named))
+            throw std::runtime_error("LIMAX_HOME is " + std::string(named) +
+                                     ", which contains no scripts/lib/main.lua");
+        return fs::canonical(named, problem).string();
     }
     const fs::path beside = fs::path(executable).parent_path().parent_path();
     const fs::path places[] = {beside / "share" / "limax", LIMAX_SOURCE_DIR, beside};
-    std::string looked;
+    std::string searched;
     for (const fs::path& place : places) {
-        if (holds_scripts(place)) return fs::canonical(place, problem).string();
-        looked += "\n  " + place.string();
+        if (has_scripts(place)) return fs::canonical(place, problem).string();
+        searched += "\n  " + place.string();
     }
     throw std::runtime_error(
-        "limax's own scripts were not found; set LIMAX_HOME to the folder that holds scripts/. "
-        "Looked at:" +
-        looked);
+        "limax's own scripts were not found; set LIMAX_HOME to the folder that contains scripts/. "
+        "Searched:" +
+        searched);
 }
 
 void install_searchers(lua_State* L, const std::string& home) {
@@ -111,7 +111,7 @@ void install_searchers(lua_State* L, const std::string& home) {
     lua_setfield(L, -2, "path");
     lua_pushliteral(L, "");
     lua_setfield(L, -2, "cpath");
-    // the list as Lua 5.1 knows it: preload, ours, Lua files along package.path
+    // preload, ours, Lua files along package.path
     lua_getfield(L, -1, "loaders");
     lua_rawgeti(L, -1, 2);
     lua_newtable(L);
@@ -122,7 +122,6 @@ void install_searchers(lua_State* L, const std::string& home) {
     lua_rawseti(L, -2, 2);
     lua_pushvalue(L, -2);
     lua_rawseti(L, -2, 3);
-    // `require` reads package.loaders at each call, so the new list takes effect by its field
     lua_setfield(L, -4, "loaders");
     lua_pop(L, 3);
 }

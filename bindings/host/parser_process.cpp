@@ -12,7 +12,7 @@
 
 #include "guard.h"
 #include "json.h"
-#include "sandbox.h"
+#include "parser_process.h"
 
 namespace limax::host {
 namespace {

@@ -1,5 +1,5 @@
-// protect.cpp: protected calls of the host, and the traceback that a person reads: Lua frames only,
-// file and line first, without the files that merely launch a script.
+// protect.cpp: protected calls of the host and their tracebacks: Lua frames only, file and line
+// first, without the files that only launch a script.
 #include "protect.h"
 
 #include <cstring>
@@ -11,15 +11,13 @@
 namespace limax::host {
 namespace {
 
-// A deep recursion is shown by its ends: so many frames first, so many levels (C and launching
-// frames among them) last.
+// Of a deep recursion only the first frames and the last levels are shown.
 constexpr int frames_first = 12;
 constexpr int levels_last = 16;
 
 const char home_key = 0;  // its address is the registry key of the home folder
 
-// Whether the frame belongs to the way from the command line to a script, which says nothing about
-// a mistake.
+// Whether the frame is between the command line and a script.
 bool launches(const std::string& home, const char* source) {
     static const char* const places[] = {"/scripts/lib/main.lua", "/scripts/lib/base/script.lua",
                                          "/scripts/commands/repl.lua", "/scripts/lib/tools/repl/"};
@@ -39,7 +37,7 @@ std::string describe(const lua_Debug& frame) {
     return line + "the function of line " + std::to_string(frame.linedefined);
 }
 
-// Number of levels of the stack, by bisection: asking for one level costs time in proportion to it.
+// Number of levels of the stack, by bisection: one query takes time in proportion to its level.
 int depth(lua_State* L) {
     lua_Debug frame{};
     int beyond = 1;
@@ -56,8 +54,8 @@ int depth(lua_State* L) {
 std::string frames(lua_State* L, int level) {
     lua_pushlightuserdata(L, const_cast<char*>(&home_key));
     lua_rawget(L, LUA_REGISTRYINDEX);
-    const char* const known = lua_tostring(L, -1);
-    const std::string home = known == nullptr ? "" : known;
+    const char* const folder = lua_tostring(L, -1);
+    const std::string home = folder == nullptr ? "" : folder;
     lua_pop(L, 1);
 
     std::string text;
@@ -78,8 +76,7 @@ std::string frames(lua_State* L, int level) {
     return text;
 }
 
-// The message handler: wraps the error and its traceback into one table, since a handler returns
-// one value.
+// The message handler: returns the error and its traceback as one table.
 int wrap_error(lua_State* L) {
     lua_settop(L, 1);
     lua_createtable(L, 2, 0);
@@ -111,8 +108,7 @@ bool protected_call(lua_State* L, int arguments) {
     lua_insert(L, base);
     const int status = lua_pcall(L, arguments, LUA_MULTRET, base);
     lua_remove(L, base);
-    // whatever the interrupt left behind on its way (an error in a script's own message handler, or
-    // the result of a read that it cut short), it is the cause
+    // an interrupt is the cause, whatever error or result it led to
     const bool stopped = interrupted();
     if (status == 0 && !stopped) return true;
     // the hook must be gone before any further Lua runs
@@ -123,7 +119,7 @@ bool protected_call(lua_State* L, int arguments) {
         lua_rawgeti(L, base, 2);
         lua_remove(L, base);
     } else {
-        // the handler did not run, or not to its end; or there was no error at all
+        // the handler did not finish, or there was no error
         if (status == 0) {
             lua_settop(L, base - 1);
             push_interrupt(L);

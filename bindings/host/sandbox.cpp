@@ -1,7 +1,6 @@
 // sandbox.cpp: host.sandbox: starts a parser's process, sends it a request and waits for the
 // answer. The process gets no environment and no descriptor but its socket, and is killed when its
 // time is up. parser_process.cpp is the other side.
-#include "sandbox.h"
 
 #include <poll.h>
 #include <spawn.h>
@@ -19,6 +18,8 @@
 
 #include "guard.h"
 #include "json.h"
+#include "modules.h"
+#include "parser_process.h"
 #include "signals.h"
 
 namespace limax::host {

@@ -1,4 +1,4 @@
-// sha256.h: SHA-256 of a text (FIPS 180-4), for the fingerprints of scripts and configurations.
+// sha256.h: SHA-256 of a text (FIPS 180-4).
 // Standard library only.
 #pragma once
 

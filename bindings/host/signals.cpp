@@ -1,7 +1,7 @@
-// signals.cpp: Ctrl-C. The handler sets the engine's stop flag and a hook that raises in every
-// further instruction of the interpreter, until the host's own protected call takes the interrupt:
-// a script's pcall cannot swallow it. Compiled traces check no hook, so a watcher thread ends the
-// process when nobody answers. Only the main thread takes SIGINT.
+// signals.cpp: Ctrl-C. The handler sets the engine's stop flag and a hook that raises an error in
+// every further instruction of the interpreter, until the host's protected call handles the
+// interrupt: a script's pcall cannot catch it. Compiled traces check no hook, so a watchdog thread
+// ends the process if the interrupt is not noticed. Only the main thread handles SIGINT.
 #include "signals.h"
 
 #include <poll.h>
@@ -28,20 +28,20 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The watcher looks this often, and gives up after so many looks without an answer (2 s), or after
-// so many in all (3 s: answers that lead nowhere, from a compiled loop around a C function). It
-// counts looks and not time, so that a stopped and continued process gets its 2 s too.
-constexpr auto look = 50ms;
-constexpr int looks_without_answer = 40;
-constexpr int looks_in_all = 60;
-// Two signals this close are one press: `timeout -s INT` and some launchers signal a process and
+// The watchdog ends the process after so many checks without a reaction (2 s), or after so many in
+// all (3 s: a compiled loop around a C function may react without ending). It counts checks and not
+// time, so that a process that was stopped and continued gets its 2 s too.
+constexpr auto check_interval = 50ms;
+constexpr int checks_without_reaction = 40;
+constexpr int checks_in_all = 60;
+// Two signals this close count as one: `timeout -s INT` and some launchers signal a process and
 // then its whole group.
 constexpr std::int64_t same_press = 100'000'000;  // ns
 constexpr int status_interrupted = 130;           // the shell's 128 + SIGINT
-// A terminal that takes no text for so long (it is stopped, say) holds up no end.
+// A terminal that accepts no text for so long (a stopped one, say) is not waited for.
 constexpr int longest_wait_for_stderr = 200;  // ms
-// Room for the longest path, each byte of it quoted for a shell, and a command around it.
-constexpr std::size_t longest_last_words = 20480;
+// Room for a command with the longest path, each byte of it quoted for a shell.
+constexpr std::size_t longest_message = 20480;
 
 const char interrupt_key = 0;  // its address is the registry key of host.interrupt
 
@@ -49,8 +49,8 @@ std::atomic<lua_State*> state{nullptr};
 std::atomic<bool> pressed{false};  // since the last rearm
 std::atomic<bool> pending{false};  // and not acknowledged
 std::atomic<std::int64_t> pressed_at{0};
-std::atomic<unsigned> answers{0};
-std::atomic<int> status_of_hurried_end{status_interrupted};
+std::atomic<unsigned> reactions{0};
+std::atomic<int> exit_status{status_interrupted};
 static_assert(std::atomic<lua_State*>::is_always_lock_free &&
                   std::atomic<std::int64_t>::is_always_lock_free &&
                   std::atomic<int>::is_always_lock_free,
@@ -58,19 +58,19 @@ static_assert(std::atomic<lua_State*>::is_always_lock_free &&
 pthread_t main_thread;
 sem_t bell;
 
-// What a hard stop says last. There are two, filled in turn: the one that is set never changes
-// while the handler or the watcher may read it.
-struct last_words {
-    char text[longest_last_words];
+// The message of a hard stop. There are two, filled in turn: the current one never changes while
+// the handler or the watchdog may read it.
+struct message {
+    char text[longest_message];
     std::size_t length;
 };
-last_words slots[2];
-int next_slot = 0;
-std::atomic<const last_words*> farewell{nullptr};
+message messages[2];
+int next_message = 0;
+std::atomic<const message*> hard_stop_message{nullptr};
 
 void raise_from_hook(lua_State* L, lua_Debug*) {
     if (!pending) return;
-    ++answers;
+    ++reactions;
     raise_interrupt(L);
 }
 
@@ -80,35 +80,33 @@ std::int64_t monotonic_nanoseconds() {
     return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-// Async-signal-safe, as all that follows down to the handler.
+// Async-signal-safe, like all functions down to the handler.
 void write_to_stderr(const char* text, std::size_t length) {
     pollfd gate{STDERR_FILENO, POLLOUT, 0};
     if (poll(&gate, 1, longest_wait_for_stderr) != 1) return;
-    // nothing can be done about a failed write here
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, length);
 }
 
-[[noreturn]] void say_last_words_and_stop() {
-    if (const last_words* const words = farewell) write_to_stderr(words->text, words->length);
-    _exit(status_of_hurried_end);
+[[noreturn]] void stop_with_message() {
+    if (const message* const last = hard_stop_message) write_to_stderr(last->text, last->length);
+    _exit(exit_status);
 }
 
-// Async-signal-safe throughout: lock-free atomics, sem_post, and lua_sethook, which LuaJIT allows
-// here.
+// Uses only lock-free atomics, sem_post, and lua_sethook, which LuaJIT allows in handlers.
 void on_interrupt(int) {
-    const int kept = errno;
+    const int errno_before = errno;
     if (pthread_equal(pthread_self(), main_thread) == 0) {
-        // a library's own thread, which did not block the signal
+        // a thread of a library that did not block the signal
         pthread_kill(main_thread, SIGINT);
-        errno = kept;
+        errno = errno_before;
         return;
     }
     lua_State* const L = state;
     const std::int64_t now = monotonic_nanoseconds();
     if (L == nullptr || (pressed && now - pressed_at > same_press)) {
-        // a progress bar may stand on the line
-        if (farewell != nullptr) write_to_stderr("\n", 1);
-        say_last_words_and_stop();
+        // a progress bar may be on the line
+        if (hard_stop_message != nullptr) write_to_stderr("\n", 1);
+        stop_with_message();
     }
     if (!pressed) {
         pressed_at = now;
@@ -118,28 +116,29 @@ void on_interrupt(int) {
         lua_sethook(L, raise_from_hook, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
         sem_post(&bell);
     }
-    errno = kept;
+    errno = errno_before;
 }
 
 [[noreturn]] void stop_hard() {
     static const char text[] =
         "\nlimax: what runs (a compiled loop?) did not stop within 2 s of Ctrl-C: stopping hard. "
-        "What was written is whole.\n";
+        "Written files are complete.\n";
     write_to_stderr(text, sizeof text - 1);
-    say_last_words_and_stop();
+    stop_with_message();
 }
 
 void watch() {
     for (;;) {
         while (sem_wait(&bell) != 0) {
         }
-        unsigned seen = answers;
+        unsigned seen = reactions;
         int quiet = 0;
-        for (int looks = 1; pending; ++looks) {
-            std::this_thread::sleep_for(look);
-            quiet = answers == seen ? quiet + 1 : 0;
-            seen = answers;
-            if (pending && (quiet == looks_without_answer || looks == looks_in_all)) stop_hard();
+        for (int checks = 1; pending; ++checks) {
+            std::this_thread::sleep_for(check_interval);
+            quiet = reactions == seen ? quiet + 1 : 0;
+            seen = reactions;
+            if (pending && (quiet == checks_without_reaction || checks == checks_in_all))
+                stop_hard();
         }
     }
 }
@@ -179,22 +178,21 @@ int lua_rearm(lua_State*) {
     return 0;
 }
 
-// on_hard_stop(line): what the standard error gets when the process is ended without Lua; nil: no
-// more
+// on_hard_stop(line): the line for standard error if the process ends without Lua; nil: none
 int lua_on_hard_stop(lua_State* L) {
     if (lua_isnoneornil(L, 1)) {
-        farewell = nullptr;
+        hard_stop_message = nullptr;
         return 0;
     }
     std::size_t length = 0;
     const char* const line = luaL_checklstring(L, 1, &length);
-    luaL_argcheck(L, length < longest_last_words, 1, "a line this long cannot be kept");
-    last_words& words = slots[next_slot];
-    next_slot = 1 - next_slot;
-    std::memcpy(words.text, line, length);
-    words.text[length] = '\n';
-    words.length = length + 1;
-    farewell = &words;
+    luaL_argcheck(L, length < longest_message, 1, "the line is too long");
+    message& next = messages[next_message];
+    next_message = 1 - next_message;
+    std::memcpy(next.text, line, length);
+    next.text[length] = '\n';
+    next.length = length + 1;
+    hard_stop_message = &next;
     return 0;
 }
 
@@ -210,17 +208,17 @@ void install_signals(lua_State* L) {
     state = L;
     if (sem_init(&bell, 0, 0) != 0) throw std::runtime_error("cannot create a semaphore");
     {
-        // the watcher inherits the mask that is in force when it starts
+        // the watchdog inherits this mask
         const without_interrupts blocked;
         std::thread(watch).detach();
     }
     struct sigaction action {};
     action.sa_handler = on_interrupt;
     sigemptyset(&action.sa_mask);
-    // no SA_RESTART: a read that waits for a person or a process must come back to Lua
+    // no SA_RESTART: a read that waits for input must return to Lua
     action.sa_flags = 0;
     if (sigaction(SIGINT, &action, nullptr) != 0)
-        throw std::system_error(errno, std::generic_category(), "cannot take SIGINT");
+        throw std::system_error(errno, std::generic_category(), "cannot handle SIGINT");
 }
 
 void release_signals() {
@@ -229,18 +227,18 @@ void release_signals() {
     pending = false;
 }
 
-void settle_status(int status) { status_of_hurried_end = status; }
+void settle_status(int status) { exit_status = status; }
 
 bool interrupted() {
     if (!pending) return false;
-    ++answers;
+    ++reactions;
     return true;
 }
 
 void acknowledge_interrupt() {
     const without_interrupts blocked;
     if (!pending) return;
-    ++answers;
+    ++reactions;
     if (lua_State* const L = state) lua_sethook(L, nullptr, 0, 0);
     limax_interrupt_clear();
     pending = false;

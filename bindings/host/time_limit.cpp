@@ -1,14 +1,12 @@
-// time_limit.cpp: host.within: a protected call that ends after so many seconds, or with a GB more
-// of memory, whatever Lua runs in it. Compiled loops check no hook, so the function runs without
-// the compiler, and what was compiled before is forgotten. A single call into C or into the engine
-// is not cut short.
-#include "time_limit.h"
-
+// time_limit.cpp: host.within: a protected call that is stopped after so many seconds, or when it
+// has added a GB to Lua's memory. Compiled loops check no hook, so the function runs without the
+// compiler, and traces are flushed before. A single call into C or the engine is not interrupted.
 #include <chrono>
 #include <cstdio>
 #include <string>
 
 #include "guard.h"
+#include "modules.h"
 #include "signals.h"
 
 namespace limax::host {
@@ -16,10 +14,9 @@ namespace {
 
 using steady = std::chrono::steady_clock;
 
-// Instructions between two looks: half a microsecond.
+// Instructions between two checks: half a microsecond.
 constexpr int instructions_between = 50;
-// What it may add to the memory that Lua holds, kB: a function that gathers for ever would take the
-// whole machine in its seconds.
+// kB that it may add to Lua's memory.
 constexpr int most_growth = 1 << 20;
 constexpr double most_seconds = 1e6;
 
@@ -27,10 +24,10 @@ constexpr double most_seconds = 1e6;
 struct limit {
     steady::time_point deadline;
     bool stack_full = false;
-    int held = 0;  // kB of Lua's memory before it
-    bool hungry = false;
-    bool passed = false;
-    char place[256] = "";  // where it stood then: "FILE:LINE"
+    int memory_before = 0;  // kB
+    bool out_of_memory = false;
+    bool stopped = false;
+    char place[256] = "";  // where it was stopped: "FILE:LINE"
 };
 limit* timed = nullptr;
 
@@ -47,17 +44,17 @@ bool has_room(lua_State* L, limit& limit) {
     return !limit.stack_full;
 }
 
-// Raises in every further instruction, so that no pcall of the function swallows it.
-void look(lua_State* L, lua_Debug* frame) {
+// Raises in every further instruction, so that no pcall of the function can catch it.
+void check(lua_State* L, lua_Debug* frame) {
     if (timed == nullptr) return;
-    if (!timed->passed) {
-        timed->hungry = lua_gc(L, LUA_GCCOUNT, 0) - timed->held > most_growth;
-        if (has_room(L, *timed) && !timed->hungry && steady::now() < timed->deadline) return;
-        timed->passed = true;
+    if (!timed->stopped) {
+        timed->out_of_memory = lua_gc(L, LUA_GCCOUNT, 0) - timed->memory_before > most_growth;
+        if (has_room(L, *timed) && !timed->out_of_memory && steady::now() < timed->deadline) return;
+        timed->stopped = true;
         if (lua_getinfo(L, "Sl", frame) != 0 && frame->currentline > 0)
             std::snprintf(timed->place, sizeof timed->place, " (at %s:%d)", frame->short_src,
                           frame->currentline);
-        set_hook(L, look, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
+        set_hook(L, check, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
     }
     luaL_error(L, "stopped");
 }
@@ -69,14 +66,14 @@ int protected_results(lua_State* L, int status) {
     return lua_gettop(L) - 1;
 }
 
-// within(seconds, handler, call, ...) -> true, results... | false, what `handler` made of the error
-// | false, message
+// within(seconds, handler, call, ...) -> true, results... | false, result of `handler` | false,
+// message
 int within(lua_State* L) {
     const double seconds = luaL_checknumber(L, 1);
     luaL_argcheck(L, seconds > 0 && seconds <= most_seconds, 1, "seconds above 0");
     luaL_checktype(L, 2, LUA_TFUNCTION);
     luaL_checkany(L, 3);
-    // within another one, whose limit holds: an evolution in a supervisor, for example
+    // a nested call keeps the outer limit
     if (timed != nullptr) {
         const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
         return protected_results(L, status);
@@ -85,24 +82,23 @@ int within(lua_State* L) {
     limit here;
     here.deadline = steady::now() + std::chrono::duration_cast<steady::duration>(
                                         std::chrono::duration<double>(seconds));
-    here.held = lua_gc(L, LUA_GCCOUNT, 0);
+    here.memory_before = lua_gc(L, LUA_GCCOUNT, 0);
     timed = &here;
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_FLUSH);
-    set_hook(L, look, LUA_MASKCOUNT, instructions_between);
+    set_hook(L, check, LUA_MASKCOUNT, instructions_between);
     const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
     set_hook(L, nullptr, 0, 0);
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_ON);
     timed = nullptr;
 
     if (interrupted()) return raise_interrupt(L);
-    if (here.passed) {
-        // what it returned after all, if anything, came too late
+    if (here.stopped) {
         lua_settop(L, 0);
         lua_pushboolean(L, 0);
         if (here.stack_full)
             lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
-        else if (here.hungry)
+        else if (here.out_of_memory)
             lua_pushfstring(L, "it took more than %d MB%s", most_growth >> 10, here.place);
         else
             lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);

@@ -1,5 +1,4 @@
-// url.cpp: a URL in its parts, read by libcurl's own parser, so that what was checked is what is
-// asked.
+// url.cpp: the parts of a URL, by libcurl's parser, so that the checked URL is the requested one.
 #include "url.h"
 
 #include <arpa/inet.h>
@@ -29,18 +28,18 @@ std::string url_part(CURLU* url, CURLUPart part) {
 bool is_loopback(const std::string& name) {
     in_addr four{};
     if (inet_pton(AF_INET, name.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == 127;
-    // libcurl itself resolves this name to the loopback addresses, whatever the system says
+    // libcurl always resolves this name to the loopback addresses
     return name == "localhost" || name == "[::1]";
 }
 
 // url(text) -> { scheme, host, port, path, query, fragment, loopback, credentials } | nil, message;
-// a part that the URL lacks is absent
+// missing parts are absent
 int url(lua_State* L) {
     std::size_t length = 0;
     const char* const text = luaL_checklstring(L, 1, &length);
     std::string problem;
     if (std::string::traits_type::length(text) != length)
-        problem = "a URL must not hold a zero byte";
+        problem = "a URL must not contain a zero byte";
     if (problem.empty()) {
         try {
             const url_parts parts = read_url(text);
@@ -73,8 +72,7 @@ url_parts read_url(const std::string& text) {
     if (!url) throw std::runtime_error("libcurl is out of memory");
     const CURLUcode code = curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0);
     if (code != CURLUE_OK)
-        throw std::runtime_error(std::string("not a URL that can be asked: ") +
-                                 curl_url_strerror(code));
+        throw std::runtime_error(std::string("not a valid URL: ") + curl_url_strerror(code));
     url_parts parts;
     parts.scheme = url_part(url.get(), CURLUPART_SCHEME);
     parts.host = url_part(url.get(), CURLUPART_HOST);

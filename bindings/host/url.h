@@ -1,5 +1,4 @@
-// url.h: a URL in its parts, as libcurl will read it when it is asked. Includes Lua and the
-// standard library only.
+// url.h: the parts of a URL as libcurl reads it. Includes Lua and the standard library only.
 #pragma once
 
 #include <lua.hpp>
@@ -8,15 +7,15 @@
 namespace limax::host {
 
 struct url_parts {
-    // empty where the URL has none; an IPv6 host stands in brackets
+    // empty where the URL has none; an IPv6 host is in brackets
     std::string scheme, host, port, path, query, fragment;
-    bool loopback;     // does it mean this machine?
-    bool credentials;  // does a user or a password stand in it?
-    // Scheme, host and port: what messages may show of a URL.
+    bool loopback;     // is the host this machine?
+    bool credentials;  // does it contain a user or a password?
+    // Scheme, host and port, for messages.
     std::string name() const { return scheme + "://" + host + (port.empty() ? "" : ":" + port); }
 };
 
-// Throws std::runtime_error where the text is no URL.
+// Throws std::runtime_error if the text is no URL.
 url_parts read_url(const std::string& text);
 
 // Adds url to the host table on top of the stack.

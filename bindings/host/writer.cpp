@@ -1,9 +1,6 @@
-// writer.cpp: files written behind a script's back, while it computes: a thread does, one after the
-// other, what it is given, and stops at the first failure, so that on disk is always a beginning of
-// what was asked for. Numbers of jobs count from 1. What a job writes stays in Lua's hands, held by
-// the writer's environment until it is done: nothing is copied.
-#include "writer.h"
-
+// writer.cpp: files written asynchronously: a thread carries out jobs in order and stops at the
+// first failure, so the jobs on disk are always the first ones. Numbers of jobs count from 1.
+// Nothing is copied: the writer's environment keeps the Lua values of a job alive until it is done.
 #include <signal.h>
 
 #include <array>
@@ -19,12 +16,13 @@
 
 #include "durable.h"
 #include "guard.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
 
 const char* const writer_type = "limax.writer";
-// LuaJIT's type of what its FFI makes, which its header does not name
+// LuaJIT's type of FFI objects, which its header does not name
 constexpr int type_cdata = 10;
 
 struct job {
@@ -36,7 +34,7 @@ struct job {
 class writer {
 public:
     writer() = default;
-    // What was given is written first.
+    // Carries out all jobs first.
     ~writer() {
         {
             const std::lock_guard lock(mutex_);
@@ -48,17 +46,17 @@ public:
     writer(const writer&) = delete;
     writer& operator=(const writer&) = delete;
 
-    void give(job next) {
+    void add(job next) {
         if (!thread_.joinable()) start();
         {
             const std::lock_guard lock(mutex_);
             jobs_.push_back(std::move(next));
         }
-        ++given;
+        ++added;
         wake_.notify_one();
     }
 
-    // Until so many jobs are on disk, or one has failed: its message.
+    // Waits until so many jobs are on disk or one has failed; returns its message.
     std::string wait(std::uint64_t count) {
         std::unique_lock lock(mutex_);
         did_.wait(lock, [&] { return done_ >= count || !problem_.empty(); });
@@ -71,11 +69,11 @@ public:
         return done_;
     }
 
-    // Of the thread that runs scripts: jobs so far, and those that Lua holds nothing for any more.
-    std::uint64_t given = 0, released = 0;
+    // Used by the thread that runs scripts: jobs so far, and those whose values were released.
+    std::uint64_t added = 0, released = 0;
 
 private:
-    // Signals are for the thread that runs scripts.
+    // The thread blocks all signals.
     void start() {
         sigset_t all, before;
         sigfillset(&all);
@@ -98,10 +96,10 @@ private:
 
     void work() {
         std::unique_lock lock(mutex_);
-        const auto can_go_on = [&] { return !jobs_.empty() && problem_.empty(); };
+        const auto has_work = [&] { return !jobs_.empty() && problem_.empty(); };
         for (;;) {
-            wake_.wait(lock, [&] { return ends_ || can_go_on(); });
-            if (!can_go_on()) return;
+            wake_.wait(lock, [&] { return ends_ || has_work(); });
+            if (!has_work()) return;
             const job& next = jobs_.front();
             lock.unlock();
             std::string problem;
@@ -124,7 +122,7 @@ private:
 
     mutable std::mutex mutex_;
     std::condition_variable wake_, did_;
-    std::deque<job> jobs_;  // the first one is being done
+    std::deque<job> jobs_;  // the first one is in progress
     std::uint64_t done_ = 0;
     std::string problem_;  // of the first job that failed
     bool ends_ = false;
@@ -135,36 +133,36 @@ writer& writer_argument(lua_State* L) {
     return *static_cast<writer*>(luaL_checkudata(L, 1, writer_type));
 }
 
-// Gives a job, and holds the values that it writes, from `first` on, until it is done. Pushes its
+// Adds a job and keeps its values, from stack index `first` on, alive until it is done. Pushes its
 // number.
-int give(lua_State* L, job next, int first) {
-    writer& by = writer_argument(L);
+int add(lua_State* L, job next, int first) {
+    writer& target = writer_argument(L);
     const int last = lua_gettop(L);
-    const std::uint64_t done = by.done();
+    const std::uint64_t done = target.done();
     lua_getfenv(L, 1);
-    for (; by.released < done; ++by.released) {
+    for (; target.released < done; ++target.released) {
         lua_pushnil(L);
-        lua_rawseti(L, -2, static_cast<int>(by.released + 1));
+        lua_rawseti(L, -2, static_cast<int>(target.released + 1));
     }
     lua_createtable(L, last - first + 1, 0);
     for (int index = first; index <= last; ++index) {
         lua_pushvalue(L, index);
         lua_rawseti(L, -2, index - first + 1);
     }
-    // before it is given: from then on the other thread reads them
-    lua_rawseti(L, -2, static_cast<int>(by.given + 1));
-    by.give(std::move(next));
-    lua_pushnumber(L, static_cast<lua_Number>(by.given));
+    // before the job is added: from then on the other thread reads them
+    lua_rawseti(L, -2, static_cast<int>(target.added + 1));
+    target.add(std::move(next));
+    lua_pushnumber(L, static_cast<lua_Number>(target.added));
     return 1;
 }
 
-// writer:write(path, text[, array, bytes]) -> number: as write_atomic, an array of the FFI after
-// the text
+// writer:write(path, text[, array, bytes]) -> number: as write_atomic, with an FFI array after the
+// text
 int lua_write(lua_State* L) {
     writer_argument(L);
     job next{path_argument(L, 2), {text_argument(L, 3), {}}, false};
     if (!lua_isnoneornil(L, 4)) {
-        luaL_argcheck(L, lua_type(L, 4) == type_cdata, 4, "expected an array of the FFI");
+        luaL_argcheck(L, lua_type(L, 4) == type_cdata, 4, "expected an FFI array");
         const lua_Number bytes = luaL_checknumber(L, 5);
         luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 5,
                       "a size in bytes must not be negative");
@@ -172,7 +170,7 @@ int lua_write(lua_State* L) {
                           static_cast<std::size_t>(bytes)};
     }
     lua_settop(L, 4);
-    return give(L, std::move(next), 3);
+    return add(L, std::move(next), 3);
 }
 
 // writer:append(path, text) -> number: whole lines, as append
@@ -181,19 +179,19 @@ int lua_append(lua_State* L) {
     job next{path_argument(L, 2), {text_argument(L, 3), {}}, true};
     const std::string_view text = next.pieces[0];
     luaL_argcheck(L, !text.empty() && text.back() == '\n', 3,
-                  "whole lines are appended: the text must end in a line break");
+                  "only whole lines are appended: the text must end in a line break");
     lua_settop(L, 3);
-    return give(L, std::move(next), 3);
+    return add(L, std::move(next), 3);
 }
 
-// writer:wait([number]) -> true | nil, message: until that job and all before it, or all, are on
+// writer:wait([number]) -> true | nil, message: waits until jobs up to that number, or all, are on
 // disk
 int lua_wait(lua_State* L) {
-    writer& by = writer_argument(L);
-    const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(by.given));
-    luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(by.given), 2,
+    writer& target = writer_argument(L);
+    const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(target.added));
+    luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(target.added), 2,
                   "there is no such job");
-    const std::string problem = by.wait(static_cast<std::uint64_t>(number));
+    const std::string problem = target.wait(static_cast<std::uint64_t>(number));
     if (!problem.empty()) return push_failure(L, problem);
     lua_pushboolean(L, 1);
     return 1;
@@ -225,7 +223,7 @@ int lua_writer(lua_State* L) {
 void add_writer(lua_State* L) {
     luaL_newmetatable(L, writer_type);
     add_function<lua_collect>(L, "__gc");
-    // ended once, and not by scripts
+    // scripts cannot call the finalizer
     lua_pushboolean(L, 0);
     lua_setfield(L, -2, "__metatable");
     lua_newtable(L);

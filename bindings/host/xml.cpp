@@ -1,24 +1,22 @@
-// xml.cpp: XML text to Lua tables through pugixml, which expands no entities of a document's own
-// and reads no other file. What declares a document type is refused: no format of ours needs one.
-#include "xml.h"
-
+// xml.cpp: XML text to Lua tables through pugixml, which expands no entities of the document and
+// reads no other file. Document types are refused: no supported format needs one.
 #include <algorithm>
 #include <pugixml.hpp>
 #include <string>
 
 #include "guard.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
 
 // Deepest nesting: VoxCad's files have ten levels.
 constexpr int deepest = 64;
-// Most elements, and most attributes of all of them: VoxCad's files have some hundred and a few for
-// each layer. A table in Lua takes fifty times the bytes of an empty element.
+// Most elements and attributes together: VoxCad's files have some hundred. A Lua table takes fifty
+// times the bytes of an empty element.
 constexpr int most_elements = 100000;
-// Most signs that begin a tag, a comment or a CDATA section, and most that stand in an attribute: a
-// document with more is refused before a tree of it is made. Texts may hold some, too.
-constexpr int most_signs = 4 * most_elements;
+// Most '<' and most '=': a document with more is refused before its tree is made.
+constexpr int most_marks = 4 * most_elements;
 
 // Line of an offset in bytes.
 std::size_t line_of(const char* text, std::size_t length, std::ptrdiff_t offset) {
@@ -26,14 +24,13 @@ std::size_t line_of(const char* text, std::size_t length, std::ptrdiff_t offset)
     return 1 + static_cast<std::size_t>(std::count(text, text + std::min(length, end), '\n'));
 }
 
-// Whether so many of these signs would be more than a legal document has.
-bool swarms(const char* text, std::size_t length) {
-    return std::count(text, text + length, '<') > most_signs ||
-           std::count(text, text + length, '=') > most_signs;
+bool has_too_many_marks(const char* text, std::size_t length) {
+    return std::count(text, text + length, '<') > most_marks ||
+           std::count(text, text + length, '=') > most_marks;
 }
 
-// Pushes { name, text, attributes, children... }; false where elements nest too deep or `left`, how
-// many more elements and attributes there may be, is used up; then nothing is pushed.
+// Pushes { name, text, attributes, children... }. False, and nothing is pushed, if elements are
+// nested too deeply or `left`, the elements and attributes that are still allowed, is used up.
 bool push_element(lua_State* L, const pugi::xml_node& element, int level, int& left) {
     if (level > deepest || --left < 0) return false;
     luaL_checkstack(L, 4, "XML");
@@ -78,7 +75,7 @@ int xml(lua_State* L) {
                                    " elements and attributes, or nested deeper than " +
                                    std::to_string(deepest));
     };
-    if (swarms(text, length)) return refuse_size();
+    if (has_too_many_marks(text, length)) return refuse_size();
     pugi::xml_document document;
     const pugi::xml_parse_result result = document.load_buffer(
         text, length, pugi::parse_default | pugi::parse_doctype, pugi::encoding_utf8);

@@ -1,11 +1,11 @@
---- json.lua: JSON in and out: round trips, exact numbers, and errors that name their place.
+--- json.lua: JSON: round trips, exact numbers, errors with their place.
 
 local ffi = require "ffi"
 local json = require("limax.host").json
 
 local suite = require("limax.test").suite "json"
 
-suite:test("values survive the way out and back", function(t)
+suite:test("values are unchanged by a round trip", function(t)
   for _, text in ipairs {
     "null", "true", "0", "-0.0", '""', "[]", "{}", "[[],{}]", '{"":""}', '"\\u0000é\\"\\\\\\n"',
     '{"a":[1,2,{"b":null}],"c":[],"d":{}}', "9007199254740992", "-9007199254740992", "5e-324",
@@ -30,7 +30,7 @@ suite:test("values survive the way out and back", function(t)
 }]])
 end)
 
-suite:test("every double reads back with its own bits", function(t)
+suite:test("every double reads back with the same bits", function(t)
   -- xorshift64* over the bit patterns of doubles
   local bits = ffi.new("union { double number; uint64_t whole; }")
   local state = 88172645463325252ULL
@@ -51,7 +51,7 @@ suite:test("every double reads back with its own bits", function(t)
   t:same_bits(json.decode(json.encode(expected)), expected)
 end)
 
-suite:test("text that is no JSON, or not ours, is refused with origin, line and column", function(t)
+suite:test("invalid text is refused with origin, line and column", function(t)
   for text, expected in pairs {
     [""] = "line 1, column 1: ",
     ["[1,\n 2,]"] = "line 2, column 4: ",
@@ -61,8 +61,8 @@ suite:test("text that is no JSON, or not ours, is refused with origin, line and 
     ["NaN"] = "line 1, column 1: ",
     ['{"a": 1,\n "b": 2, "a": 3}'] = 'line 2, column 10: the key "a" comes twice',
     ['{"\\"": 1, "\\"": 3}'] = 'line 1, column 11: the key """ comes twice',
-    ["[9007199254740993]"] = "line 1, column 2: the whole number 9007199254740993 lies beyond 2^53",
-    ["[-9007199254740993]"] = "the whole number -9007199254740993 lies beyond 2^53",
+    ["[9007199254740993]"] = "line 1, column 2: the whole number 9007199254740993 is beyond 2^53",
+    ["[-9007199254740993]"] = "the whole number -9007199254740993 is beyond 2^53",
     ['["é",\n 123456789012345678901234]'] = "line 2, column 2: the whole number 12345678901234567",
     ['"é\255"'] = "line 1, column 3: not UTF-8",
     ['"\237\160\128"'] = "line 1, column 2: not UTF-8",
@@ -79,7 +79,7 @@ suite:test("text that is no JSON, or not ours, is refused with origin, line and 
   t:raises("string expected", function() json.decode(nil) end)
 end)
 
-suite:test("what JSON cannot hold raises and names its place", function(t)
+suite:test("values that JSON cannot hold raise an error with their place", function(t)
   local itself = {}
   itself.again = itself
   for expected, value in pairs {
@@ -93,7 +93,7 @@ suite:test("what JSON cannot hold raises and names its place", function(t)
     ["a cdata at c"] = { c = 1LL },
     ["a thread at [1]"] = { coroutine.create(print) },
     ["a string that is not UTF-8 (byte 2) at s"] = { s = "a\255" },
-    ["nested deeper than 200 levels (does it hold itself?)"] = itself,
+    ["nested deeper than 200 levels (does it contain itself?)"] = itself,
   } do
     t:raises(expected, function() json.encode(value) end)
   end

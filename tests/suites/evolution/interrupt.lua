@@ -100,7 +100,7 @@ host.exit(130)
   t:equal({ status, said }, { 130, "ready\ncleaned\n" })
 end)
 
-suite:test("a hard stop says its last words, as long as they are set", function(t)
+suite:test("a hard stop prints its message while one is set", function(t)
   -- the end by a second press, while clean-up runs
   local function second_press(set)
     local folder = t:folder()
@@ -124,11 +124,11 @@ while true do end
   local say = "host.signal.on_hard_stop"
   t:equal(second_press(say .. " 'first' " .. say .. " 'go on so'"), "ready\ncleaned\n\ngo on so\n")
   t:equal(second_press(say .. " 'go on so' " .. say .. "(nil)"), "ready\ncleaned\n")
-  -- the end by the watcher
+  -- the end by the watchdog
   local output = interrupt(t,
     "require('limax.host').signal.on_hard_stop 'go on so' " .. COMPILED)
-  t:ok(output:find("stopping hard.* is whole%.\ngo on so\n$"), output)
-  t:raises("cannot be kept", function() host.signal.on_hard_stop(("x"):rep(30000)) end)
+  t:ok(output:find("stopping hard.* complete%.\ngo on so\n$"), output)
+  t:raises("the line is too long", function() host.signal.on_hard_stop(("x"):rep(30000)) end)
 end)
 
 suite:test("one press that arrives as two signals is one", function(t)

@@ -103,8 +103,8 @@ suite:test("URLs that are no endpoint are refused without being repeated", funct
     ["http://127.0.0.1.example.org/v1"] = "use https",
     ["http://10.0.0.1:8080"] = "use https",
     ["ftp://127.0.0.1/"] = "must start with https://",
-    ["127.0.0.1:8080"] = "not a URL",
-    ["http://127.0.0.1\r\nX: y"] = "not a URL",
+    ["127.0.0.1:8080"] = "not a valid URL",
+    ["http://127.0.0.1\r\nX: y"] = "not a valid URL",
   } do
     local found, message = find { LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }
     t:equal(found, nil)
@@ -155,7 +155,7 @@ suite:test("a key file is read if only its owner can access it", function(t)
   process.write(path, KEY .. "\n")
   for _, mode in ipairs { "644", "640", "604", "620", "602", "610" } do
     os.execute(("chmod %s %s"):format(mode, path))
-    refused("open to other users; say: chmod 600 " .. path)
+    refused("accessible to other users; run: chmod 600 " .. path)
   end
   for _, mode in ipairs { "600", "400", "700" } do
     os.execute(("chmod %s %s"):format(mode, path))
@@ -169,7 +169,7 @@ suite:test("a key file is read if only its owner can access it", function(t)
   process.write(path, "\n")
   refused "is empty"
   process.write(path, ("k"):rep(70000))
-  refused "no key"
+  refused "not a key"
   host.file.remove(path)
   host.file.mkdir(path)
   refused "is no file"

@@ -1,7 +1,6 @@
-// sandbox.h: runs a parser of a language model's text in a child process. Includes Lua only.
+// parser_process.h: the process of a parser of a language model's text. modules.h has the other
+// side.
 #pragma once
-
-#include <lua.hpp>
 
 namespace limax::host {
 
@@ -11,8 +10,5 @@ constexpr char parser_process_argument[] = "--parser-process";
 // The parser's process: reads a request as JSON from standard input, writes the answer as JSON to
 // standard output. Returns the exit status.
 int run_parser_process();
-
-// Adds sandbox to the host table on top of the stack.
-void open_sandbox(lua_State* L);
 
 }  // namespace limax::host
