@@ -1,5 +1,5 @@
---- exploratory.lua: numbers of an arm without a claim: how soon it reached a target, and the mean of
---- the best so far over evaluations.
+--- exploratory.lua: numbers of an arm without a claim: how soon it reached a target, and the mean
+--- of the best so far over evaluations.
 
 local curves = require "limax.tools.report.curves"
 local runs = require "limax.tools.compare.runs"

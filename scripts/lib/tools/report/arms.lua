@@ -72,52 +72,50 @@ local function check_question(first, shared, run, its)
     first.path, run.path, table.concat(texts, "\n")))
 end
 
+-- A supervisor's name, and whether it is a function of a script.
 local function supervisor_name(config)
   local supervisor = config.supervisor
-  if type(supervisor) ~= "table" then return tostring(supervisor) end
+  if type(supervisor) ~= "table" then return tostring(supervisor), false end
   local own = supervisor["function"]
-  if own then return ("%s:%d"):format(own.file, own.first_line) end
-  return supervisor.name or tostring(supervisor[1])
+  if own then return ("%s:%d"):format(own.file, own.first_line), true end
+  return supervisor.name or tostring(supervisor[1]), false
 end
 
--- The name of an arm's experiments, where no experiment of another arm has it.
-local function own_name(arm, groups)
-  local name = arm.runs[1].config.name
-  for _, other in ipairs(groups) do
-    if name == other.name or name == supervisor_name(other.runs[1].config) then return nil end
-    for _, run in ipairs(other.runs) do
-      if (run.config.name == name) ~= (other == arm) then return nil end
+-- Names arms: by the supervisor; if that is a function, or another arm has it, by the experiments;
+-- if another arm has that name, by the supervisor and the fields that differ from its first arm.
+local function name_arms(groups)
+  local supervisors, experiments, first_of = {}, {}, {}
+  local function use(users, word, arm)
+    users[word] = users[word] or {}
+    users[word][arm] = true
+  end
+  local function is_only(users, word, arm)
+    return word and next(users[word]) == arm and next(users[word], arm) == nil
+  end
+  for _, arm in ipairs(groups) do
+    use(supervisors, arm.name or supervisor_name(arm.runs[1].config), arm)
+    for _, run in ipairs(arm.runs) do
+      if run.config.name then use(experiments, run.config.name, arm) end
     end
   end
-  return name
-end
-
--- Does a supervisor's name identify this arm: no place in a script, and of no other arm?
-local function is_telling(arm, groups)
-  local config = arm.runs[1].config
-  if type(config.supervisor) == "table" and config.supervisor["function"] then return false end
-  for _, other in ipairs(groups) do
-    local same = supervisor_name(other.runs[1].config) == supervisor_name(config)
-    if other ~= arm and not other.name and same then return false end
+  for _, arm in ipairs(groups) do
+    local name = arm.runs[1].config.name
+    local base, is_function = supervisor_name(arm.runs[1].config)
+    local first = first_of[base]
+    if arm.name or not is_function and is_only(supervisors, base, arm) then
+      arm.name = arm.name or base
+    elseif is_only(experiments, name, arm) and not supervisors[name] then
+      arm.name = name
+    elseif first then
+      local texts = {}
+      for k, each in ipairs(flat.differences(first.fields, arm.fields)) do
+        texts[k] = ("%s=%s"):format(each.path, each.now)
+      end
+      arm.name = ("%s (%s)"):format(base, table.concat(texts, ", "))
+    else
+      arm.name, first_of[base] = base, arm
+    end
   end
-  return true
-end
-
--- The name of an arm: its supervisor; where another arm has the same, the name of its experiments;
--- where they have none of their own, the fields that differ from the first arm of that supervisor.
-local function name_arm(arm, named, own)
-  if own then return own end
-  local base = supervisor_name(arm.runs[1].config)
-  local first = named[base]
-  if not first then
-    named[base] = arm
-    return base
-  end
-  local texts = {}
-  for _, each in ipairs(flat.differences(first.fields, arm.fields)) do
-    texts[#texts + 1] = ("%s=%s"):format(each.path, each.now)
-  end
-  return ("%s (%s)"):format(base, table.concat(texts, ", "))
 end
 
 ---@class limax.compare.arm
@@ -153,7 +151,7 @@ end
 ---@param list limax.compare.run[]
 ---@return limax.compare.arm[]
 function arms.group(list)
-  local groups, by_key, named, shared = {}, {}, {}, nil
+  local groups, by_key, shared = {}, {}, nil
   for _, run in ipairs(list) do
     local own, its = fields_of(run)
     if shared then check_question(list[1], shared, run, its) end
@@ -172,14 +170,8 @@ function arms.group(list)
     end
     table.insert(by_key[key].runs, run)
   end
-  local own = {}
-  for k, arm in ipairs(groups) do
-    own[k] = not arm.name and not is_telling(arm, groups) and own_name(arm, groups) or nil
-  end
-  for k, arm in ipairs(groups) do
-    arm.name = arm.name or name_arm(arm, named, own[k])
-    order(arm)
-  end
+  name_arms(groups)
+  for _, arm in ipairs(groups) do order(arm) end
   return groups
 end
 
