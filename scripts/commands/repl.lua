@@ -1,5 +1,4 @@
---- repl.lua: `limax repl`: a prompt for Lua. Reads lines from the terminal, or a script from a pipe
---- or file.
+--- repl.lua: `limax repl`: a prompt for Lua. Reads lines from a terminal, a pipe or files.
 
 local failure = require "limax.base.failure"
 local follow = require "limax.tools.repl.follow"
@@ -8,22 +7,20 @@ local names = require "limax.tools.repl.names"
 local session = require "limax.tools.repl.session"
 local words = require "limax.tools.repl.words"
 
--- The file that runs before the first prompt, if there is one.
+-- The start-up file, if it exists.
 local function startup_file()
-  local given = os.getenv "XDG_CONFIG_HOME"
-  local home = os.getenv "HOME"
-  local folder = given and given:sub(1, 1) == "/" and given or home and home .. "/.config"
+  local config, home = os.getenv "XDG_CONFIG_HOME", os.getenv "HOME"
+  local folder = config and config:sub(1, 1) == "/" and config or home and home .. "/.config"
   local path = folder and folder .. "/limax/repl.lua"
   return path and host.file.exists(path) == "file" and path or nil
 end
 
-local function run_startup_file(known)
+local function run_startup_file(visible)
   local path = startup_file()
   if not path then return end
-  local fine, value, trace = host.protect(follow.run, path, known)
+  local fine, value, trace = host.protect(follow.run, path, visible)
   if fine then return end
   if value == host.interrupt then error(value, 0) end
-  -- a prompt without it is better than none
   io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
 end
 
@@ -38,34 +35,34 @@ end
 return {
   summary = "a prompt for Lua",
   usage = "limax repl [options] [FILE.lua ...]",
-  text = "Type an expression to see its value, or any statement; one that is not complete goes on\n"
-    .. "after `..`. A trailing ; mutes. Names need no `local` here, and one that has it stays.\n"
-    .. "`_` is the last value, `_1` the one before. `limax` is loaded; ?name tells what something\n"
-    .. "is, ? alone what there is. Tab completes. Files run first; their names stay, and what the\n"
-    .. "last one returns is `_`. Ctrl-C stops what runs.\n\n"
-    .. "From a pipe: no prompt, and the first error ends with status 1. History is kept in\n"
+  text = "Type an expression to see its value, or a statement; an incomplete one continues after\n"
+    .. "`..`. A trailing ; mutes. Names need no `local`. `_` is the last value, `_1` the one\n"
+    .. "before. `limax` is loaded; ?name describes a name, ? lists all topics. Tab completes.\n"
+    .. "Files run first; their names remain defined, and the return value of the last one is `_`.\n"
+    .. "Ctrl-C interrupts.\n\n"
+    .. "From a pipe there is no prompt, and the first error ends with status 1. The history is in\n"
     .. "limax/history below $XDG_STATE_HOME (~/.local/state); limax/repl.lua below\n"
     .. "$XDG_CONFIG_HOME (~/.config) runs before the first prompt.",
   options = {
     { name = "execute", short = "e", argument = "CODE", many = true,
-      text = "take CODE as if it were typed, and end" },
+      text = "run CODE as if it were typed, and end" },
     { name = "load", short = "l", argument = "MODULE", many = true,
-      text = "require a module first, under its own name" },
-    { name = "interactive", short = "i", text = "prompt after -e too" },
-    { name = "bare", text = "leave the start-up file out" },
+      text = "require a module first, as a name at the prompt" },
+    { name = "interactive", short = "i", text = "prompt also after -e" },
+    { name = "bare", text = "do not run the start-up file" },
   },
   positional = { name = "FILE.lua" },
   run = function(arguments)
-    -- modules of the folder that one works in
+    -- `require` finds modules in the working folder
     package.path = "./?.lua;./?/init.lua"
-    local known
-    known = names.new(words.of(function() return known end))
-    local prompt = session.new(known)
+    local visible
+    visible = names.new(words.of(function() return visible end))
+    local prompt = session.new(visible)
     local terminal = host.terminal().stdin
     local ends = #arguments.execute > 0 and not arguments.interactive
-    if terminal and not ends and not arguments.bare then run_startup_file(known) end
+    if terminal and not ends and not arguments.bare then run_startup_file(visible) end
     for _, module in ipairs(arguments.load) do
-      known.environment[module:match "[^.]*$"] = require(module)
+      visible.environment[module:match "[^.]*$"] = require(module)
     end
     for _, file in ipairs(arguments) do prompt:run_file(file) end
     for _, code in ipairs(arguments.execute) do

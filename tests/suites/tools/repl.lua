@@ -1,11 +1,11 @@
---- repl.lua: `limax repl` without a terminal, and at one that `script` (bsdutils) makes.
+--- repl.lua: `limax repl` without a terminal, and at a terminal of `script` (bsdutils).
 
 local host = require "limax.host"
 local process = require "support.process"
 
 local suite = require("limax.test").suite "repl"
 
--- Feeds a text through a pipe; returns status and output, the error stream at its end.
+-- Pipes a text into the prompt: status and output, followed by the error stream.
 local function feed(t, text)
   local folder = t:folder()
   process.write(folder .. "/input", text)
@@ -16,7 +16,7 @@ local function feed(t, text)
   return output
 end
 
-suite:test("a piped script shows values, keeps names, continues open statements", function(t)
+suite:test("a piped script shows values, keeps names and continues statements", function(t)
   t:equal(feed(t, [[
 1 + 1
 x = 3
@@ -34,7 +34,7 @@ nil
 ]]):gsub("function: 0x%x+", "function"), '2\n6\t"a"\tnil\n1\n2\n6\nfunction\nnil\nstatus 0\n')
 end)
 
-suite:test("statements of many lines end where they end", function(t)
+suite:test("statements of many lines are run when they are complete", function(t)
   local lines = { "t = {" }
   for i = 1, 3000 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end
   t:equal(feed(t, table.concat(lines, "\n") .. [==[
@@ -63,7 +63,7 @@ suite:test("without a terminal the first error ends with status 1", function(t)
     "status 1\ninput:1: boo\n  input:1: in main chunk\n")
   t:equal(feed(t, "print(1)\nunknown\n"),
     "1\nstatus 1\ninput:2: undefined name 'unknown'\n  input:2: in main chunk\n")
-  -- lines are those of what is piped
+  -- line numbers are those of the piped text
   t:equal(feed(t, "\239\187\191print(1)\n\nfunction f()\n  boom()\nend\nf()\n"), "1\nstatus 1\n"
     .. "input:4: undefined name 'boom'\n  input:4: in function 'f'\n  input:6: in main chunk\n")
   t:equal(feed(t, "x = 1\nfor i = 1, 2 do\n  boom()\nend\n"), "status 1\n"
@@ -75,13 +75,13 @@ suite:test("without a terminal the first error ends with status 1", function(t)
     "status 1\ninput:1: the statement that begins here is not complete\n")
 end)
 
-suite:test("at a terminal Ctrl-C returns to the prompt, and names stay", function(t)
+suite:test("at a terminal Ctrl-C returns to the prompt and keeps names", function(t)
   if os.execute "command -v script >/dev/null" ~= 0 then t:skip "script is not installed" end
   local folder = t:folder()
   local screen = folder .. "/screen"
   local pipe = io.popen(("exec timeout -s KILL 300 script -qfec %s %s >/dev/null"):format(
     process.quote(process.quote(host.executable) .. " repl"), process.quote(screen)), "w")
-  -- types a text and waits until the screen ends with another
+  -- types a text and waits until the screen ends with another one
   local function type_in(text, expected)
     pipe:write(text)
     pipe:flush()
@@ -96,7 +96,7 @@ suite:test("at a terminal Ctrl-C returns to the prompt, and names stay", functio
   type_in("", "\r\n> ")
   type_in("x = 3\n", "x = 3\r\n> ")
   type_in("x + 1\n", "\r\n4\r\n> ")
-  -- what a loop says before it loops is not what was typed
+  -- the output of the loop differs from the typed text
   local say = "io.write('lo' .. 'op') io.stdout:flush() "
   type_in(say .. "while true do end\n", "loop")
   type_in("\3", "interrupted\r\n> ")

@@ -19,7 +19,7 @@ local prompt = { keys = "", ends = ">" }
 local function line(text) return { keys = text .. "\n", ends = ">", breaks = true } end
 local leave = { keys = "\4" }
 
-suite:test("history is kept between starts, whole statements, for its user alone", function(t)
+suite:test("history keeps whole statements, readable only by the user", function(t)
   local folder = t:folder()
   local open = { keys = "for i = 1, 2 do\n", ends = "..", breaks = true }
   typed.run(t, { prompt, line "first = 1", open, line "end", line "first = 1", leave },
@@ -51,26 +51,26 @@ suite:test("a long history is shortened to its newest entries", function(t)
   t:equal(kept:match "([^\n]*)\n$", [["a\\nb"]])
 end)
 
-suite:test("a history that cannot be written is said once", function(t)
+suite:test("a history that cannot be written is reported once", function(t)
   local folder = t:folder()
   process.write(folder .. "/state", "a file where a folder should be")
   local done = typed.run(t, { prompt, line "1", line "2", leave }, { folder = folder })
-  local said = table.concat(done.steps[1].lines, "\n")
-  t:ok(said:match "\nlimax: the history is not kept: ", said)
+  local screen = table.concat(done.steps[1].lines, "\n")
+  t:ok(screen:match "\nlimax: the history is not saved: ", screen)
   t:equal(done.steps[2].lines, { "> 1", "1", ">" })
   t:equal(done.steps[3].lines, { "> 2", "2", ">" })
 end)
 
-suite:test("a history that cannot be read is said, and the prompt comes", function(t)
+suite:test("a history that cannot be read is reported", function(t)
   local folder = t:folder()
   host.file.mkdir(folder .. "/state/limax/history")
   local done = typed.run(t, { prompt, line "1", leave }, { folder = folder })
-  local said = table.concat(done.steps[1].lines, "\n")
-  t:ok(said:match "\nlimax: the history is not kept: ", said)
+  local screen = table.concat(done.steps[1].lines, "\n")
+  t:ok(screen:match "\nlimax: the history is not saved: ", screen)
   t:equal(done.steps[2].lines, { "> 1", "1", ">" })
 end)
 
-suite:test("without libedit lines are plain, and the prompt says so", function(t)
+suite:test("without libedit lines cannot be edited", function(t)
   if host.line_editor then t:skip "built with libedit" end
   local done = typed.run(t, { prompt, line "1 + 1", leave })
   t:ok(done.steps[1].lines[2]:match "^Built without libedit", done.steps[1].lines[2])
@@ -79,7 +79,7 @@ end)
 
 -- ---- Tab ----------------------------------------------------------------------------------------
 
-suite:test("Tab completes at the terminal, and shows what there is", function(t)
+suite:test("Tab completes and lists candidates at the terminal", function(t)
   if not host.line_editor then t:skip "built without libedit" end
   local folder = t:folder()
   process.write(folder .. "/champion.json", "{}")
@@ -96,7 +96,7 @@ suite:test("Tab completes at the terminal, and shows what there is", function(t)
   t:equal(shown.steps[3].lines[2], "slope   stairs")
 end)
 
-suite:test("what Tab finds", function(t)
+suite:test("completions", function(t)
   local names
   names = prompt_names.new(words.of(function() return names end))
   local environment = names.environment
@@ -116,7 +116,7 @@ suite:test("what Tab finds", function(t)
   t:equal(found "walker:simulate({ dur", "duration = ")
   t:equal(found "walker:simulate { duration = 1, scene = { grav", "gravity = ")
   t:equal(found "walker:simulate { scene = { ground = { sti", "stiffness = ")
-  -- over several lines, behind other entries, not those that stand there already
+  -- over several lines, after other entries, without those that are assigned
   t:equal(found "limax.experiment {\n  fitness = 'walk',\n  breeding = { mutation_rate = 0.1, mut",
     "mutation_scale = ")
   t:equal(found 'walker:simulate { accuracy = "pre', "preview")
@@ -124,7 +124,7 @@ suite:test("what Tab finds", function(t)
   t:equal(found "limax.scenes.slope { an", "anchors =  angle = ")
   t:equal(found "compare(walker, 'cpu', { prec", "precision = ")
   t:equal(found "limax.robot { fit", "")
-  -- names that a field, an argument or a trace may have
+  -- words of a field, an argument or a trace
   t:equal(found 'limax.experiment { fitness = "wal', "walk")
   t:equal(found 'limax.experiment { supervisor = { "sched', "schedule")
   t:equal(found 'limax.experiment { simulation = { integrator = "leap', "leapfrog")

@@ -1,5 +1,5 @@
---- repl_start.lua: how `limax repl` starts and ends: -e, -l, -i, files, the start-up file; scripts
---- that change while it runs; Ctrl-C.
+--- repl_start.lua: start and end of `limax repl`: -e, -l, -i, files, the start-up file; followed
+--- scripts; Ctrl-C.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -10,7 +10,7 @@ local suite = require("limax.test").suite "repl start"
 local prompt, leave = { keys = "", ends = ">" }, { keys = "\4" }
 local function line(text) return { keys = text .. "\n", ends = ">", breaks = true } end
 
--- What `limax repl` with these words says without a terminal, its status at the end.
+-- The output of `limax repl` with these words without a terminal, and its status.
 local function run(folder, words, input)
   process.write(folder .. "/input", input or "")
   local pipe = io.popen(("cd %s; HOME=%s XDG_CONFIG_HOME= %s repl %s <input 2>&1; echo status $?")
@@ -20,7 +20,7 @@ local function run(folder, words, input)
   return output
 end
 
-suite:test("-e takes a line, -l loads a module, a file's names stay", function(t)
+suite:test("-e runs a line, -l loads a module, names of a file remain", function(t)
   local folder = t:folder()
   process.write(folder .. "/mine.lua",
     "local answer = 42\nlocal function twice(x) return 2 * x end\n")
@@ -37,15 +37,15 @@ suite:test("-e takes a line, -l loads a module, a file's names stay", function(t
   t:ok(run(folder, "wrong.lua"):match "wrong.lua:2: boo\n.*status 1\n$")
   t:ok(run(folder, "missing.lua"):match "there is no file missing.lua\nstatus 2\n$")
   t:ok(run(folder, "-l no.such.module"):match "module 'no.such.module' not found.*status 1\n$")
-  -- with -i the lines of the input follow
+  -- -i continues with the input
   t:equal(run(folder, "-i -e 'x = 5'", "x\n"), "5\nstatus 0\n")
-  -- without a terminal there is no start-up file
+  -- without a terminal the start-up file does not run
   host.file.mkdir(folder .. "/.config/limax")
   process.write(folder .. "/.config/limax/repl.lua", "print 'started'\n")
   t:equal(run(folder, "", "1\n"), "1\nstatus 0\n")
 end)
 
-suite:test("what README shows at the prompt runs", { limit = 60 }, function(t)
+suite:test("the prompt in README runs", { limit = 60 }, function(t)
   local folder, lines, inside = t:folder(), {}, false
   for line_of_page in process.read(host.home .. "/README.md"):gmatch "[^\n]*" do
     if line_of_page:match "^## " then inside = line_of_page == "## The prompt" end
@@ -58,7 +58,7 @@ suite:test("what README shows at the prompt runs", { limit = 60 }, function(t)
   t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
 end)
 
-suite:test("--help names what there is", function(t)
+suite:test("--help lists the options", function(t)
   local text = run(t:folder(), "--help")
   for _, word in ipairs { "--execute CODE", "--load MODULE", "--interactive", "--bare", "?name" } do
     t:ok(text:find(word, 1, true), word)
@@ -74,14 +74,14 @@ suite:test("the start-up file runs before the first prompt", function(t)
   local bare = typed.run(t, { prompt, line "from_start", leave },
     { folder = folder, words = { "--bare" } })
   t:equal(bare.steps[2].lines[2], "input:1: undefined name 'from_start'")
-  -- one that fails is said, and the prompt comes
+  -- a failing one is reported
   process.write(folder .. "/config/limax/repl.lua", "error 'boo'\n")
   local failed = typed.run(t, { prompt, line "1", leave }, { folder = folder })
   t:ok(failed.steps[1].lines[1]:match "repl.lua:1: boo$", failed.steps[1].lines[1])
   t:equal(failed.steps[2].lines, { "> 1", "1", ">" })
 end)
 
-suite:test("a followed script runs again when it has changed; its table stays", function(t)
+suite:test("a followed script runs again after a change and keeps its table", function(t)
   local folder = t:folder()
   process.write(folder .. "/mine.lua",
     "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
@@ -98,11 +98,11 @@ held.answer, top, m == held
 follow "none.lua"
 ]]):gsub("[^\n ]*/mine.lua", "mine.lua")
   t:equal(output, [[
-read again: mine.lua
+reloaded: mine.lua
 2	nil	2
 mine.lua:1: unexpected symbol near '='
 2	2
-read again: mine.lua
+reloaded: mine.lua
 4	4	true
 there is no file none.lua
   input:10: in main chunk
@@ -110,7 +110,7 @@ status 1
 ]])
 end)
 
-suite:test("a followed script that changes runs at the idle prompt, and the line stays", function(t)
+suite:test("a changed script runs at the idle prompt, and the typed line remains", function(t)
   if not host.line_editor then t:skip "built without libedit" end
   local folder = t:folder()
   process.write(folder .. "/mine.lua", "top = 1\n")
@@ -120,17 +120,17 @@ suite:test("a followed script that changes runs at the idle prompt, and the line
   end
   local done = typed.run(t, { prompt, line 'follow "mine.lua"', { keys = "top + to", ends = half },
     change("top = 21 print 'hello'\n", half), { keys = "p\n", ends = ">", breaks = true },
-    -- Ctrl-C stops one that does not end
+    -- Ctrl-C stops an endless one
     change("io.write 'loop' io.stdout:flush() while true do end\n", "loop"),
     { keys = "\3", ends = ">", breaks = true },
     line "top", leave }, { folder = folder })
   t:equal(done.steps[4].lines[2], "hello")
-  t:ok(done.steps[4].lines[3]:match "^read again: ")
+  t:ok(done.steps[4].lines[3]:match "^reloaded: ")
   t:equal(done.steps[5].lines[2], "42")
   t:equal(done.steps[8].lines[2], "21")
 end)
 
-suite:test("a module is read again, and its table stays the same one", function(t)
+suite:test("a reloaded module keeps its table", function(t)
   local folder = t:folder()
   process.write(folder .. "/part.lua", "return { answer = 1, gone = true }\n")
   t:equal(run(folder, "", [[
@@ -144,22 +144,22 @@ package.loaded.part == held, held.answer
 ]]):gsub("false\n.-<eof>'\n", "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
 end)
 
-suite:test("Ctrl-C leaves a simulation whole", function(t)
+suite:test("after Ctrl-C a simulation can continue", function(t)
   local done = typed.run(t, { prompt, line 'robot = limax.robot { voxels = "ecs\\nece" }',
     line "walk = robot:begin { duration = 1e5 }", line "walk:step(10);",
-    -- it computes for minutes
+    -- takes minutes
     { keys = "io.write('be' .. 'gun') io.stdout:flush() walk:finish()\n", ends = "begun",
       breaks = true },
     { keys = "\3", ends = ">", breaks = true, wait = 2 }, line "before = walk.steps",
     line "before > 10", line "walk:step(5).steps - before", line "walk.status", leave })
-  local said = done.steps[6].lines
-  t:equal(said[#said - 1], "begun^Cinterrupted")
+  local screen = done.steps[6].lines
+  t:equal(screen[#screen - 1], "begun^Cinterrupted")
   t:equal(done.steps[8].lines[2], "true")
   t:equal(done.steps[9].lines[2], "5")
   t:equal(done.steps[10].lines[2], '"running"')
 end)
 
-suite:test("a run that Ctrl-C has cut short goes on to what it would have been", function(t)
+suite:test("a run that Ctrl-C interrupted continues to the same result", function(t)
   local fields = "f = { fitness = 'walk', lattice = { 4, 4, 4 }, population = 24, repetitions = 1,"
     .. " simulation = { duration = 3 } }"
   local same = "b.history[%d].best == a.history[%d].best and "
@@ -171,15 +171,15 @@ suite:test("a run that Ctrl-C has cut short goes on to what it would have been",
     { keys = "\3", ends = ">", breaks = true, wait = 1 }, line "b = _",
     line "while #b.history < 2 do evolve(b, 1) end", line((same:gsub("%%d", "1"))),
     line((same:gsub("%%d", "2"))), leave })
-  local said = done.steps[5].lines
-  t:ok(said[#said - 2]:find "^the run so far is _ %(generations: %d%); evolve%(_%) goes on$",
-    said[#said - 2])
-  t:equal(said[#said - 1], "interrupted")
+  local screen = done.steps[5].lines
+  local line = screen[#screen - 2]
+  t:ok(line:find "^the run so far is _ %(generations: %d%); evolve%(_%) continues it$", line)
+  t:equal(screen[#screen - 1], "interrupted")
   t:equal(done.steps[8].lines[2], "true")
   t:equal(done.steps[9].lines[2], "true")
 end)
 
-suite:test("whoever ends the prompt finds the terminal as it was", function(t)
+suite:test("the terminal is restored at the end", function(t)
   local half = { keys = "half a li", ends = "> half a li" }
   local done = typed.run(t, { prompt, half, { keys = "", signal = 15 } })
   t:equal(done.status, -15)
@@ -189,7 +189,7 @@ suite:test("whoever ends the prompt finds the terminal as it was", function(t)
   t:equal(done.echo, true)
 end)
 
-suite:test("a picture of a robot in motion, and a program that shows it", function(t)
+suite:test("a picture of a robot in motion, shown by a program", function(t)
   local folder = t:folder()
   process.write(folder .. "/viewer.sh", "#!/bin/sh\necho \"$2\" >shown.part\nmv shown.part shown\n")
   os.execute("chmod +x " .. process.quote(folder .. "/viewer.sh"))
@@ -202,12 +202,12 @@ picture(walk, "never.svg", { duration = 3 })
   local pipe = io.popen(("cd %s; BROWSER=%s HOME=. %s repl <input 2>&1"):format(
     process.quote(folder), process.quote(folder .. "/viewer.sh --new"),
     process.quote(host.executable)))
-  local said = pipe:read "*a"
+  local screen = pipe:read "*a"
   pipe:close()
-  t:ok(said:find("input:4: picture: unknown option duration; known are: open, title", 1, true),
-    said)
+  t:ok(screen:find("input:4: picture: unknown option duration; known are: open, title", 1, true),
+    screen)
   local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
-  -- a moment of rest, and another one 0.7 s later; the faces have moved
+  -- at rest, and 0.7 s later: the faces have moved
   t:ok(now:find("-0.50 s", 1, true) and later:find("0.20 s", 1, true), now)
   local function faces(text)
     local list = {}

@@ -1,5 +1,5 @@
---- repl_text.lua: how the prompt reads text: tokens, top-level `local`, `time(...)`, and what it
---- makes of values.
+--- repl_text.lua: how the prompt reads text (tokens, top-level `local`, `time(...)`) and shows
+--- values.
 
 local array_text = require "limax.tools.repl.array_text"
 local chunk = require "limax.tools.repl.chunk"
@@ -25,7 +25,7 @@ suite:test("tokens are Lua's", function(t)
   t:equal(texts(tokens.of_code "1 -- one\n2"), { "1", "2" })
 end)
 
-suite:test("a top-level local assigns, any other stays, and nothing moves", function(t)
+suite:test("a top-level local becomes an assignment, without moving text", function(t)
   local function kept(text) return (tokens.keep_locals(text)) end
   t:equal(kept "local x = 1", "      x = 1")
   t:equal(kept "local x", "      x = nil;")
@@ -36,12 +36,12 @@ suite:test("a top-level local assigns, any other stays, and nothing moves", func
     "f(function() local x = 1 end)", "x = 'local y'", "-- local y", "x = [[\nlocal y]]" } do
     t:equal(kept(text), text)
   end
-  -- behind a block it is top-level again
+  -- after a block it is top-level again
   t:equal(kept "if a then b() end local x = 1", "if a then b() end       x = 1")
   t:equal(select(2, tokens.keep_locals "local a, b = 1\nlocal function c() end"), { "a", "b", "c" })
 end)
 
-suite:test("what is not complete is known, and what is wrong is not", function(t)
+suite:test("incomplete statements are distinguished from errors", function(t)
   local function state(text)
     local compiled, _, incomplete = chunk.compile(text, {}, "=input")
     return compiled and "whole" or incomplete and "open" or "wrong"
@@ -55,7 +55,7 @@ suite:test("what is not complete is known, and what is wrong is not", function(t
   end
 end)
 
-suite:test("values are cut and summarised", function(t)
+suite:test("values are truncated and summarised", function(t)
   local style = { color = false, ascii = true, width = 60 }
   local function shown(value) return show.value(value, style) end
   local many = {}
@@ -72,7 +72,7 @@ suite:test("values are cut and summarised", function(t)
   t:equal(shown(("x"):rep(30)), '"' .. ("x"):rep(30) .. '"')
 end)
 
-suite:test("a value takes at most so many lines as fit, fewer depths first", function(t)
+suite:test("a value with too many lines is shown with less depth", function(t)
   local style = { color = false, ascii = true, width = 60 }
   local deep = {}
   for i = 1, 20 do
@@ -86,22 +86,22 @@ suite:test("a value takes at most so many lines as fit, fewer depths first", fun
   t:equal(show.value(deep, style), "{ one = { two = { three = { 1, 2 } } } }")
 end)
 
-suite:test("compare without CUDA says what else there is", function(t)
+suite:test("compare without CUDA suggests alternatives", function(t)
   if pcall(engine.device, "cuda") then t:skip "there is a GPU here" end
   local robot = require("limax").robot { voxels = "ecs" }
   local message = t:raises("compare: device 'cuda': ", function()
     compare.two(robot, "cpu", "cuda")
   end)
-  t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor says',
+  t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor reports',
     1, true), message)
   t:ok(not message:find("use 'cpu' or 'auto'", 1, true), message)
 end)
 
-suite:test("compare holds two devices against each other", { devices = "cuda", limit = 60 },
+suite:test("compare shows the difference of two devices", { devices = "cuda", limit = 60 },
   function(t)
     local robot = require("limax").robot { voxels = "ecs\nece" }
     local both = compare.two(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
-    -- what a rounding may do on the ground in so short a time: bench/agreement.lua
+    -- effect of rounding in a short time on the ground: bench/agreement.lua
     t:near(both.distance, 0, { atol = 1e-3 })
     t:equal(both.steps, 0)
     t:ok(tostring(both):find "^ +cpu +cuda +difference\n", tostring(both))

@@ -1,9 +1,9 @@
---- array_text.lua: many numbers in one line: shape, least, mean and largest, and how many of them
---- are no numbers (NaN). Of views and of Lua's lists.
+--- array_text.lua: a summary of views and lists of numbers in one line: shape, minimum, mean,
+--- maximum and number of NaN.
 
 local array_text = {}
 
--- Least, mean and largest of numbers, and how many are NaN.
+-- Minimum, mean and maximum of numbers, and the number of NaN.
 local function measure(each)
   local low, high, sum, count, nan = math.huge, -math.huge, 0, 0, 0
   each(function(value)
@@ -35,9 +35,9 @@ end
 ---@param view limax.view
 ---@return string
 function array_text.view(view)
-  local fine, list = pcall(view.table, view)
-  -- a view that has ended says so
-  if not fine then return tostring(view) .. ": " .. tostring(list) end
+  local valid, list = pcall(view.table, view)
+  -- the view is no longer valid
+  if not valid then return tostring(view) .. ": " .. tostring(list) end
   local function field(name)
     local known, value = pcall(function() return view[name] end)
     return known and value or nil
@@ -70,7 +70,7 @@ function array_text.shape(list)
   return { size, unpack(inner) }
 end
 
---- The same of nested lists.
+--- The summary of nested lists.
 ---@param list table
 ---@param shape integer[]
 ---@return string

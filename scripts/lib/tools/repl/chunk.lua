@@ -1,12 +1,12 @@
---- chunk.lua: what was typed as a function to run: an expression first, so that its value is shown;
---- a top-level `local` stays; `time(...)` times what stands in it; a trailing `;` mutes.
+--- chunk.lua: compiles typed text: as an expression if possible, so that its value is shown. A
+--- top-level `local` remains defined, `time(...)` times its expression, a trailing `;` mutes.
 
 local tokens = require "limax.tools.repl.tokens"
 
 local chunk = {}
 
--- Is this the message of a text that ends where it should go on? A string in quotes ends with its
--- line, unless a backslash takes the break in.
+-- Is this the message of an incomplete text? A string in quotes ends with its line, unless a
+-- backslash continues it.
 local function is_incomplete(message, text)
   if not message:match "near '?<eof>'?$" then return false end
   return not message:match ": unfinished string" or text:match "\\$" ~= nil
@@ -22,8 +22,7 @@ local function closing_of(list, first)
   end
 end
 
--- Is token i the prompt's `time` with an expression behind it? A function and a text are taken as
--- they are.
+-- Is token i the prompt's `time` with an expression? Functions and texts are passed unchanged.
 local function times(list, i)
   local before, inner = list[i - 1], list[i + 2]
   if list[i].text ~= "time" or not list[i + 1] or list[i + 1].text ~= "(" or not inner then
@@ -35,7 +34,7 @@ local function times(list, i)
   return inner.text ~= "function" and inner.kind ~= "string" and inner.text ~= ")"
 end
 
--- `time(expression)` gets a function of the expression: as an argument it would be over before.
+-- Wraps the expression of `time(expression)` in a function, so that it is not evaluated before.
 local function with_time(text)
   local list, edits = tokens.of_code(text), {}
   for i = 1, #list do
@@ -43,7 +42,7 @@ local function with_time(text)
     if last then
       local from, to = list[i + 1].last, list[last].first
       edits[#edits + 1] = { from, "function() return " }
-      -- a comment would swallow what follows it
+      -- a line break after a possible comment
       local comment = text:sub(from, to):find("--", 1, true)
       edits[#edits + 1] = { to - 1, comment and "\nend" or " end" }
     end
@@ -64,30 +63,30 @@ local function unmuted(text)
 end
 
 ---@class limax.repl.chunk
----@field call function takes a function that is handed the values of an expression
+---@field call function takes a function that receives the values of an expression
 ---@field muted boolean its values are not shown
----@field names string[] that its top-level `local` declares
+---@field names string[] declared by its top-level `local`
 
---- The function of a text; otherwise nil, message, incomplete.
+--- Compiles a text; otherwise nil, message, incomplete.
 ---@param text string
 ---@param environment table
 ---@param name string chunk name, "=input"
----@param first integer|nil line that messages call its first one; 1
+---@param first integer|nil number of its first line in messages, 1 if left out
 ---@return limax.repl.chunk|nil
 ---@return string|nil message
 ---@return boolean|nil incomplete
 function chunk.compile(text, environment, name, first)
   -- the `=` of other prompts of Lua
   text = text:gsub("^%s*=%f[^=]", "")
-  -- lines above it: after thousands they cost more than the text, so that they stand above the form
-  -- that was chosen alone
+  -- line breaks above the text give messages their line; after thousands of lines they cost more
+  -- than the text, so only the chosen form gets them
   local function numbered(code) return loadstring(("\n"):rep((first or 1) - 1) .. code, name) end
   local expression, muted = unmuted(text)
   local timed = with_time(expression)
   local names, form = {}, "return " .. timed
   if loadstring(form, name) then
-    -- a call after `return` is a tail call, whose errors would lose their line
-    -- (the line break: for a text that ends in a comment)
+    -- a call after `return` is a tail call, whose errors lose their line; the line break is for a
+    -- text that ends in a comment
     for _, call in ipairs { "(...)(" .. timed .. ")", "(...)(" .. timed .. "\n)" } do
       if loadstring(call, name) then
         form = call
@@ -105,7 +104,7 @@ function chunk.compile(text, environment, name, first)
     end
   end
   local call = numbered(form)
-  -- compiled traces check no hook: at the prompt Ctrl-C must always come through
+  -- compiled traces do not check hooks, and Ctrl-C must always work at the prompt
   jit.off(call, true)
   return { call = setfenv(call, environment), muted = muted, names = names }
 end

@@ -1,5 +1,5 @@
---- compare.lua: one robot under two devices, or two sets of options: what each measured, side by
---- side. SI units.
+--- compare.lua: simulates a robot on two devices, or with two sets of options, and compares the
+--- measures. SI units.
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -11,23 +11,23 @@ local terminal = require "limax.base.terminal"
 
 local compare = {}
 
-local function merged(what, given, common)
-  if type(given) == "string" then given = { device = given } end
-  if type(given) ~= "table" then
-    engine.fail(("compare: %s: expected a device or a table of options, got %s"):format(what,
-      schema.show(given)))
+local function merged(name, choice, common)
+  if type(choice) == "string" then choice = { device = choice } end
+  if type(choice) ~= "table" then
+    engine.fail(("compare: %s: expected a device or a table of options, got %s"):format(name,
+      schema.show(choice)))
   end
   local options = {}
   for key, value in pairs(common or {}) do options[key] = value end
-  for key, value in pairs(given) do options[key] = value end
+  for key, value in pairs(choice) do options[key] = value end
   return options
 end
 
--- "cuda", "cpu, double": what a column's head says.
-local function title_of(given)
-  if type(given) == "string" then return given end
+-- The head of a column: "cuda", "cpu, double".
+local function title_of(choice)
+  if type(choice) == "string" then return choice end
   local parts = {}
-  for key, value in pairs(given) do
+  for key, value in pairs(choice) do
     parts[#parts + 1] = key == "device" and tostring(value) or ("%s %s"):format(key,
       tostring(value))
   end
@@ -35,7 +35,7 @@ local function title_of(given)
   return table.concat(parts, ", ")
 end
 
--- Name, unit and value of everything that is compared.
+-- Name, unit and value of each measure.
 local function measures(robot, seconds)
   local outcome = robot.record.outcome
   local ends = outcome.center_end
@@ -48,16 +48,16 @@ local function measures(robot, seconds)
   }
 end
 
--- A device that is not there is said before anything is simulated, with what can be done.
+-- Reports an unavailable device before anything is simulated, with alternatives.
 local function check_device(name)
   if type(name) ~= "string" then return end
-  local fine, device = failure.attempt(engine.device, name)
-  if fine then
+  local available, device = failure.attempt(engine.device, name)
+  if available then
     device:free()
   elseif name == "cuda" then
     local reason = failure.bare(device):gsub("^[^\n:]+:%d+: ", ""):gsub("; use 'cpu' or .-$", "")
     engine.fail(("compare: %s. Compare two settings of the CPU, such as compare(robot, \"cpu\", "
-      .. "{ precision = \"double\" }); limax doctor says what CUDA lacks here"):format(reason))
+      .. "{ precision = \"double\" }); limax doctor reports what CUDA needs"):format(reason))
   else
     error(device, 0)
   end
@@ -69,13 +69,13 @@ local function simulated(robot, options)
   return walked, measures(walked, host.clock() - began)
 end
 
--- A count in full, another number as the table writes it.
+-- Counts in full, other numbers as in the table.
 local function shown(value, unit)
   if not value then return "-" end
   return unit == "" and ("%d"):format(value) or value
 end
 
---- Simulates twice and gives the differences, second less first; as text, a table of both.
+--- Simulates twice and returns the differences, second minus first; as text, a table of both.
 ---@param robot limax.robot|limax.scored_robot
 ---@param first string|table
 ---@param second string|table

@@ -1,5 +1,5 @@
---- complete.lua: what Tab puts behind the cursor: names, fields, methods behind `:`, the options of
---- a known function inside its table, and file names inside strings.
+--- complete.lua: completion with Tab: names, fields, methods after `:`, the options of a known
+--- function inside its table, and file names inside strings.
 
 local api = require "limax.tools.reference.api"
 local host = require "limax.host"
@@ -9,7 +9,7 @@ local tokens = require "limax.tools.repl.tokens"
 
 local complete = {}
 
--- Names in the keys of a table and of what its metatable looks into.
+-- Names among the keys of a table and of the tables that its metatable indexes.
 local function add_keys(list, value, methods_only)
   local seen = {}
   local function take(source)
@@ -42,7 +42,7 @@ local function add_public(list, class, methods_only)
   end
 end
 
--- What a path such as "a.b[1].c" names; nothing is called but `__index`.
+-- The value of a path such as "a.b[1].c"; calls nothing but `__index`.
 local function value_of(path, names)
   local value
   for name in path:gsub("%[", "."):gsub("%]", ""):gmatch "[^.:]+" do
@@ -67,7 +67,7 @@ local function members(path, separator, names)
   if type(value) == "string" and separator == ":" then value = string end
   local class = kind.of(value)
   if class then
-    -- the public names of an object, where they are known; what it keeps inside is nobody's
+    -- only public names
     add_public(list, class, separator == ":")
     if #list > 0 then return list end
   end
@@ -93,8 +93,8 @@ local function path_ending(list, i)
   return table.concat(parts)
 end
 
--- The brackets that are open at the end, the innermost last, each with the commas behind it and the
--- names that are assigned to there.
+-- The open brackets, the innermost last, each with the number of commas after it and the names that
+-- are assigned in it.
 local function open_brackets(list)
   local open = {}
   for i, token in ipairs(list) do
@@ -113,8 +113,8 @@ local function open_brackets(list)
   return open
 end
 
--- Where the cursor stands: the function whose table is open, which argument that table is, the keys
--- from there inwards, and the names that are taken in the innermost table.
+-- The place of the cursor: the function whose table is open, the number of that argument, the keys
+-- of the nested tables, and the names that are assigned in the innermost one.
 local function place_of(list)
   local open = open_brackets(list)
   local keys, argument = {}, 1
@@ -138,7 +138,7 @@ local function place_of(list)
   end
 end
 
--- The public function that a typed path means: of the object's class, or under its own name.
+-- The public function of a typed path: a method of the object, or a function of that name.
 local function function_of(path, names)
   local base, short = path:match "^(.-)[.:]([^.:]+)$"
   local class = base and kind.of(value_of(base, names))
@@ -150,7 +150,7 @@ local function function_of(path, names)
   end
 end
 
--- The options of the table that the cursor stands in; nil where it is no known function's.
+-- The options of the table at the cursor; nil if its function is not known.
 local function options_at(list, names)
   local place = place_of(list)
   local entry = place and place.path ~= "" and function_of(place.path, names)
@@ -183,7 +183,7 @@ local function files_at(typed)
   return list
 end
 
--- The words that an option's type names: `"cpu"|"cuda"`; in `key = "` and `key = { "`.
+-- The words in the type of an option, such as `"cpu"|"cuda"`, after `key = "` or `key = { "`.
 local function choices_at(list, names)
   local at = #list - 1
   if list[at] and list[at].text == "{" then at = at - 1 end
@@ -200,8 +200,8 @@ local function choices_at(list, names)
   return words
 end
 
--- The words that the type of the argument names which an open string is; of a robot's trace those
--- that were recorded.
+-- The words in the type of the argument that an open string is; for a robot's trace those that were
+-- recorded.
 local function arguments_at(list, names)
   local before, open = list[#list - 1], open_brackets(list)
   local inner, path, argument = open[#open], nil, 1
@@ -229,7 +229,7 @@ end
 
 -- ---- the edit -----------------------------------------------------------------------------------
 
--- What Tab can put in the place of the last word, and that word.
+-- The candidates for the last word, and that word.
 local function candidates(text, names)
   local list = tokens.of(text)
   local last = list[#list]
@@ -286,7 +286,7 @@ local function columns(list)
   return table.concat(lines, "\n")
 end
 
---- Every way to go on, sorted, and the word that stands there.
+--- All completions, sorted, and the typed word.
 ---@param text string of the statement so far, up to the cursor
 ---@param names limax.repl.names
 ---@return string[] words
@@ -294,13 +294,13 @@ end
 function complete.words(text, names)
   local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
   local all, typed = candidates((text:gsub("^%s*%?%s*", "")), names)
-  -- help knows public names by their last part too
+  -- help also finds public names by their last part
   if topic then
     for _, entry in ipairs(api.entries()) do all[#all + 1] = entry.short end
   end
   local list, seen = {}, {}
   for _, word in ipairs(all) do
-    -- names that begin with _ are private, unless asked for
+    -- names that begin with _ are private
     local private = word:sub(1, 1) == "_" and typed == ""
     if word:sub(1, #typed) == typed and not seen[word] and not private then
       seen[word] = true
@@ -311,7 +311,7 @@ function complete.words(text, names)
   return list, typed
 end
 
---- What Tab does.
+--- The effect of Tab: text to insert, or candidates to show.
 ---@param text string of the statement so far, up to the cursor
 ---@param names limax.repl.names
 ---@return string|nil insert

@@ -1,4 +1,4 @@
---- evolve.lua: some generations at the prompt, a line for each, and the run to go on with.
+--- evolve.lua: evolves some generations at the prompt, with a line for each.
 
 local engine = require "limax.engine"
 local experiment = require "limax.experiment.experiment"
@@ -25,12 +25,12 @@ local function line_of(entry, robots, seconds)
     entry.generation, entry.best, entry.mean, entry.scored, #robots, seconds)
 end
 
--- The generations, a line for each.
+-- Runs generations and prints a line for each.
 local function advance(run, generations)
   local next_robots = run:generations()
   for done = 1, generations do
     local began = host.clock()
-    -- a generation that Ctrl-C cut short is finished first
+    -- a generation that Ctrl-C interrupted is finished first
     local robots = run.upcoming == nil and run.population or next_robots()
     if not robots then
       if done == 1 then io.write("the run has ended\n") end
@@ -45,7 +45,7 @@ end
 --- Evolves some generations of a run.
 ---@param what table|limax.experiment|limax.run
 ---@param generations? integer
----@param keep fun(run: limax.run) is handed a run that Ctrl-C has stopped
+---@param keep fun(run: limax.run) receives a run that Ctrl-C has stopped
 ---@return limax.run
 function evolve.some(what, generations, keep)
   generations = generations or DEFAULT
@@ -58,7 +58,7 @@ function evolve.some(what, generations, keep)
   if not fine then
     if value == host.interrupt then
       keep(run)
-      io.write(("\nthe run so far is _ (generations: %d); evolve(_) goes on\n"):format(
+      io.write(("\nthe run so far is _ (generations: %d); evolve(_) continues it\n"):format(
         #run.history))
     end
     failure.raise_again(value, trace)
@@ -66,12 +66,12 @@ function evolve.some(what, generations, keep)
   return run
 end
 
---- The best robot of the newest scored generation.
+--- The best robot of the last scored generation.
 ---@param run limax.run
 ---@return limax.scored_robot
 function evolve.champion(run)
   if type(run) ~= "table" or type(rawget(run, "history")) ~= "table" then
-    engine.fail("champion: expected a run, as evolve gives it, got " .. schema.show(run))
+    engine.fail("champion: expected a run of evolve, got " .. schema.show(run))
   end
   local last = run.history[#run.history]
   if not last then engine.fail "champion: this run has no scored generation yet" end

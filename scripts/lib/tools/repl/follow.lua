@@ -1,5 +1,5 @@
---- follow.lua: scripts whose top-level names stay at the prompt, run again when their text has
---- changed: within half a second at an idle prompt, else before the next line.
+--- follow.lua: scripts whose top-level names remain defined at the prompt. They run again when
+--- their text changes: within half a second at an idle prompt, else before the next line.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -9,11 +9,11 @@ local tokens = require "limax.tools.repl.tokens"
 
 local follow = {}
 
--- path -> { text, names, value } of the files that are followed, in the order of `order`
+-- { text, names, value } of each followed file by its path, and the paths in order
 local followed, order = {}, {}
 
 local function compiled(path, names)
-  -- says what is wrong with the file, and lets `require` find its neighbours first
+  -- raises errors of the file, and makes `require` search its folder first
   local before = package.path
   script.load(path)
   if not before:find(package.path, 1, true) then
@@ -22,7 +22,7 @@ local function compiled(path, names)
     package.path = before
   end
   local text = assert(source.read(path))
-  -- a first line for the shell
+  -- without a first line for the shell
   local code = text:gsub("^#[^\n]*", "")
   local kept, declared = tokens.keep_locals(code)
   local chunk = assert(loadstring(kept, "@" .. path))
@@ -31,13 +31,13 @@ local function compiled(path, names)
   return setfenv(chunk, names.environment), text
 end
 
---- Runs a file with the names of a prompt; its top-level `local` names stay there.
+--- Runs a file with the names of a prompt; its top-level `local` names remain defined.
 ---@param path string
 ---@param names limax.repl.names
 ---@return any ... what it returns
 function follow.run(path, names) return compiled(path, names)() end
 
--- A module that is read again keeps its table, so that whoever holds it sees the change.
+-- Copies a reloaded module into its old table, so that references to it see the change.
 local function renew(old, new)
   if type(old) ~= "table" or type(new) ~= "table" or rawequal(old, new) then return new end
   for key in pairs(old) do
@@ -61,14 +61,14 @@ function follow.begin(path, names)
   return followed[full].value
 end
 
--- Runs a followed file again; an error is shown, and what was there stays.
+-- Runs a followed file again; after an error its old value remains.
 local function again(path, entry)
   local fine, value, trace = host.protect(function()
     return renew(entry.value, follow.run(path, entry.names))
   end)
   if fine then
     entry.value = value
-    io.write("read again: ", path, "\n")
+    io.write("reloaded: ", path, "\n")
   else
     if value == host.interrupt then error(value, 0) end
     io.stdout:flush()
@@ -86,7 +86,7 @@ function follow.has_changed()
   return false
 end
 
---- Runs those followed files again whose text has changed.
+--- Runs the followed files again whose text has changed.
 function follow.refresh()
   for _, path in ipairs(order) do
     local entry, text = followed[path], source.read(path)

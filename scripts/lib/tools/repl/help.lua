@@ -1,5 +1,5 @@
---- help.lua: `?name` at the prompt: what a public name is, from the API table: its signature, its
---- arguments, units and an example.
+--- help.lua: `?name` at the prompt: the signature, arguments, units and an example of a public
+--- name, from the API table.
 
 local api = require "limax.tools.reference.api"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
@@ -29,7 +29,7 @@ local function add(lines, more)
   for _, line in ipairs(more) do lines[#lines + 1] = line end
 end
 
--- "  options?  { ... }  text" of one argument or result.
+-- "options?  { ... }  text" of an argument or result.
 local function value_line(name, value)
   local text = ("%s  %s"):format(name, value.type)
   return value.text ~= "" and text .. "  " .. value.text or text
@@ -43,8 +43,7 @@ local function named_lines(name, value_type, text)
   return wrapped(("%s: %s"):format(name, table.concat(parts, "; ")), "      ")
 end
 
--- What the table of an argument may hold. Experiments name their fields in their text, and each is
--- a topic of its own.
+-- The options of a table argument. The fields of an experiment are topics of their own.
 local function option_lines(entry, argument)
   local lines = {}
   for _, option in ipairs(entry.name == "limax.experiment" and {}
@@ -54,10 +53,10 @@ local function option_lines(entry, argument)
   return lines
 end
 
--- The fields of a table that a function gives, or that a field is.
+-- The fields of a table type.
 local function field_lines(type_text)
   local lines = {}
-  -- an inline type says it all
+  -- an inline type is complete
   for _, field in ipairs(type_text:find("{", 1, true) and {} or api.fields_of(type_text)) do
     add(lines, named_lines(field.name .. (field.optional and "?" or ""), field.type, field.text))
   end
@@ -73,7 +72,7 @@ function help.page(entry)
   if entry.doc then
     for _, param in ipairs(entry.doc.params) do
       add(lines, wrapped(value_line(param.name .. (param.optional and "?" or ""), param), "    "))
-      -- an inline type says it all
+      -- an inline type is complete
       for i, argument in ipairs(param.type:find("{", 1, true) and {} or entry.doc.arguments) do
         if argument == param.name then add(lines, option_lines(entry, i)) end
       end
@@ -89,9 +88,9 @@ function help.page(entry)
   return table.concat(lines, "\n")
 end
 
--- What there is, by groups.
+-- All public names, by groups.
 local function overview()
-  local lines = { "?name tells what a name is: ?limax.robot, ?distance, ?robot:trace. There are:" }
+  local lines = { "?name describes a name: ?limax.robot, ?distance, ?robot:trace. Names:" }
   for _, group in ipairs(api.groups()) do
     local names = {}
     for i, entry in ipairs(group.list) do names[i] = entry.short end
@@ -101,7 +100,7 @@ local function overview()
   return table.concat(lines, "\n")
 end
 
--- The group of a typed name's class, and what stands behind the name.
+-- The group of the class of a typed name, and the rest after the name.
 local function group_of_value(topic, names)
   local name, rest = topic:match "^([%a_][%w_]*)[.:]?(.*)$"
   local class = name and kind.of(names:get(name))
@@ -111,7 +110,7 @@ local function group_of_value(topic, names)
   end
 end
 
--- A field of an experiment, by its path or the end of it: "scene.ground", "ground".
+-- Pages of the fields of experiments with this path or end of it: "scene.ground", "ground".
 local function fields_called(topic)
   local pages = {}
   local function look(list, path)
@@ -140,10 +139,10 @@ local function refuse(topic)
   end
   local nearest = suggest(topic, names)
   failure.raise(1, ("no help on %q%s"):format(topic,
-    nearest and ("; did you mean %q?"):format(nearest) or "; ? alone says what there is"))
+    nearest and ("; did you mean %q?"):format(nearest) or "; ? lists all topics"))
 end
 
--- What a group is and has; `title` of a module is its name.
+-- The page of a group; the title of a module is its name.
 local function group_page(topic, group)
   local title = group.title:sub(1, 1):lower() .. group.title:sub(2)
   local lines = { title == topic and ("%s: %s"):format(topic, group.text)
@@ -154,7 +153,7 @@ local function group_page(topic, group)
   return table.concat(lines, "\n")
 end
 
---- What is known of a topic, as pages; empty where nothing is.
+--- The pages about a topic.
 ---@param topic string
 ---@param names limax.repl.names
 ---@return string[]
@@ -184,11 +183,11 @@ function help.pages(topic, names)
   return pages
 end
 
---- Writes what a topic is; raises where nothing is known.
----@param topic string what stands after the `?`
+--- Writes the pages about a topic; an unknown topic is an error.
+---@param topic string the text after the `?`
 ---@param names limax.repl.names
 function help.show(topic, names)
-  -- a call is asked for by its name
+  -- of a call its name
   topic = topic:match("^%s*(.-)[%s;?]*$"):gsub("%s*%b()$", "")
   if topic == "" then
     io.write(overview(), "\n")
@@ -196,7 +195,7 @@ function help.show(topic, names)
   end
   local pages = help.pages(topic, names)
   if #pages == 0 and topic:match "^_%d?$" then
-    pages[1] = "_ is the last value that was shown, _1 the one before, up to _9."
+    pages[1] = "_ is the last value that was shown, _1 the one before it, up to _9."
   end
   if #pages == 0 then refuse(topic) end
   io.write(table.concat(pages, "\n\n"), "\n")

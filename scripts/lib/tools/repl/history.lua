@@ -1,25 +1,23 @@
---- history.lua: what was typed, kept between starts: a line for each entry in
---- $XDG_STATE_HOME/limax/history, else ~/.local/state/limax/history, for the user alone. Line
---- breaks are written \n and backslashes \\.
+--- history.lua: the history of the prompt: a line for each entry in $XDG_STATE_HOME/limax/history,
+--- else ~/.local/state/limax/history, readable only by the user. Line breaks are written \n and
+--- backslashes \\.
 
 local host = require "limax.host"
 local source = require "limax.base.source"
 
 local history = {}
 
--- entries that are kept when the file is read; it is shortened once it has a tenth more
-local MOST = 10000
+-- the file is shortened to so many entries once it has a tenth more
+local MAX_ENTRIES = 10000
 
-local folder_mark = "/limax"
-
---- The folder of the state that a user's programs keep; nil without a home.
+--- The folder of the history; nil without a home.
 ---@return string|nil
 function history.folder()
-  local given = os.getenv "XDG_STATE_HOME"
-  -- a relative path is to be ignored: XDG Base Directory Specification
-  if given and given:sub(1, 1) == "/" then return given .. folder_mark end
+  local state = os.getenv "XDG_STATE_HOME"
+  -- the XDG Base Directory Specification ignores relative paths
+  if state and state:sub(1, 1) == "/" then return state .. "/limax" end
   local home = os.getenv "HOME"
-  return home and home ~= "" and home .. "/.local/state" .. folder_mark or nil
+  return home and home ~= "" and home .. "/.local/state/limax" or nil
 end
 
 local function encode(text) return (text:gsub("\\", "\\\\"):gsub("\n", "\\n")) end
@@ -31,28 +29,28 @@ end
 ---@class limax.repl.history
 ---@field path string|nil
 ---@field last string|nil the newest entry
----@field say fun(text: string) hears once that nothing can be kept
+---@field say fun(text: string) receives one message if nothing can be saved
 local History = {}
 History.__index = History
 
--- Says once why nothing is kept, and gives up.
+-- Reports why nothing is saved, and stops saving.
 function History:give_up(message)
   self.path = nil
-  self.say("the history is not kept: " .. message)
+  self.say("the history is not saved: " .. message)
 end
 
--- Writes the newest entries alone into a file beside, and puts it in the place of the long one.
+-- Replaces the file by one with only the newest entries.
 function History:shorten(entries)
   local lines = {}
-  for i = #entries - MOST + 1, #entries do lines[#lines + 1] = encode(entries[i]) .. "\n" end
+  for i = #entries - MAX_ENTRIES + 1, #entries do lines[#lines + 1] = encode(entries[i]) .. "\n" end
   local beside = self.path .. ".part"
   host.file.remove(beside)
-  local fine, message = host.file.append(beside, table.concat(lines), true)
-  if fine then fine, message = host.file.rename(beside, self.path) end
-  if not fine then self:give_up(message) end
+  local done, message = host.file.append(beside, table.concat(lines), true)
+  if done then done, message = host.file.rename(beside, self.path) end
+  if not done then self:give_up(message) end
 end
 
---- The entries of earlier starts, oldest first.
+--- The entries of earlier sessions, oldest first.
 ---@return string[]
 function History:entries()
   local entries = {}
@@ -63,19 +61,19 @@ function History:entries()
     return entries
   end
   for line in text:gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
-  if #entries > MOST + MOST / 10 then self:shorten(entries) end
+  if #entries > 1.1 * MAX_ENTRIES then self:shorten(entries) end
   return entries
 end
 
---- Keeps an entry; one like the last is left out.
+--- Saves an entry, unless it is empty or equals the last one.
 ---@param text string
----@return boolean kept is it a new one?
+---@return boolean added
 function History:add(text)
   if text:match "^%s*$" or text == self.last then return false end
   self.last = text
   if self.path then
-    local fine, message = host.file.append(self.path, encode(text) .. "\n", true)
-    if not fine then self:give_up(message) end
+    local done, message = host.file.append(self.path, encode(text) .. "\n", true)
+    if not done then self:give_up(message) end
   end
   return true
 end
@@ -87,11 +85,11 @@ function history.open(say)
   local self = setmetatable({ say = say }, History)
   local folder = history.folder()
   if not folder then
-    self:give_up "there is neither $XDG_STATE_HOME nor $HOME"
+    self:give_up "neither $XDG_STATE_HOME nor $HOME is set"
     return self
   end
-  local fine, message = host.file.mkdir(folder)
-  if not fine then
+  local made, message = host.file.mkdir(folder)
+  if not made then
     self:give_up(message)
     return self
   end

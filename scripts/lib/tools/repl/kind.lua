@@ -1,11 +1,11 @@
---- kind.lua: which of limax's classes a value belongs to, by what the class keeps in its objects.
+--- kind.lua: the limax class of a value, by the fields of its objects.
 
 local engine = require "limax.engine"
 local scored_robot = require "limax.robot.scored_robot"
 
 local kind = {}
 
--- class -> the fields that its objects have themselves
+-- a class and two fields of its objects
 local marks = {
   { "limax.robot", "description", "population" },
   { "limax.robot_in_motion", "simulation", "finished" },
@@ -15,7 +15,7 @@ local marks = {
   { "limax.random", "key", "draw" },
 }
 
---- The class of a value: "limax.robot", "limax.view"; nil for anything that is not limax's.
+--- The class of a value: "limax.robot", "limax.view"; nil for other values.
 ---@param value any
 ---@return string|nil
 function kind.of(value)

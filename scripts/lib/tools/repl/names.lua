@@ -1,21 +1,22 @@
---- names.lua: the names that what is typed sees: its own, which no module sees, the prompt's words,
---- `limax`, and the locked globals. `_` is the last value, `_1` the one before it, up to `_9`.
+--- names.lua: the names that are visible at the prompt: its own, which no module sees, the prompt's
+--- words, `limax`, and the locked globals. `_` is the last value, `_1` the one before it, up to
+--- `_9`.
 
 local suggest = require "limax.engine.suggest"
 
 local names = {}
 
--- What is often typed at a prompt and is no name of Lua.
-local MEANT = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
-  help = "?name tells what a name is, ? alone what there is" }
+-- Names that are often typed at a prompt but undefined.
+local HINTS = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
+  help = "?name describes a name, ? lists all topics" }
 
--- how many values before the last one are kept
+-- number of values that are kept before the last one
 local KEPT = 9
 
 ---@class limax.repl.names
----@field own table<string, any> what was typed
----@field environment table what a chunk runs in: `own`, which finds the others too
----@field words table<string, any> the prompt's own
+---@field own table<string, any> defined at the prompt
+---@field environment table of chunks: `own`, which also finds the others
+---@field words table<string, any> that only the prompt has
 local Names = {}
 Names.__index = Names
 
@@ -33,7 +34,7 @@ function Names:all()
   return list
 end
 
---- A name's value, nil where there is none; nothing is raised.
+--- The value of a name, or nil. Raises no error.
 ---@param name string
 ---@return any
 function Names:get(name)
@@ -44,23 +45,23 @@ function Names:get(name)
   return value
 end
 
---- Takes note of a value that was shown.
+--- Stores a value that was shown as `_`.
 ---@param value any
 function Names:remember(value)
-  -- to look at it again makes no new value
+  -- showing it again does not shift the others
   local own = self.own
   if rawequal(value, rawget(own, "_")) then return end
   for k = KEPT, 2, -1 do own["_" .. k] = rawget(own, "_" .. k - 1) end
   own._1, own._ = rawget(own, "_"), value
 end
 
---- These names may be read although nothing was assigned: `local x`.
+--- Names that may be read although nothing was assigned: `local x`.
 ---@param list string[]
 function Names:declare(list)
   for _, name in ipairs(list) do self.declared[name] = true end
 end
 
---- The names that were typed, sorted, without those of the last values.
+--- The names that were defined, sorted, without those of the last values.
 ---@return string[]
 function Names:typed()
   local list = {}
@@ -71,7 +72,7 @@ function Names:typed()
   return list
 end
 
---- Makes the names of one prompt.
+--- The names of a prompt.
 ---@param words table<string, any>
 ---@return limax.repl.names
 function names.new(words)
@@ -82,7 +83,7 @@ function names.new(words)
       local value = self:get(name)
       if value == nil and not self.declared[name] then
         local nearest = type(name) == "string" and suggest(name, self:all())
-        local ending = MEANT[name] and "; " .. MEANT[name]
+        local ending = HINTS[name] and "; " .. HINTS[name]
           or nearest and ("; did you mean %q?"):format(nearest) or ""
         error(("undefined name '%s'%s"):format(tostring(name), ending), 2)
       end

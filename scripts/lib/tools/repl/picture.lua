@@ -1,5 +1,5 @@
---- picture.lua: what a robot looks like, as an SVG file: six poses of its walk, or of a robot in
---- motion the one that it has now; and a program that shows the file.
+--- picture.lua: writes a robot as an SVG file: six poses of its simulation, or the current pose of
+--- a robot in motion; and starts a program that shows the file.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
@@ -21,7 +21,7 @@ local STILL = 800 -- px, the width of one pose
 local OF_POSE = { "open", "title" }
 local OF_WALK = { "device", "duration", "open", "scene", "title" }
 
--- The first name of this folder that nobody has.
+-- The first free name in this folder.
 local function free_name()
   for number = 1, math.huge do
     local name = ("picture-%d.svg"):format(number)
@@ -37,7 +37,7 @@ local function draw_pose(path, moving, title)
   if not written then engine.fail("picture: " .. message) end
 end
 
--- Starts a program that shows a file: the one that BROWSER names, else what the desktop has.
+-- Starts a program that shows a file: BROWSER, else that of the desktop.
 local function show(path)
   -- BROWSER may be a list
   for _, name in ipairs { (os.getenv "BROWSER" or ""):match "^[^:]*", "xdg-open", "open" } do
@@ -49,19 +49,19 @@ local function show(path)
       return
     end
   end
-  io.write("no program to show it was found (xdg-open, or what BROWSER names)\n")
+  io.write("found no program to show it (BROWSER or xdg-open)\n")
 end
 
--- Whether to show the picture, and what is left of the options.
-local function options_of(options, known)
+-- Whether to show the picture, and the other options.
+local function options_of(options, names)
   if options ~= nil and type(options) ~= "table" then
     engine.fail("picture: expected a table of options, got " .. schema.show(options))
   end
-  local drawing, is_known = {}, {}
-  for _, name in ipairs(known) do is_known[name] = true end
+  local drawing, valid = {}, {}
+  for _, name in ipairs(names) do valid[name] = true end
   for _, name in ipairs(choice.sorted_keys(options or {})) do
-    if not is_known[name] then
-      engine.fail(("picture: unknown option %s%s"):format(name, suggest.ending(name, known)))
+    if not valid[name] then
+      engine.fail(("picture: unknown option %s%s"):format(name, suggest.ending(name, names)))
     end
     drawing[name] = options[name]
   end
@@ -69,8 +69,7 @@ local function options_of(options, known)
   return options and options.open, drawing
 end
 
---- Simulates a robot, writes six poses of it and prints the path; of a robot in motion the pose
---- that it has now.
+--- Simulates a robot and writes six poses; of a robot in motion it writes the current pose.
 ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
 ---@param file? string
 ---@param options? { duration?: number, scene?: table, device?: string, title?: string,

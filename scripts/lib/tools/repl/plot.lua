@@ -1,4 +1,4 @@
---- plot.lua: numbers as lines in the terminal: traces over seconds, lists over their index.
+--- plot.lua: plots numbers in the terminal: traces over seconds, lists over their index.
 
 local array_text = require "limax.tools.repl.array_text"
 local engine = require "limax.engine"
@@ -8,10 +8,10 @@ local text_plot = require "limax.draw.text_plot"
 
 local plot = {}
 
--- of the terminal's 256, distinguishable for the colour-blind: blue, orange, green, pink, ...
+-- of the terminal's 256 colours, distinguishable for the colour-blind: blue, orange, green, ...
 local colors = { 33, 208, 35, 175, 94, 110, 178, 66, 244 }
 
--- what the columns of a trace are, by its kind and its width
+-- names of the columns of a trace, by its kind
 local columns_of = {
   center_of_mass = { "x", "y", "z" },
   contact = { "share of masses in contact" },
@@ -27,10 +27,10 @@ local check = schema.fields {
   columns = schema.number { unit = "letters", minimum = 10, maximum = 1000, integer = true },
 }
 
--- A finite number: NaN and infinities have no place on an axis.
+-- NaN and infinities have no place on an axis.
 local function drawable(value) return value == value and math.abs(value) < math.huge end
 
--- A view or rows of numbers as one line for each column; `rate` turns rows into seconds.
+-- A line for each column of rows of numbers, over seconds if there is a `rate`.
 local function lines_of(rows, names, rate, only)
   local series = {}
   for column = only or 1, only or #rows[1] do
@@ -55,7 +55,7 @@ end
 local function of_view(view, only)
   local shape, rate = view.shape, view.rate
   if #shape > 2 then
-    engine.fail(("plot: %s has %d axes; take one of its masses: a list of trace[k][mass][3]")
+    engine.fail(("plot: %s has %d axes; plot one of its masses: a list of trace[k][mass][3]")
       :format(tostring(view), #shape))
   end
   local what = tostring(view):match "^view of (%S+)" or ""
@@ -77,7 +77,7 @@ local function of_list(list, only)
   return lines_of(list, {}, nil, only), "index"
 end
 
--- A list of numbers, or of rows of equally many.
+-- A list of numbers, or of rows of the same length.
 local function is_list_of_numbers(list)
   local shape = type(list) == "table" and array_text.shape(list)
   return shape and #shape <= 2
@@ -88,25 +88,25 @@ end
 ---@param options? { column?: integer, rows?: integer, columns?: integer }
 ---@return string
 function plot.text(values, options)
-  local given, message = check(options, "plot")
-  if not given then engine.fail(message) end
+  local checked, message = check(options, "plot")
+  if not checked then engine.fail(message) end
   local view = engine.is_view(values)
   if not view and not is_list_of_numbers(values) then
     engine.fail("plot: expected a trace, a list of numbers or a list of { x, y }, got "
       .. schema.show(values))
   end
   local width = view and values.shape[2] or type(values[1]) == "table" and #values[1] or 1
-  if given.column and given.column > (width or 1) then
-    engine.fail(("plot: column: there are %d, got %d"):format(width or 1, given.column))
+  if checked.column and checked.column > (width or 1) then
+    engine.fail(("plot: column: there are %d, got %d"):format(width or 1, checked.column))
   end
   local series, x, title
   if view then
-    series, x, title = of_view(values, given.column)
+    series, x, title = of_view(values, checked.column)
   else
-    series, x = of_list(values, given.column)
+    series, x = of_list(values, checked.column)
   end
-  local drawn = text_plot.draw(series, { style = terminal.style(), rows = given.rows,
-    columns = given.columns, x = x })
+  local drawn = text_plot.draw(series, { style = terminal.style(), rows = checked.rows,
+    columns = checked.columns, x = x })
   return title and title .. "\n" .. drawn or drawn
 end
 

@@ -1,5 +1,5 @@
---- session.lua: one prompt: reads what is typed, runs it, shows its values or its error, and goes
---- on. Without a terminal there is neither banner nor prompt, and the first error ends it.
+--- session.lua: the prompt: reads lines, runs them, and shows values or errors. Without a terminal
+--- there is no banner and no prompt, and the first error ends it.
 
 local chunk = require "limax.tools.repl.chunk"
 local failure = require "limax.base.failure"
@@ -15,11 +15,11 @@ local exit_failed, exit_interrupted = 1, 130
 
 ---@class limax.repl.session
 ---@field names limax.repl.names
----@field text string|nil what was typed of a statement that goes on
+---@field text string|nil the beginning of an incomplete statement
 local Session = {}
 Session.__index = Session
 
--- The line of a text of several that a message is about, marked; `first` is the first one's number.
+-- The line of a text that a message is about, if there are several; `first` is the first number.
 local function line_of(text, message, name, first)
   local number = text:find("\n", 1, true)
     and tostring(message):match("^" .. name:sub(2) .. ":(%d+):")
@@ -32,17 +32,16 @@ local function line_of(text, message, name, first)
   return ""
 end
 
--- What a message of Lua's own means here, if it is one that does not say so.
+-- An explanation of some messages of Lua.
 local function hint_of(message)
-  -- LuaJIT has lost the place by then
-  if message == "stack overflow" then return ": a recursion has no end" end
+  if message == "stack overflow" then return ": a recursion does not end" end
   if message:find("local 'self'", 1, true) then
     return "; methods are called with a colon, as in robot:simulate()"
   end
   return ""
 end
 
--- The frames of a traceback that are not limax's own, unless it is limax that failed.
+-- The frames of a traceback outside of limax, or all if limax itself failed.
 local function frames_of(first, rest)
   if failure.bare(first) ~= first then return rest end
   return (rest:gsub("\n  ([^\n]*)", function(frame)
@@ -57,7 +56,7 @@ local function report(text, message, trace, line)
     frames_of(first, rest), "\n")
 end
 
---- Runs one chunk and shows its values. False after an error; the interrupt is passed on as it is.
+--- Runs a chunk and shows its values. False after an error, with the interrupt if it was one.
 ---@param compiled limax.repl.chunk
 ---@param text string
 ---@param first integer|nil number of its first line
@@ -78,9 +77,9 @@ function Session:evaluate(compiled, text, first)
   return false
 end
 
---- Runs a text as if it were typed: false after an error, nil where the text should go on.
+--- Runs a text as if it were typed: false after an error, nil if it is incomplete.
 ---@param text string
----@param first integer|nil number of its first line; 1
+---@param first integer|nil number of its first line, 1 if left out
 ---@return boolean|nil fine
 ---@return any interrupt
 function Session:take(text, first)
@@ -99,7 +98,7 @@ function Session:take(text, first)
   return false
 end
 
--- A script that was changed while nobody types runs at once, on lines of its own.
+-- Runs a changed script while the prompt is idle.
 local function idle()
   if not follow.has_changed() then return false end
   io.write "\n"
@@ -108,7 +107,7 @@ local function idle()
   return true
 end
 
--- One line of the terminal, nil at its end.
+-- A line of the terminal, nil at its end.
 function Session:read(prompt)
   local editor = host.line_editor
   local facts = host.terminal()
@@ -118,13 +117,13 @@ function Session:read(prompt)
   return io.read "*l"
 end
 
--- What was typed, whole, for Up.
+-- Adds a complete statement to the history.
 function Session:remember(text)
   if self.history:add(text) and host.line_editor then host.line_editor.remember(text) end
 end
 
 function Session:begin()
-  print(("limax %s. ? for help, Ctrl-D ends, Ctrl-C stops what runs."):format(host.version))
+  print(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts."):format(host.version))
   if not host.line_editor then
     print("Built without libedit: lines cannot be edited (try rlwrap limax repl)")
   end
@@ -147,7 +146,7 @@ function Session:talk()
     local fine, line = host.protect(self.read, self, self.text and ".. " or "> ")
     if not fine then
       if line ~= host.interrupt then error(line, 0) end
-      -- Ctrl-C at the prompt drops what was typed
+      -- Ctrl-C at the prompt discards the statement
       host.signal.rearm()
       self.text = nil
       io.write("\n")
@@ -170,10 +169,10 @@ function Session:talk()
   end
 end
 
--- Follows how deep a statement of many lines is, so that not each of them is compiled with all that
--- stand before it: as long as a block or bracket is open it cannot be whole.
+-- Tracks the depth of a statement of many lines: it is compiled only when all blocks and brackets
+-- are closed, and not after each line.
 local function depth_of(before, text, line)
-  -- what stands in a long string or comment is no code
+  -- the content of a long string or comment is not code
   if not before or before.open then
     local depth, open = tokens.depth(text)
     return { depth = depth, open = open }
@@ -182,7 +181,7 @@ local function depth_of(before, text, line)
   return { depth = before.depth + depth, open = open }
 end
 
---- Takes lines as if they were typed; the first error ends it.
+--- Runs lines as if they were typed; the first error ends it.
 ---@param lines fun(): string|nil
 ---@return integer status
 function Session:take_all(lines)
@@ -190,7 +189,7 @@ function Session:take_all(lines)
   local number, first = 0, 1
   for line in lines do
     number = number + 1
-    -- what some editors put before UTF-8
+    -- a byte order mark
     if number == 1 then line = line:gsub("^\239\187\191", "") end
     if not text then first = number end
     local began = text ~= nil
@@ -203,7 +202,7 @@ function Session:take_all(lines)
     end
   end
   if text then
-    -- something may be wrong before its end
+    -- an error may precede the end
     if self:take(text, first) == false then return exit_failed end
     io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
     return exit_failed
@@ -211,7 +210,7 @@ function Session:take_all(lines)
   return 0
 end
 
---- Runs a file: its top-level names stay, as if it were typed, and what it returns is `_`.
+--- Runs a file: its top-level names remain defined, and its return value is `_`.
 ---@param path string
 function Session:run_file(path)
   local value = follow.run(path, self.names)

@@ -1,5 +1,5 @@
---- show.lua: a value as the prompt shows it: tables cut at a depth and a length, arrays summarised,
---- robots as slices of their materials, one layer beside the other.
+--- show.lua: the text of a value at the prompt: tables are truncated in depth and length, arrays
+--- summarised, robots shown as layers of letters side by side.
 
 local array_text = require "limax.tools.repl.array_text"
 local body = require "limax.robot.body"
@@ -10,12 +10,12 @@ local terminal = require "limax.base.terminal"
 
 local show = {}
 
-local DEEPEST = 3      -- tables in tables that are opened, where that fits in
-local MOST_LINES = 40  -- else fewer
-local MOST_FLAT = 4    -- plain values of a table that is shown at any depth
-local MOST_FIELDS = 24 -- of one table
-local MOST_NUMBERS = 12 -- a list of more is summarised
-local MOST_LETTERS = 400 -- of a string in a table
+local MAX_DEPTH = 3     -- of nested tables, less if the text exceeds MAX_LINES
+local MAX_LINES = 40
+local MAX_FLAT = 4      -- plain values of a table that is shown at any depth
+local MAX_FIELDS = 24   -- of a table
+local MAX_NUMBERS = 12  -- longer lists are summarised
+local MAX_LETTERS = 400 -- of a string in a table
 
 local function text_of(value, most)
   local cut = most and #value > most
@@ -30,7 +30,7 @@ local function key_text(key)
   return "[" .. tostring(key) .. "] = "
 end
 
--- Has this table a text of its own?
+-- Does this table have `__tostring`?
 local function own_text(value)
   local class = getmetatable(value)
   return type(class) == "table" and rawget(class, "__tostring") ~= nil
@@ -38,7 +38,7 @@ end
 
 local short
 
--- The keys of a table: numbers first, in order, then the others by their text.
+-- The keys of a table: numbers in order, then the others by their text.
 local function sorted_keys(value)
   local keys = {}
   for key in pairs(value) do keys[#keys + 1] = key end
@@ -52,17 +52,17 @@ local function sorted_keys(value)
   return keys
 end
 
--- The entries of a table as texts: the list first, then the other keys, sorted.
+-- The entries of a table as texts: the list, then the other keys, sorted.
 local function entries_of(value, depth, seen)
   local texts, listed = {}, #value
-  for i = 1, math.min(listed, MOST_FIELDS) do texts[i] = short(value[i], depth + 1, seen) end
+  for i = 1, math.min(listed, MAX_FIELDS) do texts[i] = short(value[i], depth + 1, seen) end
   local rest = {}
   for _, key in ipairs(sorted_keys(value)) do
     local in_list = type(key) == "number" and key >= 1 and key <= listed and key % 1 == 0
     if not in_list then rest[#rest + 1] = key end
   end
   for _, key in ipairs(rest) do
-    if #texts >= MOST_FIELDS then break end
+    if #texts >= MAX_FIELDS then break end
     texts[#texts + 1] = key_text(key) .. short(rawget(value, key), depth + 1, seen)
   end
   local left = listed + #rest - #texts
@@ -70,26 +70,26 @@ local function entries_of(value, depth, seen)
   return texts
 end
 
--- A few plain values need no depth.
+-- Does a table hold only a few plain values?
 local function is_flat(value)
   local count = 0
   for _, entry in pairs(value) do
     count = count + 1
-    if type(entry) == "table" or count > MOST_FLAT then return false end
+    if type(entry) == "table" or count > MAX_FLAT then return false end
   end
   return true
 end
 
 local function table_text(value, depth, seen)
   local class = getmetatable(value)
-  -- a module that reads its parts when they are first used
+  -- a module that loads its parts at first use
   if type(class) == "table" and class.__fields then
     return "{ " .. table.concat(class.__fields, ", ") .. " }"
   end
-  if seen[value] then return "{ the table around it }" end
+  if seen[value] then return "{ an enclosing table }" end
   if next(value) == nil then return "{}" end
   local shape = array_text.shape(value)
-  if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MOST_NUMBERS then
+  if shape and (#shape > 1 and shape[1] * shape[2] or shape[1]) > MAX_NUMBERS then
     return array_text.list(value, shape)
   end
   if depth >= seen.deepest and not is_flat(value) then return "{ ... }" end
@@ -103,12 +103,12 @@ local function table_text(value, depth, seen)
     .. ("  "):rep(depth) .. "}"
 end
 
--- A value inside a table: in one line where that is possible.
+-- A value inside a table, in one line if possible.
 function short(value, depth, seen)
-  if type(value) == "string" then return text_of(value, MOST_LETTERS) end
+  if type(value) == "string" then return text_of(value, MAX_LETTERS) end
   if type(value) ~= "table" then return tostring(value) end
   if engine.is_view(value) then return tostring(value) end
-  -- of a robot in a table the first line: what it is
+  -- of a robot only the first line
   if kind.of(value) then return show.value(value, seen.style):match "^[^\n]*" end
   if own_text(value) then return (tostring(value):gsub("\n+", " ")) end
   return table_text(value, depth, seen)
@@ -116,7 +116,7 @@ end
 
 -- ---- robots -------------------------------------------------------------------------------------
 
--- The layers of a body as letters, side by side, with a title.
+-- The layers of a body as letters, side by side.
 local function slices(letters, materials, title, style)
   local plain = materials:table().materials
   local picture = body_picture.side_by_side(
@@ -143,7 +143,7 @@ end
 
 -- ---- runs ---------------------------------------------------------------------------------------
 
--- The last generation's numbers.
+-- A run and the fitness of its last generation.
 local function run_text(value)
   local config, last = value.config, value.history[#value.history]
   local head = ("run of %s, repetition %d: %d of %d generations"):format(config.name,
@@ -181,7 +181,7 @@ local text_of_class = {
   ["limax.population.scored"] = population_text,
 }
 
---- One value as text, of one or several lines.
+--- The text of a value, of one or more lines.
 ---@param value any
 ---@param style? limax.terminal.style
 ---@return string
@@ -192,14 +192,14 @@ function show.value(value, style)
   local text = text_of_class[kind.of(value)]
   if text then return text(value, style) end
   if own_text(value) then return tostring(value) end
-  for deepest = DEEPEST, 1, -1 do
+  for deepest = MAX_DEPTH, 1, -1 do
     text = table_text(value, 0, { width = style.width, style = style, deepest = deepest })
-    if select(2, text:gsub("\n", "")) < MOST_LINES then break end
+    if select(2, text:gsub("\n", "")) < MAX_LINES then break end
   end
   return text
 end
 
---- Several values: in one line, parted by tabs, or one below the other.
+--- The text of several values: in one line, separated by tabs, or one per line.
 ---@param count integer
 ---@param ... any
 ---@return string

@@ -1,5 +1,4 @@
---- tokens.lua: Lua text as a list of tokens, with what is open at its end: what the prompt needs to
---- keep a `local`, to time an expression and to complete. Needs nothing.
+--- tokens.lua: splits Lua text into tokens, for `local` at the prompt, `time(...)` and completion.
 
 local tokens = {}
 
@@ -9,17 +8,17 @@ for word in ([[and break do else elseif end false for function goto if in local 
   keywords[word] = true
 end
 
--- of the operators, those of more than one letter, the longest first
+-- operators of several letters, the longest first
 local long = { "...", "..", "==", "~=", "<=", ">=", "::" }
 
 ---@class limax.repl.token
 ---@field kind "name"|"keyword"|"number"|"string"|"comment"|"symbol"
 ---@field text string
----@field first integer place in the text
+---@field first integer position in the text
 ---@field last integer
----@field open boolean|nil a string or comment that does not end
+---@field open boolean|nil an unfinished string or comment
 
--- Where a short string that begins at `at` ends; nil where its line ends first.
+-- The end of a short string that begins at `at`; nil if it is unfinished.
 local function short_end(text, at)
   local quote, i = text:sub(at, at), at + 1
   while i <= #text do
@@ -35,7 +34,7 @@ local function short_end(text, at)
   end
 end
 
--- Where a long bracket that begins at `at` ends; false where there is none, nil where it is open.
+-- The end of a long bracket at `at`; false if there is none, nil if it is unfinished.
 local function long_end(text, at)
   local level = text:match("^%[(=*)%[", at)
   if not level then return false end
@@ -72,7 +71,7 @@ local function take(text, at)
   return "symbol", at
 end
 
---- The tokens of a text, blanks left out.
+--- The tokens of a text, without blanks.
 ---@param text string
 ---@return limax.repl.token[]
 function tokens.of(text)
@@ -100,14 +99,13 @@ function tokens.of_code(text)
   return code
 end
 
--- how much deeper a block is after a keyword; `while` and `for` go with their `do`
+-- change of depth at a keyword; `while` and `for` count with their `do`
 local deeper = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end"] = -1,
   ["until"] = -1 }
 
 local bracket = { ["("] = 1, ["{"] = 1, ["["] = 1, [")"] = -1, ["}"] = -1, ["]"] = -1 }
 
---- How many more blocks and brackets begin than end, and whether the last string or comment goes on
---- beyond the text.
+--- The number of open blocks and brackets, and whether the last string or comment is unfinished.
 ---@param text string
 ---@return integer depth
 ---@return boolean open
@@ -121,7 +119,7 @@ function tokens.depth(text)
   return depth, #list > 0 and list[#list].open == true
 end
 
--- The names after `local` at token i, the place of the last of them, and whether values follow.
+-- The names after `local` at token i, the end of the last one, and whether values follow.
 local function declared(list, i)
   local names, last = {}, nil
   while list[i + 1] and list[i + 1].kind == "name" do
@@ -133,8 +131,8 @@ local function declared(list, i)
   return names, last, list[i + 1] ~= nil and list[i + 1].text == "="
 end
 
---- A text whose top-level `local x = 1` and `local function f()` assign to names of the prompt, so
---- that later lines see them. Lines and columns stay. Also the names that were declared.
+--- A text whose top-level `local x = 1` and `local function f()` assign to names of the prompt,
+--- with unchanged lines and columns, and these names.
 ---@param text string
 ---@return string
 ---@return string[] names

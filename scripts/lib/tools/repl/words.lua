@@ -1,5 +1,4 @@
---- words.lua: the names that only the prompt has: what was typed, times, scripts that change, and
---- looks at robots.
+--- words.lua: the functions that only the prompt has.
 
 local engine = require "limax.engine"
 local follow = require "limax.tools.repl.follow"
@@ -7,7 +6,7 @@ local host = require "limax.host"
 
 local words = {}
 
--- What a name stands for, in a few words.
+-- A short description of a value.
 local function described(value)
   if type(value) ~= "table" then
     local text = tostring(value)
@@ -40,15 +39,15 @@ end
 function words.of(names)
   local list = {}
 
-  --- Lists the names that were typed, with what they are.
+  --- Lists the names that were defined at the prompt, with their values.
   function list.who()
     for _, name in ipairs(names():typed()) do
       io.write(("  %-12s %s\n"):format(name, described(names().own[name])))
     end
   end
 
-  --- Runs an expression, prints how long it took, and gives its values.
-  ---@param expression any at the prompt any expression; else a function or its text
+  --- Evaluates an expression, prints its time, and returns its values.
+  ---@param expression any an expression; in a script a function or a text
   ---@return any ... the values
   function list.time(expression)
     if type(expression) == "string" then
@@ -61,7 +60,7 @@ function words.of(names)
     return finish(host.clock(), expression())
   end
 
-  --- Reads a module again. Its table stays the same one, so that whoever holds it sees the change.
+  --- Reloads a module into the same table, so that references to it see the change.
   ---@param module string as `require` takes it
   ---@return any module
   function list.reload(module)
@@ -79,9 +78,9 @@ function words.of(names)
     return value
   end
 
-  --- Runs a script, and again when its file has changed: within half a second where nobody types,
-  --- else before the next line. Its top-level names stay at the prompt, and a table that it returns
-  --- stays the same one.
+  --- Runs a script, and again when its file changes: within half a second at an idle prompt, else
+  --- before the next line. Its top-level names remain defined, and a returned table remains the
+  --- same.
   ---@param file string
   ---@return any value what the script returned
   function list.follow(file)
@@ -89,29 +88,29 @@ function words.of(names)
     return follow.begin(file, names())
   end
 
-  --- Draws numbers over time, or over their place in the list, in the terminal: a trace (its
-  --- columns as lines), a list of numbers, or a list of { x, y }.
+  --- Plots a trace (a line per column) over time, a list of numbers over its index, or a list of
+  --- { x, y }, in the terminal.
   ---@param values limax.view|number[]|number[][]
-  ---@param options? { column?: integer, rows?: integer, columns?: integer } one column of a trace
-  --- alone; the size of the plot in letters
+  ---@param options? { column?: integer, rows?: integer, columns?: integer } only one
+  --- column of a trace; the size of the plot in letters
   function list.plot(values, options)
     io.write(require("limax.tools.repl.plot").text(values, options), "\n")
   end
 
-  --- Simulates one robot twice and shows what differs: on two devices, or with two sets of options
-  --- as `robot:simulate` takes them.
+  --- Simulates a robot twice and compares the results: on two devices, or with two sets of options
+  --- of `robot:simulate`.
   ---@param robot limax.robot|limax.scored_robot
   ---@param first "auto"|"cpu"|"cuda"|limax.robot.simulate_options
   ---@param second "auto"|"cpu"|"cuda"|limax.robot.simulate_options
   ---@param options? limax.robot.simulate_options of both
-  ---@return table<string, number> differences of each measure, second less first
+  ---@return table<string, number> differences of the measures, second minus first
   function list.compare(robot, first, second, options)
     return require("limax.tools.repl.compare").two(robot, first, second, options)
   end
 
-  --- Evolves some generations, a line for each, and gives the run, which can be evolved on. After
-  --- Ctrl-C the run so far is `_`.
-  ---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to go on with
+  --- Evolves some generations, prints a line for each, and returns the run, which can be continued.
+  --- After Ctrl-C the run so far is `_`.
+  ---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to continue
   ---@param generations? integer 5 if absent
   ---@return limax.run
   function list.evolve(what, generations)
@@ -119,16 +118,16 @@ function words.of(names)
       function(run) names():remember(run) end)
   end
 
-  --- The best robot of a run's newest scored generation.
+  --- The best robot of a run's last scored generation.
   ---@param run limax.run
   ---@return limax.scored_robot
   function list.champion(run) return require("limax.tools.repl.evolve").champion(run) end
 
-  --- Simulates a robot and writes six poses of its walk as an SVG file; of a robot in motion the
-  --- pose that it has now. Gives the path; `open = true` shows it in the desktop's viewer, or the
-  --- one that BROWSER names.
+  --- Simulates a robot and writes six poses as an SVG file; of a robot in motion it writes the
+  --- current pose. Returns the path; `open = true` shows the file with BROWSER or the desktop's
+  --- viewer.
   ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
-  ---@param file? string the first free of picture-1.svg, picture-2.svg, ... if absent
+  ---@param file? string the first free name of picture-1.svg, picture-2.svg, ... if absent
   ---@param options? { duration?: number, scene?: table, device?: string, title?: string,
   --- open?: boolean } s
   ---@return string path
