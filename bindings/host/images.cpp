@@ -27,7 +27,7 @@ constexpr double inches_per_metre = 39.37007874015748;
 constexpr double most_dpi = 1e6;  // finer than any printer; a PNG counts dots per metre in 31 bits
 constexpr std::size_t png_header_end = 33;  // signature 8, IHDR 25 bytes
 constexpr int palette_size = 256;
-constexpr int clear_index = 255;  // of the palette: a pixel that is not there
+constexpr int clear_index = 255;  // of the palette: a transparent pixel
 constexpr int bucket_count = 32 * 32 * 32;
 
 std::string_view pixels_argument(lua_State* L, int index, int width, int height) {
@@ -50,7 +50,7 @@ void put_32(std::string& text, std::uint32_t value) {
     for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(value >> shift & 0xff);
 }
 
-// The chunk that says how large a pixel is on paper (PNG specification, 11.3.5.3).
+// The chunk with the size of a pixel on paper (PNG specification, 11.3.5.3).
 std::string physical_size(double dpi) {
     std::string chunk = "pHYs";
     const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi * inches_per_metre));
@@ -74,7 +74,7 @@ int lua_png(lua_State* L) {
     image.format = PNG_FORMAT_RGBA;
     const std::string_view pixels = pixels_argument(L, 3, int(image.width), int(image.height));
     const double dpi = luaL_optnumber(L, 4, 0);
-    luaL_argcheck(L, dpi >= 0 && dpi <= most_dpi, 4, "0 to 1000000 dots per inch; 0 says nothing");
+    luaL_argcheck(L, dpi >= 0 && dpi <= most_dpi, 4, "0 to 1000000 dots per inch; 0 for none");
     png_alloc_size_t size = 0;
     if (png_image_write_to_memory(&image, nullptr, &size, 0, pixels.data(), 0, nullptr) == 0)
         throw std::runtime_error(std::string("PNG: ") + image.message);
@@ -98,8 +98,7 @@ struct palette {
     std::vector<unsigned char> nearest = std::vector<unsigned char>(bucket_count);
 };
 
-// The 255 colours that most pixels have, to five bits each; every other becomes the nearest of
-// them.
+// The 255 most frequent colours, to five bits each; all others become the nearest of them.
 palette make_palette(const std::vector<std::string_view>& frames) {
     struct sum {
         std::uint64_t count, red, green, blue;
@@ -156,7 +155,7 @@ void check_gif(int done, const GifFileType* file) {
     throw std::runtime_error(std::string("GIF: ") + (reason != nullptr ? reason : "failed"));
 }
 
-// Application block that repeats an animation for ever (Netscape's).
+// Netscape's application block: the animation repeats forever.
 void put_loop(GifFileType* file) {
     const char* const name = "NETSCAPE2.0";
     const unsigned char forever[] = {1, 0, 0};
@@ -174,7 +173,7 @@ int lua_gif(lua_State* L) {
     luaL_argcheck(L, delay >= 1 && delay <= 65535, 4, "a frame is shown 1 to 65535 hundredths");
     std::vector<std::string_view> frames;
     const int count = int(lua_objlen(L, 3));
-    luaL_argcheck(L, count > 0, 3, "an animation has a frame at least");
+    luaL_argcheck(L, count > 0, 3, "an animation needs a frame");
     for (int k = 1; k <= count; ++k) {
         lua_rawgeti(L, 3, k);  // the table keeps the text alive
         frames.push_back(pixels_argument(L, -1, width, height));

@@ -1,5 +1,5 @@
 --- compare.lua: `limax compare RUN...`: do the arms of these runs differ? One outcome, exact tests,
---- and what their number can show.
+--- and the power of this many runs.
 
 local arms = require "limax.tools.report.arms"
 local engine = require "limax.engine"
@@ -17,21 +17,21 @@ local command = {
   text = [[
 Each RUN is a run folder, or the folder of a study. Runs are grouped into arms by their
 configuration without seed and repetition; a pair is equal seed and repetition. Fitness, lattice,
-materials, scene, simulation (but for its tier), population, generations and evaluations must be
+materials, scene, simulation (except its tier), population, generations and evaluations must be
 equal in all.
 
 The one outcome is best_standard of the last generation: its champion, under the run's first
 materials, simulated again at the tier publish. Where the arm and the baseline have the same pairs,
 the test is Wilcoxon's exact signed-rank test with a bootstrap of the paired differences, else Mann
-and Whitney's exact test; p values are adjusted by Holm over all arms. No arm is claimed to differ
-whose evaluations are not the baseline's (within one population), or of whose generations a model
-set less than 95 %. Everything else is exploratory.]],
+and Whitney's exact test; p values are adjusted by Holm over all arms. There is no claim about an
+arm whose evaluations differ from the baseline's by more than one population, or whose model set
+less than 95 % of the generations. Everything else is exploratory.]],
   positional = { least = 1, name = "RUN" },
   options = {
     { name = "baseline", argument = "ARM",
-      text = "the arm that others are held against; fixed if there is one, else the first" },
+      text = "the arm that others are compared with; fixed if there is one, else the first" },
     { name = "target", argument = "VALUE", kind = "number",
-      text = "of the exploratory evaluations to a target; the baseline's centre if left out" },
+      text = "target of the exploratory evaluations; the baseline's centre if left out" },
     { name = "out", argument = "DIR",
       text = "write text, CSV, JSON, LaTeX and the figures with their data there" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",

@@ -41,9 +41,7 @@ local FRAMES = 25
 local WIDTHS = { strip = 1200, still = 800, animation = 480 }
 -- px, of one pose
 local MIN_PANEL_WIDTH = 20
--- px of a picture, of four bytes each
-local MAX_PIXELS = 2e7
--- bytes of all frames of a GIF, which are in memory at once
+-- bytes of a picture, or of all frames of a GIF
 local MAX_BYTES = 8e8
 
 local STILLS = { png = true, svg = true, pdf = true }
@@ -90,18 +88,14 @@ end
 
 -- Refuses pictures that are too small to show anything, or too large for the memory.
 local function check_size(drawn, panels, frames_at_once)
-  local panel, size = drawn.frames[1].panel, drawn.width * drawn.height
+  local panel, bytes = drawn.frames[1].panel, 4 * drawn.width * drawn.height * frames_at_once
   if panel < MIN_PANEL_WIDTH then
     usage("--width: %d poses side by side have %d px each; at least %d are needed", panels, panel,
       MIN_PANEL_WIDTH)
   end
-  if size > MAX_PIXELS then
-    usage("--width: a picture of %d x %d px is more than %g million; choose a smaller width",
-      drawn.width, drawn.height, MAX_PIXELS / 1e6)
-  end
-  if 4 * size * frames_at_once > MAX_BYTES then
-    usage("%d frames of %d x %d px are too many for a .gif; choose a part (--times), a smaller"
-      .. " --width, or .mp4", frames_at_once, drawn.width, drawn.height)
+  if bytes > MAX_BYTES then
+    usage("%d pictures of %d x %d px are too large; choose a smaller --width, or for a .gif a part"
+      .. " (--times)", frames_at_once, drawn.width, drawn.height)
   end
 end
 

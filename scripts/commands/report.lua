@@ -1,4 +1,4 @@
---- report.lua: `limax report RUN...`: one self-contained page about runs, done or going on.
+--- report.lua: `limax report RUN...`: one self-contained page about runs, done or in progress.
 
 local failure = require "limax.base.failure"
 local figures = require "limax.tools.report.figures"
@@ -12,7 +12,7 @@ local command = {
   usage = "limax report RUN... [options]",
   text = [[
 Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
-loads nothing: report.html in the folder of the first RUN, or where --out says. Runs that go on are
+loads nothing: report.html in the folder of the first RUN, or where --out says. Runs in progress are
 read as they are. With --figures the figures of a paper are written instead: SVG and PDF of 85 and
 175 mm, and the numbers drawn as CSV.]],
   positional = { least = 1, name = "RUN" },

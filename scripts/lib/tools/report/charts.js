@@ -1,5 +1,5 @@
-// charts.js: reads a chart's numbers out where the pointer or the arrow keys are. The curves are SVG that is
-// there without it.
+// charts.js: shows a chart's numbers at the pointer, or at the place chosen with the arrow keys. The curves are SVG and
+// need no script.
 "use strict";
 (function () {
   document.documentElement.classList.add("scripted");

@@ -1,4 +1,4 @@
-// viewer.js: robots of a report in 3D, side by side on one clock. Metres, seconds; z is up.
+// viewer.js: the robots of a report in 3D, side by side, with one clock. Metres, seconds; z is up.
 "use strict";
 (function () {
   const byId = (id) => document.getElementById(id);
@@ -27,7 +27,7 @@
 
   const mix = (from, to, share) => new THREE.Color(from).lerp(new THREE.Color(to), share);
 
-  // What each choice of colours means, in words.
+  // Legends of the colours.
   const KEYS = {
     strain: "strain of a face's edges: blue 20 % shorter than at rest, grey at rest, orange 20 % longer",
     phase: "phase of the muscles: one turn of hues is one turn of the phase; grey is no muscle",
@@ -67,8 +67,8 @@
 
   const HELD = "#26282b";
 
-  // How far the eye rises with the body, sample by sample: not at all where there is ground to keep to, else as the
-  // body does on average over half a second.
+  // How far the eye rises with the body, sample by sample: not where there is ground, else with the mean of the body
+  // over half a second.
   function risesOf(replay, path) {
     const around = Math.round(replay.rate / 4);
     return Array.from({ length: replay.samples }, (_, s) => {
@@ -114,7 +114,7 @@
     view.rise = risesOf(replay, path);
     const trail = new THREE.BufferGeometry();
     trail.setAttribute("position", new THREE.BufferAttribute(path, 3));
-    // over the body, as in a film strip
+    // drawn over the body, as in a film strip
     view.trail = new THREE.Line(trail, new THREE.LineBasicMaterial({ color: 0xc0392b, depthTest: false }));
     view.trail.renderOrder = 1;
     view.trail.frustumCulled = false;
@@ -148,7 +148,7 @@
     // as far away as the body is large
     let reach = 0.3;
     for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
-    // the flows stay beside the eye's middle, wherever the body goes
+    // the flows follow the camera's target
     view.flows = new THREE.Group();
     view.flows.position.set(0, 0, path[2]);
     const arrows = limax.world.flowsOf(replay.world, reach);
@@ -202,7 +202,7 @@
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
-    // the world moves below the eye, which stays: the same moment is the same picture, whatever came between
+    // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
     if (byId("follow").checked) view.world.position.set(-view.path[first * 3], -view.path[first * 3 + 1], -view.rise[first]);
     if (view.mode === "strain") paint(view, "strain");
     view.dirty = true;
@@ -245,14 +245,14 @@
     if (state.playing) {
       const time = state.time + Math.max(0, (now - state.last) / 1000) * Number(byId("speed").value);
       state.last = now;
-      // over again from the beginning
+      // repeated from the beginning
       show(time >= state.most ? 0 : time);
     }
     for (const view of views) if (view.dirty || view.canvas.clientWidth !== view.width) draw(view);
     requestAnimationFrame(tick);
   }
 
-  function tellColours(mode) {
+  function showLegend(mode) {
     let text = KEYS[mode];
     if (mode === "material") {
       const names = new Set();
@@ -290,7 +290,7 @@
         state.most = Math.max(state.most, (replay.samples - 1) / replay.rate);
       }
     } catch (problem) {
-      panel.textContent = "The robots cannot be shown in 3D here (" + problem.message + "); the film strips below can.";
+      panel.textContent = "The robots cannot be shown in 3D here (" + problem.message + "). See the film strips below.";
       panel.dataset.ready = "no";
       return;
     }
@@ -299,7 +299,7 @@
     byId("time").addEventListener("input", () => { play(false); show(Number(byId("time").value)); });
     byId("colours").addEventListener("change", () => {
       for (const view of views) { paint(view, byId("colours").value); view.dirty = true; }
-      tellColours(byId("colours").value);
+      showLegend(byId("colours").value);
     });
     byId("ground").addEventListener("change", () => {
       for (const view of views) {
@@ -311,13 +311,13 @@
       for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }
     });
     byId("follow").addEventListener("change", () => show(state.time));
-    // the background is the page's
+    // the background follows the page
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       for (const view of views) view.dirty = true;
     });
     show(0);
     for (const view of views) paint(view, "material");
-    tellColours("material");
+    showLegend("material");
     panel.dataset.ready = "yes";
     // for a browser's console
     limax.views = views;

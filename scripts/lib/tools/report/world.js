@@ -1,5 +1,5 @@
-// world.js: what is around the robots of a report: ground, planes, boxes, spheres, terrain, wind and current, as
-// surroundings.lua describes them. Metres; z is up.
+// world.js: the world around the robots of a report: ground, planes, boxes, spheres, terrain, wind and current, as
+// described by surroundings.lua. Metres; z is up.
 "use strict";
 window.limax = { world: (function () {
   // darker than the ground, since it is lit
@@ -7,7 +7,7 @@ window.limax = { world: (function () {
   const EDGE = 0x727a83;
   const FURROW = 0xc9c2b4;
 
-  // Lines between pairs of points, in pieces of at most half a metre, so that none reaches behind the eye.
+  // Lines between pairs of points, in pieces of at most half a metre, so that none reaches behind the camera.
   function shortLines(points, color) {
     const short = [];
     for (let k = 0; k < points.length; k += 6) {
@@ -23,7 +23,7 @@ window.limax = { world: (function () {
     return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
   }
 
-  // A mesh in one colour with lines on it; what is `clear` can be seen through.
+  // A mesh in one colour with lines on it; transparent if `clear`.
   function solid(name, shape, color, lines, clear) {
     const mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide, polygonOffset: true,
       polygonOffsetFactor: 1, polygonOffsetUnits: 1, transparent: Boolean(clear), opacity: clear ? 0.2 : 1, depthWrite: !clear }));
@@ -42,7 +42,7 @@ window.limax = { world: (function () {
     return shape;
   }
 
-  // What stands in the world.
+  // Boxes, spheres, planes and terrain.
   function obstacles(world) {
     const list = [];
     const color = new THREE.Color(world.hex);
@@ -104,12 +104,12 @@ window.limax = { world: (function () {
     return [plane, shortLines(lines[0], 0xdcd7cc), shortLines(lines[1], 0xb0a897)];
   }
 
-  // Arrows for wind and current, beside one another over a body that reaches `reach` metres from its middle: as long as
-  // the way of the flow in TIME seconds, within shares of the reach, so that it is seen and stays a mark.
+  // Arrows for wind and current, side by side above a body that reaches `reach` metres from its middle. An arrow is as
+  // long as the distance that the flow moves in TIME seconds, within shares of the reach.
   const TIME = 0.1;
   const SHORTEST = 0.4;
   const LONGEST = 0.9;
-  // what the eye has at its right when a page is opened
+  // to the right of the camera when a page is opened
   const RIGHT = new THREE.Vector3(3.4, 2.2, 0).normalize();
   function flowsOf(world, reach) {
     const flows = world.flows || [];
