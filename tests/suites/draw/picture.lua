@@ -136,7 +136,6 @@ suite:test("a run's last champion is drawn, wrong options are refused", { limit 
     [{ file, "--out", "x.svg", "--dpi", "300" }] = "--dpi: only a .png stores it",
     [{ file, "--out", "x.mp4", "--transparent" }] = "--transparent: an .mp4 cannot be transparent",
     [{ file, "--out", "x.png", "--width", "90" }] = "6 poses side by side have 9 px each",
-    [{ file, "--out", "x.gif", "--width", "5000" }] = "px are too large",
     [{ "none.json", "--out", "x.png" }] = "none.json is neither a robot file nor a run folder",
   } do
     done = picture(t, base, words, 2)
