@@ -11,7 +11,6 @@ local host = require "limax.host"
 local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
 local resume = require "limax.run.resume"
-local run_configuration = require "limax.run.run_configuration"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
 local tally = require "limax.tools.console.tally"
@@ -96,10 +95,8 @@ local function reopen(session, arguments)
     failure.raise(2, ("--repetition %d: %s computes %s"):format(arguments.repetition, folder.path,
       session.only and "repetition " .. session.only or "all repetitions"))
   end
-  local config, scripts =
-    run_configuration.of(experiment, { repetition = session.only, overrides = changes })
-  local verdict = resume.judge(folder, config, scripts, arguments.changed)
-  folder:continue(config, scripts, verdict.changed)
+  local verdict = resume.continue(folder, experiment,
+    { repetition = session.only, overrides = changes }, arguments.changed)
   session.notes = { note }
   if verdict.changed then
     table.insert(session.notes, "continuing with what has changed:\n" .. verdict.text)

@@ -110,15 +110,9 @@ end
 ---@field text string what, one line per difference
 ---@field scores_stand boolean do old scores still mean the same?
 
---- Compares a run folder with the experiment of now. Refuses what cannot be continued (status 2):
---- any difference unless `allowed`, and one of genome, lattice, population or seed always.
----@param folder limax.run_folder
----@param config table configuration of now
----@param scripts table[] scripts of now
----@param allowed boolean --changed was passed
----@param switch? string what would allow it; "--changed" if left out
----@return limax.resume.verdict
-function resume.judge(folder, config, scripts, allowed, switch)
+-- Compares a run folder with the experiment of now. Refuses what cannot be continued (status 2):
+-- any difference unless `allowed`, and one of genome, lattice, population or seed always.
+local function judge(folder, config, scripts, allowed, switch)
   local list, lines, scores_stand = {}, {}, true
   for k, field in ipairs(resume.differences(folder.config, config)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
@@ -142,8 +136,21 @@ function resume.judge(folder, config, scripts, allowed, switch)
   return { changed = #lines > 0, text = text, scores_stand = scores_stand }
 end
 
---- Opens the folder of a repetition that a script computes by itself, cut to its last whole
---- generation.
+--- Brings a folder to its last whole generation and to the configuration of now.
+---@param folder limax.run_folder
+---@param experiment limax.experiment
+---@param options { repetition: integer|nil, overrides: string[]|nil } of the run
+---@param allowed boolean may configuration and script differ?
+---@param switch? string what would allow it
+---@return limax.resume.verdict
+function resume.continue(folder, experiment, options, allowed, switch)
+  local config, scripts = run_configuration.of(experiment, options)
+  local verdict = judge(folder, config, scripts, allowed, switch)
+  folder:continue(config, scripts, verdict.changed)
+  return verdict
+end
+
+--- Opens the folder of a repetition that a script computes by itself, and continues it.
 ---@param path string
 ---@param experiment limax.experiment
 ---@param repetition integer
@@ -157,9 +164,8 @@ function resume.open(path, experiment, repetition, allowed)
     failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
       before and "repetition " .. before or "all repetitions", repetition))
   end
-  local config, scripts = run_configuration.of(experiment, { repetition = repetition })
-  local verdict = resume.judge(folder, config, scripts, allowed, "changed = true")
-  folder:continue(config, scripts, verdict.changed)
+  local verdict = resume.continue(folder, experiment, { repetition = repetition }, allowed,
+    "changed = true")
   folder:status "running"
   return folder, verdict
 end

@@ -1,5 +1,5 @@
---- evolve.lua: the evolution loop on small robots: what each generation holds, the own loop, the
---- rules for fitness, selection and supervisor, elites, and what history keeps.
+--- evolve.lua: the evolution loop on small robots: metrics, elites, the own loop, errors of
+--- fitness, selection and supervisor, and what history keeps.
 
 local ffi = require "ffi"
 local limax = require "limax"
@@ -26,7 +26,7 @@ suite:test("every generation has its numbers", function(t)
     t:equal(entry.best_standard, entry.best)
     t:equal(entry.evaluations, k == 1 and 6 or 4)
     t:equal(entry.parameters.mutation_rate, 0.1)
-    -- elites are kept, so the best never falls
+    -- the best is an elite
     t:ok(k == 1 or entry.best >= history[k - 1].best)
   end
 end)
@@ -81,19 +81,17 @@ suite:test("what an own loop leaves out is done by the experiment", function(t)
   local expected = finished {}
   local run = limax.start(small {}, { say = silent })
   for _ in run:generations() do end
-  -- a run that has ended stays so
+  -- a run that has ended has nothing left to do
   t:equal(#run:finish(), 3)
   for k = 1, 3 do t:same_bits(run.history[k].best, expected[k].best) end
-end)
-
-suite:test("the own loop may change a rate, and history shows it", function(t)
-  local run = limax.start(small {}, { say = silent })
+  -- also where it changes only a rate
+  run = limax.start(small {}, { say = silent })
   for population in run:generations() do population:breed { mutation_rate = 0.25 } end
   t:equal(run.history[1].parameters.mutation_rate, 0.1)
   t:equal(run.history[2].parameters.mutation_rate, 0.25)
 end)
 
-suite:test("a view of an ended trace says by what it ended, at the script's line", function(t)
+suite:test("a view of an ended trace raises with the line that ended it", function(t)
   local run = limax.start(small { generations = 3 }, { say = silent })
   local kept, line
   for population in run:generations() do
@@ -104,7 +102,7 @@ suite:test("a view of an ended trace says by what it ended, at the script's line
       t:raises(pattern, function() return kept[1][1] end)
       t:raises("evolve.lua:%d+: ", function() return kept[1][1] end)
     end
-    -- an elite is not simulated again, and has no trace
+    -- an elite is not simulated again: it has no trace
     for _, robot in ipairs(population) do
       if robot.origin ~= "elite" and robot.fitness then kept = robot:trace "center_of_mass" end
     end
@@ -114,7 +112,15 @@ suite:test("a view of an ended trace says by what it ended, at the script's line
   end
 end)
 
-suite:test("breed refuses what does not fit", function(t)
+suite:test("limax.start refuses unknown options", function(t)
+  t:raises('evolve.lua:%d+: start.repetiton: unknown field; did you mean "repetition"?',
+    function() limax.start(small {}, { repetiton = 2 }) end)
+  t:raises("evolve.lua:%d+: start.resume: which run", function()
+    limax.start(small {}, { resume = true })
+  end)
+end)
+
+suite:test("breed refuses indices and counts that do not fit", function(t)
   local function breeding(choice)
     local run = limax.start(small {}, { say = silent })
     for population in run:generations() do population:breed(choice) end
@@ -185,7 +191,7 @@ suite:test("a fitness that is wrong in the first generation stops the run", func
   end)
 end)
 
-suite:test("what a fitness names beside its score is kept with the robot and summed up", function(t)
+suite:test("measures of a fitness are kept with the robot and summarised", function(t)
   local history = finished { fitness = function(robot)
     return robot:distance(), { robot.body.mass, mass = robot.body.mass, id = robot.id }
   end }
@@ -205,37 +211,27 @@ suite:test("what a fitness names beside its score is kept with the robot and sum
   t:equal(finished({ fitness = "distance" })[1].measures, nil)
 end)
 
-suite:test("later, and for NaN always, only that robot fails, said once", function(t)
-  local said = {}
-  local history = finished({ population = 20, fitness = function(robot)
+suite:test("later, and for NaN always, only that robot fails, reported once", function(t)
+  local warnings = {}
+  local function run(fields)
+    warnings = {}
+    return finished(fields, { say = function(text) warnings[#warnings + 1] = text end })
+  end
+  local history = run { population = 20, generations = 4, fitness = function(robot)
     if robot.id == 3 then return 0 / 0 end
-    if robot.id == 47 then error("odd", 0) end
-    if robot.id == 48 then error("odd", 0) end
+    if robot.generation > 0 and robot.id % 20 > 17 then error("odd", 0) end
     return robot.id
-  end }, { say = function(text) said[#said + 1] = text end })
-  t:equal(history[1].failed.fitness, 1)
-  t:equal(history[1].population[3].status, "failed")
-  t:equal(history[1].population[3].reason, "fitness")
-  t:equal(history[1].population[3].fitness, nil)
-  t:equal(history[3].failed.fitness, 2)
-  t:equal(#said, 2)
-  t:ok(said[1]:find "returned %-?nan" and said[2]:find "odd", table.concat(said, "; "))
+  end }
+  t:equal({ history[1].failed.fitness, history[3].failed.fitness }, { 1, 2 })
+  local failed = history[1].population[3]
+  t:equal({ failed.status, failed.reason, failed.fitness }, { "failed", "fitness", nil })
   -- a robot that failed is never an elite
   for _, i in ipairs(history[1].population.ranked) do t:ok(i ~= 3) end
-end)
-
-suite:test("one message is said once in a run, however many generations it comes in", function(t)
-  local said = {}
-  local history = finished({ population = 20, generations = 4, fitness = function(robot)
-    if robot.generation > 0 and robot.id % 20 == 0 then error("odd", 0) end
-    return robot.id
-  end }, { say = function(text) said[#said + 1] = text end })
-  for k = 2, 4 do t:equal(history[k].failed.fitness, 1) end
-  t:equal(said, { "robot 40 of generation 1 gets no score: the fitness failed: odd" })
-  said = {}
-  finished({ generations = 4, supervisor = function() error("no idea", 0) end },
-    { say = function(text) said[#said + 1] = text end })
-  t:equal(#said, 1)
+  t:equal(#warnings, 2)
+  t:ok(warnings[1]:find "returned %-?nan", warnings[1])
+  t:equal(warnings[2], "robot 38 of generation 1 gets no score: the fitness failed: odd")
+  run { generations = 4, supervisor = function() error("no idea", 0) end }
+  t:equal(#warnings, 1)
 end)
 
 suite:test("more than a tenth of a generation failing stops the run", function(t)
@@ -253,7 +249,7 @@ suite:test("a generation without a single score stops the run and says why", fun
   end)
 end)
 
-suite:test("a selection that names nobody stops the run", function(t)
+suite:test("a selection that returns no index stops the run", function(t)
   for _, index in ipairs { 0, 7, 1.5, "one" } do
     t:raises("selection's choice %(.*evolve.lua:%d+%) for robot 3 of generation 1 is", function()
       finished { selection = function() return 1, index end }
@@ -277,7 +273,7 @@ suite:test("selection sees ranked robots and its own random numbers", function(t
   t:same_bits(seen[1], engine.random(1, 1, "selection", 1, 3):uniform())
 end)
 
-suite:test("changed materials: elites run again, best_standard stays comparable", function(t)
+suite:test("changed materials: elites are simulated again, best_standard is comparable", function(t)
   local history = finished { generations = 4, supervision = { materials = true },
     supervisor = function(history)
       if #history ~= 2 then return nil end
@@ -290,7 +286,7 @@ suite:test("changed materials: elites run again, best_standard stays comparable"
   local materials = engine.materials(history[3].materials)
   t:equal(materials:get(materials:index "soft tissue").stiffness, 1200)
   t:equal(materials:get(materials:index "e").amplitude, 0.28)
-  -- the champion alone under the first materials
+  -- the champion under the first materials
   local champion = history[3].population[history[3].champion.index]
   local again = champion:simulate { materials = history[1].materials }
   t:same_bits(again:distance(), history[3].best_standard)
@@ -323,7 +319,7 @@ suite:test("a run folder of an own loop holds what history holds", function(t)
   end
 end)
 
-suite:test("history keeps bodies and measures, lets go of genomes and traces", function(t)
+suite:test("history keeps bodies and measures, and drops genomes and traces", function(t)
   local history = finished { generations = 6 }
   local old, new = history[1].population[1], history[6].population[1]
   t:equal(#old.body.voxel, 2)
@@ -333,7 +329,7 @@ suite:test("history keeps bodies and measures, lets go of genomes and traces", f
   t:ok(new.genome:size() > 0)
   t:ok(history[4].population[1].genome:size() > 0)
   t:equal(history[1].population.ranked[1], history[1].champion.index)
-  -- an old generation is rebuilt as it was
+  -- an old generation is rebuilt from its text
   t:equal(history[1].population[history[1].champion.index].fitness, history[1].best)
 end)
 
