@@ -101,7 +101,7 @@ local function reopen(session, arguments)
   if verdict.changed then
     table.insert(session.notes, "continuing with what has changed:\n" .. verdict.text)
   end
-  session.scores_stand = verdict.scores_stand
+  session.scores_valid = verdict.scores_valid
   return experiment
 end
 
@@ -168,7 +168,7 @@ local function compute(session, experiment, options, first_run)
       local run = repetition == first_run.repetition and first_run
         or evolve.start(experiment, options)
       run.folder = folder
-      run:restore(folder, session.scores_stand)
+      run:restore(folder, session.scores_valid)
       return run
     end,
     ended = function(repetition)
@@ -219,7 +219,7 @@ local function execute(session, experiment, arguments)
   local options = { repetition = session.left[1] or session.first, device = device,
     wait = together.wait, live_prompts = arguments.live_prompts,
     say = function(text)
-      session.tally:hear(text)
+      session.tally:add_warning(text)
       session.progress:say(text)
     end,
     on_progress = function(state) session.progress:robots(state) end,
@@ -260,7 +260,7 @@ local function interrupted(session, path)
   return 130
 end
 
--- Writes the state of the run and says how to continue it. Nothing on disk is lost.
+-- Writes the state of the run and prints how to continue it. Nothing on disk is lost.
 local function end_early(session, value, trace)
   if session.progress then session.progress:finish() end
   local path = session.folder and session.folder.path or session.path

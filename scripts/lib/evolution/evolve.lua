@@ -90,8 +90,7 @@ local function select(run, robots, offspring, choice)
   end, source.place(run.config.selection))
 end
 
--- Genomes and records of the next generation. An elite keeps its score while nothing changed that
--- gave it.
+-- Genomes and records of the next generation. An elite keeps its score under the same materials.
 local function breed(run, robots, offspring, elites, parents)
   local parameters, generation = offspring.parameters, offspring.generation
   offspring.engine = run:new_robots()
@@ -99,7 +98,7 @@ local function breed(run, robots, offspring, elites, parents)
     mutation_scale = parameters.mutation_scale, crossover_rate = parameters.crossover_rate,
     seed = run.config.seed, repetition = run.repetition, generation = generation,
     elites = #elites }, run.device)
-  local keep = offspring.materials == robots.materials and record.scores_stand(robots)
+  local keep = offspring.materials == robots.materials and record.scores_valid(robots)
   offspring.records = {}
   for i, pair in ipairs(parents) do
     offspring.records[i] = i <= #elites and mating.elite_record(robots.records[pair[1]], keep)
@@ -144,7 +143,7 @@ function evolve.start(experiment, options)
   run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
   setup.warn(experiment, run.world)
-  if verdict then run:restore(run.folder, verdict.scores_stand) end
+  if verdict then run:restore(run.folder, verdict.scores_valid) end
   return run
 end
 
@@ -184,8 +183,8 @@ end
 
 --- Reads what a folder holds of this repetition: the loop begins with its last whole generation.
 ---@param folder limax.run_folder
----@param scores_stand boolean false where the configuration changed: elites are scored again
-function Run:restore(folder, scores_stand) record.read(self, folder, scores_stand) end
+---@param scores_valid boolean false where the configuration changed: elites are scored again
+function Run:restore(folder, scores_valid) record.read(self, folder, scores_valid) end
 
 --- The first materials with other values of the fields that a supervisor may change.
 ---@param fields limax.material_fields

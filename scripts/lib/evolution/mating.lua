@@ -64,7 +64,7 @@ function mating.pairs(robots, elites, named, select, place)
   return list
 end
 
---- The record of an elite in the next generation: the same robot, with its score if that stands.
+--- The record of an elite in the next generation: the same robot, with its score if that is valid.
 ---@param record table
 ---@param keep boolean
 ---@return table

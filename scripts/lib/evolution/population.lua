@@ -129,8 +129,8 @@ function population.forget_score(record)
   return record
 end
 
---- Scores every robot that ended well: by the experiment's fitness, or by another one. A robot
---- whose score stands already, an elite or one read from a run folder, keeps it.
+--- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
+--- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
 ---@return limax.population.scored self
 function Population:score(with)
@@ -168,7 +168,7 @@ end
 function population.failure_text(robots)
   local counts, reasons = {}, {}
   for _, record in ipairs(robots.records) do
-    local reason = ("%s: %s"):format(record.status, record.reason or "no reason given")
+    local reason = ("%s: %s"):format(record.status, record.reason or "no reason")
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
   end

@@ -15,7 +15,7 @@ local EARLIER = {}
 --- Do the scores of a generation mean what they would mean now?
 ---@param robots limax.population.scored
 ---@return boolean
-function record.scores_stand(robots) return robots.scored_with ~= EARLIER end
+function record.scores_valid(robots) return robots.scored_with ~= EARLIER end
 
 -- The champion's score under the run's first materials; nil where it does not end well under them.
 local function standard_score(run, robots)
@@ -87,8 +87,8 @@ end
 --- the last one there, with its scores.
 ---@param run limax.run
 ---@param folder limax.run_folder
----@param scores_stand boolean false where the configuration changed: elites are scored again
-function record.read(run, folder, scores_stand)
+---@param scores_valid boolean false where the configuration changed: elites are scored again
+function record.read(run, folder, scores_valid)
   for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do
     local line, robots = kept.metrics, nil
     if kept.genomes then
@@ -97,7 +97,7 @@ function record.read(run, folder, scores_stand)
       robots.engine:set_genomes(kept.genomes)
       robots.engine:express(robots.materials, { require_muscle = run.config.genome.require_muscle,
         device = run.device })
-      if not scores_stand then robots.scored_with = EARLIER end
+      if not scores_valid then robots.scored_with = EARLIER end
     end
     remember(run, line, kept.ledger, kept.text, robots)
     run.upcoming = robots

@@ -10,8 +10,8 @@ local settings = require "limax.settings.settings"
 
 local rescore = {}
 
-local known = { accuracy = true }
-for _, name in ipairs(settings.of_tier) do known[name] = true end
+local is_setting = { accuracy = true }
+for _, name in ipairs(settings.of_tier) do is_setting[name] = true end
 
 ---@class limax.rescored
 ---@field fitness table<integer, number> by index of the robot; nil where it failed
@@ -33,14 +33,14 @@ for _, name in ipairs(settings.of_tier) do known[name] = true end
 function rescore.options(config, setting, level)
   level = (level or 1) + 1
   for name in pairs(setting) do
-    if not known[name] then
+    if not is_setting[name] then
       failure.raise(2, ("rescore: unknown setting %s; the settings are accuracy, %s"):format(
         schema.show(name), table.concat(settings.of_tier, ", ")), level)
     end
   end
   local simulation = {}
   for name, value in pairs(config.simulation) do
-    if not known[name] then simulation[name] = value end
+    if not is_setting[name] then simulation[name] = value end
   end
   simulation.accuracy = config.simulation.accuracy
   for name, value in pairs(setting) do simulation[name] = value end

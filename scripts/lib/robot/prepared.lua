@@ -14,9 +14,10 @@ local prepared = {}
 
 local simulation_fields = { "accuracy", "sharing", "duration", "settle", "edge", "position",
   "velocity", "max_speed", "max_stretch", unpack(settings.of_tier) }
-local known = { "scene", "device", "record", "materials", "progress", unpack(simulation_fields) }
-local is_known = {}
-for _, name in ipairs(known) do is_known[name] = true end
+local option_names = { "scene", "device", "record", "materials", "progress",
+  unpack(simulation_fields) }
+local is_option = {}
+for _, name in ipairs(option_names) do is_option[name] = true end
 
 -- Devices by name: opening one starts its threads, so each is opened once.
 local devices = {}
@@ -73,8 +74,8 @@ function prepared.simulation(robot, options)
     engine.fail("simulate: expected a table, got " .. schema.show(options))
   end
   for _, key in ipairs(choice.sorted_keys(options)) do
-    if not is_known[key] then
-      engine.fail(("simulate: unknown option %s%s"):format(key, suggest.ending(key, known)))
+    if not is_option[key] then
+      engine.fail(("simulate: unknown option %s%s"):format(key, suggest.ending(key, option_names)))
     end
   end
   local materials, population, description = robot.materials, robot.population, robot.description

@@ -123,7 +123,7 @@ local function padded(layers, lattice)
   return full
 end
 
----@class limax.robot.given
+---@class limax.robot.by_hand
 --- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
 --- first line of a layer is y = 1, and letters run along x. Each weight is a number from 0 to 1,
 --- [x][y][z] or a function (x, y, z); 1 if absent.
@@ -176,7 +176,7 @@ end
 
 --- A robot by hand or of a genome (tables), from a robot file (its path), or the body of a robot
 --- that was simulated.
----@param source string|limax.robot.given|limax.robot.of_genome|limax.scored_robot
+---@param source string|limax.robot.by_hand|limax.robot.of_genome|limax.scored_robot
 ---@return limax.robot
 function robot.new(source)
   if type(source) == "string" then return object(robot_file.read(source)) end

@@ -42,7 +42,7 @@ end
 ---@return { all: limax.diversity.values|nil, top: limax.diversity.values|nil }
 function diversity.measure(population, ranked, materials)
   if #ranked == 0 then return {} end
-  -- sums run in the order of the list, so it is the order of the population, whatever the ranking
+  -- sorted, so that sums do not depend on the ranking
   local function sorted(list)
     local copy = {}
     for i, index in ipairs(list) do copy[i] = index end

@@ -61,8 +61,8 @@ function history.decode(text, origin)
 end
 
 --- An entry: the fields of the generation's metrics line, its ledger record and materials, and
---- `.population`, either live or rebuilt from `text` by `build(records)` on demand.
----@param parts table metrics, ledger, materials, text, build; population while it is live
+--- `.population`, either in memory or rebuilt from `text` by `build(records)` on demand.
+---@param parts table metrics, ledger, materials, text, build; population while it is in memory
 ---@return limax.generation
 function history.entry(parts)
   local entry = {}

@@ -108,16 +108,16 @@ end
 ---@class limax.resume.verdict
 ---@field changed boolean does anything differ?
 ---@field text string what, one line per difference
----@field scores_stand boolean do old scores still mean the same?
+---@field scores_valid boolean do old scores still mean the same?
 
 -- Compares a run folder with the experiment of now. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of genome, lattice, population or seed always.
 local function judge(folder, config, scripts, allowed, switch)
-  local list, lines, scores_stand = {}, {}, true
+  local list, lines, scores_valid = {}, {}, true
   for k, field in ipairs(resume.differences(folder.config, config)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
     local top = field.path:match "^[^%.]+"
-    scores_stand = scores_stand and unscored_fields[top] ~= nil
+    scores_valid = scores_valid and unscored_fields[top] ~= nil
     if fixed_fields[top] then
       failure.raise(2, ("%s cannot be continued with another %s (%s)")
         :format(folder.path, top, list[k]))
@@ -127,13 +127,13 @@ local function judge(folder, config, scripts, allowed, switch)
   local fields = #lines
   add_script_changes(lines, folder, scripts)
   -- a changed script may hold a changed fitness
-  if #lines > fields then scores_stand = false end
+  if #lines > fields then scores_valid = false end
   local text = table.concat(lines, "\n")
   if #lines > 0 and not allowed then
     failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s continues with the"
       .. " new one"):format(folder.path, text, switch or "--changed"))
   end
-  return { changed = #lines > 0, text = text, scores_stand = scores_stand }
+  return { changed = #lines > 0, text = text, scores_valid = scores_valid }
 end
 
 --- Brings a folder to its last whole generation and to the configuration of now.

@@ -1,6 +1,6 @@
 --- run_folder.lua: one execution, one folder. Files are replaced whole and lines appended whole,
 --- the checkpoint last: whenever a run is killed, everything up to the generation of the checkpoint
---- is on disk, and what lies beyond it is cut when the run continues. The files of a generation are
+--- is on disk, and anything beyond it is cut when the run continues. The files of a generation are
 --- written while the next one is simulated.
 
 local ffi = require "ffi"
@@ -98,7 +98,7 @@ function Folder:check(ok, message)
   failure.raise_machine("disk", message .. "; " .. whole)
 end
 
--- Waits until all that the writer was given is on disk.
+-- Waits until everything is on disk.
 function Folder:settle() self:check(self.writer:wait()) end
 
 -- Writes a file at once, after all that was to be written before it.
@@ -117,7 +117,7 @@ function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" ..
 ---@param state "running"|"done"|"interrupted"|"failed"
 ---@param message? string
 function Folder:status(state, message)
-  -- a run is done only with everything on disk; why another one ended is known already
+  -- a run is done only with everything on disk
   if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
   self:update_checkpoint()
   local at = self.checkpoint or {}

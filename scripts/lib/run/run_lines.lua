@@ -108,7 +108,7 @@ function Lines:remove_waiting(repetition)
   end
 end
 
---- Cuts what lies beyond the checkpoint.
+--- Cuts everything beyond the checkpoint.
 function Lines:cut()
   local folder = self.folder
   for _, name in ipairs(NAMES) do

@@ -1,6 +1,6 @@
---- design_snippets.lua: what the manual shows, run as it stands: the experiment, selection and
---- supervisor as functions, the own loop, the robot by hand and its regression. Sizes are cut down
---- through the same overrides as `--set`, so that everything ends in seconds.
+--- design_snippets.lua: the snippets of the manual, run unchanged: the experiment, selection and
+--- supervisor as functions, the own loop, the robot by hand and its regression. Overrides as of
+--- `--set` make them small.
 
 local limax = require "limax"
 local suite = require("limax.test").suite "design snippets"
@@ -173,7 +173,7 @@ suite:test("a robot by hand, from a file, and saved", function(t)
   t:equal(limax.robot(path).body.letters, "ecs\nece\n\nsbs\ncec")
 end)
 
-suite:test("a run ends with its summary, read from the folder alone", function(t)
+suite:test("the summary of a run, read from its folder", function(t)
   local folder = t:folder() .. "/run"
   local experiment = limax.experiment { fitness = "walk", name = "small" }:override(SMALL)
   limax.start(experiment, { out = folder }):finish()

@@ -240,9 +240,9 @@ suite:test("more than a tenth of a generation failing stops the run", function(t
   end)
 end)
 
-suite:test("a generation without a single score stops the run and says why", function(t)
+suite:test("a generation without a single score stops the run with the reason", function(t)
   local table_of = engine.materials("paper"):table()
-  -- bone alone: no muscle anywhere
+  -- only bone
   table_of.materials = { table_of.materials[1], table_of.materials[5] }
   t:raises("generation 0: none of the 6 robots can be scored .* invalid: no muscle", function()
     finished { materials = table_of, seed = 3 }

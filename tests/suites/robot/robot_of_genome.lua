@@ -15,7 +15,7 @@ local function first_generation()
   return run:generations()()
 end
 
-local function given(genome, more)
+local function of_genome(genome, more)
   local fields = { genome = genome, lattice = LATTICE, sigma = 0.5, features = 8, hidden = { 12 },
     seed = 5, repetition = 2 }
   for name, value in pairs(more or {}) do fields[name] = value end
@@ -25,22 +25,22 @@ end
 suite:test("genes and a random genome describe the bodies of an evolution", function(t)
   local robots = first_generation()
   for i = 1, #robots do
-    t:equal(given(robots[i].genome).body.hash, robots[i].body.hash)
-    t:equal(given("random", { individual = i }).body.hash, robots[i].body.hash)
+    t:equal(of_genome(robots[i].genome).body.hash, robots[i].body.hash)
+    t:equal(of_genome("random", { individual = i }).body.hash, robots[i].body.hash)
   end
-  t:equal(given(robots[2].genome:table()).body.letters, robots[2].body.letters)
-  t:ok(given("random", { individual = 1, seed = 6 }).body.hash ~= robots[1].body.hash)
+  t:equal(of_genome(robots[2].genome:table()).body.letters, robots[2].body.letters)
+  t:ok(of_genome("random", { individual = 1, seed = 6 }).body.hash ~= robots[1].body.hash)
 end)
 
 suite:test("what cannot be a genome is refused", function(t)
-  t:raises('genome: expected "random" or ', function() given { 1, 2, 3 } end)
+  t:raises('genome: expected "random" or ', function() of_genome { 1, 2, 3 } end)
   t:raises("individual: expected a whole number", function()
-    given("random", { individual = 0 })
+    of_genome("random", { individual = 0 })
   end)
-  t:raises("unknown field", function() given("random", { individul = 1 }) end)
+  t:raises("unknown field", function() of_genome("random", { individul = 1 }) end)
   local genes = first_generation()[1].genome:table()
   genes[7] = 0 / 0
-  t:raises("genome[7]: expected a number", function() given(genes) end)
+  t:raises("genome[7]: expected a number", function() of_genome(genes) end)
 end)
 
 suite:test("edit changes one voxel of a copy", function(t)

@@ -161,7 +161,7 @@ objects:test("slices, outcomes and masks", { threads = { 1, 2 } }, function(t)
   t:ok(outcome.path_length >= 0 and outcome.time_step <= outcome.time_step_bound)
 end)
 
-objects:test("invalid bodies say why", function(t)
+objects:test("invalid bodies have a reason", function(t)
   local population = engine.population { lattice = { 1, 1, 1 }, count = 2 }
   population:set_body(2, { "b" }, nil, MATERIALS)
   population:check(MATERIALS, { require_muscle = true })

@@ -1,4 +1,4 @@
---- resume.lua: a run gives the same bytes whatever happens to it: another number of threads, one
+--- resume.lua: a run gives the same bytes under all conditions: another number of threads, one
 --- repetition only, SIGINT and SIGKILL at random moments, a resume with and without changes.
 
 local engine = require "limax.engine"
@@ -76,9 +76,9 @@ local function check_whole(t, folder)
     text = source.read(folder .. path)
     local grown = path:match "^/(%l+)%.jsonl$" or path:match "^/r%d+/(%l+)%.jsonl$"
     if grown then
-      local known = path:find "^/%l+%.jsonl$" and bytes[grown] or 0
-      t:ok(#text >= known and (known == 0 or text:sub(known, known) == "\n"),
-        path .. " is not what the checkpoint says")
+      local size = path:find "^/%l+%.jsonl$" and bytes[grown] or 0
+      t:ok(#text >= size and (size == 0 or text:sub(size, size) == "\n"),
+        path .. " is not what the checkpoint states")
       text = text:match "^(.*\n)[^\n]*$" or ""
     end
     if path:find "%.part$" then

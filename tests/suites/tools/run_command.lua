@@ -1,5 +1,5 @@
---- run_command.lua: what `limax run` says while it goes on and at its end: warnings whatever is
---- asked for, failures by reason, the colours of the stream that it writes to.
+--- run_command.lua: the output of `limax run`: warnings also with -q, failures by reason, and the
+--- colours of the stream that it writes to.
 
 local host = require "limax.host"
 local passes = require "limax.tools.console.passes"
@@ -55,8 +55,8 @@ suite:test("a tally in words", function(t)
   total:add(1, { { id = 1, origin = "initial", status = "done", fitness = 1, generation = 0,
     body = body } })
   t:equal(last(), "None of 1 robots failed.")
-  total:hear "robot 2 of generation 0 gets no score: the fitness returned nan"
-  total:hear "robot 3 of generation 0 gets no score: the fitness returned inf"
+  total:add_warning "robot 2 of generation 0 gets no score: the fitness returned nan"
+  total:add_warning "robot 3 of generation 0 gets no score: the fitness returned inf"
   total:add(1, {
     { id = 2, origin = "initial", status = "failed", reason = "fitness" },
     { id = 3, origin = "initial", status = "failed", reason = "fitness" },
@@ -85,7 +85,7 @@ suite:test("the bar has the colours of the standard error", function(t)
   t:equal(drawn(facts), false)
 end)
 
-suite:test("slower passes than the processor has are said", function(t)
+suite:test("slower passes than the processor has are reported", function(t)
   t:equal(passes.warning { isa = "v4", isa_available = "v4,v3,baseline" }, nil)
   t:equal(passes.warning { kind = "cuda" }, nil)
   t:equal(passes.warning { isa = "v3", isa_available = "v4,v3,baseline" },

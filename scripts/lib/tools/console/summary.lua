@@ -1,6 +1,6 @@
 --- summary.lua: the end of a run, read from its folder: distance and speed of the best robots of
 --- the first and the last generation, both bodies in letters, the curves of best and mean, a film
---- strip, and commands to go on with.
+--- strip, and suggested commands.
 
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"

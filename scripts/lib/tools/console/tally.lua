@@ -30,7 +30,7 @@ end
 
 --- Keeps the first message of a fitness that failed from the warnings of a run.
 ---@param text string
-function Tally:hear(text)
+function Tally:add_warning(text)
   self.fitness_message = self.fitness_message or text:match "gets no score: ([^\n]+)"
 end
 
