@@ -1,5 +1,5 @@
---- counted_steps.lua: the script that instructions.lua runs under valgrind: a number of steps of one
---- full body of 5x5x5 voxels. Arguments: the steps, and the scene as JSON.
+--- counted_steps.lua: the script that instructions.lua runs under valgrind: a number of steps of
+--- one full body of 5x5x5 voxels. Arguments: the steps, and the scene as JSON.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
