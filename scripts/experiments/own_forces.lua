@@ -20,8 +20,8 @@ local pulled = robot:simulate {
     wind = { velocity = { 0, 0, 0 }, drag = 0.1 }, -- N s/m
     magnet = {
       force = [[
-        vec way = centre - x;
-        f = strength * way / (dot(way, way) + reach * reach);
+        vec offset = centre - x;
+        f = strength * offset / (dot(offset, offset) + reach * reach);
       ]],
       centre = centre, strength = strength, reach = reach,
       bound = { stiffness = strength / reach ^ 2 }, -- N/m
