@@ -1,5 +1,5 @@
---- user_call.lua: functions of the user's own that supervise a run: one that throws, loops or
---- returns nonsense costs a generation's change, and never the run.
+--- user_call.lua: limited calls of user functions. A supervisor that raises an error, loops or
+--- returns an invalid value costs the change of a generation, but not the run.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -15,12 +15,12 @@ local function hot()
   return sum
 end
 
--- Compiled before the call, and called for ever in it.
+-- Compiled before the call, and called forever in it.
 local function for_ever()
   while true do hot() end
 end
 
--- Loops that a limit must end, with and without a pcall around.
+-- Endless loops, with and without pcall.
 local ENDLESS = {
   ["a plain loop"] = function() while true do end end,
   ["a loop that is compiled"] = for_ever,
@@ -50,11 +50,11 @@ local ENDLESS = {
   end,
 }
 
-suite:test("what does not come back is stopped, compiled or not", { limit = 300 }, function(t)
+suite:test("endless loops are stopped, compiled or not", { limit = 300 }, function(t)
   for _ = 1, 100 do hot() end
   for name, call in pairs(ENDLESS) do
     local recursion = name:find "recursion"
-    -- a recursion has an end of its own, which comes before this one's
+    -- a recursion may end earlier by itself
     local began, seconds = host.clock(), recursion and 60 or 0.2
     local ok, message = failure.attempt_within(seconds, call)
     t:equal(ok, false)
@@ -68,7 +68,7 @@ suite:test("what does not come back is stopped, compiled or not", { limit = 300 
   end
 end)
 
-suite:test("what gathers memory for ever is stopped too", { limit = 900 }, function(t)
+suite:test("a loop that allocates memory is stopped", { limit = 900 }, function(t)
   local ok, message = failure.attempt_within(600, function()
     local list = {}
     for i = 1, 1e9 do list[i] = ("x"):rep(1e5) .. i end
@@ -79,7 +79,7 @@ suite:test("what gathers memory for ever is stopped too", { limit = 900 }, funct
   t:ok(collectgarbage "count" < 5e5)
 end)
 
-suite:test("one within another keeps the outer limit", { limit = 30 }, function(t)
+suite:test("a nested call keeps the outer limit", { limit = 30 }, function(t)
   local ok, message = failure.attempt_within(0.2, function()
     t:equal({ failure.attempt_within(60, function(a) return a, 2 end, 1) }, { true, 1, 2 })
     local fine, inner = failure.attempt_within(60, function() error("inner", 0) end)
@@ -90,7 +90,7 @@ suite:test("one within another keeps the outer limit", { limit = 30 }, function(
   t:ok(message:find("it did not come back within 0.2 s", 1, true), message)
 end)
 
-suite:test("results, errors and their places come through", function(t)
+suite:test("results, errors and their places are returned", function(t)
   t:equal({ user_call.attempt(function(...) return select("#", ...), ... end, 1, nil, 3) },
     { true, 3, 1, nil, 3 })
   local ok, message, trace = user_call.attempt(function() error "mine" end)
@@ -106,18 +106,18 @@ suite:test("results, errors and their places come through", function(t)
   t:ok(jit.status())
 end)
 
--- What a supervisor returned or did, as the ledger and the run see it.
+-- The history and the printed text of a run with a supervisor.
 local function supervised(supervisor)
-  local said = {}
+  local printed = {}
   local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
     population = 4, generations = 3, repetitions = 1, supervisor = supervisor,
     simulation = { duration = 0.06, settle = 0, accuracy = "preview" } },
-    { device = "cpu", say = function(text) said[#said + 1] = text end })
+    { device = "cpu", say = function(text) printed[#printed + 1] = text end })
   run:finish()
-  return run.history, table.concat(said, "\n")
+  return run.history, table.concat(printed, "\n")
 end
 
-suite:test("a supervisor that fails costs the change, and says so once", { limit = 60 },
+suite:test("a supervisor that fails costs the change, and is reported", { limit = 60 },
   function(t)
     local usual = user_call.SECONDS
     local cases = {
@@ -132,14 +132,14 @@ suite:test("a supervisor that fails costs the change, and says so once", { limit
     }
     local ok, trouble = pcall(function()
       for expected, supervisor in pairs(cases) do
-        -- only what loops needs to be stopped
+        -- a short limit only for the loop
         user_call.SECONDS = expected:find("0.2 s", 1, true) and 0.2 or usual
-        local history, said = supervised(supervisor)
+        local history, output = supervised(supervisor)
         t:equal(#history, 3)
         t:equal(history[3].parameters, history[1].parameters)
         local reason = history[2].ledger.reason
         t:ok(reason:find(expected, 1, true), reason)
-        t:ok(said:find(expected, 1, true), said)
+        t:ok(output:find(expected, 1, true), output)
       end
     end)
     user_call.SECONDS = usual
@@ -152,7 +152,7 @@ suite:test("a supervisor that fails costs the change, and says so once", { limit
     t:equal(history[2].parameters.mutation_rate, 0.1)
   end)
 
-suite:test("Ctrl-C ends a supervisor that loops", { limit = 120 }, function(t)
+suite:test("Ctrl-C ends an endless supervisor", { limit = 120 }, function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/loop.lua", [[
 local limax = require "limax"

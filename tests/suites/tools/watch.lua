@@ -1,4 +1,4 @@
---- watch.lua: `limax watch` on runs that are done, that go on, and that nobody may touch.
+--- watch.lua: `limax watch` on runs that are done, in progress and locked.
 
 local evolution = require "support.evolution"
 local host = require "limax.host"
@@ -58,7 +58,7 @@ end)
 
 suite:test("on a terminal it follows a run to its end", { limit = 120 }, function(t)
   if os.execute "command -v script >/dev/null 2>&1" ~= 0 then
-    t:skip "there is no script here (on Debian: bsdutils), which makes a terminal"
+    t:skip "script is not installed (Debian: bsdutils)"
   end
   local base = t:folder()
   run(base .. "/r")
@@ -83,7 +83,7 @@ suite:test("on a terminal it follows a run to its end", { limit = 120 }, functio
   local begins, ends = typed:find("generation 1 of 3", 1, true),
     typed:find("generation 3 of 3", 1, true)
   t:ok(begins and ends and begins < ends, typed)
-  -- once more where it looked between the two files
+  -- once more if it read between the two files
   local _, screens = typed:gsub("\27%[H\27%[2J", "")
   t:ok(screens == 2 or screens == 3, typed)
 end)
