@@ -48,32 +48,28 @@ end
 
 -- A file of a run folder, and how it is damaged.
 local DAMAGE = {
-  { "metrics.jsonl", setter({}, { "best", "best_standard", "mean", "median", "quantiles" }) },
+  { "metrics.jsonl", setter({}, { "best", "best_standard", "mean", "median", "quantiles",
+    "evaluations", "failed", "diversity", "champion", "parameters", "materials" }) },
   { "metrics.jsonl", setter({ best = null, best_standard = null, mean = null, failed = null,
     diversity = null, champion = null, parameters = null, materials = null, evaluations = null }) },
   { "metrics.jsonl", setter({ best = "x", best_standard = "<b>", mean = {}, quantiles = 3,
     diversity = { all = 1 }, failed = { invalid = "no" }, champion = { id = "x" },
     parameters = { mutation_rate = "x" }, materials = { bone = 4 }, coarse = {} }) },
   { "metrics.jsonl", setter { best = 1e308, best_standard = -1e308, mean = 1e-308 } },
-  { "metrics.jsonl", setter({}, { "evaluations", "failed", "diversity", "champion", "parameters",
-    "materials" }) },
   { "ledger.jsonl", setter({ entries = { { field = 5, outcome = 7, applied = "<img>" }, {}, 3 },
     reason = { a = 1 }, source = { 1 } }, { "supervisor" }) },
-  { "ledger.jsonl", setter({}, { "entries" }) },
   { "timing.jsonl", setter({ seconds = { simulate = "1", breed = null }, ended = "yesterday",
     supervision = 4 }) },
-  { "timing.jsonl", setter({}, { "seconds", "ended" }) },
   { "config.json", setter({}, { "simulation", "supervisor", "seed", "name", "generations",
     "repetitions", "fitness", "materials", "scene" }) },
   { "config.json", setter { name = { "<b>" }, seed = null, supervisor = 3, fitness = { 1 },
-    simulation = {}, generations = "x", repetitions = {}, not_in_paper = { { a = 1 }, "said" } } },
+    simulation = {}, generations = "x", repetitions = {}, not_in_paper = { { a = 1 }, "text" } } },
   { "STATUS", function() return { 1 } end },
   { "environment.json", function()
     return { sessions = { 3, { machine = 5, device = { gpus = {} } }, {} } }
   end },
-  { "r01/champions/g0002.json", function() return {} end },
-  { "r01/champions/g0002.json", function(given)
-    return { schema = given.schema, lattice = 3, materials = {}, voxels = { { 1 } } }
+  { "r01/champions/g0002.json", function(robot)
+    return { schema = robot.schema, lattice = 3, materials = {}, voxels = { { 1 } } }
   end },
   { "r01/champions/g0002.json", setter { outcome = { status = "done" } } },
   { "r01/population/g0001.jsonl", function() return { id = "x", body = 3, parents = 7 } end },

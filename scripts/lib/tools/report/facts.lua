@@ -73,46 +73,38 @@ end
 
 -- The parts of a generation's time, in their order.
 local PARTS = { "supervise", "breed", "express", "simulate", "fitness", "write" }
+-- What a model cost: fields of a line of timing, and their columns.
+local MODEL = { { "asks", "model's questions" }, { "fallen_back", "without its answer" },
+  { "model_seconds", "waiting for it, s" }, { "input_tokens", "tokens read" },
+  { "output_tokens", "tokens written" }, { "cost", "cost" } }
 
---- Time by part, and what a model cost where there was one.
+--- Time by part, and what a model cost where one was asked.
 ---@param list limax.report.arm[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.cost(list)
   local columns, rows, asked = { "arm", "runs", "evaluations" }, {}, false
-  for _, name in ipairs(PARTS) do columns[#columns + 1] = name .. ", s" end
-  for _, name in ipairs { "model's questions", "without its answer", "waiting for it, s",
-    "tokens read", "tokens written", "cost" } do
-    columns[#columns + 1] = name
-  end
-  for _, arm in ipairs(list) do
+  for k, arm in ipairs(list) do
     local row, sums, model = { arm.name, #arm.runs, 0 }, {}, {}
     for _, run in ipairs(arm.runs) do
       row[3] = row[3] + run.evaluations
       local _, parts = seconds_of(run)
       for name, value in pairs(parts) do sums[name] = (sums[name] or 0) + value end
       for _, line in ipairs(run.timing) do
-        local asked_for = line.supervision or {}
-        for _, name in ipairs { "asks", "model_seconds", "input_tokens", "output_tokens",
-          "cost" } do
-          if type(asked_for[name]) == "number" then
-            model[name] = (model[name] or 0) + asked_for[name]
-          end
+        for _, field in ipairs(MODEL) do
+          local value = (line.supervision or {})[field[1]]
+          if type(value) == "boolean" then value = value and 1 or 0 end
+          if value then model[field[1]] = (model[field[1]] or 0) + value end
         end
-        if asked_for.fallen_back == true then model.fallen_back = (model.fallen_back or 0) + 1 end
       end
     end
-    for _, name in ipairs(PARTS) do row[#row + 1] = sums[name] or 0 end
     asked = asked or model.asks ~= nil
-    for _, name in ipairs { "asks", "fallen_back", "model_seconds", "input_tokens",
-      "output_tokens", "cost" } do
-      row[#row + 1] = model[name] or "-"
-    end
-    rows[#rows + 1] = row
+    for _, name in ipairs(PARTS) do row[#row + 1] = sums[name] or 0 end
+    for _, field in ipairs(MODEL) do row[#row + 1] = model[field[1]] or "-" end
+    rows[k] = row
   end
-  if not asked then
-    while #columns > 3 + #PARTS do table.remove(columns) end
-  end
+  for _, name in ipairs(PARTS) do columns[#columns + 1] = name .. ", s" end
+  for _, field in ipairs(asked and MODEL or {}) do columns[#columns + 1] = field[2] end
   return columns, rows
 end
 
