@@ -56,7 +56,7 @@ end
 ---@class talker.done
 ---@field folder string
 ---@field ledger table[] lines; likewise transcript and timing
----@field said string what the run printed
+---@field output string messages for the user what the run printed
 
 --- Reads the files of a run.
 ---@param folder string
@@ -85,7 +85,7 @@ function talker.run(t, supervisor, changes, options)
   for name, value in pairs(options or {}) do start[name] = value end
   limax.start(talker.experiment(supervisor, changes), start):finish()
   local done = talker.read(folder)
-  done.said = table.concat(printed, "\n")
+  done.output = table.concat(printed, "\n")
   return done
 end
 

@@ -2,8 +2,8 @@
 --- Cesa-Bianchi, Fischer, "Finite-time analysis of the multiarmed bandit problem", 2002; for
 --- operators of an evolution: DaCosta et al., "Adaptive operator selection with dynamic multi-armed
 --- bandits", 2008). The reward of a generation is 1 if its best beat all before, else 0. It goes to
---- the setting nearest to what was applied, for the ledger lets parameters move by a factor of 2 at
---- most and so some generations are spent between two settings.
+--- the setting nearest to the applied parameters: the ledger limits their change to a factor of 2,
+--- so some generations lie between two settings.
 
 local schema = require "limax.engine.schema"
 
@@ -34,13 +34,13 @@ local function distance(parameters, setting)
   return sum
 end
 
--- The nearest of the settings that `wanted` accepts; of equally near ones the first.
-local function nearest(parameters, settings, wanted)
+-- The nearest of the settings that `accepts` returns true for; of equally near ones the first.
+local function nearest(parameters, settings, accepts)
   local found, least
   for k, setting in ipairs(settings) do
     local apart = distance(parameters, setting)
-    -- a rounding is no difference
-    if wanted(k) and (not least or apart < least - 1e-9) then found, least = k, apart end
+    -- differences by rounding do not count
+    if accepts(k) and (not least or apart < least - 1e-9) then found, least = k, apart end
   end
   return found
 end
@@ -72,7 +72,7 @@ return {
       local settings = settings_of(history[1].parameters, options.spread)
       local plays, rewards = count(history, settings)
       local chosen = nearest(now, settings, function(k) return plays[k] == 0 end)
-      local said = "not tried yet"
+      local reason = "not tried yet"
       if not chosen then
         local highest
         for k = 1, #settings do
@@ -81,12 +81,12 @@ return {
             + options.exploration * math.sqrt(2 * math.log(#history - 1) / plays[k])
           if not highest or bound > highest then chosen, highest = k, bound end
         end
-        said = ("%d of %d generations found a new best, bound %.3g"):format(rewards[chosen],
+        reason = ("%d of %d generations found a new best, bound %.3g"):format(rewards[chosen],
           plays[chosen], highest)
       end
       local setting = settings[chosen]
       return { mutation_rate = setting.mutation_rate, mutation_scale = setting.mutation_scale },
-        ("setting %d of %d: %s"):format(chosen, #settings, said)
+        ("setting %d of %d: %s"):format(chosen, #settings, reason)
     end
   end,
 }

@@ -1,5 +1,5 @@
---- constant_median.lua: the median of each of another run's parameters, held all the time: the
---- control for the level. Whoever does no better than its own medians has found good parameters,
+--- constant_median.lua: the median of each of another run's parameters, kept constant: the control
+--- for the level. A supervisor that does no better than its own medians has found good parameters,
 --- not a good way to change them. Source: the comparison of control with tuning in Karafotias,
 --- Hoogendoorn, Eiben, "Parameter control in evolutionary algorithms: trends and challenges"
 --- (2015).

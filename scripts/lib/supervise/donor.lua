@@ -1,7 +1,6 @@
---- donor.lua: the parameters of another run, for the controls that ask whether a supervisor's
---- answers help because they answer, or only because parameters vary: `yoked`, `shuffled` and
---- `constant_median`. What they read is metrics.jsonl and ledger.jsonl of a finished run; what they
---- propose is what was applied there.
+--- donor.lua: the parameters of another run, for the controls `yoked`, `shuffled` and
+--- `constant_median`: does a supervisor help by its answers, or only because parameters vary? They
+--- read metrics.jsonl and ledger.jsonl of a finished run and propose what was applied there.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
@@ -20,12 +19,10 @@ local donor = {}
 
 --- Options of every supervisor that reads another run.
 donor.options = {
-  run = function(given, path)
-    if type(given) ~= "string" or given == "" then
-      return nil, ("%s.run: expected the folder of another run, got %s"):format(
-        path:gsub("%.run$", ""), schema.show(given))
-    end
-    return given
+  run = function(value, path)
+    if type(value) == "string" and value ~= "" then return value end
+    return nil, ("%s.run: expected the folder of another run, got %s"):format(
+      path:gsub("%.run$", ""), schema.show(value))
   end,
   repetition = schema.number { value = 1, unit = "of that run", minimum = 1, maximum = 1e6,
     integer = true, reason = "a run of one repetition has no other" },
@@ -48,8 +45,8 @@ local function lines_of(options, name)
   if not text then fail(options, tostring(message)) end
   local lines = {}
   for line in text:gmatch "[^\n]+" do
-    local value, wrong = host.json.decode(line, path)
-    if not value then fail(options, tostring(wrong)) end
+    local value, problem = host.json.decode(line, path)
+    if not value then fail(options, tostring(problem)) end
     if value.repetition == options.repetition then lines[value.generation] = value end
   end
   if not lines[0] then
@@ -58,7 +55,7 @@ local function lines_of(options, name)
   return lines
 end
 
---- The run that `options` name; what cannot serve raises.
+--- The run that `options` name; raises where it cannot be used.
 ---@param options { run: string, repetition: integer }
 ---@return limax.donor
 function donor.read(options)
@@ -76,11 +73,11 @@ function donor.read(options)
     supervisor = ledger[0].supervisor, settings = settings }
 end
 
--- Do both runs begin alike? Parameters that move in bounded steps from elsewhere are not the same.
+-- Runs must begin with equal values of these: changes per generation are limited.
 local BEGINNING = { "breeding", "population", "materials" }
 
---- Why that run cannot lend its parameters to this experiment; nil if it can. It needs as many
---- generations, or the same budget of evaluations, and the same limits and beginning.
+--- Why an experiment cannot use that run's parameters; nil if it can. The run needs as many
+--- generations, or the same budget of evaluations, and the same limits and first values.
 ---@param options { run: string, repetition: integer }
 ---@param config table of the experiment
 ---@return string|nil
@@ -126,7 +123,7 @@ function donor.proposal(setting, limits)
   return proposal
 end
 
---- How a reason names where a proposal is from.
+--- The source of a proposal, for its reason.
 ---@param from limax.donor
 ---@return string "repetition 2 of DIR (rules)"
 function donor.name(from)

@@ -1,5 +1,5 @@
---- fixed.lua: the supervisor that changes nothing: the control that every other one is measured
---- against, as in the paper (Zhang, 2024), whose runs without a model keep their parameters.
+--- fixed.lua: changes nothing: the control for all other supervisors, as in the paper (Zhang,
+--- 2024), whose runs without a model keep their parameters.
 
 return {
   options = {},

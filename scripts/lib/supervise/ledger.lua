@@ -1,7 +1,7 @@
---- ledger.lua: what became of a proposal. Each field that a supervisor may set is bound by a range
---- and by its largest change per generation, and ends as accepted, clamped, rate-limited, kept or
---- rejected, with the reason; one that a script's own loop sets, as set. Nothing in a proposal can
---- raise an error.
+--- ledger.lua: what became of a proposal. A range and a largest change per generation limit each
+--- field that a supervisor may set. Its outcome is accepted, clamped, rate-limited, kept or
+--- rejected, with a reason, or "set" by a script's own loop. Nothing in a proposal can raise an
+--- error.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
@@ -9,7 +9,7 @@ local suggest = require "limax.engine.suggest"
 
 local ledger = {}
 
---- What binds one field of a proposal.
+--- The limit of one field of a proposal.
 ---@class limax.limit
 ---@field field string mutation_rate, ..., stiffness
 ---@field minimum number
@@ -46,11 +46,11 @@ for _, name in ipairs(fixed) do is_fixed[name] = true end
 ---@return limax.limit[]
 function ledger.limits(population, ranges, allowed)
   local list = {}
-  for i, given in ipairs(proposable) do
+  for i, general in ipairs(proposable) do
     local limit = {}
-    for key, value in pairs(given) do limit[key] = value end
-    limit.allowed = not allowed or allowed[given.material and "materials" or "hyperparameters"]
-    -- one robot at least is kept
+    for key, value in pairs(general) do limit[key] = value end
+    limit.allowed = not allowed or allowed[limit.material and "materials" or "hyperparameters"]
+    -- at least one robot is kept
     if limit.field == "elite_fraction" then limit.minimum = 1 / population end
     local range = ranges and ranges[limit.field]
     if range then
@@ -71,15 +71,15 @@ function ledger.material_fields(material)
   return { "amplitude", "phase", "stiffness" }
 end
 
---- What the largest change per generation lets a value become, the range aside.
+--- The values that the largest change per generation allows, regardless of the range.
 ---@param limit limax.limit
 ---@param before number
----@param unit number what the limit's range is in: the first value of a stiffness, else 1
+---@param unit number of the limit's range: the first value of a stiffness, else 1
 ---@return number least
 ---@return number most
 function ledger.reach(limit, before, unit)
   if not limit.factor then return before - limit.step, before + limit.step end
-  -- a value of 0 could never grow by a factor: the change counts from the range's low end
+  -- a value of 0 could never grow by a factor: the change counts from the range's minimum
   local from = math.max(before, limit.minimum * unit)
   return from / limit.factor, from * limit.factor
 end
@@ -110,7 +110,7 @@ local function bound(limit, before, proposed, unit)
   return value, outcome, reason
 end
 
--- What a ledger line shows of a value that JSON cannot hold as it is.
+-- A proposed value as the ledger shows it, in a form that JSON can hold.
 local function shown(value)
   if type(value) == "number" and value == value and math.abs(value) < math.huge then
     return value
@@ -123,35 +123,35 @@ local function is_number(value)
   return type(value) == "number" and value == value and math.abs(value) < math.huge
 end
 
--- The key of a table as an entry names it. Not `tostring`: it may raise, and an address would
--- differ between runs.
+-- The key of a table as an entry names it. `tostring` may raise an error, and addresses differ
+-- between runs.
 local function key_text(key)
   if type(key) == "string" then return key end
   if type(key) == "number" or type(key) == "boolean" then return ("[%s]"):format(tostring(key)) end
   return ("[a %s]"):format(type(key))
 end
 
--- A proposal as plain tables, `depth` deep, so that what is read from here on calls nothing of the
--- script: `next` and `rawget` know no metamethod. nil for what is no table.
+-- A proposal as plain tables, `depth` deep, so that reading it calls no metamethod of the script.
+-- nil for anything but a table.
 local function plain(value, depth)
   if type(value) ~= "table" then return nil end
   local copy = {}
   for key, entry in next, value do
     local named = type(key) == "string" or type(key) == "number" or type(key) == "boolean"
-    -- several keys that are tables share one text: what they hold must not tell which came last
+    -- keys that are tables share one text, so their values must not depend on the order
     if not named then entry = {} end
     copy[key_text(key)] = depth > 1 and plain(entry, depth - 1) or entry
   end
   return copy
 end
 
--- A refusal's reason for a name that is no proposable field.
+-- Why a field with this name is rejected.
 local function unknown(name, known)
   if is_fixed[name] then return "is not for a supervisor to change" end
   return "unknown field" .. suggest.ending(name, known)
 end
 
--- Finds a proposed table for each material, by name or letter; entries for names that match none.
+-- The proposed table of each material, by name or letter. Adds entries for names that match none.
 local function match_materials(proposed, list, entries)
   local by_material = {}
   local names = {}
@@ -192,8 +192,8 @@ local function judge_field(request)
   return entry
 end
 
--- Lowers what was raised in stiffness until a full body's `auto` step is at least half of its first
--- value: a stiffer set would make every later generation slower. `cost(fields)` is that step, s.
+-- Reduces raised stiffnesses until a full body's `auto` step is at least half of its first value:
+-- stiffer materials would make every later generation slower. `cost(fields)` is that step, s.
 local function limit_cost(fields, raised, cost, first_step)
   local least = first_step / 2
   local wanted = cost(fields)
@@ -220,11 +220,70 @@ local function limit_cost(fields, raised, cost, first_step)
   end
 end
 
+-- Judges the parameters. Returns their values and the names that a proposal may have.
+local function judge_parameters(request, proposal, entries)
+  local parameters, names = {}, { "materials" }
+  for _, limit in ipairs(request.limits) do
+    if not limit.material then
+      names[#names + 1] = limit.field
+      local entry = judge_field { entries = entries, path = limit.field, limit = limit,
+        before = request.parameters[limit.field], proposed = proposal[limit.field],
+        allowed = request.allowed.hyperparameters,
+        refusal = "supervision.hyperparameters is false in this experiment" }
+      parameters[limit.field] = entry.applied
+    end
+  end
+  return parameters, names
+end
+
+-- Adds entries for the fields of `proposed` whose names are not in `names`.
+local function reject_unknown(proposed, names, path, rejected)
+  local is_name = {}
+  for _, name in ipairs(names) do is_name[name] = true end
+  for _, key in ipairs(choice.sorted_keys(proposed)) do
+    if not is_name[key] then
+      rejected[#rejected + 1] = { field = path .. key, proposed = shown(proposed[key]),
+        outcome = "rejected", reason = unknown(key, names) }
+    end
+  end
+end
+
+-- Judges the fields of all materials. Returns their values.
+local function judge_materials(request, proposed, entries, rejected)
+  if proposed ~= nil and type(proposed) ~= "table" then
+    rejected[1] = { field = "materials", proposed = shown(proposed), outcome = "rejected",
+      reason = "expected a table of materials" }
+    proposed = nil
+  end
+  local by_material = match_materials(proposed or {}, request.materials, rejected)
+  local fields, raised, limit_of = {}, {}, {}
+  for _, limit in ipairs(request.limits) do limit_of[limit.field] = limit end
+  for _, material in ipairs(request.materials) do
+    local mine = by_material[material.name] or {}
+    local names = ledger.material_fields(material)
+    if #names > 0 then fields[material.name] = {} end
+    for _, name in ipairs(names) do
+      local unit = name == "stiffness" and request.first[material.name].stiffness or 1
+      local entry = judge_field { entries = entries, limit = limit_of[name], unit = unit,
+        path = ("materials.%s.%s"):format(material.name, name),
+        before = material[name], proposed = mine[name], allowed = request.allowed.materials,
+        refusal = "supervision.materials is false in this experiment" }
+      fields[material.name][name] = entry.applied
+      if name == "stiffness" and entry.applied > entry.before then
+        raised[#raised + 1] = { material = material.name, entry = entry, target = entry.applied }
+      end
+    end
+    reject_unknown(mine, names, ("materials.%s."):format(material.name), rejected)
+  end
+  if #raised > 0 then limit_cost(fields, raised, request.cost, request.first_step) end
+  return fields
+end
+
 ---@class ledger.request
 ---@field proposal any what the supervisor returned
 ---@field reason? any its second result
 ---@field supervisor string its name
----@field source? string whose proposal it is, where that may be another's: "model", "rules", "keep"
+---@field source? string who made the proposal, if not the supervisor: "model", "rules", "keep"
 ---@field limits limax.limit[]
 ---@field parameters table<string, number> of the generation just scored
 ---@field materials table[] all materials now, as `engine.materials` gives them, in index order
@@ -240,7 +299,7 @@ end
 ---@return table<string, table<string, number>> materials
 ---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
 function ledger.judge(request)
-  local proposal, entries = request.proposal, {}
+  local proposal, entries, rejected = request.proposal, {}, {}
   local reason = type(request.reason) == "string" and request.reason or nil
   if proposal ~= nil and type(proposal) ~= "table" then
     reason = "the supervisor returned " .. schema.show(proposal) .. ", expected a table"
@@ -248,71 +307,15 @@ function ledger.judge(request)
   end
   -- parameters; materials; fields of a material
   proposal = plain(proposal, 3) or {}
-
-  local parameters, known, limit_of = {}, { "materials" }, {}
-  for _, limit in ipairs(request.limits) do
-    limit_of[limit.field] = limit
-    if not limit.material then
-      known[#known + 1] = limit.field
-      local entry = judge_field { entries = entries, path = limit.field, limit = limit,
-        before = request.parameters[limit.field], proposed = proposal[limit.field],
-        allowed = request.allowed.hyperparameters,
-        refusal = "supervision.hyperparameters is false in this experiment" }
-      parameters[limit.field] = entry.applied
-    end
-  end
-
-  local refused = {}
-  local proposed_materials = proposal.materials
-  if proposed_materials ~= nil and type(proposed_materials) ~= "table" then
-    refused[1] = { field = "materials", proposed = shown(proposed_materials), outcome = "rejected",
-      reason = "expected a table of materials" }
-    proposed_materials = nil
-  end
-  local by_material = match_materials(proposed_materials or {}, request.materials, refused)
-
-  local fields, raised = {}, {}
-  for _, material in ipairs(request.materials) do
-    local proposed = by_material[material.name] or {}
-    local names = ledger.material_fields(material)
-    if #names > 0 then fields[material.name] = {} end
-    local mine = {}
-    for _, name in ipairs(names) do
-      mine[name] = true
-      local unit = name == "stiffness" and request.first[material.name].stiffness or 1
-      local entry = judge_field { entries = entries, limit = limit_of[name], unit = unit,
-        path = ("materials.%s.%s"):format(material.name, name),
-        before = material[name], proposed = proposed[name], allowed = request.allowed.materials,
-        refusal = "supervision.materials is false in this experiment" }
-      fields[material.name][name] = entry.applied
-      if name == "stiffness" and entry.applied > entry.before then
-        raised[#raised + 1] = { material = material.name, entry = entry, target = entry.applied }
-      end
-    end
-    for _, key in ipairs(choice.sorted_keys(proposed)) do
-      if not mine[key] then
-        refused[#refused + 1] = { field = ("materials.%s.%s"):format(material.name, key),
-          proposed = shown(proposed[key]), outcome = "rejected", reason = unknown(key, names) }
-      end
-    end
-  end
-  if #raised > 0 then limit_cost(fields, raised, request.cost, request.first_step) end
-
-  local accepted = {}
-  for _, name in ipairs(known) do accepted[name] = true end
-  for _, key in ipairs(choice.sorted_keys(proposal)) do
-    if not accepted[key] then
-      refused[#refused + 1] = { field = key, proposed = shown(proposal[key]), outcome = "rejected",
-        reason = unknown(key, known) }
-    end
-  end
-  for _, entry in ipairs(refused) do entries[#entries + 1] = entry end
+  local parameters, names = judge_parameters(request, proposal, entries)
+  local fields = judge_materials(request, proposal.materials, entries, rejected)
+  reject_unknown(proposal, names, "", rejected)
+  for _, entry in ipairs(rejected) do entries[#entries + 1] = entry end
   return parameters, fields, { supervisor = request.supervisor, source = request.source,
     reason = reason, entries = entries }
 end
 
---- How much of what was proposed came to what: the number of proposed fields, and the shares of
---- them by outcome.
+--- The number of proposed fields, and the share of each outcome.
 ---@param record { entries: table[] }
 ---@return table<string, number>
 function ledger.shares(record)
@@ -329,7 +332,7 @@ function ledger.shares(record)
     rate_limited = share "rate-limited", rejected = share "rejected" }
 end
 
---- Notes that a script's own loop sets a parameter, whatever was proposed for it.
+--- Records that a script's own loop sets a parameter.
 ---@param record { entries: table[] } of `ledger.judge`
 ---@param field string
 ---@param value number

@@ -1,11 +1,11 @@
 --- one_fifth.lua: Rechenberg's rule: if more than a fifth of the offspring beat their parents, the
---- search is timid and mutation_scale grows; if fewer do, it shrinks. The two changes cancel at
---- exactly a fifth. Source: Rechenberg, "Evolutionsstrategie" (1973); the asymmetric factors: Kern
---- et al., "Learning probability distributions in continuous evolutionary algorithms" (2004).
+--- search is too cautious and mutation_scale grows; if fewer do, it shrinks. The two changes cancel
+--- at exactly a fifth. Source: Rechenberg, "Evolutionsstrategie" (1973); the asymmetric factors:
+--- Kern et al., "Learning probability distributions in continuous evolutionary algorithms" (2004).
 
 local schema = require "limax.engine.schema"
 
--- Offspring of generation `now` that are fitter than both parents, and how many there were. A
+-- The number of offspring in generation `now` that are fitter than both parents, and of all. A
 -- failed offspring is no success; one whose parents are not in `before` does not count.
 local function successes(now, before)
   local fitness_of = {}
@@ -36,7 +36,7 @@ return {
     factor = schema.number { value = 1.5, unit = "growth of mutation_scale per generation",
       above = 1, maximum = 2, reason = "its fourth root, 0.90, is the fall: it halves in seven" },
     window = schema.number { value = 3, unit = "generations", minimum = 1, maximum = 1000,
-      integer = true, reason = "twenty offspring alone say little about a share of one fifth" },
+      integer = true, reason = "twenty offspring are too few to estimate a share of one fifth" },
   },
   make = function(options)
     return function(history)
@@ -47,17 +47,17 @@ return {
       end
       if tried == 0 then return nil, "no offspring to judge by" end
       local rate = won / tried
-      local said = ("%d of %d offspring beat their parents"):format(won, tried)
+      local reason = ("%d of %d offspring beat their parents"):format(won, tried)
       local scale = history[#history].parameters.mutation_scale
       if rate > 0.2 then
-        said = said .. ", more than a fifth: larger mutations"
-        return { mutation_scale = scale * options.factor }, said
+        reason = reason .. ", more than a fifth: larger mutations"
+        return { mutation_scale = scale * options.factor }, reason
       end
       if rate < 0.2 then
-        said = said .. ", less than a fifth: smaller mutations"
-        return { mutation_scale = scale * options.factor ^ -0.25 }, said
+        reason = reason .. ", less than a fifth: smaller mutations"
+        return { mutation_scale = scale * options.factor ^ -0.25 }, reason
       end
-      return nil, said .. ", exactly a fifth"
+      return nil, reason .. ", exactly a fifth"
     end
   end,
 }

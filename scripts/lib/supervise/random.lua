@@ -1,11 +1,11 @@
---- random.lua: a random walk of the parameters inside the ranges that bind every proposal, no step
---- larger than the largest change per generation: the control for whoever claims to know better.
---- Materials walk too where the experiment allows it. Source: Karafotias, Hoogendoorn, Eiben, "Why
---- parameter control mechanisms should be benchmarked against random variation" (2013).
+--- random.lua: a random walk of the parameters within the limits of every proposal: the control for
+--- supervisors that use the history. Materials change too where the experiment allows it. Source:
+--- Karafotias, Hoogendoorn, Eiben, "Why parameter control mechanisms should be benchmarked against
+--- random variation" (2013).
 
 local schema = require "limax.engine.schema"
 
--- A value that left its range comes back in from the border, so that borders are no traps.
+-- A value outside of its range is reflected at the border.
 local function reflected(value, low, high)
   if value < low then value = 2 * low - value end
   if value > high then value = 2 * high - value end
@@ -13,7 +13,7 @@ local function reflected(value, low, high)
 end
 
 -- One step from `before`: a factor where the ledger limits by a factor, else a difference. `unit`
--- is what the limit's range counts in.
+-- is the unit of the limit's range.
 local function step(before, limit, unit, share, random)
   local u = share * (2 * random:uniform() - 1)
   local least, most = limit.minimum * unit, limit.maximum * unit
@@ -43,7 +43,7 @@ end
 return {
   options = {
     step = schema.number { value = 1, unit = "of the largest change per generation", above = 0,
-      maximum = 1, reason = "as free as any other supervisor" },
+      maximum = 1, reason = "as large as for any other supervisor" },
   },
   make = function(options)
     return function(history, random, limits)

@@ -1,9 +1,8 @@
---- rules.lua: the supervisor used when none is named: it needs no network and says in words what
---- it saw. In order: too many failures, robots that have become alike, a stall (of a diverse
---- population, whose search is too coarse, or of one that is nearly alike, whose search is too
---- narrow), and else a slow way back to the experiment's own parameters. The rules are ours; that
---- lost diversity asks for exploration is Ursem's, "Diversity-guided evolutionary algorithms"
---- (2002).
+--- rules.lua: the default supervisor, without a network. It reacts, in this order, to too many
+--- failures, to low diversity and to a stall (a diverse population needs smaller mutations, one
+--- that is not diverse larger ones), and otherwise slowly returns to the experiment's parameters.
+--- The rules are ours; exploration after a loss of diversity is from Ursem, "Diversity-guided
+--- evolutionary algorithms" (2002).
 
 local schema = require "limax.engine.schema"
 
@@ -14,13 +13,13 @@ local function failures(entry)
   return (failed.invalid or 0) + (failed.diverged or 0) + (failed.fitness or 0)
 end
 
--- Diversity now against that of the first generation; nil where one of them is not known.
+-- Diversity now relative to the first generation; nil where one of them is unknown.
 local function diversity_left(history)
   local first, now = history[1].diversity.all, history[#history].diversity.all
   if first and now and first.hamming > 0 then return now.hamming / first.hamming end
 end
 
--- Generations since the best rose by `share` of itself for the last time.
+-- Generations since the best last rose by `share` of itself.
 local function stalled_for(history, share)
   local now = best_of(history[#history])
   if not now then return 0 end
@@ -33,7 +32,7 @@ local function stalled_for(history, share)
   return generations
 end
 
--- A fifth of the way from each parameter to the one that the run began with.
+-- A fifth of the way from each parameter to its first value.
 local function towards_first(now, first)
   local proposal
   for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" } do
@@ -46,21 +45,21 @@ local function towards_first(now, first)
   return proposal
 end
 
--- A diverse population that stalls does not lack ideas: its offspring lose what it has found. So
--- the search is refined down to the finest step, and begins coarse again when that has not helped.
-local function answer_stall(history, left, options, said)
+-- The offspring of a diverse population that stalls lose what it has found: mutations become
+-- smaller down to the finest, and then large again.
+local function answer_stall(history, left, options, reason)
   local now, first = history[#history].parameters, history[1].parameters
   local rate, scale = now.mutation_rate, now.mutation_scale
   if left and left <= options.diverse then
     return { mutation_rate = 1.2 * rate, mutation_scale = 1.2 * scale },
-      said .. " and robots have become alike: larger mutations"
+      reason .. " and robots have become alike: larger mutations"
   end
   if scale > options.finest * first.mutation_scale then
     return { mutation_rate = 0.8 * rate, mutation_scale = 0.8 * scale },
-      said .. " while robots still differ: smaller mutations"
+      reason .. " while robots still differ: smaller mutations"
   end
   return { mutation_rate = 2 * rate, mutation_scale = 2 * scale },
-    said .. " by the finest mutations: larger ones again"
+    reason .. " by the finest mutations: larger ones again"
 end
 
 return {
@@ -70,7 +69,7 @@ return {
     progress = schema.number { value = 0.02, unit = "of the best", minimum = 0, maximum = 10,
       reason = "less than this in all that time is a stall" },
     diverse = schema.number { value = 0.5, unit = "of the first generation's diversity",
-      minimum = 0, maximum = 1, reason = "a stall above it is refined, one below it explored" },
+      minimum = 0, maximum = 1, reason = "a stall makes mutations smaller above it, else larger" },
     alike = schema.number { value = 0.25, unit = "of the first generation's diversity", minimum = 0,
       maximum = 1, reason = "below it crossover has little left to combine" },
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
@@ -91,9 +90,9 @@ return {
 
       local left = diversity_left(history)
       if left and left < options.alike then
-        local said = "diversity fell to %.0f %% of the first: larger mutations, fewer elites"
+        local reason = "diversity fell to %.0f %% of the first: larger mutations, fewer elites"
         return { mutation_rate = 1.25 * p.mutation_rate, mutation_scale = 1.25 * p.mutation_scale,
-          elite_fraction = 0.8 * p.elite_fraction }, said:format(100 * left)
+          elite_fraction = 0.8 * p.elite_fraction }, reason:format(100 * left)
       end
 
       local stalled = stalled_for(history, options.progress)

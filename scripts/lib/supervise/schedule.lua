@@ -1,6 +1,6 @@
---- schedule.lua: parameters set in advance as lines over generations. With
---- { "schedule", mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } } it falls from 0.2 to 0.02 between
---- generations 0 and 39 and stays there. Generation 0 itself has the experiment's own parameters.
+--- schedule.lua: parameters set in advance as lines over generations. With { "schedule",
+--- mutation_scale = { { 0, 0.2 }, { 39, 0.02 } } } the scale falls from 0.2 to 0.02 between
+--- generations 0 and 39 and then stays. Generation 0 itself has the experiment's own parameters.
 --- Source: deterministic control in Eiben, Hinterding, Michalewicz, "Parameter control in
 --- evolutionary algorithms" (1999); EvoGym's genetic algorithm lets its share of elites fall so.
 
@@ -9,12 +9,12 @@ local schema = require "limax.engine.schema"
 local parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
 
 -- Points { generation, value }, generations rising.
-local function points_rule(given, path)
-  if given == nil then return nil end
+local function points_rule(value, path)
+  if value == nil then return nil end
   local expected = "a list of points { generation, value }, such as { { 0, 0.2 }, { 39, 0.02 } }"
   local number = schema.number { unit = "" }
   local point = schema.list(number, { count = 2, expected = "a point { generation, value }" })
-  local points, message = schema.list(point, { expected = expected })(given, path)
+  local points, message = schema.list(point, { expected = expected })(value, path)
   if not points then return nil, message end
   if #points == 0 then return nil, ("%s: expected %s, got no point"):format(path, expected) end
   for k = 2, #points do
@@ -26,7 +26,7 @@ local function points_rule(given, path)
   return points
 end
 
--- The line through the points, level before the first and after the last; "geometric" is a line
+-- The line through the points, constant before the first and after the last; "geometric" is a line
 -- in the logarithm.
 local function value_at(points, generation, shape)
   if generation <= points[1][1] then return points[1][2] end
@@ -45,8 +45,8 @@ local function value_at(points, generation, shape)
 end
 
 local options = {
-  shape = function(given, path)
-    return schema.choice { "linear", "geometric", "step" }(given == nil and "linear" or given, path)
+  shape = function(value, path)
+    return schema.choice { "linear", "geometric", "step" }(value == nil and "linear" or value, path)
   end,
 }
 for _, name in ipairs(parameters) do options[name] = points_rule end

@@ -1,13 +1,12 @@
---- shuffled.lua: another run's parameters in another order: the control for when. Each setting is
---- used once, but at a time for which it was not meant; the limits of the ledger bind it, so leaps
---- between settings far apart take several generations. Source: as for `yoked`, with the order
---- destroyed (a permutation control).
+--- shuffled.lua: another run's parameters in random order: the control for their timing. Each
+--- setting is used once. The ledger limits changes, so that large ones take several generations.
+--- Source: as for `yoked`, with the order destroyed (a permutation control).
 
 local donor = require "limax.supervise.donor"
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
 
--- 1 to n in an order that the seed alone decides (Durstenfeld, 1964).
+-- A permutation of 1 to n that depends only on the seed (Durstenfeld, 1964).
 local function permutation(n, seed, repetition)
   local order, random = {}, engine.random(seed, repetition, "supervision", 0, 0)
   for k = 1, n do order[k] = k end
@@ -19,7 +18,7 @@ local function permutation(n, seed, repetition)
 end
 
 local options = { seed = schema.number { value = 1, unit = "1", minimum = 0, maximum = 2 ^ 53,
-  integer = true, reason = "any order is as good" } }
+  integer = true, reason = "any order will do" } }
 for name, rule in pairs(donor.options) do options[name] = rule end
 
 return {

@@ -1,6 +1,6 @@
---- yoked.lua: another run's parameters, generation by generation: the control for feedback. Whoever
---- does no better than a supervisor whose answers are to somebody else's questions has shown that
---- varying parameters helps, not that answering does. Source: the yoked control of experiments on
+--- yoked.lua: another run's parameters, generation by generation: the control for feedback. A
+--- supervisor that does no better than another run's answers has shown that varying parameters
+--- helps, not that its answers do. Source: the yoked control of experiments on
 --- learning (Church, "Systematic effect of random error in the yoked control design", 1964).
 
 local donor = require "limax.supervise.donor"

@@ -12,10 +12,10 @@ local suite = require("limax.test").suite "llm chain"
 local run, entry, of_kind = talker.run, talker.entry, talker.of_kind
 
 -- A model that always says the same, and its run.
-local function says(t, text, options, given, start)
+local function says(t, text, options, changes, start)
   local supervisor = { "llm", client = talker.new(function() return text end) }
   for name, value in pairs(options or {}) do supervisor[name] = value end
-  return run(t, supervisor, given, start)
+  return run(t, supervisor, changes, start)
 end
 
 suite:test("commands in an answer change nothing", { limit = 60 },
@@ -36,12 +36,12 @@ suite:test("commands in an answer change nothing", { limit = 60 },
     t:equal(#source.read(done.folder .. "/r01/population/g0003.jsonl"):gsub("[^\n]", ""), 4)
     for _, line in ipairs(of_kind(done, "attempt")) do
       t:equal(line.endpoint, "http://127.0.0.1:9/v1/chat/completions")
-      -- what the model said comes back to it as data
+      -- the model's own text comes back to it as data
       local user = host.json.decode(line.request).messages[2].content
       t:ok(not user:find("<|im_start|>", 1, true))
       t:ok(not user:find("{{", 1, true))
     end
-    t:ok(not done.said:find "[%z\1-\9\11-\31]", done.said)
+    t:ok(not done.output:find "[%z\1-\9\11-\31]", done.output)
   end)
 
 -- ---- the transcript -----------------------------------------------------------------------------
@@ -74,7 +74,7 @@ suite:test("an answer that cannot be recorded is not used, and the run continues
       read.ledger[3].reason)
     -- no model is asked while its answer could not be kept
     t:equal(asked, 4)
-    local _, times = done.said:gsub("the model's answers are not used until it can", "")
+    local _, times = done.output:gsub("the model's answers are not used until it can", "")
     t:equal(times, 1)
     -- the lines that waited are there, each once, so that the run replays
     local seen = {}
@@ -86,8 +86,8 @@ suite:test("an outcome that cannot be recorded revokes the model's proposal", { 
   function(t)
     local folder = t:folder() .. "/run"
     local path = folder .. "/transcript.jsonl"
-    local function client(options, given)
-      local made = talker.new(function() return '{"mutation_rate": 0.12}' end)(options, given)
+    local function client(options, hooks)
+      local made = talker.new(function() return '{"mutation_rate": 0.12}' end)(options, hooks)
       local ask, asked = made.ask, 0
       function made:ask(...)
         local answer = ask(self, ...)
@@ -108,7 +108,7 @@ suite:test("an outcome that cannot be recorded revokes the model's proposal", { 
     t:equal({ read.ledger[2].source, read.ledger[3].source }, { "model", "keep" })
     t:equal(entry(read, 2, "mutation_rate").outcome, "kept")
     t:equal({ #of_kind(read, "attempt"), #of_kind(read, "outcome") }, { 2, 1 })
-    t:ok(done.said:find("the transcript cannot be written", 1, true))
+    t:ok(done.output:find("the transcript cannot be written", 1, true))
   end)
 
 suite:test("a run without a folder is supervised as well", function(t)
@@ -142,7 +142,7 @@ suite:test("a live prompt takes effect at the next generation, each version is k
         return '{"mutation_rate": 0.12}'
       end) }, nil, { live_prompts = live })
       t:equal(seen, live and { "one", "two", "two" } or { "one", "one", "one" })
-      t:equal(done.said:find("stays in use: my.md:1: expected a hole", 1, true) ~= nil, live)
+      t:equal(done.output:find("stays in use: my.md:1: expected a hole", 1, true) ~= nil, live)
       local first, second = host.sha256 "json one {{answer}}", host.sha256 "json two {{answer}}"
       t:equal(source.read(("%s/prompts/%s.md"):format(done.folder, first)), "json one {{answer}}")
       t:equal(host.file.exists(("%s/prompts/%s.md"):format(done.folder, second)),
@@ -184,7 +184,7 @@ end)
 
 suite:test("equal answers in a row are reported once", { limit = 60 }, function(t)
   local done = says(t, '{"mutation_rate": 0.12}', nil, { generations = 9 })
-  local _, times = done.said:gsub("the same answer 5 times in a row", "")
+  local _, times = done.output:gsub("the same answer 5 times in a row", "")
   t:equal(times, 1)
   local outcomes = of_kind(done, "outcome")
   t:equal(outcomes[#outcomes].unchanged, 8)
@@ -198,13 +198,13 @@ suite:test("the expected waiting time is reported once, after the first answer",
     end)
     local done = run(t, { "llm", client = slow, ask_every = 2 },
       { generations = 21, repetitions = 3 })
-    local _, times = done.said:gsub("the model answered in", "")
+    local _, times = done.output:gsub("the model answered in", "")
     t:equal(times, 1)
     -- seconds, unless the machine is very slow
-    local one, all = done.said:match("the model answered in %d+%.%d s: about (%d+) s for the 10"
+    local one, all = done.output:match("the model answered in %d+%.%d s: about (%d+) s for the 10"
       .. " answers of a repetition, (%d+) s for 3 repetitions")
-    t:ok(one, done.said)
-    t:ok(tonumber(one) >= 5 and math.abs(all - 3 * one) <= 2, done.said)
+    t:ok(one, done.output)
+    t:ok(tonumber(one) >= 5 and math.abs(all - 3 * one) <= 2, done.output)
   end)
 
 suite:test("a client that raises an error costs the change", { limit = 60 }, function(t)

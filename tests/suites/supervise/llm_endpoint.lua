@@ -14,13 +14,13 @@ local suite = require("limax.test").suite "llm endpoint"
 
 local KEY = "sk-SENTINEL/0123+456789=abcdef"
 
-local function find(variables, given)
+local function find(variables, changes)
   variables.LIMAX_LLM_MODEL = variables.LIMAX_LLM_MODEL or "m"
-  return endpoint.find(given or {}, function(name) return variables[name] end)
+  return endpoint.find(changes or {}, function(name) return variables[name] end)
 end
 
 suite:test("a base URL with or without /v1 and /chat/completions is the same endpoint", function(t)
-  for given, expected in pairs {
+  for url, expected in pairs {
     ["http://127.0.0.1:8080"] = "http://127.0.0.1:8080/v1/chat/completions",
     ["http://127.0.0.1:8080/"] = "http://127.0.0.1:8080/v1/chat/completions",
     ["http://127.0.0.1:8080/v1"] = "http://127.0.0.1:8080/v1/chat/completions",
@@ -37,15 +37,15 @@ suite:test("a base URL with or without /v1 and /chat/completions is the same end
     ["https://x.openai.azure.com/openai/deployments/d?api-version=2024-10-21"] =
       "https://x.openai.azure.com/openai/deployments/d/chat/completions",
   } do
-    local found, message = find { LIMAX_LLM_URL = given, LIMAX_LLM_KEY = KEY }
+    local found, message = find { LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }
     t:equal(found and found.shown or message, expected)
-    t:equal(found.url, expected .. (given:match "%?.*" or ""))
+    t:equal(found.url, expected .. (url:match "%?.*" or ""))
   end
 end)
 
 suite:test("the header of the key follows the host, or the option", function(t)
-  local function header(url, given)
-    local headers = find({ LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }, given).headers()
+  local function header(url, changes)
+    local headers = find({ LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }, changes).headers()
     return headers.Authorization, headers["api-key"]
   end
   local bearer = "Bearer " .. KEY
@@ -75,8 +75,8 @@ suite:test("url and model of an experiment win over the environment, a key is re
 end)
 
 suite:test("OPENAI_API_KEY goes to OpenAI's own host over https and nowhere else", function(t)
-  local function source(url, given)
-    local found = find({ LIMAX_LLM_URL = url, OPENAI_API_KEY = KEY }, given)
+  local function source(url, changes)
+    local found = find({ LIMAX_LLM_URL = url, OPENAI_API_KEY = KEY }, changes)
     return found and (found.key_source or "none")
   end
   t:equal(source "https://api.openai.com/v1", "OPENAI_API_KEY")

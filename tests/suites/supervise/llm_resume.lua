@@ -15,7 +15,7 @@ local EXPERIMENT = [[
 local limax = require "limax"
 local host = require "limax.host"
 
-local function model(_, given)
+local function model(_, hooks)
   local client, asked = {}, 0
   function client:describe() return { endpoint = "http://127.0.0.1:9/v1", model = "hash" } end
   function client:state() return { asked = asked } end
@@ -25,7 +25,7 @@ local function model(_, given)
     local body = host.json.encode(messages)
     local hash = host.sha256(body)
     host.file.append("asked", hash .. "\n")
-    given.record { time = host.time(), ms = 20, request = body, request_sha256 = hash,
+    hooks.record { time = host.time(), ms = 20, request = body, request_sha256 = hash,
       http_status = 200, raw_body = hash }
     local until_then = host.clock() + 0.02
     while host.clock() < until_then do host.raise_if_interrupted() end

@@ -91,7 +91,7 @@ suite:test("a run with a different fault in each generation", { limit = 300 }, f
   t:ok(server:counts().echo.keys > 0, "the server should see the key")
   server:close()
   t:ok(search(t, done.folder) > #names)
-  t:ok(not played.leaks(done.said), done.said)
+  t:ok(not played.leaks(done.output), done.output)
   local again = talker.run(t, { "replay", run = done.folder }, { generations = #names + 1 })
   same_files(t, again.folder, done.folder, { "metrics.jsonl", "ledger.jsonl" })
 end)

@@ -61,9 +61,9 @@ suite:test("with a parser of the user's own, the form of the prompt is asked for
       return "rate: 0.15"
     end)
     return { "llm", parse = options.parse, again = options.again, format = options.format,
-      client = function(given, hooks)
-        format = given.format
-        return talk(given, hooks)
+      client = function(client_options, hooks)
+        format = client_options.format
+        return talk(client_options, hooks)
       end }
   end
   local done = run(t, asked { parse = parse })
@@ -93,7 +93,7 @@ suite:test("without a usable answer the fallback proposes, or nothing changes", 
 
   done = run(t, { "llm", client = silent })
   t:equal({ done.ledger[2].source, done.ledger[2].reason }, { "keep", "kept: timeout: no answer" })
-  t:ok(done.said:find("before generation 1 the model was not used: timeout: no answer", 1, true))
+  t:ok(done.output:find("before generation 1 the model was not used: timeout: no answer", 1, true))
 
   done = run(t, { "llm", client = silent, fallback = function() error "no idea" end })
   t:equal(done.ledger[2].source, "keep")

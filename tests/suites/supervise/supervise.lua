@@ -1,16 +1,16 @@
---- supervise.lua: what the supervisors propose for histories made by hand.
+--- supervise.lua: the proposals of supervisors for histories made by hand.
 
-local asked = require "support.asked"
+local histories = require "support.histories"
 local limax = require "limax"
 local ledger = require "limax.supervise.ledger"
 
 local suite = require("limax.test").suite "supervise"
 
 local PARAMETERS = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
-local FIRST, copy, entry = asked.FIRST, asked.copy, asked.entry
-local history_of, stream, ask = asked.history_of, asked.stream, asked.ask
+local FIRST, copy, entry = histories.FIRST, histories.copy, histories.entry
+local history_of, stream, ask = histories.history_of, histories.stream, histories.ask
 
-suite:test("nobody proposes anything before a generation is scored", function(t)
+suite:test("no supervisor proposes before a generation is scored", function(t)
   for _, name in ipairs { "fixed", "schedule", "random", "one_fifth", "rules", "self_adaptive",
     "bandit" } do
     t:equal(ask(t, name, {}), nil)
@@ -42,7 +42,7 @@ suite:test("schedule follows its lines", function(t)
   end)
 end)
 
-suite:test("random walks inside the ranges, by allowed steps, and covers them", function(t)
+suite:test("random stays in the ranges, makes allowed steps, and covers the ranges", function(t)
   local list, limits = ledger.limits(10, nil, { hyperparameters = true, materials = false }), {}
   for _, limit in ipairs(list) do limits[limit.field] = limit end
   local supervisor, random = limax.supervise.get "random", stream()
@@ -70,7 +70,7 @@ suite:test("random walks inside the ranges, by allowed steps, and covers them", 
   end
 end)
 
-suite:test("random keeps to the ranges that an experiment narrows", function(t)
+suite:test("random keeps to the narrowed ranges of an experiment", function(t)
   local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
     population = 4, generations = 12, repetitions = 1, supervisor = "random",
     simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
@@ -82,9 +82,8 @@ suite:test("random keeps to the ranges that an experiment narrows", function(t)
     t:ok(parameters.mutation_rate >= 0.09 and parameters.mutation_rate <= 0.11)
     t:ok(parameters.crossover_rate >= 0.4 and parameters.crossover_rate <= 0.41)
     moved = moved or k > 1 and parameters.mutation_rate ~= 0.1
-    -- proposed inside the ranges: nothing is left for the ledger to clamp
-    for _, fate in ipairs(generation.ledger.entries) do
-      t:ok(fate.outcome ~= "clamped", ("%s: %s"):format(fate.field, tostring(fate.reason)))
+    for _, one in ipairs(generation.ledger.entries) do
+      t:ok(one.outcome ~= "clamped", ("%s: %s"):format(one.field, tostring(one.reason)))
     end
   end
   t:ok(moved)
@@ -131,11 +130,11 @@ suite:test("one_fifth looks back over its window", function(t)
   t:ok(narrow:find("0 of 10", 1, true))
 end)
 
-suite:test("rules leaves a run that improves alone", function(t)
+suite:test("rules changes nothing in a run that improves", function(t)
   t:equal(ask(t, "rules", history_of { 1, 2, 3 }), nil)
 end)
 
-suite:test("rules answers a stall by refining, or by exploring if robots are alike", function(t)
+suite:test("rules answers a stall with smaller mutations, larger if robots are alike", function(t)
   local stalled = history_of { 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 }
   local proposal, reason = ask(t, "rules", stalled)
   t:ok(proposal.mutation_scale < 0.1 and proposal.mutation_rate < 0.1)
@@ -145,18 +144,18 @@ suite:test("rules answers a stall by refining, or by exploring if robots are ali
   proposal, reason = ask(t, "rules", alike)
   t:ok(proposal.mutation_scale > 0.1 and proposal.mutation_rate > 0.1)
   t:ok(reason:find("robots have become alike: larger mutations", 1, true), reason)
-  -- the finest mutations have had their time
+  -- after the finest mutations
   stalled[8].parameters = copy(FIRST)
   stalled[8].parameters.mutation_scale = 0.02
   proposal, reason = ask(t, "rules", stalled)
   t:near(proposal.mutation_scale, 0.04)
   t:ok(reason:find("larger ones again", 1, true), reason)
   stalled[8].parameters = copy(FIRST)
-  -- patience is an option, and a negative best is no special case
+  -- patience is an option; a negative best
   t:equal(ask(t, { "rules", patience = 9 }, stalled), nil)
   local negative = history_of { -5, -3, -3, -3, -3, -3, -3 }
   t:ok(ask(t, "rules", negative).mutation_scale < 0.1)
-  -- what counts is the score under the first materials, where there is one
+  -- the score under the first materials counts, where there is one
   for k, generation in ipairs(stalled) do generation.best_standard = k end
   t:equal(ask(t, "rules", stalled), nil)
 end)
@@ -178,7 +177,7 @@ suite:test("rules answers many failures first", function(t)
   t:ok(reason:find("6 of 10 robots failed", 1, true), reason)
 end)
 
-suite:test("rules goes back when the run improves again", function(t)
+suite:test("rules returns to the first parameters when the run improves again", function(t)
   local wide = copy(FIRST)
   wide.mutation_scale = 0.2
   local proposal = ask(t, "rules", history_of({ 1, 2, 3 }, { parameters = wide }))
@@ -188,7 +187,7 @@ end)
 
 -- ---- self_adaptive and bandit -------------------------------------------------------------------
 
-suite:test("self_adaptive: the scales of the generations that bred the best live on", function(t)
+suite:test("self_adaptive inherits the scales of the generations that bred the best", function(t)
   local history = { entry(0, 1), entry(1, 2), entry(2, 3) }
   for k, generation in ipairs(history) do generation.parameters.mutation_scale = 0.1 * k end
   -- the three best of ten were bred in generation 1, with a scale of 0.2
@@ -209,8 +208,9 @@ suite:test("self_adaptive: the scales of the generations that bred the best live
   -- parents = 1: the others' scale as well
   local seen = {}
   for k = 1, 50 do
-    local _, said = limax.supervise.get({ "self_adaptive", parents = 1 }).call(history, stream(k))
-    seen[said:match "scale ([%d.]+)"] = true
+    local all = limax.supervise.get { "self_adaptive", parents = 1 }
+    local _, text = all.call(history, stream(k))
+    seen[text:match "scale ([%d.]+)"] = true
   end
   t:equal(seen, { ["0.2"] = true, ["0.3"] = true })
 end)
@@ -218,11 +218,11 @@ end)
 -- A history in which generation k had these factors on the first rate and scale, and this best.
 local function played(list)
   local history = { entry(0, 1) }
-  for k, given in ipairs(list) do
+  for k, row in ipairs(list) do
     local parameters = copy(FIRST)
-    parameters.mutation_rate = given[1] * FIRST.mutation_rate
-    parameters.mutation_scale = given[2] * FIRST.mutation_scale
-    history[k + 1] = entry(k, given[3], { parameters = parameters })
+    parameters.mutation_rate = row[1] * FIRST.mutation_rate
+    parameters.mutation_scale = row[2] * FIRST.mutation_scale
+    history[k + 1] = entry(k, row[3], { parameters = parameters })
   end
   return history
 end
@@ -268,7 +268,7 @@ suite:test("bandit credits the setting nearest to what was applied", function(t)
   t:equal(reason, "setting 9 of 9: 1 of 1 generations found a new best, bound 1")
 end)
 
-suite:test("a function is taken as it is, a wrong name says what was meant", function(t)
+suite:test("a function is used as it is, a wrong name gets a suggestion", function(t)
   local own = function() return nil, "mine" end
   t:ok(limax.supervise.get(own).call == own)
   t:raises('did you mean "one_fifth"?', function() limax.supervise.get "one_fith" end)

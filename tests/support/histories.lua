@@ -1,19 +1,19 @@
---- asked.lua: asks supervisors for proposals to artificial histories, each twice: the same history
---- must give the same proposal.
+--- histories.lua: artificial histories, and supervisors called with them twice: equal histories
+--- must give equal proposals.
 
 local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
 
-local asked = {}
+local histories = {}
 
 --- The parameters of the first generation.
-asked.FIRST = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
+histories.FIRST = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
   elite_fraction = 0.3 }
 
 --- A shallow copy.
 ---@param fields table
 ---@return table
-function asked.copy(fields)
+function histories.copy(fields)
   local copy = {}
   for key, value in pairs(fields) do copy[key] = value end
   return copy
@@ -24,9 +24,9 @@ end
 ---@param best number
 ---@param fields? table
 ---@return table
-function asked.entry(generation, best, fields)
+function histories.entry(generation, best, fields)
   local made = { generation = generation, best = best, mean = best / 2,
-    parameters = asked.copy(asked.FIRST), population = {},
+    parameters = histories.copy(histories.FIRST), population = {},
     failed = { invalid = 0, diverged = 0, fitness = 0 }, diversity = { all = { hamming = 0.8 } } }
   for i = 1, 10 do
     made.population[i] = { id = 10 * generation + i, origin = "bred", parents = {}, fitness = 0 }
@@ -39,10 +39,10 @@ end
 ---@param scores number[]
 ---@param last? table
 ---@return table[]
-function asked.history_of(scores, last)
+function histories.history_of(scores, last)
   local history = {}
   for k, score in ipairs(scores) do
-    history[k] = asked.entry(k - 1, score, k == #scores and last or nil)
+    history[k] = histories.entry(k - 1, score, k == #scores and last or nil)
   end
   return history
 end
@@ -50,7 +50,7 @@ end
 --- The random numbers of a supervisor.
 ---@param individual? integer
 ---@return limax.random
-function asked.stream(individual)
+function histories.stream(individual)
   return limax.engine.random(7, 1, "supervision", 3, individual or 0)
 end
 
@@ -60,14 +60,14 @@ end
 ---@param history table[]
 ---@return table|nil
 ---@return string
-function asked.ask(t, spec, history)
+function histories.ask(t, spec, history)
   local supervisor = limax.supervise.get(spec)
-  local proposal, reason = supervisor.call(history, asked.stream(), ledger.limits(10))
-  local again, same = supervisor.call(history, asked.stream(), ledger.limits(10))
+  local proposal, reason = supervisor.call(history, histories.stream(), ledger.limits(10))
+  local again, same = supervisor.call(history, histories.stream(), ledger.limits(10))
   t:equal(proposal, again)
   t:equal(reason, same)
   t:equal(type(reason), "string")
   return proposal, reason
 end
 
-return asked
+return histories
