@@ -1,6 +1,6 @@
---- bodies.lua: the bodies of a population: what is in each voxel, how strongly, and whether it
---- makes a robot. Voxels are material indices as the engine stores them: from 0, the empty one.
---- Adds its methods to the population's class.
+--- bodies.lua: the bodies of a population: materials and weights of each voxel. Voxels are material
+--- indices as the engine stores them: from 0, the empty one. Adds its methods to the population's
+--- class.
 
 local ffi = require "ffi"
 local bit = require "bit"
@@ -40,29 +40,29 @@ local function weights_of(handle, what)
   return abi.pointer(C.limax_population_weights(handle), what)
 end
 
--- Calls `take(offset, value)` for each voxel of `given`: a flat list (x runs fastest, then y, then
+-- Calls `take(offset, value)` for each voxel of `voxels`: a flat list (x runs fastest, then y, then
 -- z), or nested lists or a view [x][y][z].
-local function each_voxel(what, given, lattice, take)
+local function each_voxel(what, voxels, lattice, take)
   local nx, ny, nz = lattice[1], lattice[2], lattice[3]
-  local is_view = view.is_view(given)
-  if type(given) ~= "table" then schema.refuse(what, "a list of voxels", given) end
+  local is_view = view.is_view(voxels)
+  if type(voxels) ~= "table" then schema.refuse(what, "a list of voxels", voxels) end
   local function length(place, list, expected)
     local count = view.is_view(list) and list:size() or type(list) == "table" and #list
     if count ~= expected then
       schema.refuse(place, ("a list of %d"):format(expected), list, count)
     end
   end
-  if not is_view and type(given[1]) ~= "table" then
-    length(what, given, nx * ny * nz)
-    for i = 1, nx * ny * nz do take(i - 1, given[i], what, i) end
+  if not is_view and type(voxels[1]) ~= "table" then
+    length(what, voxels, nx * ny * nz)
+    for i = 1, nx * ny * nz do take(i - 1, voxels[i], what, i) end
     return
   end
-  length(what, given, nx)
+  length(what, voxels, nx)
   for x = 1, nx do
-    length(("%s[%d]"):format(what, x), given[x], ny)
+    length(("%s[%d]"):format(what, x), voxels[x], ny)
     for y = 1, ny do
-      length(("%s[%d][%d]"):format(what, x, y), given[x][y], nz)
-      for z = 1, nz do take(x - 1 + nx * (y - 1 + ny * (z - 1)), given[x][y][z], what, x, y, z) end
+      length(("%s[%d][%d]"):format(what, x, y), voxels[x][y], nz)
+      for z = 1, nz do take(x - 1 + nx * (y - 1 + ny * (z - 1)), voxels[x][y][z], what, x, y, z) end
     end
   end
 end
@@ -71,8 +71,7 @@ local function place(what, x, y, z)
   return y and ("%s[%d][%d][%d]"):format(what, x, y, z) or ("%s[%d]"):format(what, x)
 end
 
--- The index that a voxel of a script stands for: itself, or that of a letter or name in the
--- material table.
+-- A function that turns a voxel of a script, an index, letter or name, into a material index.
 local function material_reader(table_of_materials)
   local index_of
   return function(value, what, x, y, z)
@@ -146,7 +145,7 @@ return function(class)
     local out = ffi.new("char[?]", size)
     abi.check(C.limax_population_text(handle, robot, all, out), "population:text")
     local text = ffi.string(out)
-    -- less a line's end, and the zero that stands in the place of the last one
+    -- less the last line end, and the zero byte after it
     if #text ~= size - 2 then
       schema.refuse("population:text: letters", "a letter for each material", letters)
     end
@@ -166,7 +165,7 @@ return function(class)
     }
   end
 
-  --- What robot i is, as far as expressing or checking has found out.
+  --- What is known about the body of robot i after `express` or `check`.
   ---@param i integer
   ---@return limax.body
   function methods:body(i)
@@ -181,7 +180,7 @@ return function(class)
     }
   end
 
-  --- Writes the body of robot i by hand; `population:check` then says whether it is one.
+  --- Writes the body of robot i by hand; call `population:check` before it is simulated.
   ---@param i integer
   ---@param voxels table|limax.view indices from 0, letters, names: [x][y][z], or one list, x first
   ---@param weights table|limax.view|nil { stiffness=, amplitude=, phase= }: numbers or as `voxels`
@@ -192,7 +191,7 @@ return function(class)
       object.handle("population:set_body: materials", table_of_materials, materials.class)
     end
     local each = self.voxels_each
-    -- everything is read before anything is written, so that a refusal changes nothing
+    -- read everything before writing anything, so that an error changes nothing
     local new_voxels = ffi.new("uint8_t[?]", each)
     local read = material_reader(table_of_materials)
     each_voxel("voxels", voxels, self.lattice, function(offset, value, ...)
@@ -205,13 +204,13 @@ return function(class)
     weights = schema.demand(schema.table, weights or {}, "weights")
     schema.known(weights, IS_WEIGHT, "weights")
     for w, name in ipairs(WEIGHTS) do
-      local given, target = weights[name], new_weights + (w - 1) * each
+      local own, target = weights[name], new_weights + (w - 1) * each
       local take = weight_taker(target)
-      if given == nil then given = 1 end
-      if type(given) == "number" then
-        for offset = 0, each - 1 do take(offset, given, "weights." .. name, 1) end
+      if own == nil then own = 1 end
+      if type(own) == "number" then
+        for offset = 0, each - 1 do take(offset, own, "weights." .. name, 1) end
       else
-        each_voxel("weights." .. name, given, self.lattice, take)
+        each_voxel("weights." .. name, own, self.lattice, take)
       end
     end
     ffi.copy(voxels_of(handle, "population:set_body") + robot * each, new_voxels, each)
@@ -220,7 +219,7 @@ return function(class)
     object.end_views(self.bodies_life, "a body of its population was set")
   end
 
-  --- How different the bodies and genomes of some robots are. Linear in their number.
+  --- How different the bodies and genomes of some robots are. Takes time linear in their number.
   ---@param robots integer[]
   ---@return limax.diversity
   function methods:diversity(robots)

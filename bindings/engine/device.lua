@@ -17,7 +17,7 @@ local methods = class.__index
 local WEIGHT = 16
 
 ---@class limax.device : limax.object
----@field name string as it was asked for
+---@field name string as requested
 ---@field kind string "cpu" or "cuda"
 ---@field threads integer
 
@@ -69,14 +69,14 @@ local shared
 
 --- Handle of a call's device; nil: of one device that all such calls share.
 ---@param what string
----@param given limax.device|nil
+---@param on limax.device|nil
 ---@return ffi.cdata*
-local function handle(what, given)
-  if given == nil then
+local function handle(what, on)
+  if on == nil then
     if not shared or not shared.handle then shared = device "auto" end
-    given = shared
+    on = shared
   end
-  return object.handle(what .. ": device", given, class)
+  return object.handle(what .. ": device", on, class)
 end
 
 return { class = class, device = device, handle = handle }

@@ -1,5 +1,5 @@
 --- encoding.lua: how a genome is read: the Gaussian positional encoding of the voxel centres and
---- the layers of the network whose weights the genome is. Drawn once for a seed and repetition.
+--- the layers of the network. The encoding is drawn once for a seed and repetition.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -71,7 +71,7 @@ local function encoding(options)
   })
 end
 
---- B, the matrix that voxel centres are multiplied with.
+--- B, the matrix of the encoding.
 ---@return limax.view [feature][3]
 function methods:matrix()
   local handle = object.handle("encoding:matrix", self, class)

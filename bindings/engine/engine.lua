@@ -1,7 +1,6 @@
---- engine.lua: the engine's objects as Lua sees them, over the C interface of limax.h. Indices
---- count from 1, every failure raises at the caller's line, every object has `:free()` and keeps
---- what it needs alive. The library in scripts/lib is written on top of this; scripts rarely need
---- it.
+--- engine.lua: the engine's objects for Lua, over the C interface of limax.h. Indices count from 1,
+--- every failure raises at the caller's line, every object has `:free()` and keeps what it needs
+--- alive. The library in scripts/lib uses this; scripts rarely need it.
 
 local abi = require "limax.engine.abi"
 local device = require "limax.engine.device"

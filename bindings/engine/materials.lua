@@ -1,5 +1,5 @@
---- materials.lua: material tables: what each letter of a body is made of. Indices count from 1, and
---- material 1 is always the empty one. SI units.
+--- materials.lua: material tables. Indices count from 1; material 1 is always the empty one. SI
+--- units.
 
 local ffi = require "ffi"
 local host = require "limax.host"
@@ -30,7 +30,7 @@ local methods = class.__index
 ---@field phase number largest phase, rad
 ---@field stiffness_floor number smallest stiffness weight, 1
 
--- numbers of a material, in the interface's order; the last list: those that muscles alone have
+-- numbers of a material, in the interface's order; MUSCLE_FIELDS: those of muscles only
 local FIELDS = {
   "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase", "stiffness_floor",
 }
@@ -44,17 +44,17 @@ local function wrap(out)
   })
 end
 
--- Path of a table that comes with limax.
+-- Path of a shipped table.
 local function shipped(name)
   local folder = host.home .. "/materials"
   local path = ("%s/%s.json"):format(folder, name)
   if host.file.exists(path) == "file" then return path end
-  local known = {}
+  local names_there = {}
   for _, file in ipairs(host.file.list(folder) or {}) do
-    known[#known + 1] = file:match "^(.+)%.json$"
+    names_there[#names_there + 1] = file:match "^(.+)%.json$"
   end
   fault.raise(("materials: there is no table %q in %s%s"):format(name, folder,
-    suggest.ending(name, known)))
+    suggest.ending(name, names_there)))
 end
 
 --- Reads a material table.
@@ -109,7 +109,7 @@ function methods:index(letter_or_name)
   return nil
 end
 
---- Sets one number of one material, within the field's legal range.
+--- Sets one number of one material, within the field's range.
 ---@param i integer
 ---@param field string
 ---@param value number
@@ -121,7 +121,7 @@ function methods:set(i, field, value)
   abi.check(C.limax_materials_set(handle, i - 1, field, value))
 end
 
---- What is known of a field: unit, legal range (inclusive) and where its numbers come from.
+--- A field's unit, range (inclusive) and the source of its values.
 ---@param name string
 ---@return { unit: string, minimum: number, maximum: number, source: string }
 function methods:field(name)
@@ -136,7 +136,7 @@ function methods:field(name)
   }
 end
 
---- A second table with the same values, which may be changed on its own.
+--- An independent copy.
 ---@return limax.materials
 function methods:copy()
   memory.collect()
@@ -145,8 +145,7 @@ function methods:copy()
   return wrap(out)
 end
 
---- The table as plain Lua values, as a material file holds them; `engine.materials` accepts it
---- again.
+--- The table as plain Lua values, as in a material file; `engine.materials` reads it.
 ---@return table
 function methods:table()
   object.handle("materials:table", self, class)

@@ -1,15 +1,14 @@
---- memory.lua: the collector sees a handle as a few bytes, however much the engine holds behind it.
---- So whoever makes a handle comes here first, and garbage is collected when the engine's bytes, or
---- the handles made, outgrow a limit.
+--- memory.lua: Lua's garbage collector does not see the engine's memory behind a handle. So every
+--- function that makes a handle calls `memory.collect` first, which collects garbage when the
+--- engine's bytes, or the handles made, exceed a limit.
 
 local C = require("limax.engine.abi").C
 
 local memory = {}
 
--- bytes below which nobody minds
+-- bytes below which nothing is collected
 local FLOOR = 64 * 1024 * 1024
--- handles made between two collections, so that things which cost more than bytes (threads) stay
--- few
+-- handles made between two collections; they also bound other resources, such as threads
 local HANDLES = 256
 
 local limit = FLOOR
@@ -19,7 +18,7 @@ local made = 0
 ---@return integer
 function memory.bytes_held() return tonumber(C.limax_bytes_held()) end
 
---- Counts a handle about to be made, and collects garbage where the limits say so.
+--- Counts a handle that will be made, and collects garbage if a limit is exceeded.
 ---@param weight integer|nil how many handles this one counts for
 ---@return boolean collected
 function memory.collect(weight)
@@ -27,8 +26,7 @@ function memory.collect(weight)
   if made < HANDLES and memory.bytes_held() <= limit then return false end
   collectgarbage "collect"
   made = 0
-  -- the next collection comes when what lives now has doubled, so its cost stays a share of the
-  -- work
+  -- collect again when the live memory has doubled, so that the cost stays proportional to the work
   limit = math.max(FLOOR, 2 * memory.bytes_held())
   return true
 end

@@ -1,5 +1,4 @@
---- names.lua: every enumeration of the C interface beside the strings that scripts use. Nothing
---- else translates them.
+--- names.lua: the enumerations of the C interface and the names that scripts use for their values.
 
 local C = require("limax.engine.abi").C
 

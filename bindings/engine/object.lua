@@ -1,6 +1,6 @@
---- object.lua: what every object over a C handle shares: a handle that ends with `:free()` or with
---- the collector, a life whose stamp tells views that their data are gone, and the refusal to use a
---- freed object.
+--- object.lua: what every object over a C handle shares: a handle that `:free()` or the garbage
+--- collector ends, a life whose stamp tells views that their data are gone, and errors for freed
+--- objects.
 
 local ffi = require "ffi"
 local fault = require "limax.engine.fault"
@@ -8,14 +8,14 @@ local fault = require "limax.engine.fault"
 local object = {}
 
 ---@class limax.life
----@field stamp integer raised whenever what the views show is replaced
----@field why string|nil what raised it last, with its line
+---@field stamp integer increases whenever the data of the views are replaced
+---@field why string|nil why it increased last, with the line
 
---- A life that views can hold on to.
+--- A new life.
 ---@return limax.life
 function object.life() return { stamp = 1 } end
 
---- Ends every view of `life` that exists now.
+--- Invalidates every view of `life` that exists now.
 ---@param life limax.life
 ---@param why string completes "this view ended when ..."
 function object.end_views(life, why)
@@ -31,8 +31,7 @@ local classes = {}
 ---@field life limax.life
 local shared = {}
 
---- Ends the object now; what the engine held for it is returned. Freeing twice is allowed. Views of
---- it end.
+--- Frees the object and its memory in the engine, and invalidates its views. May be called twice.
 ---@param why string|nil completes "this view ended when ..."
 function shared:free(why)
   if type(self) ~= "table" or not classes[getmetatable(self)] then
@@ -48,7 +47,7 @@ end
 
 local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end
 
---- Refuses what is not an object of `class`, freed or not.
+--- Raises unless `value` is an object of `class`, freed or not.
 ---@param what string the argument's name in messages
 ---@param value any
 ---@param class table
@@ -79,14 +78,13 @@ end
 ---@return table
 function object.new(class, handle, fields)
   local self = fields or {}
-  -- the C function itself: a closure would be kept alive by the finaliser table and keep its owner
-  -- alive in turn
+  -- the C function itself: the finaliser table would keep a closure, and so its owner, alive
   self.handle = ffi.gc(handle, class.__index.end_handle)
   self.life = object.life()
   return setmetatable(self, class)
 end
 
---- The handle of `value`, which must be a living object of `class`.
+--- The handle of `value`, which must be an object of `class` that is not freed.
 ---@param what string the argument's name in messages
 ---@param value any
 ---@param class table

@@ -78,7 +78,7 @@ end
 
 local free = methods.free
 
---- Ends the population now; views of it end.
+--- Frees the population and invalidates its views.
 ---@param why string|nil completes "this view ended when ..."
 function methods:free(why)
   object.require("free", self, class)
@@ -90,12 +90,12 @@ end
 local function coded(self, what)
   local handle = object.handle(what, self, class)
   if self.genes == 0 then
-    fault.raise(what .. ": this population has no genomes, for it was made without an encoding")
+    fault.raise(what .. ": this population has no genomes: it was made without an encoding")
   end
   return handle
 end
 
--- The engine's own genomes, to be written: those of a GPU come here for it, and go back.
+-- The engine's genomes for writing, copied from the GPU if they are there.
 local function genomes_of(self, what)
   return abi.pointer(C.limax_population_genomes(coded(self, what)), what)
 end
@@ -138,7 +138,7 @@ function methods:express(table_of_materials, options, first, count)
   end)
 end
 
---- Finds out what bodies written by hand are; nothing is removed from them.
+--- Determines the status of bodies written by hand; does not change them.
 ---@param table_of_materials limax.materials
 ---@param options { require_muscle: boolean|nil }|nil
 ---@param first integer|nil
@@ -153,14 +153,15 @@ function methods:check(table_of_materials, options, first, count)
 end
 
 -- The parents of each child, [child][2] from 0.
-local function pairs_of_indices(what, given, children, parents)
-  if #schema.demand(schema.table, given, what .. ": pairs") ~= children then
-    schema.refuse(what .. ": pairs", ("a pair for each of %d children"):format(children), given,
-      #given)
+local function pairs_of_indices(what, list_of_pairs, children, parents)
+  local count = #schema.demand(schema.table, list_of_pairs, what .. ": pairs")
+  if count ~= children then
+    schema.refuse(what .. ": pairs", ("a pair for each of %d children"):format(children),
+      list_of_pairs, count)
   end
   local list = ffi.new("int32_t[?]", 2 * children)
   for child = 1, children do
-    local pair = given[child]
+    local pair = list_of_pairs[child]
     local name = ("%s: pairs[%d]"):format(what, child)
     if type(pair) ~= "table" or #pair ~= 2 then
       schema.refuse(name, "a list of 2 indices", pair, type(pair) == "table" and #pair)
@@ -212,8 +213,8 @@ function methods:genome(i)
   }
 end
 
---- A copy of all genomes, [robot][gene], in memory of its own.
----@param into? ffi.cdata* such a copy of as many genomes as long, to be written over
+--- A copy of all genomes, [robot][gene].
+---@param into? ffi.cdata* an earlier copy of the same size, to be overwritten
 ---@return ffi.cdata* float[robots * genes]
 function methods:genomes_array(into)
   local what = "population:genomes_array"
@@ -234,8 +235,8 @@ function methods:genomes_bytes()
   return ffi.string(genomes, ffi.sizeof(genomes))
 end
 
---- Writes all genomes, from what genomes_bytes gave.
----@param bytes string
+--- Writes all genomes.
+---@param bytes string as from genomes_bytes
 function methods:set_genomes(bytes)
   local what = "population:set_genomes"
   local genomes = genomes_of(self, what)

@@ -1,5 +1,5 @@
---- random.lua: random numbers for scripts, functions of (seed, repetition, stream, generation,
---- individual, draw) alone. Nothing else that happens in a run can change what they give.
+--- random.lua: random numbers for scripts. They depend only on seed, repetition, stream,
+--- generation, individual and draw.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -9,7 +9,7 @@ local schema = require "limax.engine.schema"
 
 local C = abi.C
 
--- the counter has 24 bits for a repetition: beyond, two would give the same numbers
+-- the counter has 24 bits for a repetition
 local repetition_rule = schema.whole(1, 2 ^ 24 - 1)
 local counter_rule = schema.whole(0, 2 ^ 32 - 1, 0)
 local stream_rule = schema.choice(names.stream.names)
@@ -19,7 +19,7 @@ local stream_rule = schema.choice(names.stream.names)
 local methods = {}
 local class = { __index = methods }
 
--- The counter's place for the next number.
+-- The number of the next draw.
 local function next_draw(self)
   if getmetatable(self) ~= class then
     schema.refuse("random", "a random: call it with a colon", self)
@@ -50,7 +50,7 @@ function methods:integer(n)
   return C.limax_random_integer(self.key, next_draw(self), n) + 1
 end
 
---- A stream of random numbers, at its beginning.
+--- A stream of random numbers.
 ---@param seed number|string|ffi.cdata*
 ---@param repetition integer 1, 2, ...
 ---@param stream "selection"|"supervision"|"user"

@@ -1,17 +1,17 @@
---- ranges.lua: long work over many robots, cut into calls short enough that Ctrl-C is answered
---- between them. How it is cut never changes a result.
+--- ranges.lua: work over many robots, split into calls short enough for Ctrl-C. The split does not
+--- affect results.
 
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
 
--- seconds that one call should take: well below the interface's 50 ms
+-- seconds that one call should take, well below 50 ms
 local AIM = 0.015
 
 --- Calls `work(first, count)` (first from 0) over robots first .. first + count - 1.
 ---@param what string for messages
 ---@param total integer robots there are
 ---@param first integer|nil from 1
----@param count integer|nil all that follow `first` if left out
+---@param count integer|nil the rest if left out
 ---@param work fun(first: integer, count: integer)
 local function in_ranges(what, total, first, count, work)
   first = schema.demand(schema.whole(1, math.max(total, 1), 1), first, what .. ": first")

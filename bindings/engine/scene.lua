@@ -1,8 +1,8 @@
 --- scene.lua: a scene is the list of its effects: `engine.scene { gravity = true, ground = {
 --- stiffness = 1e5 } }`. true takes an effect's defaults, a table changes some of its fields, false
---- or nothing leaves it out. An effect that may be there several times also takes a list of such
---- tables, whose order changes no bit. The springs of the bodies act in every scene. A name that is
---- no effect's, with a table that has a `force`, is an effect of the script's own.
+--- or nil leaves it out. An effect that a scene may have several times also takes a list of such
+--- tables, in any order. The springs of the bodies act in every scene. Any other name with a table
+--- that has a `force` is a scripted effect.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -17,13 +17,13 @@ local C = abi.C
 local class = object.class("scene", C.limax_scene_free)
 local methods = class.__index
 
--- the effect that no scene is without
+-- the effect that every scene has
 local ALWAYS = "springs"
 
 ---@class limax.effect
 ---@field name string
 ---@field summary string
----@field needs string[] effects, one of which must be there too; none if empty
+---@field needs string[] effects, one of which the scene must have too; none if empty
 ---@field instances integer how often a scene may have it
 ---@field fields limax.field[]
 
@@ -43,7 +43,7 @@ local function describe(effect)
   return result
 end
 
---- Every effect that a scene can name, in the order in which they act.
+--- Every built-in effect, in the order in which they act.
 ---@return limax.effect[]
 local function effects()
   local list = {}
@@ -79,16 +79,16 @@ local function set(handle, effect, place, field, value)
   return value
 end
 
--- Adds one effect, or an instance of it, with the fields that `given` changes, and returns the
--- values of all of them.
-local function add(handle, effect, place, given)
+-- Adds one effect, or an instance of it; `changes` is true or a table of fields. Returns the values
+-- of all its fields.
+local function add(handle, effect, place, changes)
   if effect.name ~= ALWAYS then abi.check(C.limax_scene_add(handle, effect.name)) end
   local resolved, known = {}, {}
   for _, field in ipairs(effect.fields) do known[field.name] = true end
-  if type(given) == "table" then schema.known(given, known, "scene: " .. place) end
+  if type(changes) == "table" then schema.known(changes, known, "scene: " .. place) end
   for _, field in ipairs(effect.fields) do
     local value
-    if type(given) == "table" then value = given[field.name] end
+    if type(changes) == "table" then value = changes[field.name] end
     if value ~= nil then
       resolved[field.name] = set(handle, effect.name, place, field, value)
     elseif field.components == 0 then
@@ -101,9 +101,9 @@ local function add(handle, effect, place, given)
   return resolved
 end
 
--- Adds all instances of an effect that may be there several times: a list, or one as it is.
-local function add_all(handle, effect, given)
-  local list = type(given) == "table" and given[1] ~= nil and given or { given }
+-- Adds all instances of an effect that a scene may have several times: a list, or a single one.
+local function add_all(handle, effect, value)
+  local list = type(value) == "table" and value[1] ~= nil and value or { value }
   local resolved = {}
   for i, one in ipairs(list) do
     local place = ("%s[%d]"):format(effect.name, i)
@@ -119,19 +119,19 @@ local function add_all(handle, effect, given)
 end
 
 --- Makes a scene.
----@param given table<string, boolean|table>
+---@param entries table<string, boolean|table>
 ---@return limax.scene
-local function scene(given)
-  schema.demand(schema.table, given, "scene")
+local function scene(entries)
+  schema.demand(schema.table, entries, "scene")
   local all, built_in, known, scripted = effects(), {}, {}, {}
   for _, effect in ipairs(all) do built_in[effect.name], known[effect.name] = true, true end
-  for name, value in pairs(given) do
+  for name, value in pairs(entries) do
     if not built_in[name] and scripted_effect.is(value) then
       scripted[#scripted + 1], known[name] = name, true
     end
   end
-  schema.known(given, known, "scene", function(name)
-    return type(given[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
+  schema.known(entries, known, "scene", function(name)
+    return type(entries[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
   end)
   table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
   memory.collect()
@@ -140,7 +140,7 @@ local function scene(given)
   local self = object.new(class, out[0])
   self.resolved = {}
   for _, effect in ipairs(all) do
-    local value = given[effect.name]
+    local value = entries[effect.name]
     if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then
       schema.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
     end
@@ -162,7 +162,7 @@ local function scene(given)
     end
   end
   for _, name in ipairs(scripted) do
-    self.resolved[name] = scripted_effect.add(self.handle, name, given[name])
+    self.resolved[name] = scripted_effect.add(self.handle, name, entries[name])
   end
   abi.check(C.limax_scene_check(self.handle))
   return self
@@ -178,7 +178,7 @@ local function copied(value)
 end
 
 --- The scene as a plain table: each effect with the value of every field, or a list of such tables
---- where there may be several. `engine.scene` accepts it again.
+--- where a scene may have several. `engine.scene` accepts it.
 ---@return table<string, table>
 function methods:table()
   object.handle("scene:table", self, class)

@@ -1,7 +1,7 @@
---- scripted_effect.lua: an effect that a script brings: `magnet = { force = "f = ...", strength =
---- 0.2, bound = { stiffness = 20 } }`. `force` is the law's text (engine/README.md has the
---- language), `bound` what it adds to the time step's bound; all else is a parameter, a number or a
---- list of three.
+--- scripted_effect.lua: an effect that a script defines: `magnet = { force = "f = ...", strength =
+--- 0.2, bound = { stiffness = 20 } }`. `force` is the text of its law (language: engine/README.md),
+--- `bound` its contribution to the time step's bound; every other field is a parameter, a number or
+--- a list of three.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -15,13 +15,12 @@ local number_rule, vector_rule = schema.number {}, schema.numbers(3)
 local bound_rule =
   schema.fields { stiffness = schema.number({}, 0), damping = schema.number({}, 0) }
 
---- Whether a scene's entry under a name that is no effect's is one of these.
----@param given any
+--- Is a scene's entry a scripted effect?
+---@param entry any
 ---@return boolean
-function scripted_effect.is(given) return type(given) == "table" and given.force ~= nil end
+function scripted_effect.is(entry) return type(entry) == "table" and entry.force ~= nil end
 
--- The line of a file on which a text begins; nil where the file does not hold it as it is, or holds
--- it twice: then nobody knows which.
+-- The line of a file on which a text begins; nil unless the file contains it exactly once.
 local function line_in(path, text)
   local file = io.open(path, "rb")
   local content = file and file:read "*a"
@@ -34,9 +33,9 @@ local function line_in(path, text)
   return 1 + select(2, content:sub(1, start - 1):gsub("\n", ""))
 end
 
--- Where in the user's file a line of a law's text stands, as " (FILE:LINE)"; "" where it is not
--- found. `return limax.experiment { ... }` leaves no trace of its file on the stack: then it is the
--- script that was started.
+-- The place in the user's file of a line of a law's text, " (FILE:LINE)"; "" if it is not found.
+-- `return limax.experiment { ... }` is a tail call, so its file may not be on the stack: then the
+-- started script is searched.
 local function place_of(text, line)
   local started = rawget(_G, "arg")
   local _, _, path = fault.place()
@@ -47,15 +46,15 @@ local function place_of(text, line)
   return ""
 end
 
-local function bound_of(what, given)
-  return given ~= nil and schema.demand(bound_rule, given, what) or nil
+local function bound_of(what, bound)
+  return bound ~= nil and schema.demand(bound_rule, bound, what) or nil
 end
 
 -- The parameters among the fields, in the order of their names.
-local function parameters_of(what, given)
+local function parameters_of(what, entry)
   local names, resolved = {}, {}
-  for _, name in ipairs(schema.known(given, given, what)) do
-    local value, place = given[name], what .. "." .. name
+  for _, name in ipairs(schema.known(entry, entry, what)) do
+    local value, place = entry[name], what .. "." .. name
     if name ~= "force" and name ~= "bound" then
       names[#names + 1] = name
       if type(value) ~= "number" and type(value) ~= "table" then
@@ -68,22 +67,22 @@ local function parameters_of(what, given)
   return names, resolved
 end
 
---- Adds one to a scene, and returns it as scene:table() shows it.
+--- Adds a scripted effect to a scene, and returns it as in scene:table().
 ---@param handle ffi.cdata* limax_scene
 ---@param name string
----@param given table
+---@param entry table
 ---@return table
-function scripted_effect.add(handle, name, given)
+function scripted_effect.add(handle, name, entry)
   local what = "scene: " .. name
   if type(name) ~= "string" or not name:match "^[%a_][%w_]*$" then
     schema.refuse("scene", "effects named by letters, digits and _", name)
   end
-  local text = schema.demand(schema.string, given.force, what .. ".force")
+  local text = schema.demand(schema.string, entry.force, what .. ".force")
   if text:find("\0", 1, true) then
     fault.raise(what .. ".force: a text cannot hold a byte 0")
   end
-  local bound = bound_of(what .. ".bound", given.bound)
-  local names, resolved = parameters_of(what, given)
+  local bound = bound_of(what .. ".bound", entry.bound)
+  local names, resolved = parameters_of(what, entry)
   local list = ffi.new("limax_script_parameter[?]", math.max(1, #names))
   for i, parameter in ipairs(names) do
     local value, slot = resolved[parameter], list[i - 1]

@@ -1,6 +1,6 @@
 --- simulation.lua: bodies in a scene over time. A simulation copies its bodies; `advance` does
---- whole steps for a slice of wall time, `run` repeats it to the end, and how it is sliced changes
---- no bit. SI units.
+--- whole steps for a slice of wall time, `run` repeats it to the end. Slicing does not affect
+--- results. SI units.
 
 local ffi = require "ffi"
 local host = require "limax.host"
@@ -95,11 +95,11 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   return object.new(class, out[0], { count = robots.count, record = recorded, masses = masses })
 end
 
--- When calls of advance() refuse to go on, and what they say then.
+-- After the deadline advance() raises this text.
 local deadline, deadline_text = math.huge, nil
 
---- Stops every simulation once `seconds` of wall time have passed from now: the next slice raises.
---- nil lifts it.
+--- Limits the wall time of all simulations: once `seconds` from now have passed, the next slice
+--- raises. nil removes the limit.
 ---@param seconds number|nil
 local function limit_time(seconds)
   deadline = seconds and host.clock() + seconds or math.huge
@@ -110,7 +110,7 @@ end
 ---@field done integer robots that have ended, whatever their status
 ---@field robots integer robots that are simulated
 ---@field finished boolean
----@field interrupted boolean the call was cut short by an interrupt; the state is whole
+---@field interrupted boolean an interrupt ended the call early; the state is consistent
 ---@field steps number robot steps done
 ---@field steps_total number
 ---@field spring_steps number springs times steps done
@@ -138,8 +138,8 @@ function methods:advance(seconds, steps)
   return progress_of(out)
 end
 
---- Advances several simulations for about `seconds` of wall time in all, so that small ones can
---- share a device that none of them fills. Bits are those of advancing each alone.
+--- Advances several simulations for about `seconds` of wall time in total, so that small ones share
+--- a device. Results are the same as when each is advanced by itself.
 ---@param simulations limax.simulation[]
 ---@param seconds number
 ---@return limax.progress[] of each
@@ -160,8 +160,7 @@ local function advance_together(simulations, seconds)
   return progress
 end
 
---- Advances to the end. An interrupt raises host.interrupt and leaves a state that can be advanced
---- further.
+--- Advances to the end. An interrupt raises host.interrupt; the simulation can then be continued.
 ---@param on_progress fun(progress: limax.progress)|nil called after each slice
 ---@return limax.progress
 function methods:run(on_progress)
@@ -180,9 +179,9 @@ function methods:run(on_progress)
   end
 end
 
---- What the steps of this simulation run on: `device`; for cpu `passes`; for cuda `path`,
+--- How this simulation is computed: `device`; for cpu `passes`; for cuda `path`,
 --- `effects`, `precision`, `architecture`, the kernel's `origin` ("ahead of time", "cached",
---- "compiled") and the `seconds` that it took to get it, `threads`, `registers`, `spilled` (bytes),
+--- "compiled") and the `seconds` it took to get it, `threads`, `registers`, `spilled` (bytes),
 --- `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Prepares the robots, so the first
 --- call may take as long as a first step; numbers are those of the first GPU.
 ---@return table

@@ -1,5 +1,4 @@
---- suggest.lua: the name that was probably meant, by edit distance. Every "unknown field" or
---- "unknown name" error of limax ends with its answer. Needs nothing.
+--- suggest.lua: the known name nearest to an unknown one, by edit distance, for error messages.
 
 local suggest = {}
 
@@ -27,9 +26,8 @@ function suggest.distance(a, b)
   return row[#b]
 end
 
---- The candidate nearest to `name`, or nil when none is near enough to be a slip of the fingers.
---- Equally near ones: the first in the alphabet, so the answer does not depend on the order of
---- `candidates`.
+--- The candidate nearest to `name`, or nil if none is near enough for a typing error. Of equally
+--- near ones the first in the alphabet.
 ---@param name any
 ---@param candidates string[]
 ---@return string|nil
@@ -39,7 +37,7 @@ function suggest.nearest(name, candidates)
   for _, candidate in ipairs(candidates) do
     local distance = suggest.distance(name, candidate)
     local longer = math.max(#name, #candidate)
-    -- a beginning ("grav") is a slip however much is missing; else about a third of the letters,
+    -- a beginning ("grav") always counts as near; else up to a third of the letters may differ,
     -- one at least
     local starts = #name >= 3 and candidate:lower():sub(1, #name) == name:lower()
     if starts then distance = math.min(distance, 1) end
@@ -53,7 +51,7 @@ function suggest.nearest(name, candidates)
   return best
 end
 
---- The end of a message about an unknown name: a suggestion, else the list of what is known.
+--- The end of a message about an unknown name: a suggestion, else the list of candidates.
 --- `suggest.ending("gravty", { "gravity", "ground" })` is `; did you mean "gravity"?`
 ---@param name any
 ---@param candidates string[]

@@ -1,11 +1,10 @@
---- view.lua: the engine's arrays as Lua sees them: indices from 1, checked, read where they lie
---- without copying, and refused once their owner has replaced or freed them. `view[i][j]` reads,
+--- view.lua: the engine's arrays for Lua: indices from 1, checked, read without copying, and
+--- invalid once their owner has replaced or freed them. `view[i][j]` reads,
 --- `view.shape` lists the lengths (`#view` and `ipairs` do not work on views), `view:copy()` keeps,
 --- `view:table()` makes Lua lists, `view:pointer()` is unchecked.
 ---
 --- A view is a small table over a form that all its rows share. All rows of a view are made when
---- the first is read, and kept, so that a loop over `view[i][j][k]` allocates once, however often
---- it runs.
+--- the first one is read, and kept, so that loops over `view[i][j][k]` allocate only once.
 
 local ffi = require "ffi"
 local new_table = require "table.new"
@@ -14,7 +13,7 @@ local schema = require "limax.engine.schema"
 
 local view = {}
 
--- a view of more rows makes them anew on each use: kept rows would outweigh the numbers they show
+-- a view of more rows makes them on each use: kept rows would need more memory than the data
 local MAX_ROWS = 131072
 
 ---@class limax.view
@@ -23,7 +22,7 @@ local MAX_ROWS = 131072
 ---@field rate number|nil samples per second, of a trace
 ---@field samples integer|nil of a trace
 
--- what a view may say of itself besides its shape
+-- fields of a view besides its shape
 local FIELDS = { unit = true, rate = true, samples = true }
 
 local methods = {}
@@ -44,8 +43,8 @@ end
 
 local function axis_of(self) return rawget(self, "axis") or #self.form.shape end
 
--- The part of a form from an axis on. A branch has its array part from the start: one that grew
--- would change its layout again and again, and compiled code is made for one layout.
+-- The part of a form from an axis on. A branch gets its array part at once: growing it would change
+-- the table's layout, for which compiled code is specialised.
 local function part(form, axis, offset)
   if axis == #form.shape then return setmetatable({ form = form, offset = offset }, leaf) end
   local self = new_table(form.keeps_rows and form.shape[axis] or 0, 3)
@@ -58,7 +57,7 @@ local function ended(form)
     form.life.why or "its owner was freed"))
 end
 
--- Everything a read with a key other than a good index can mean.
+-- A read with a key that is not a valid index.
 local function miss(self, key)
   local method = methods[key]
   if method then return method end
@@ -71,7 +70,8 @@ local function miss(self, key)
   end
   if form.life.stamp ~= form.stamp then ended(form) end
   local length = form.shape[axis]
-  local text = "index %s is out of range: this view of %s is %s; expected an integer from 1 to %d"
+  local text = "index %s is out of range: this view of %s is %s; "
+    .. "expected a whole number from 1 to %d"
   fault.raise(text:format(schema.show(key), form.what, shape_text(form, axis), length))
 end
 
@@ -90,7 +90,7 @@ function branch:__index(key)
       and form.life.stamp == form.stamp then
     local offset, stride = self.offset, form.strides[axis]
     if not form.keeps_rows then return part(form, axis + 1, offset + (key - 1) * stride) end
-    -- all rows at once: from now on an index finds its row without coming here
+    -- all rows at once: later reads find them without this function
     for i = 1, form.shape[axis] do
       rawset(self, i, part(form, axis + 1, offset + (i - 1) * stride))
     end
@@ -110,16 +110,16 @@ local function text(self)
 end
 leaf.__tostring, branch.__tostring = text, text
 
---- A view over memory that somebody else owns.
+--- A view over memory of another object.
 ---@param options table
----   what     the word for it in messages ("voxels")
+---   what     its name in messages ("voxels")
 ---   data     pointer to the first element
 ---   element  its C type ("float")
 ---   shape    lengths along the axes
 ---   strides  elements between neighbours along each axis; row-major if left out
 ---   life     limax.life of what owns the memory
 ---   owner    kept alive by the view
----   fields   more fields to read: unit, rate, samples
+---   fields   unit, rate, samples
 ---@return limax.view
 function view.new(options)
   local shape, strides = options.shape, options.strides
@@ -152,14 +152,14 @@ function view.is_view(value)
   return class == leaf or class == branch
 end
 
--- Refuses what is not a view where a method has it for `self`.
+-- Raises unless `self` of a method is a view.
 local function require_view(name, value)
   if view.is_view(value) then return end
   schema.refuse("view:" .. name, "a view (call it with a colon)", value)
 end
 
---- Length along an axis, the first if none is named.
----@param axis integer|nil
+--- Length along an axis.
+---@param axis integer|nil 1 if left out
 ---@return integer
 function methods:size(axis)
   require_view("size", self)
@@ -167,8 +167,7 @@ function methods:size(axis)
   return shape[schema.index("size: axis", axis or 1, #shape)]
 end
 
---- The elements in row-major order of the shape, to be called with a function of each, or nil to
---- check alone.
+-- Calls `act(place, value)` for every element in row-major order.
 local function each(self, act)
   local form = self.form
   if form.life.stamp ~= form.stamp then ended(form) end
@@ -188,7 +187,7 @@ local function each(self, act)
   walk(axis_of(self), self.offset)
 end
 
---- A view of the same shape over its own memory, which nothing ends.
+--- A view of the same shape over its own memory, which stays valid.
 ---@return limax.view
 function methods:copy()
   require_view("copy", self)
@@ -222,9 +221,8 @@ function methods:table()
   return lists(axis_of(self), self.offset)
 end
 
---- Pointer to the first element, unchecked from here on: it does not keep the owner alive, and
---- nobody says when what it points to is gone. The second result is the list of strides, in
---- elements.
+--- Pointer to the first element, without any checks: it does not keep the owner alive. The second
+--- result is the list of strides, in elements.
 ---@return ffi.cdata* pointer
 ---@return integer[] strides
 function methods:pointer()

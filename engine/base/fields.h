@@ -12,28 +12,28 @@ namespace limax {
 
 // name, unit, note, components, whole, minimum, maximum, default
 inline constexpr limax_field_info simulation_fields[] = {
-    {"duration", "s", "from the start of actuation to the end; ten periods", 1, 0, 1e-9, 1e6, {5}},
-    {"settle", "s", "rest before actuation starts at t = 0", 1, 0, 0, 1e6, {0}},
-    {"time_step", "s", "\"auto\" (0): from each body's own bound", 1, 0, 1e-9, 1, {0}},
-    {"bound_fraction", "1", "share of the bound that \"auto\" takes", 1, 0, 1e-3, 1, {0.9}},
-    {"time_step_most", "s", "largest step of \"auto\"; 0: no cap", 1, 0, 0, 1, {0}},
-    {"edge", "m", "of a voxel; the paper's rest length", 1, 0, 1e-4, 100, {0.1}},
-    {"position", "m", "start of the body's lowest corner", 3, 0, -1e9, 1e9, {0, 0, 0}},
-    {"velocity", "m/s", "of all masses at the start", 3, 0, -1e6, 1e6, {0, 0, 0}},
-    {"max_speed", "m/s", "a faster mass is divergence", 1, 0, 1e-3, 1e30, {1000}},
-    {"max_stretch", "L0", "a longer spring is divergence", 1, 0, 1, 1e15, {10}},
-    {"record", "Hz", "samples of a trace per second; 0: none", 1, 1, 0, 100000, {0}},
+    {"duration", "s", "from the start of actuation to the end", 1, 0, 1e-9, 1e6, {5}},
+    {"settle", "s", "before t = 0, without actuation", 1, 0, 0, 1e6, {0}},
+    {"time_step", "s", "a number, or auto: from the body's bound", 1, 0, 1e-9, 1, {0}},
+    {"bound_fraction", "1", "share of the body's bound for auto", 1, 0, 1e-3, 1, {0.9}},
+    {"time_step_most", "s", "largest step of auto, 0 for no limit", 1, 0, 0, 1, {0}},
+    {"edge", "m", "of a voxel at rest", 1, 0, 1e-4, 100, {0.1}},
+    {"position", "m", "of the body's lowest corner at the start", 3, 0, -1e9, 1e9, {0, 0, 0}},
+    {"velocity", "m/s", "at the start, x, y, z", 3, 0, -1e6, 1e6, {0, 0, 0}},
+    {"max_speed", "m/s", "of any mass; above it a body diverged", 1, 0, 1e-3, 1e30, {1000}},
+    {"max_stretch", "L0", "of any spring; above it a body diverged", 1, 0, 1, 1e15, {10}},
+    {"record", "Hz", "samples of a trace, 0 for none", 1, 1, 0, 100000, {0}},
 };
 inline constexpr limax_field_info genome_fields[] = {
-    {"features", "rows of B", "half the inputs of the network", 1, 1, 1, 1024, {16}},
-    {"sigma", "1", "of B; 1: periods of about one lattice", 1, 0, 0, 100, {1}},
-    {"hidden", "neurons", "width of a hidden layer", 1, 1, 1, 1024, {32}},
-    {"initial_scale", "1", "of the initial weights, N(0, 1 / fan_in)", 1, 0, 0, 100, {1}},
+    {"features", "rows of B", "of the positional encoding; two inputs each", 1, 1, 1, 1024, {16}},
+    {"sigma", "1", "standard deviation of the entries of B", 1, 0, 0, 100, {1}},
+    {"hidden", "neurons", "of each hidden layer", 1, 1, 1, 1024, {32}},
+    {"initial_scale", "1", "factor on the initial weights", 1, 0, 0, 100, {1}},
 };
 inline constexpr limax_field_info breeding_fields[] = {
-    {"mutation_rate", "per gene", "chance; the paper's value", 1, 0, 0, 1, {0.1}},
-    {"mutation_scale", "1", "standard deviation; the paper's value", 1, 0, 0, 100, {0.1}},
-    {"crossover_rate", "per gene", "chance; the paper's value", 1, 0, 0, 1, {0.4}},
+    {"mutation_rate", "per gene", "probability of a mutation", 1, 0, 0, 1, {0.1}},
+    {"mutation_scale", "1", "standard deviation of a mutation", 1, 0, 0, 100, {0.1}},
+    {"crossover_rate", "per gene", "probability of a gene of the second parent", 1, 0, 0, 1, {0.4}},
 };
 
 template <std::size_t n>

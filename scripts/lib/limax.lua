@@ -1,12 +1,11 @@
---- limax.lua: what `require "limax"` gives: the public face of the library. Its pieces are read
---- from their rooms when they are first used; a name that does not exist raises, with the nearest
---- that does.
+--- limax.lua: the result of `require "limax"`, the public interface of the library. Modules are
+--- loaded when they are first used; an unknown name raises with a suggestion.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
 local suggest = require "limax.engine.suggest"
 
--- where each public name comes from: a module, and the field of it that is meant
+-- the module of each public name, and the field of it
 local public = {
   defaults = { "limax.settings.defaults" },
   diversity = { "limax.run.diversity" },

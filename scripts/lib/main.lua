@@ -34,7 +34,7 @@ end
 local function overview()
   local rows = {}
   for i, name in ipairs(command_names()) do
-    -- one broken command must not hide the others
+    -- list the others if one command is broken
     local fine, command = host.protect(load_command, name)
     rows[i] = { name, fine and command.summary or ("(broken: %s)"):format(tostring(command)) }
   end
@@ -48,7 +48,7 @@ local function overview()
   }
 end
 
--- What a command does with its words.
+-- Runs a command, or prints its help.
 local function call(command, arguments, action)
   if not arguments.help then return action() end
   io.write(options.help(command))
@@ -63,18 +63,19 @@ local function run_script(argv)
   if not run.is_experiment(value) then return nil end
   local arguments = options.parse(run, argv)
   return call(run, arguments, function()
-    -- a continued run has its own script: `limax run` says so
+    -- `limax run` refuses a script with --resume
     if arguments.resume or arguments.changed then return run.run(arguments) end
     return run.run_experiment(value, arguments)
   end)
 end
 
 local function run_command(name, argv)
-  local known = false
-  for _, each in ipairs(command_names()) do known = known or each == name end
-  if not known then
+  local is_known = false
+  for _, each in ipairs(command_names()) do is_known = is_known or each == name end
+  if not is_known then
     if host.file.exists(name) == "file" then
-      failure.raise(exit_usage, ('"%s" is no command; a script\'s name ends in .lua'):format(name))
+      failure.raise(exit_usage,
+        ('"%s" is not a command; a script\'s name ends in .lua'):format(name))
     end
     local ending = suggest.ending(name, command_names())
     failure.raise(exit_usage, ('unknown command "%s"%s'):format(name, ending))
@@ -104,13 +105,12 @@ local function dispatch(argv)
   return run_command(first, argv)
 end
 
---- Runs a command line and says what went wrong.
+--- Runs a command line and reports errors.
 ---@param argv string[] the words after the program's name
 ---@return integer status of the process
 function main.main(argv)
   local fine, value, trace = host.protect(dispatch, argv)
   if fine then return value or 0 end
-  -- what was printed before comes first
   io.stdout:flush()
   if value == host.interrupt then
     io.stderr:write("limax: interrupted\n")

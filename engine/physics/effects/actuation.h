@@ -10,15 +10,14 @@ namespace limax::effects {
 
 struct actuation {
     static constexpr const char* name = "actuation";
-    static constexpr const char* summary =
-        "muscles lengthen and shorten their springs periodically";
+    static constexpr const char* summary = "the drive of the muscles";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_rest;
     static constexpr field fields[] = {
         {"frequency", "Hz", "of every muscle", 1, 0.001, 1000.0, {2.0, 0, 0}},
         {"ramp",
          "1",
-         "periods over which the amplitude rises from 0, so that no muscle jumps at t = 0",
+         "periods over which the amplitude rises from 0",
          1,
          0.0,
          1000.0,

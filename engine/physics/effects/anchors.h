@@ -12,13 +12,13 @@ namespace limax::effects {
 
 struct anchors {
     static constexpr const char* name = "anchors";
-    static constexpr const char* summary = "masses of a part of the body that stay where they are";
+    static constexpr const char* summary = "masses of a part of the body that are held";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_hold;
     static constexpr field fields[] = {
         {"from",
          "m",
-         "lowest corner of the box, from the body's own lowest corner",
+         "lowest corner of that part, relative to the body's lowest corner",
          3,
          -1e6,
          1e6,

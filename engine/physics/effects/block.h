@@ -16,22 +16,24 @@ namespace limax::effects {
 
 struct block {
     static constexpr const char* name = "block";
-    static constexpr const char* summary = "a rigid box that the body may push and carry";
+    static constexpr const char* summary =
+        "a rigid box that the body can push and carry; gravity, obstacles at its corners and "
+        "friction act on it";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_solid | hook_bound;
     static constexpr field fields[] = {
         {"size", "m", "edges along x, y, z", 3, 1e-3, 1000.0, {0.3, 0.5, 0.3}},
         {"position",
          "m",
-         "of its lowest corner, from where the body's lowest corner starts",
+         "of its lowest corner, relative to the body's lowest corner at the start",
          3,
          -1e6,
          1e6,
          {0.6, 0.0, 0.0}},
-        {"mass", "kg", "m", 1, 1e-3, 1e6, {1.0, 0, 0}},
-        {"stiffness", "N/m", "k, of each mass that touches", 1, 1.0, 1e9, {1e4, 0, 0}},
-        {"damping_ratio", "1", "zeta, of each mass that touches", 1, 0.0, 2.0, {0.1, 0, 0}},
-        {"velocity", "m/s", "at the start", 3, -1e6, 1e6, {0.0, 0.0, 0.0}},
+        {"mass", "kg", "of the block", 1, 1e-3, 1e6, {1.0, 0, 0}},
+        {"stiffness", "N/m", "of each contact", 1, 1.0, 1e9, {1e4, 0, 0}},
+        {"damping_ratio", "1", "of each contact", 1, 0.0, 2.0, {0.1, 0, 0}},
+        {"velocity", "m/s", "at the start, x, y, z", 3, -1e6, 1e6, {0.0, 0.0, 0.0}},
         {"spin", "rad/s", "angular velocity at the start", 3, -1e6, 1e6, {0.0, 0.0, 0.0}}};
     static constexpr int field_count = 7;
     // Where a field's components begin among the values.

@@ -23,7 +23,7 @@ LIMAX_LAW surface_point<R, vector<R>> nearest_face(const vector<R>& half, const 
 struct boxes {
     static constexpr const char* name = "boxes";
     static constexpr const char* summary =
-        "fixed boxes along the axes that push masses out of the nearest face";
+        "fixed boxes along the axes, which push masses out of the nearest face";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_contact;
     static constexpr int most_instances = 16;

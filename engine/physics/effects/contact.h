@@ -11,10 +11,10 @@
 namespace limax::effects {
 
 // The two parameters that every contact has, by these names in its params.
-inline constexpr field contact_stiffness = {
-    "stiffness", "N/m", "k, of each mass that touches", 1, 1.0, 1e9, {1e5, 0, 0}};
+inline constexpr field contact_stiffness = {"stiffness", "N/m", "of each contact", 1,
+                                            1.0,         1e9,   {1e5, 0, 0}};
 inline constexpr field contact_damping_ratio = {
-    "damping_ratio", "1", "zeta, of each mass that touches", 1, 0.0, 2.0, {0.1, 0, 0}};
+    "damping_ratio", "1", "of each contact", 1, 0.0, 2.0, {0.1, 0, 0}};
 
 // The normal of a surface that faces up: along +z. What is done along it or across it takes no
 // arithmetic on x and y.

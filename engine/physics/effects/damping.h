@@ -8,8 +8,7 @@ namespace limax::effects {
 
 struct damping {
     static constexpr const char* name = "damping";
-    static constexpr const char* summary =
-        "a dashpot along every spring, from the materials' damping ratio";
+    static constexpr const char* summary = "dashpots along the springs";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_pair | hook_bound;
     static constexpr int field_count = 0;

@@ -20,12 +20,13 @@ namespace limax::effects {
 struct drag {
     static constexpr const char* name = "drag";
     static constexpr const char* summary =
-        "a fluid that presses on exposed faces, quadratically in the speed along their normals";
+        "pressure of a fluid on exposed faces along their normals, (1/2) density coefficient A "
+        "v_n^2";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_face;
     static constexpr field fields[] = {
-        {"density", "kg/m^3", "rho, of the fluid", 1, 0.0, 1e5, {1000.0, 0, 0}},
-        {"coefficient", "1", "C, of a face across the flow", 1, 0.0, 1000.0, {1.0, 0, 0}},
+        {"density", "kg/m^3", "of the fluid", 1, 0.0, 1e5, {1000.0, 0, 0}},
+        {"coefficient", "1", "of a face across the flow", 1, 0.0, 1000.0, {1.0, 0, 0}},
         {"current",
          "m/s",
          "the fluid's own velocity along x, y, z",

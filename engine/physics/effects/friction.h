@@ -15,19 +15,12 @@ namespace limax::effects {
 
 struct friction {
     static constexpr const char* name = "friction";
-    static constexpr const char* summary =
-        "Coulomb friction, static and kinetic, of masses that touch";
+    static constexpr const char* summary = "Coulomb friction on every contact, static and kinetic";
     static constexpr unsigned needs = hook_contact;
     static constexpr unsigned hooks = hook_slip;
     static constexpr field fields[] = {
-        {"static",
-         "1",
-         "mu_s: a mass at rest that this can hold, stays",
-         1,
-         0.0,
-         1000.0,
-         {1.0, 0, 0}},
-        {"kinetic", "1", "mu_k: else this opposes the slip", 1, 0.0, 1000.0, {0.6, 0, 0}}};
+        {"static", "1", "static coefficient", 1, 0.0, 1000.0, {1.0, 0, 0}},
+        {"kinetic", "1", "kinetic coefficient", 1, 0.0, 1000.0, {0.6, 0, 0}}};
     static constexpr int field_count = 2;
 
     template <class R>

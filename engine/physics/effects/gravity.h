@@ -7,7 +7,7 @@ namespace limax::effects {
 
 struct gravity {
     static constexpr const char* name = "gravity";
-    static constexpr const char* summary = "a constant acceleration, in any direction";
+    static constexpr const char* summary = "a constant acceleration in any direction";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_node | hook_energy;
     static constexpr field fields[] = {

@@ -7,7 +7,7 @@ namespace limax::effects {
 
 struct ground {
     static constexpr const char* name = "ground";
-    static constexpr const char* summary = "a plane that pushes and never pulls";
+    static constexpr const char* summary = "the ground: a plane that pushes and never pulls";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_contact;
     static constexpr field fields[] = {contact_stiffness,

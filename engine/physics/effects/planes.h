@@ -11,14 +11,14 @@ namespace limax::effects {
 
 struct planes {
     static constexpr const char* name = "planes";
-    static constexpr const char* summary = "planes in any position, which push along their normals";
+    static constexpr const char* summary = "planes in any position";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_contact;
     static constexpr int most_instances = 16;
     static constexpr field fields[] = {
         contact_stiffness,
         contact_damping_ratio,
-        {"normal", "1", "out of the plane, of any length but 0", 3, -1e6, 1e6, {0.0, 0.0, 1.0}},
+        {"normal", "1", "outward, of any length but 0", 3, -1e6, 1e6, {0.0, 0.0, 1.0}},
         {"offset",
          "m",
          "of the plane from the world's origin, along the normal",

@@ -14,13 +14,13 @@ namespace limax::effects {
 
 struct self_collision {
     static constexpr const char* name = "self_collision";
-    static constexpr const char* summary = "parts of a body push each other apart";
+    static constexpr const char* summary = "contact between parts of a body";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_meet | hook_bound;
     static constexpr field fields[] = {
-        {"stiffness", "N/m", "k, of each pair of masses", 1, 1.0, 1e7, {2e3, 0, 0}},
-        {"damping_ratio", "1", "zeta, of each pair of masses", 1, 0.0, 2.0, {0.1, 0, 0}},
-        {"reach", "1", "R in edges of a voxel", 1, 0.1, 1.5, {1.0, 0, 0}}};
+        {"stiffness", "N/m", "of each pair of masses", 1, 1.0, 1e7, {2e3, 0, 0}},
+        {"damping_ratio", "1", "of each pair of masses", 1, 0.0, 2.0, {0.1, 0, 0}},
+        {"reach", "1", "of contact, in edges of a voxel", 1, 0.1, 1.5, {1.0, 0, 0}}};
     static constexpr int field_count = 3;
 
     // Pairs that one mass is counted on to have at once. It meets the surface of another part,

@@ -7,7 +7,7 @@ namespace limax::effects {
 
 struct spheres {
     static constexpr const char* name = "spheres";
-    static constexpr const char* summary = "fixed balls that push masses out";
+    static constexpr const char* summary = "fixed spheres";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_contact;
     static constexpr int most_instances = 16;
@@ -16,7 +16,7 @@ struct spheres {
         contact_stiffness,
         contact_damping_ratio,
         {"center", "m", "in the world", 3, -1e6, 1e6, {1.0, 0.0, 0.0}},
-        {"radius", "m", "", 1, 0.001, 100.0, {0.2, 0, 0}}};
+        {"radius", "m", "of the sphere", 1, 0.001, 100.0, {0.2, 0, 0}}};
     static constexpr int field_count = 4;
 
     template <class R>

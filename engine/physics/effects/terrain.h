@@ -15,7 +15,7 @@ namespace limax::effects {
 
 struct terrain {
     static constexpr const char* name = "terrain";
-    static constexpr const char* summary = "a height field that pushes what is below it";
+    static constexpr const char* summary = "a height field";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_contact;
     static constexpr field fields[] = {
@@ -29,13 +29,7 @@ struct terrain {
          -1e6,
          1e6,
          {0.0, 0.0, 0.0}},
-        {"heights",
-         "m",
-         "[x][y], from 2 x 2 to 512 x 512; flat without it",
-         table_of_heights,
-         -1000.0,
-         1000.0,
-         {}}};
+        {"heights", "m", "[x][y], 2 x 2 to 512 x 512", table_of_heights, -1000.0, 1000.0, {}}};
     static constexpr int field_count = 5;
 
     template <class R>

@@ -12,12 +12,12 @@ namespace limax::effects {
 
 struct wind {
     static constexpr const char* name = "wind";
-    static constexpr const char* summary = "air that draws every mass towards its velocity";
+    static constexpr const char* summary = "air with linear drag on every mass";
     static constexpr unsigned needs = 0;
     static constexpr unsigned hooks = hook_impulse;
     static constexpr field fields[] = {
         {"velocity", "m/s", "of the air, along x, y, z", 3, -1000.0, 1000.0, {1.0, 0.0, 0.0}},
-        {"drag", "N s/m", "c, on each mass", 1, 0.0, 1000.0, {0.01, 0, 0}}};
+        {"drag", "N s/m", "on each mass", 1, 0.0, 1000.0, {0.01, 0, 0}}};
     static constexpr int field_count = 2;
 
     template <class R>

@@ -1,5 +1,5 @@
 --- choice.lua: how an experiment names a piece of the library: a name, or { name, option = value }.
---- Options are checked, and given their defaults, by the rules that the piece declares.
+--- The rules of the piece check its options and fill in their defaults.
 
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
@@ -20,18 +20,18 @@ function choice.sorted_keys(t)
   return keys
 end
 
---- Reads a name, or { name, option = value }; whatever is wrong raises at the user's line.
----@param kind string "fitness", "selection", "supervisor": how messages call it
+--- Reads a name, or { name, option = value }; raises at the user's line.
+---@param kind string "fitness", "selection", "supervisor", for messages
 ---@param spec string|table
 ---@param entries table<string, limax.choice.entry>
 ---@return string name
 ---@return table options defaults filled in
 function choice.read(kind, spec, entries)
-  local name, given = spec, {}
+  local name, own = spec, {}
   if type(spec) == "table" then
     name = spec[1]
     for key, value in pairs(spec) do
-      if key ~= 1 then given[key] = value end
+      if key ~= 1 then own[key] = value end
     end
   end
   local names = choice.sorted_keys(entries)
@@ -46,7 +46,7 @@ function choice.read(kind, spec, entries)
       :format(kind, schema.show(name), suggest.ending(name, names)))
   end
   local check = schema.fields(entries[name].options or {})
-  local options, message = check(given, ("%s %q"):format(kind, name))
+  local options, message = check(own, ("%s %q"):format(kind, name))
   if not options then engine.fail(message) end
   return name, options
 end

@@ -1,21 +1,21 @@
---- flat.lua: nested tables as a flat one: what stands at the end of each path, as
---- "scene.ground.height", and where two of them differ.
+--- flat.lua: nested tables as flat ones, with paths such as "scene.ground.height" as keys, and the
+--- differences of two of them.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
 
 local flat = {}
 
---- How a configuration's values are shown: as in messages; an empty table as "{}".
+--- A value of a configuration as text, an empty table as "{}".
 ---@param value any
----@return string|nil nil: the table is gone into
+---@return string|nil nil for any other table
 function flat.text(value)
   if type(value) ~= "table" then return schema.show(value) end
   if next(value) == nil then return "{}" end
 end
 
---- Adds what a value holds. `show` says what becomes of each value on the way: anything but nil
---- ends the path there; of nil a table is gone into, and anything else is left out.
+--- Adds the entries of a value. Where `show` gives nil, a table is entered and anything else is
+--- left out.
 ---@param value any
 ---@param path string of the value, "" for none
 ---@param into table<string, any> by path
@@ -33,7 +33,7 @@ function flat.add(value, path, into, show)
   return into
 end
 
---- Where two flat tables of texts differ, in the order of the alphabet.
+--- The differences of two flat tables of texts, sorted by path.
 ---@param before table<string, string>
 ---@param now table<string, string>
 ---@return { path: string, before: string, now: string }[]

@@ -5,7 +5,7 @@ local npy = {}
 
 local magic = "\147NUMPY\1\0"
 
---- What stands before the data of a .npy file.
+--- The bytes before the data of a .npy file.
 ---@param rows integer
 ---@param columns integer
 ---@return string
@@ -28,7 +28,7 @@ function npy.encode(data, rows, columns)
   return npy.header(rows, columns) .. data
 end
 
---- Data, rows and columns of what `encode` wrote; `nil, message` for anything else.
+--- Data, rows and columns of a file of `encode`; `nil, message` for anything else.
 ---@param bytes string
 ---@return string|nil data
 ---@return integer|string rows_or_message

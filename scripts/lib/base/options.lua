@@ -1,5 +1,5 @@
---- options.lua: the words after a command's name, read by the command's own table of options, which
---- also makes its help page.
+--- options.lua: parses the arguments of a command by its table of options, which also gives its
+--- help page.
 
 local failure = require "limax.base.failure"
 local suggest = require "limax.engine.suggest"
@@ -9,27 +9,27 @@ local options = {}
 ---@class limax.option
 ---@field name string the long form, without "--"; also the name of its value, with "_" for "-"
 ---@field short? string one letter, without "-"
----@field argument? string what the help page calls the value ("DIR"); nil for a switch
+---@field argument? string name of the value on the help page ("DIR"); nil for a switch
 ---@field text? string one line of help
----@field many? boolean may come several times: the value is a list
+---@field many? boolean may be repeated: the value is a list
 ---@field kind? "number"|"integer" the value is converted and checked
 ---@field minimum? number
 ---@field maximum? number
----@field choices? string[] the only legal values
----@field value? any what it is when it is not given
+---@field choices? string[] the only valid values
+---@field value? any the default
 
 ---@class limax.positional
----@field name string what messages call it ("FILE")
----@field least? integer smallest number of words that are no options (0)
----@field most? integer largest number of them (no limit)
+---@field name string in messages ("FILE")
+---@field least? integer smallest number of positional arguments (0)
+---@field most? integer largest number (no limit)
 
 ---@class limax.command
----@field name? string set by whoever loads the command
+---@field name? string set when the command is loaded
 ---@field summary string one line
 ---@field usage? string the line after "usage:", "limax run FILE [options]"
 ---@field text? string further paragraphs of the help page
 ---@field options? limax.option[]
----@field positional? limax.positional absent: no such words
+---@field positional? limax.positional absent: none
 ---@field run fun(arguments: table): integer|nil exit status, 0 if nil
 
 local help = { name = "help", short = "h", text = "show this page" }
@@ -37,7 +37,7 @@ local help = { name = "help", short = "h", text = "show this page" }
 local exit_usage = 2
 local largest_integer = 2 ^ 53
 
-local function known(command)
+local function all_options(command)
   local list = {}
   for i, option in ipairs(command.options or {}) do list[i] = option end
   list[#list + 1] = help
@@ -54,8 +54,8 @@ local function convert(command, option, text)
     for _, choice in ipairs(option.choices) do
       if choice == text then return text end
     end
-    local legal = table.concat(option.choices, ", ")
-    refuse(command, ('%s is "%s"; it must be one of %s'):format(shown, text, legal))
+    local valid = table.concat(option.choices, ", ")
+    refuse(command, ('%s is "%s"; it must be one of %s'):format(shown, text, valid))
   end
   if not option.kind then return text end
   local value = tonumber(text)
@@ -102,7 +102,7 @@ local function find(list, key, word)
   end
 end
 
--- the word after an option that wants one; another option in its place means that it was forgotten
+-- the value after an option; another option there means that the value is missing
 local function value_after(command, list, argv, i, shown, option)
   local word = argv[i + 1]
   local letter = word and word:match "^-(.)$"
@@ -166,15 +166,15 @@ local function check_positional(command, arguments)
   end
 end
 
---- Reads `argv` by the table of `command` (its `name` must be set). A mistake ends the command with
---- status 2. Switches are true or nil; `many` options are lists, empty ones too; words that are no
---- options are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
+--- Parses `argv` by the table of `command` (its `name` must be set). An error ends the command with
+--- status 2. Switches are true or nil; `many` options are lists, possibly empty; positional
+--- arguments are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
 --- true.
 ---@param command limax.command
 ---@param argv string[]
 ---@return table arguments
 function options.parse(command, argv)
-  local list = known(command)
+  local list = all_options(command)
   local arguments = {}
   for _, option in ipairs(list) do
     if option.many then
@@ -203,7 +203,7 @@ function options.parse(command, argv)
   return arguments
 end
 
---- Rows of two columns, the first as wide as its widest cell.
+--- Rows of two aligned columns.
 ---@param rows string[][]
 ---@return string
 function options.columns(rows)
@@ -221,7 +221,7 @@ end
 ---@return string
 function options.help(command)
   local rows = {}
-  for i, option in ipairs(known(command)) do
+  for i, option in ipairs(all_options(command)) do
     local form = (option.short and "-" .. option.short .. ", " or "    ") .. "--" .. option.name
     if option.argument then form = form .. " " .. option.argument end
     local text = option.text or ""

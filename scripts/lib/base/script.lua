@@ -1,5 +1,5 @@
---- script.lua: runs a user's file: its own folder is where its `require` looks, and a syntax error
---- is one message.
+--- script.lua: runs a user's file. Its `require` searches its folder; a syntax error gives one
+--- message.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -8,7 +8,7 @@ local script = {}
 
 local exit_failed, exit_usage = 1, 2
 
---- The compiled file. From here on `require` also finds Lua files in its folder.
+--- The compiled file. From now on `require` also finds Lua files in its folder.
 ---@param file string
 ---@return function chunk
 function script.load(file)
@@ -19,7 +19,7 @@ function script.load(file)
   end
   local chunk, message = loadfile(file)
   if not chunk then
-    -- Lua shortens a long path in front of the line
+    -- Lua shortens long paths in messages
     local line, what = message:match "^[^\n]-:(%d+): (.*)$"
     failure.raise(exit_failed, line and ("%s:%s: %s"):format(file, line, what) or message)
   end
@@ -28,10 +28,10 @@ function script.load(file)
   return chunk
 end
 
---- Runs a file with `...` as its arguments, which it also finds in the global `arg`.
+--- Runs a file with `...` as its arguments, also in the global `arg`.
 ---@param file string
 ---@param ... string
----@return any ... whatever the file returns
+---@return any ... what the file returns
 function script.run(file, ...)
   local chunk = script.load(file)
   rawset(_G, "arg", { [0] = file, ... })

@@ -1,11 +1,10 @@
---- shell.lua: words of commands that are printed to be pasted into a shell, and run there as they
---- stand.
+--- shell.lua: words of commands for a shell.
 
 local host = require "limax.host"
 
 local shell = {}
 
---- A word as a shell takes it.
+--- A word, quoted if a shell needs it.
 ---@param word string
 ---@return string
 function shell.quoted(word)
@@ -13,7 +12,7 @@ function shell.quoted(word)
   return "'" .. word:gsub("'", "'\\''") .. "'"
 end
 
---- A path as short as it can be said from here, quoted where a shell needs it.
+--- A path, relative if it is below the working directory, quoted if a shell needs it.
 ---@param path string
 ---@return string
 function shell.path(path)
@@ -22,15 +21,15 @@ function shell.path(path)
   return shell.quoted(path)
 end
 
---- The program as the user can call it: by name where the name finds it.
+--- The program as the user can call it: by name if it is on the PATH.
 ---@return string
 function shell.program()
   local executable = host.executable
   for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do
     if host.file.absolute(folder .. "/limax") == executable then return "limax" end
   end
-  local said = shell.path(executable)
-  return said:find("/", 1, true) and said or "./" .. said
+  local path = shell.path(executable)
+  return path:find("/", 1, true) and path or "./" .. path
 end
 
 return shell

@@ -1,5 +1,5 @@
---- source.lua: where Lua functions come from. A run folder records each function of an experiment
---- as file, lines and SHA-256 of those lines, and keeps the script files as they were.
+--- source.lua: where Lua functions are defined. A run folder records each function of an experiment
+--- as file, lines and SHA-256 of those lines, and copies the script files.
 
 local host = require "limax.host"
 
@@ -25,7 +25,7 @@ function source.read(path)
   return text
 end
 
--- Is this file part of limax itself rather than of an experiment?
+-- Is this file part of limax itself?
 local function is_library(path)
   local home = host.file.absolute(host.home)
   for _, folder in ipairs { "/scripts/lib/", "/scripts/commands/", "/bindings/" } do
@@ -34,9 +34,9 @@ local function is_library(path)
   return false
 end
 
---- The file of the nearest calling function that is not part of limax, and its line. `return
---- limax.experiment { ... }` is a tail call, which leaves no trace on the stack: then it is the
---- script that was started, without a line.
+--- The file and line of the nearest calling function that is not part of limax. `return
+--- limax.experiment { ... }` is a tail call, so its file may not be on the stack: then it is the
+--- started script, without a line.
 ---@return string|nil file absolute
 ---@return integer|nil line
 function source.caller()
@@ -53,8 +53,8 @@ function source.caller()
   if path and host.file.exists(path) == "file" then return host.file.absolute(path) end
 end
 
--- A path as a configuration shows it: relative to the experiment's folder where it lies inside, so
--- that moving a project changes nothing.
+-- A path in a configuration: relative if it is below the experiment's folder, so that moving a
+-- project changes nothing.
 local function shown(path, base)
   local home = host.file.absolute(host.home)
   if base and path:find(base .. "/", 1, true) == 1 then return path:sub(#base + 2) end
@@ -81,7 +81,7 @@ function source.lines(path, first, last)
   return text and lines_of(text, first, last)
 end
 
---- Where a file lies that an experiment names: as it is named, else beside the experiment.
+--- The path of a file that an experiment names: as it is, else beside the experiment.
 ---@param path string
 ---@param folder string|nil of the experiment
 ---@return string
@@ -109,15 +109,15 @@ function source.of_function(call, base)
   return record
 end
 
---- Where a function begins that a configuration names; nil where it names none.
----@param chosen any a fitness, selection or supervisor as config.json has it
+--- Where a function of a configuration begins; nil if it is not a function.
+---@param chosen any a fitness, selection or supervisor of config.json
 ---@return string|nil place FILE:LINE
 function source.place(chosen)
   local own = type(chosen) == "table" and chosen["function"]
   return own and ("%s:%d"):format(own.file, own.first_line) or nil
 end
 
---- A value with every function in it replaced by its record, so that it can be written as JSON.
+--- A copy of a value with every function replaced by its record, so that it can be written as JSON.
 ---@param value any
 ---@param base string|nil
 ---@return any
@@ -126,8 +126,8 @@ function source.describe(value, base)
   if type(value) ~= "table" then return value end
   local copy = {}
   for key, entry in pairs(value) do copy[key] = source.describe(entry, base) end
-  -- JSON has no table that is list and fields at once: { "tournament", size = 3 } becomes { name =
-  -- "tournament", size = 3 }
+  -- a JSON object cannot be a list too: { "tournament", size = 3 } becomes { name = "tournament",
+  -- size = 3 }
   if #copy > 0 and next(copy, #copy) ~= nil and type(copy[1]) == "string" then
     copy.name = table.remove(copy, 1)
   end
@@ -143,13 +143,13 @@ local function add_functions(value, add)
   end
 end
 
---- The script files that an experiment is made of: its own, those of its functions, and the modules
---- loaded from its folder. Sorted, absolute, files of limax itself left out.
+--- The script files of an experiment: its own, those of its functions, and the modules loaded from
+--- its folder. Sorted, absolute, without files of limax itself.
 ---@param origin string|nil the experiment's file
----@param given table what was handed to limax.experiment
----@param named? string[] absolute paths of others, those that do not exist left out
+---@param fields table the argument of limax.experiment
+---@param named? string[] absolute paths of more files, if they exist
 ---@return string[]
-function source.scripts(origin, given, named)
+function source.scripts(origin, fields, named)
   local seen, list = {}, {}
   local function add(path)
     if seen[path] or is_library(path) or host.file.exists(path) ~= "file" then return end
@@ -164,7 +164,7 @@ function source.scripts(origin, given, named)
       if path then add(host.file.absolute(path)) end
     end
   end
-  add_functions(given, add)
+  add_functions(fields, add)
   for _, path in ipairs(named or {}) do add(path) end
   table.sort(list)
   return list

@@ -1,5 +1,5 @@
---- terminal.lua: text for terminals: colours where they are wanted, widths that know what is
---- visible, and tables. Nothing here writes; every function returns text.
+--- terminal.lua: text for terminals: colours, visible widths and tables. Every function returns
+--- text and writes nothing.
 
 local host = require "limax.host"
 
@@ -10,7 +10,7 @@ local terminal = {}
 ---@field ascii boolean nothing beyond ASCII
 ---@field width integer columns
 
---- What this process's standard output can show; fields given in `wish` stand.
+--- The style for this process's standard output; fields of `wish` override it.
 ---@param wish? { color?: boolean, ascii?: boolean, width?: integer }
 ---@return limax.terminal.style
 function terminal.style(wish)
@@ -19,12 +19,12 @@ function terminal.style(wish)
   local style = { color = wish.color, ascii = wish.ascii, width = wish.width }
   if style.color == nil then style.color = facts.stdout and facts.color end
   if style.ascii == nil then style.ascii = os.getenv "TERM" == "dumb" end
-  local known = facts.stdout and facts.columns and facts.columns > 0
-  if not style.width or style.width < 1 then style.width = known and facts.columns or 80 end
+  local has_width = facts.stdout and facts.columns and facts.columns > 0
+  if not style.width or style.width < 1 then style.width = has_width and facts.columns or 80 end
   return style
 end
 
---- Columns that a text takes: escape sequences take none, a UTF-8 letter takes one.
+--- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
 ---@param text string
 ---@return integer
 function terminal.width(text)
@@ -33,17 +33,17 @@ function terminal.width(text)
   return #visible - continuation
 end
 
---- A text filled up to `width` columns.
+--- A text padded to `width` columns.
 ---@param text string
 ---@param width integer
----@param right? boolean at the right end
+---@param right? boolean align at the right
 ---@return string
 function terminal.pad(text, width, right)
   local fill = (" "):rep(width - terminal.width(text))
   return right and fill .. text or text .. fill
 end
 
---- A text in one of the 256 colours, or as it is where there are none.
+--- A text in one of the 256 colours, or plain.
 ---@param text string
 ---@param code integer
 ---@param style limax.terminal.style
@@ -64,7 +64,7 @@ function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\
 
 -- ---- tables -------------------------------------------------------------------------------------
 
---- A table with a head: numbers stand at the right, words at the left, two blanks between columns.
+--- A table with a head: numbers aligned right, words left, two blanks between columns.
 ---@param head string[]
 ---@param rows (string|number)[][] numbers show as %.4g
 ---@param style limax.terminal.style
@@ -78,7 +78,7 @@ function terminal.table(head, rows, style)
       local value = row[c]
       if value == nil then value = "" end
       texts[r][c] = type(value) == "number" and ("%.4g"):format(value) or tostring(value)
-      -- a column of words stands left; a dash or nothing says nothing about it
+      -- a dash or an empty cell does not make a column one of words
       if type(value) ~= "number" and value ~= "" and value ~= "-" then
         right[c] = tonumber(value) ~= nil and right[c]
       end

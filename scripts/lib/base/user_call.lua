@@ -1,16 +1,15 @@
---- user_call.lua: calls of a user's own functions that may not hold up a run: supervisors and the
---- contexts of prompts. They run in the main state, with all that it can do; what they throw is
---- caught, and one that does not come back is stopped.
+--- user_call.lua: calls of user functions that must not stop a run: supervisors and the contexts of
+--- prompts. Errors are caught, and a function that runs too long is stopped.
 
 local failure = require "limax.base.failure"
 
 local user_call = {}
 
---- Seconds until such a function is stopped: a thousand times what a supervisor takes that looks
---- through a history.
+--- Seconds until such a function is stopped: a thousand times what a supervisor needs to read a
+--- history.
 user_call.SECONDS = 5
 
---- Calls a function as `failure.attempt` does.
+--- Calls a function like `failure.attempt`.
 ---@param call function
 ---@param ... any
 ---@return boolean ok

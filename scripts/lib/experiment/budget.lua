@@ -1,11 +1,11 @@
---- budget.lua: when a repetition ends: after its last generation, or before the one that its budget
---- of evaluations may not hold. An evaluation is a robot simulated for its score; an elite that
---- keeps its score is none.
+--- budget.lua: when a repetition ends: after its last generation, or before the one that might
+--- exceed its budget of evaluations. An evaluation is a robot simulated for its score; an elite
+--- that keeps its score does not count.
 
 local budget = {}
 
---- May another generation be bred? A whole population must fit in what is left, whatever the share
---- of elites, so that the answer is known before a supervisor is asked.
+--- May another generation be bred? A whole population must fit in the rest of the budget, whatever
+--- the share of elites, so that the answer does not depend on the supervisor.
 ---@param config table of the experiment
 ---@param generations integer scored so far
 ---@param evaluations integer spent on them
@@ -15,13 +15,13 @@ function budget.allows_another(config, generations, evaluations)
   return not config.evaluations or evaluations + config.population <= config.evaluations
 end
 
---- The most generations that a repetition can take: with the largest share of elites, whose scores
---- all stand.
+--- The largest possible number of generations of a repetition: with the largest share of elites,
+--- all of which keep their scores.
 ---@param config table
 ---@return integer
 function budget.most_generations(config)
   if not config.evaluations then return config.generations end
-  -- the table of supervision binds the share by a half, a breeding of a script's own by one robot
+  -- supervision limits the share to a half; a script that breeds itself leaves at least one robot
   local least = math.max(1, config.population
     - math.max(math.ceil(config.population / 2),
       math.floor(config.breeding.elite_fraction * config.population + 0.5)))

@@ -20,8 +20,8 @@ local source = require "limax.base.source"
 ---@field fitness { name: string, call: function, record: table } as resolved
 ---@field selection fun(population: table, random: table): integer, integer as resolved
 ---@field supervisor { name: string, call: function } as resolved
----@field notes string[] what the resolution changed and a user should know
----@field scripts string[] absolute paths of the script files that it is made of
+---@field notes string[] for the user: what was changed, and what is probably unintended
+---@field scripts string[] absolute paths of its script files
 ---@field origin string|nil absolute path of the file that made it
 local Experiment = {}
 Experiment.__index = Experiment
@@ -48,18 +48,18 @@ local function with(rules, more)
 end
 
 -- Checked later, by the part of the library that it names.
-local function anything(given) return given end
+local function anything(value) return value end
 
--- An experiment may narrow what a proposal reaches: `ranges = { mutation_rate = { 0.01, 0.2 } }`.
-local function ranges(given, path)
-  if given == nil then return nil end
+-- An experiment may narrow the ranges of proposals: `ranges = { mutation_rate = { 0.01, 0.2 } }`.
+local function ranges(value, path)
+  if value == nil then return nil end
   local rules, limits = {}, {}
   for _, limit in ipairs(ledger.limits(fields.experiment.population.maximum)) do
     limits[#limits + 1] = limit
     rules[limit.field] = schema.list(schema.number { unit = "" },
       { count = 2, expected = "a list { least, most }" })
   end
-  local result, message = schema.fields(rules)(given, path)
+  local result, message = schema.fields(rules)(value, path)
   if not result then return nil, message end
   for _, limit in ipairs(limits) do
     local range = result[limit.field]
@@ -102,8 +102,7 @@ local rules = schema.fields {
 
 -- ---- resolution ---------------------------------------------------------------------------------
 
--- Calls a piece of the library on a user's value; its complaint becomes ours, under the field's
--- name.
+-- Calls a piece of the library on a user's value; returns its error under the field's name.
 local function resolved(field, call, value)
   local ok, result = failure.attempt(call, value)
   if ok then return result end
@@ -131,18 +130,14 @@ local function default_name(given, origin)
   return (name:gsub("^[^%w]", "x"))
 end
 
--- What a script said of selection or supervisor; false is as good as silence.
-local function chosen(given, default) return given or default end
-
 -- The named parts of the library: fitness, selection, supervisor.
 local function resolve_parts(given)
-  -- asked for here: these modules stand on neighbours of this one
   local fitness, wrong_fitness =
     resolved("fitness", require("limax.fitness").get, given.fitness)
   local selection, wrong_selection = resolved("selection", require("limax.selection").get,
-    chosen(given.selection, defaults.selection))
+    given.selection or defaults.selection)
   local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
-    chosen(given.supervisor, defaults.supervisor))
+    given.supervisor or defaults.supervisor)
   local message = wrong_fitness or wrong_selection or wrong_supervisor
   if message then return nil, message end
   return { fitness = fitness, selection = selection, supervisor = supervisor }
@@ -155,7 +150,7 @@ local function named_scripts(given, base)
   return { host.file.absolute(source.beside(parser, base)) }
 end
 
--- Turns what a script gave into an experiment; `nil, message` on the first thing that is wrong.
+-- Makes an experiment of a script's table; `nil, message` for the first error.
 local function resolve(given, origin)
   if type(given) ~= "table" then
     return nil, "limax.experiment: expected a table, got " .. schema.show(given)
@@ -187,8 +182,7 @@ local function resolve(given, origin)
   if given.record == nil then
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
   end
-  -- what a fitness of the library reads is recorded without being asked for; a rate that is stated
-  -- stands
+  -- what a fitness of the library reads is recorded unless the script sets another rate
   for kind, rate in pairs(parts.fitness.record or {}) do
     if config.record[kind] == 0 then config.record[kind] = rate end
   end
@@ -204,8 +198,8 @@ local function resolve(given, origin)
   config.schema = "limax.config/1"
   config.name = config.name or default_name(given, origin)
   config.fitness = source.describe(given.fitness, base)
-  config.selection = source.describe(chosen(given.selection, defaults.selection), base)
-  config.supervisor = source.describe(chosen(given.supervisor, defaults.supervisor), base)
+  config.selection = source.describe(given.selection or defaults.selection, base)
+  config.supervisor = source.describe(given.supervisor or defaults.supervisor, base)
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
@@ -216,8 +210,8 @@ end
 
 -- ---- the module ---------------------------------------------------------------------------------
 
---- Checks and resolves an experiment. Whatever is wrong raises at the caller's line, with exit
---- status 2. Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
+--- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
+--- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
 --- supervisor, supervision, not_in_paper.
 ---@param given table
@@ -235,15 +229,15 @@ end
 ---@return boolean
 function experiment.is(value) return getmetatable(value) == Experiment end
 
--- The values that fields have where the script says nothing, with those of effects that the scene
--- lacks: a path into a list changes one of its numbers.
+-- The resolved values, with defaults for effects that the scene lacks: an override may change one
+-- number of a list.
 local function resolved_lists(config)
   local lists = source.copy(config)
   for _, effect in ipairs(engine.effects()) do
     local own = lists.scene[effect.name] or {}
     lists.scene[effect.name] = own
     for _, field in ipairs(effect.fields) do
-      -- of an effect that may be there several times, the first: it may be written without a list
+      -- the first of an effect that a scene may have several times
       local first = type(own[1]) == "table" and own[1][field.name]
       if field.components > 1 then own[field.name] = own[field.name] or first or field.value end
     end
@@ -263,7 +257,7 @@ function Experiment:override(changes)
   if #changes == 0 then return self end
   local list, message = overrides.parse_all(changes)
   local given = source.copy(self.given)
-  -- fields whose default is a whole: a path into one changes it and does not begin an empty one
+  -- fields whose default is a table: an override changes a part of it
   local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
     supervisor = defaults.supervisor }
   for name, value in pairs(whole) do

@@ -7,7 +7,7 @@ local schema = require "limax.engine.schema"
 
 local fitness = {}
 
--- m/s^2: only normalises `efficiency`, so that the number means the same in every scene.
+-- m/s^2; only normalises `efficiency`
 local standard_gravity = 9.81
 
 local idle_power = { value = 0.1, unit = "W/kg", minimum = 0, maximum = 1000,
@@ -73,8 +73,8 @@ fitness.entries = {
   },
 }
 
---- Twice the horizontal distance of the run's second half, m, so that falling over or one jump is
---- no gait. With `axis`, its signed part along x, y or z.
+--- Twice the horizontal distance of the run's second half, m, so that falling over or one jump does
+--- not count. With `axis`, its signed part along x, y or z.
 ---@param robot limax.scored_robot
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number
@@ -82,8 +82,8 @@ function fitness.walk(robot, options)
   return 2 * robot:distance { from = "middle", axis = options and options.axis }
 end
 
---- Twice the horizontal way of the scene's block in the run's second half, m, so that falling
---- against it once is not enough. With `axis`, its signed part along x, y or z.
+--- Twice the horizontal displacement of the scene's block in the run's second half, m, so that
+--- falling against it once does not count. With `axis`, its signed part along x, y or z.
 ---@param robot limax.scored_robot
 ---@param options? { axis?: "x"|"y"|"z" }
 ---@return number
@@ -135,9 +135,8 @@ end
 ---@return number
 function fitness.height(robot) return robot:height() end
 
---- Weight times distance for each joule that the muscles put in: the inverse of a cost of
---- transport, 1. Being alive costs `idle_power` too, else a body that hardly moves divides two tiny
---- numbers.
+--- Weight times distance per joule of the muscles: the inverse of a cost of transport, 1. The cost
+--- includes `idle_power`, else a body that hardly moves divides two tiny numbers.
 ---@param robot limax.scored_robot
 ---@param options? { idle_power?: number } W/kg
 ---@return number
@@ -149,8 +148,7 @@ function fitness.efficiency(robot, options)
   return paid > 0 and gained / paid or 0
 end
 
---- Distance over the length of the path, 0 to 1. Trembling in place has no direction: below
---- `least_path` it is 0.
+--- Distance over the length of the path, 0 to 1; 0 for paths below `least_path`.
 ---@param robot limax.scored_robot
 ---@param options? { least_path?: number } m
 ---@return number
@@ -167,7 +165,7 @@ end
 ---@field options table resolved options of a library fitness
 
 --- The fitness that an experiment names: a library name, { name, option = value }, or a function,
---- which says itself through the experiment's `record` what it reads.
+--- whose traces the experiment lists in `record`.
 ---@param spec string|table|fun(robot: limax.scored_robot): number, number[]?
 ---@return limax.fitness
 function fitness.get(spec)

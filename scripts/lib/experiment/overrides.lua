@@ -1,7 +1,7 @@
 --- overrides.lua: `--set path=value`, which changes any field of an experiment before it is
---- checked. Paths are field names joined by dots (`scene.actuation.frequency`, `lattice.3`), a
---- material is named by its name or letter (`materials.bone.stiffness`); values are JSON where they
---- parse as JSON, else text.
+--- checked. Paths are field names joined by dots (`scene.actuation.frequency`, `lattice.3`),
+--- materials are named by name or letter (`materials.bone.stiffness`); values are JSON if they
+--- parse, else text.
 
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
@@ -46,7 +46,7 @@ function overrides.parse_all(texts)
   return list
 end
 
--- JSON's null inside a value: an absent field.
+-- JSON's null inside a value is an absent field.
 local function without_null(value)
   if value == host.json.null then return nil end
   if type(value) ~= "table" then return value end
@@ -55,9 +55,9 @@ local function without_null(value)
   return copy
 end
 
--- The table at `key` of `holder` that a longer path enters. A switch becomes its table (`actuation
--- = true`), a name the table that names it (`selection = "tournament"`), and an absent list begins
--- with the numbers that it has without the change.
+-- The table at `key` of `holder` that a longer path enters. A switch becomes a table (`actuation =
+-- true`), a name the table that names it (`selection = "tournament"`), and an absent list starts
+-- with its resolved numbers.
 local function entered(holder, key, resolved)
   local value = holder[key]
   if type(value) ~= "table" then
@@ -76,7 +76,7 @@ local of_table = { schema = true, name = true, note = true, fields = true, mater
 local material_fields = { "name", "letter", "kind", "stiffness", "mass_per_site", "damping_ratio",
   "amplitude", "phase", "stiffness_floor" }
 
--- A path into a table of materials: the name or letter of a material becomes its place in the list.
+-- A path into a table of materials: the name or letter of a material becomes its index.
 local function material_path(materials, path)
   if of_table[path[2]] or type(materials.materials) ~= "table" then return path end
   local names, found = {}, nil
@@ -88,9 +88,9 @@ local function material_path(materials, path)
     return nil, ("materials: there is no material %q%s"):format(path[2],
       suggest.ending(path[2], names))
   end
-  local field, known = path[3], false
-  for _, name in ipairs(material_fields) do known = known or name == field end
-  if field and not known then
+  local field, is_known = path[3], false
+  for _, name in ipairs(material_fields) do is_known = is_known or name == field end
+  if field and not is_known then
     return nil, ("materials.%s.%s: unknown field%s"):format(path[2], field,
       suggest.ending(field, material_fields))
   end

@@ -1,6 +1,6 @@
---- selection.lua: the library of selection schemes. A scheme picks two parents for one offspring:
---- (population, random) -> i, j, two independent picks. It reads `population.ranked`, indices best
---- first, so a robot without a fitness is never chosen.
+--- selection.lua: the library of selection schemes. A scheme picks two parents for one offspring,
+--- (population, random) -> i, j, independently. It reads `population.ranked`, indices best first,
+--- so a robot without a fitness is never chosen.
 
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
@@ -10,18 +10,14 @@ local selection = {}
 
 ---@alias limax.selection.scheme fun(population: table, random: table): integer, integer
 
--- What a scheme works out once for a scored population. `ranked` is a new table each time that a
+-- Caches what a scheme computes for a scored population. `ranked` is a new table each time that a
 -- population is scored.
-local function remembered(work)
-  local known = setmetatable({}, { __mode = "k" })
+local function cached(work)
+  local cache = setmetatable({}, { __mode = "k" })
   return function(population)
     local ranked = population.ranked
-    local found = known[ranked]
-    if not found then
-      found = work(population, ranked)
-      known[ranked] = found
-    end
-    return found
+    if cache[ranked] == nil then cache[ranked] = work(population, ranked) end
+    return cache[ranked]
   end
 end
 
@@ -64,7 +60,7 @@ end
 ---@type table<string, limax.selection.entry>
 selection.entries = {}
 
---- truncation: each of the best share of the robots, one at least, with equal chances.
+--- truncation: each of the best share of the robots, at least one, with equal chances.
 selection.entries.truncation = {
   options = { share = schema.number { value = 0.5, unit = "of the scored robots", above = 0,
     maximum = 1, note = "half keeps pressure and variety" } },
@@ -95,7 +91,7 @@ selection.entries.rank = {
   options = { pressure = schema.number { value = 1.8, unit = "mean chances, of the best robot",
     minimum = 1, maximum = 2, note = "near the steepest line; the worst still has a chance" } },
   make = function(options)
-    local sums_of = remembered(function(_, ranked)
+    local sums_of = cached(function(_, ranked)
       local sums, sum, n = {}, 0, #ranked
       local fall = n > 1 and 2 * (options.pressure - 1) / (n - 1) or 0
       for r = 1, n do
@@ -115,7 +111,7 @@ selection.entries.rank = {
 selection.entries.roulette = {
   options = {},
   make = function()
-    local sums_of = remembered(function(population, ranked)
+    local sums_of = cached(function(population, ranked)
       local worst = population[ranked[#ranked]].fitness
       local shift = worst < 0 and -worst or 0
       local sums, sum = {}, 0
@@ -164,7 +160,7 @@ local function check_cases(population, ranked)
   return count
 end
 
--- By how much a robot may fall behind the best in each case.
+-- By how much a robot may be worse than the best in each case.
 local function tolerances(population, ranked, epsilon)
   local count = check_cases(population, ranked)
   local tolerance = {}
@@ -189,7 +185,7 @@ selection.entries.lexicase = {
   options = { epsilon = schema.word_or_number("mad", { unit = "the cases' own", minimum = 0,
     maximum = math.huge }) },
   make = function(options)
-    local tolerance_of = remembered(function(population, ranked)
+    local tolerance_of = cached(function(population, ranked)
       return tolerances(population, ranked, options.epsilon or 0)
     end)
     return twice(function(population, random, ranked)
@@ -215,8 +211,7 @@ selection.entries.lexicase = {
   end,
 }
 
---- The scheme that an experiment names: a name, { name, option = value }, or a function, which is
---- taken as it is.
+--- The scheme that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.selection.scheme
 ---@return limax.selection.scheme
 ---@return string name a library name, or "function"

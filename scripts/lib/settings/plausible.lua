@@ -1,10 +1,10 @@
---- plausible.lua: what an experiment may say and hardly means: other units, another sign. Each is
---- said once, before the first generation; nothing is refused. SI units.
+--- plausible.lua: settings of an experiment that are valid but probably unintended, such as wrong
+--- units or signs. Each gives one note before the first generation. SI units.
 
 local plausible = {}
 
--- A spring that one site's weight shortens by more of its length is no body any more: a quarter is
--- what the paper's muscles do.
+-- Largest share of its length by which one site's weight may shorten a spring: a quarter, as the
+-- paper's muscles do.
 local MOST_SAG = 0.25
 
 -- Gravity that lifts bodies off the ground.
@@ -15,7 +15,7 @@ local function upwards(scene)
     .. " bodies fly off"):format(up)
 end
 
--- Bodies that cannot bear a single site of their own.
+-- Bodies that collapse under their own weight.
 local function collapse(config)
   local gravity = config.scene.gravity
   if not gravity then return nil end
@@ -32,7 +32,7 @@ local function collapse(config)
     softest.stiffness, most)
 end
 
--- A fall that is longer than the run.
+-- A fall that takes longer than the run.
 local function falling(config)
   local scene, simulation = config.scene, config.simulation
   local down = scene.gravity and -scene.gravity.acceleration[3] or 0
@@ -45,7 +45,7 @@ local function falling(config)
     .. " takes %.4g s: it never lands"):format(height, time, whole)
 end
 
---- What a user should look at again, as texts that name field, value and consequence.
+--- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 ---@return string[]
 function plausible.doubts(config)

@@ -1,5 +1,5 @@
---- scenes.lua: ready scenes, as the plain tables that an experiment's `scene` takes. Effects handed
---- over replace or remove (`false`) a scene's own: `limax.scenes.land { friction = false }`.
+--- scenes.lua: ready scenes, as plain tables for an experiment's `scene`. Effects in the argument
+--- replace or remove (`false`) those of the scene: `limax.scenes.land { friction = false }`.
 
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
@@ -36,8 +36,7 @@ end
 -- m/s^2, the engine's own default
 local standard_gravity = 9.81
 
--- Adds effects, and forces of a script's own, to a scene; `own` are the scene's further options,
--- which a misspelt name may have been meant as.
+-- Adds effects and scripted forces to a scene; `own` are the scene's options, for suggestions.
 local function merged(base, changes, what, own)
   if changes == nil then return base end
   if type(changes) ~= "table" then

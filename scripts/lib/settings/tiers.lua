@@ -1,6 +1,6 @@
---- tiers.lua: the named tiers of accuracy, and what each was measured to lose and to cost on this
---- machine. `limax bench accuracy` measures and keeps it in accuracy.json of the cache folder, by
---- processor or GPU and by build; nothing is said of what was not measured here.
+--- tiers.lua: the named tiers of accuracy, and their measured error and cost on this machine.
+--- `limax bench accuracy` stores these in accuracy.json of the cache folder, by processor or GPU
+--- and build.
 
 local defaults = require "limax.settings.defaults"
 local host = require "limax.host"
@@ -18,13 +18,13 @@ tiers.NAMES = { "preview", "evolve", "publish", "reference" }
 local PARTS = settings.of_tier
 
 ---@class limax.tiers.measured of one tier
----@field elite_regret number|nil the worst of the populations that were measured
----@field tau number|nil the least of them
----@field smooth_error number|nil m, of a body working in the air
----@field seconds_per_second number|nil wall time of a robot and simulated second, s
----@field relative_to_paper number|nil that in the paper's, symplectic Euler in fp32 at 1e-5 s
+---@field elite_regret number|nil largest over the measured populations
+---@field tau number|nil smallest over them
+---@field smooth_error number|nil m, of a moving body in the air
+---@field seconds_per_second number|nil wall time of a robot per simulated second, s
+---@field relative_to_paper number|nil that, relative to symplectic Euler in fp32 at 1e-5 s
 
---- The file of what was measured; nil where there is no cache folder.
+--- The file of measurements; nil without a cache folder.
 ---@return string|nil
 function tiers.path()
   local cache, home = os.getenv "XDG_CACHE_HOME", os.getenv "HOME"
@@ -33,9 +33,9 @@ function tiers.path()
   return nil
 end
 
---- What a measurement holds for: the model of processor or GPU, and the build. Prices are ratios,
---- so that the number of threads is no part of it.
----@param about table what the device says of itself
+--- What a measurement is valid for: the model of processor or GPU, and the build. Costs are ratios,
+--- so the number of threads does not matter.
+---@param about table the device's description
 ---@param version string of limax
 ---@param machine { compiler: string, build: string }
 ---@return string
@@ -56,7 +56,7 @@ local function content()
   return decoded
 end
 
---- What was measured for this device and build, by tier; nil where nothing was.
+--- The measurements for this device and build, by tier; nil without any.
 ---@param device limax.device
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured(device)
@@ -64,8 +64,7 @@ function tiers.measured(device)
   return type(found) == "table" and found or nil
 end
 
---- The same for a session of a run folder's environment.json, if it was measured where this is
---- read.
+--- The same for a session of a run folder's environment.json.
 ---@param session table
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured_in(session)
@@ -74,11 +73,11 @@ function tiers.measured_in(session)
   return type(found) == "table" and found or nil
 end
 
---- Keeps what was measured, beside what other devices and builds left.
+--- Stores measurements, beside those of other devices and builds.
 ---@param device limax.device
 ---@param measured table<string, limax.tiers.measured>
 ---@return string|nil path
----@return string|nil message why it is not kept
+---@return string|nil message why it was not stored
 function tiers.keep(device, measured)
   local path = tiers.path()
   if not path then return nil, "neither XDG_CACHE_HOME nor HOME names a folder" end
@@ -92,7 +91,7 @@ function tiers.keep(device, measured)
   return path
 end
 
---- The tier that a resolved `simulation` is, all of its parts; nil where a part was stated itself.
+--- The tier of a resolved `simulation`; nil if the script set a part of it.
 ---@param simulation table
 ---@return string|nil
 function tiers.of(simulation)
@@ -103,7 +102,7 @@ function tiers.of(simulation)
   return simulation.accuracy
 end
 
---- Overrides that give an experiment a tier whole: parts that its script states itself give way.
+--- Overrides that give an experiment a whole tier, also the parts that its script sets.
 ---@param name string
 ---@return string[]
 function tiers.overrides(name)
@@ -112,7 +111,7 @@ function tiers.overrides(name)
   return list
 end
 
---- What a tier is: "leapfrog, compensated, at most 0.0002 s".
+--- A tier in words: "leapfrog, compensated, at most 0.0002 s".
 ---@param name string
 ---@return string
 function tiers.describe(name)
@@ -122,7 +121,7 @@ function tiers.describe(name)
     tier.bound_fraction, most)
 end
 
---- What it loses and costs, in one line.
+--- Its error and cost, in one line.
 ---@param measured limax.tiers.measured|nil
 ---@return string
 function tiers.price(measured)
@@ -138,9 +137,9 @@ function tiers.price(measured)
   return #parts > 0 and table.concat(parts, ", ") or "not measured here: limax bench accuracy"
 end
 
---- What the sections of `limax bench accuracy` say of the tiers.
+--- The measurements of the tiers from the sections of `limax bench accuracy`.
 ---@param results table<string, { rows: table[] }> by section
----@return table<string, limax.tiers.measured>|nil nil where they say nothing
+---@return table<string, limax.tiers.measured>|nil nil without any
 function tiers.summary(results)
   local measured
   local function of(name)

@@ -50,7 +50,7 @@ views:test("refuse an index that is out of range, with the shape", function(t)
     function() return voxels[4] end)
   raises_there(t, "index 0 is out of range: this view of voxels is [2][4]",
     function() return voxels[1][0] end)
-  raises_there(t, "expected an integer from 1 to 4", function() return voxels[1][1][5] end)
+  raises_there(t, "expected a whole number from 1 to 4", function() return voxels[1][1][5] end)
   raises_there(t, "index 1.5 is out of range", function() return voxels[1][1][1.5] end)
   raises_there(t, "index -1 is out of range", function() return genome[-1] end)
   raises_there(t, "index nan is out of range", function() return genome[0 / 0] end)

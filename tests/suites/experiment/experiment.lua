@@ -1,5 +1,5 @@
---- experiment.lua: what `limax.experiment` makes of a table: defaults, tiers, rounding, overrides,
---- and one clear message for each thing that can be wrong.
+--- experiment.lua: `limax.experiment`: defaults, tiers, rounding, overrides, and one clear message
+--- for each error.
 
 local limax = require "limax"
 local defaults = require "limax.settings.defaults"
@@ -41,7 +41,7 @@ suite:test("the configuration is plain data that JSON keeps", function(t)
   t:equal(host.json.decode(host.json.encode(config)), config)
 end)
 
-suite:test("defaults state unit and reason", function(t)
+suite:test("defaults have a unit and a note", function(t)
   for group, fields in pairs(defaults.fields) do
     for name, field in pairs(fields) do
       t:ok(field.value ~= nil, group .. "." .. name .. " has no value")
@@ -64,7 +64,7 @@ suite:test("a tier is its parts, and an explicit field overrides one", function(
   t:equal({ simulation.bound_fraction, simulation.time_step_most }, { 0.9, 0 })
 end)
 
-suite:test("times are rounded up to whole samples, and it is said", function(t)
+suite:test("times are rounded up to whole samples, with a note", function(t)
   local experiment = changed { simulation = { duration = 1.01, settle = 0.5 },
     record = { center_of_mass = 50, energy = 20 } }
   -- 100 Hz is the least common multiple
@@ -106,34 +106,26 @@ suite:test("seeds: numbers, and digits beyond 2^53", function(t)
   end
 end)
 
--- field or fields -> the message that they bring
+-- fields -> their message
 local wrong = {
   { { populatoin = 3 }, 'populatoin: unknown field; did you mean "population"?' },
   { { simulation = { duratoin = 3 } }, 'simulation.duratoin: unknown field; did you mean "dur' },
   { { scene = { gravty = true } }, 'did you mean "gravity"?' },
   { { scene = { friction = true } }, "ground" },
   { { population = 1 }, "population: expected a whole number from 2 to 1000000 (robots), got 1" },
-  { { population = 0 }, "population: expected" },
   { { population = "ten" }, 'from 2 to 1000000 (robots), got "ten"' },
   { { generations = 0 }, "generations: expected a whole number from 1" },
   { { lattice = { 0, 5, 5 } }, "lattice[1]: expected a whole number from 1 (voxels), got 0" },
-  { { lattice = { 5, -1, 5 } }, "lattice[2]: expected" },
   { { lattice = -1 }, "lattice: expected a list { nx, ny, nz } of voxels, got -1" },
   { { lattice = { 5, 5 } }, "lattice: expected a list { nx, ny, nz } of voxels, got 2 entries" },
-  { { breeding = { elite_fraction = 0 } }, "breeding.elite_fraction: expected a number above 0" },
   { { breeding = { elite_fraction = 1 } }, "expected a number above 0 and below 1" },
-  { { breeding = { elite_fraction = 2 } }, "breeding.elite_fraction: expected" },
   { { breeding = { mutation_rate = 0 / 0 } }, "mutation_rate: expected a number from 0 to 1" },
   { { simulation = { time_step = 0 } }, 'time_step: expected "auto" or a number from 1e-09 to 1' },
-  { { simulation = { time_step = -1e-5 } }, "simulation.time_step: expected" },
-  { { simulation = { time_step = 0 / 0 } }, "simulation.time_step: expected" },
   { { simulation = { accuracy = "evlove" } }, 'did you mean "evolve"?' },
   { { record = { position = -1 } }, "record.position: expected a whole number from 0" },
   { { materials = "papyrus" }, "materials" },
   { { fitness = "wakl" }, 'did you mean "walk"?' },
-  { { selection = "tornament" }, 'did you mean "tournament"?' },
   { { selection = { "tournament", siez = 3 } }, 'did you mean "size"?' },
-  { { supervisor = "ruels" }, 'did you mean "rules"?' },
   { { supervision = { ranges = { mutation_rate = { 0, 1 } } } }, "narrowed, never widened" },
   { { supervision = { materials = 1 } }, "supervision.materials: expected true or false, got 1" },
   { { name = "../x" }, "name: expected a name of letters" },
@@ -168,7 +160,7 @@ suite:test("overrides change any field", function(t)
   t:equal(set("seed=18446744073709551615").seed, "18446744073709551615")
   t:equal(set("record.energy=20").record.center_of_mass, 50)
   t:equal(set("population=null").population, 30)
-  -- the experiment itself is as it was
+  -- the experiment itself does not change
   t:equal(base.config.population, 6)
 end)
 
@@ -189,7 +181,6 @@ suite:test("overrides reach numbers of lists, fields of effects and materials", 
   t:equal(stiffness(config, "expanding muscle"), 2e3)
   t:equal(config.materials.name, "paper")
   t:equal(set("simulation.position.3=1").simulation.position, { 0, 0, 1 })
-  t:equal(set("simulation.velocity.1=2").simulation.velocity, { 2, 0, 0 })
   -- a field of the tier is still the tier's
   t:equal(set("simulation.position.3=1", "simulation.accuracy=preview").simulation.precision,
     "single")
@@ -197,10 +188,6 @@ suite:test("overrides reach numbers of lists, fields of effects and materials", 
   local still = changed { scene = { gravity = false } }
   t:equal(still:override({ "scene.gravity.acceleration.1=1" }).config.scene.gravity.acceleration,
     { 1, 0, -9.81 })
-  t:equal(set("scene.friction=false").scene.friction, nil)
-  t:equal(set("breeding.mutation_rate=0.2").breeding,
-    { mutation_rate = 0.2, mutation_scale = 0.1, crossover_rate = 0.4, elite_fraction = 0.3 })
-  t:equal(set("genome.hidden.1=16").genome.hidden, { 16, 32 })
   t:equal(limax.experiment({ fitness = "walk" }):override({ "lattice.3=2" }).config.lattice,
     { 5, 5, 2 })
   t:equal(set("supervision.ranges.mutation_rate.2=0.3").supervision.ranges.mutation_rate,
@@ -216,15 +203,11 @@ local wrong_overrides = {
   { "simulation.positon.3=1", 'did you mean "position"?' },
   { "simulation.position.4=1", "expected a list { x, y, z } in m, got 4 entries" },
   { "scene.gravity.aceleration.1=1", 'did you mean "acceleration"?' },
-  { "scene.gravty.acceleration.1=1", 'did you mean "gravity"?' },
-  { "scene.frction=false", 'did you mean "friction"?' },
-  { "breeding.mutaton_rate=0.2", 'did you mean "mutation_rate"?' },
-  { "genome.hiden.1=16", 'did you mean "hidden"?' },
   { "latice.3=2", 'did you mean "lattice"?' },
   { "fitness.axs=x", 'did you mean "axis"?' },
 }
 
-suite:test("an override of what is not there says once what was meant", function(t)
+suite:test("an override of an unknown field suggests a known one", function(t)
   local base = changed {}
   for _, case in ipairs(wrong_overrides) do
     local message = t:raises(case[2], function() base:override { case[1] } end)
@@ -240,20 +223,15 @@ suite:test("overrides that cannot be applied", function(t)
   local base = changed {}
   t:raises("expected path=value", function() base:override { "population" } end)
   t:raises("has an empty step", function() base:override { "scene..x=1" } end)
-  t:raises('did you mean "population"?', function() base:override { "populaton=3" } end)
   t:raises("population has no fields", function() base:override { "population.size=3" } end)
-  t:raises("population: expected", function() base:override { "population=ten" } end)
-  t:raises("simulation.time_step: expected", function()
-    base:override { "simulation.time_step=NaN" }
-  end)
 end)
 
-suite:test("friction that is weaker at rest is said", function(t)
+suite:test("static friction below kinetic gives a note", function(t)
   local experiment = changed { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
   t:ok(experiment.notes[1]:find "static 0.6 is below kinetic 1")
 end)
 
-suite:test("what is legal and hardly meant is said, with its consequence", function(t)
+suite:test("valid but probably unintended settings give a note", function(t)
   local function doubt(fields)
     local notes = changed(fields).notes
     t:ok(#notes <= 1, table.concat(notes, "\n"))

@@ -8,7 +8,6 @@ local defaults = require "limax.settings.defaults"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local host = require "limax.host"
 local limax = require "limax"
-local page = require "limax.tools.reference.page"
 local process = require "support.process"
 local source = require "limax.base.source"
 local stub = require "limax.tools.reference.stub"
@@ -148,9 +147,12 @@ suite:test("words that a comment lists are those that the code takes", function(
   for word in types.accuracy:gmatch '"(%w+)"' do t:ok(defaults.tiers[word], word) end
 end)
 
-suite:test("the reference page is up to date", function(t)
-  t:ok(source.read(host.home .. "/" .. page.path) == page.text(),
-    page.path .. " is out of date: run limax scripts/dev/reference.lua")
+suite:test("the generated pages are up to date", function(t)
+  for _, name in ipairs { "page", "run_folder" } do
+    local made = require("limax.tools.reference." .. name)
+    t:ok(source.read(host.home .. "/" .. made.path) == made.text(),
+      made.path .. " is out of date: run limax scripts/dev/reference.lua")
+  end
 end)
 
 suite:test("the stub for editors is Lua, and every type in it is defined", function(t)

@@ -211,19 +211,11 @@ suite:test("units on the page are those of the program", function(t)
     t:ok(field.unit == unit, ("%s: %s on %s, %s in the program"):format(path, field.unit, PAGE,
       unit))
   end
-  for _, effect in ipairs(engine.effects()) do
-    for _, field in ipairs(effect.fields) do
-      check(("scene.%s.%s"):format(effect.name, field.name), field.unit)
-    end
-  end
-  for _, group in ipairs { "experiment", "genome", "simulation", "breeding", "supervision" } do
+  for _, group in ipairs { "experiment", "genome", "breeding", "supervision" } do
     local fields = defaults.fields[group]
     for _, name in ipairs(choice.sorted_keys(fields)) do
       check(group == "experiment" and name or group .. "." .. name, fields[name].unit)
     end
-  end
-  for _, kind in ipairs(defaults.traces) do
-    check("record." .. kind, defaults.fields.record.rate.unit)
   end
   local materials = engine.materials "paper"
   for _, name in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase",
