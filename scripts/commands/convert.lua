@@ -6,6 +6,7 @@ local formats = require "limax.tools.convert.formats"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
 local robots = require "limax.tools.convert.robots"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
@@ -46,7 +47,7 @@ What a format cannot hold is printed. Nothing is overwritten without --force.]],
 -- Refuses options that do not apply to these files.
 local function check_options(from, format, arguments)
   local applies = format.options or {}
-  local of_champion = robots.is_run(from) and not format.of_run
+  local of_champion = runs.is_folder(from) and not format.of_run
   for _, each in ipairs {
     { "edge", arguments.edge, applies.edge, "a .stl, .obj or .3mf" },
     { "record", arguments.record[1], applies.record, "a .pvd or .npz" },
@@ -60,7 +61,7 @@ local function check_options(from, format, arguments)
 end
 
 local function read(from, arguments, notes)
-  local path = robots.is_run(from) and robots.champion(from, arguments) or from
+  local path = runs.is_folder(from) and robots.champion(from, arguments) or from
   local format, endings = formats.find(path, "read")
   if not format then
     input.refuse(path, "its ending names no format; expected %s or a run folder",
@@ -96,7 +97,7 @@ function command.run(arguments)
   local job = { from = from, to = to, arguments = arguments, notes = {} }
   if not format.of_run then
     job.robot = read(from, arguments, job.notes)
-  elseif not robots.is_run(from) then
+  elseif not runs.is_folder(from) then
     input.refuse(from, "is not a run folder, which a .%s needs", format.ending)
   end
   local files = format.write(job)

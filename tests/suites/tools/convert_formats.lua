@@ -296,20 +296,11 @@ suite:test("a run folder is read as its champion", function(t)
   refused(t, folder, { "run", "x.stl", "--repetition", "3" }, "repetition 3 has no champion")
 end)
 
-suite:test("damaged lines of a run are refused", function(t)
+suite:test("a run without a generation is refused", function(t)
   local folder = t:folder()
   assert(host.file.mkdir(folder .. "/run"))
-  write(folder .. "/run/config.json", "{}")
-  local good = '{"repetition": 1, "generation": 0, "best": 1}\n'
-  for _, each in ipairs {
-    { '{"repetition": 1, "generation": -1}\n', good, "metrics.jsonl: line 1: expected an object" },
-    { good, good .. '{"a": 1}\n', "timing.jsonl: line 2: expected an object" },
-    { "", "", "metrics.jsonl: holds no generation yet" },
-  } do
-    write(folder .. "/run/metrics.jsonl", each[1])
-    write(folder .. "/run/timing.jsonl", each[2])
-    refused(t, folder, { "run", "b.tensorboard" }, each[3])
-  end
+  write(folder .. "/run/config.json", '{"schema": "limax.config/1"}')
+  refused(t, folder, { "run", "b.tensorboard" }, "run: no generation has been scored yet")
 end)
 
 -- ---- losses -------------------------------------------------------------------------------------

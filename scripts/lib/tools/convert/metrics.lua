@@ -1,66 +1,38 @@
---- metrics.lua: metrics.jsonl of a run as rows of plain values: `quantiles.q10` is the field q10 of
+--- metrics.lua: the metrics of a run as rows of plain values: `quantiles.q10` is the field q10 of
 --- the object quantiles.
 
 local choice = require "limax.base.choice"
 local csv = require "limax.base.csv"
+local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
-local input = require "limax.tools.convert.input"
+local runs = require "limax.tools.report.runs"
 local timestamp = require "limax.base.timestamp"
 
 local metrics = {}
-
-local function is_count(value)
-  return type(value) == "number" and value >= 0 and value == math.floor(value)
-end
-
--- The lines of a file of a run folder, decoded.
-local function lines_of(path)
-  local list = {}
-  for line in input.read(path):gmatch "[^\n]+" do
-    local value = host.json.decode(line)
-    if type(value) ~= "table" or not is_count(value.repetition)
-      or not is_count(value.generation) then
-      input.refuse(path, "line %d: expected an object of a repetition and a generation", #list + 1)
-    end
-    list[#list + 1] = value
-  end
-  if #list == 0 then input.refuse(path, "holds no generation yet") end
-  return list
-end
 
 local function plain(value)
   if type(value) ~= "table" and value ~= host.json.null then return value end
 end
 
---- The rows of a run, in the order of its file.
+--- The rows of a run: repetition by repetition, generation by generation.
 ---@param folder string
 ---@return table<string, any>[] rows by name of column
 ---@return string[] names repetition and generation, then the others sorted
+---@return number[] times when each generation ended, seconds since 1970, 0 if unknown
 function metrics.read(folder)
-  local rows, seen = {}, {}
-  for i, line in ipairs(lines_of(folder .. "/metrics.jsonl")) do
-    line.schema = nil
-    rows[i] = flat.add(line, "", {}, plain)
-    for name in pairs(rows[i]) do seen[name] = true end
+  local rows, seen, times = {}, {}, {}
+  for _, run in ipairs(runs.read(folder).runs) do
+    for k, line in ipairs(run.lines) do
+      rows[#rows + 1] = flat.add(line, "", {}, plain)
+      rows[#rows].schema = nil
+      for name in pairs(rows[#rows]) do seen[name] = true end
+      times[#rows] = timestamp.seconds((run.timing[k] or {}).ended) or 0
+    end
   end
+  if #rows == 0 then failure.raise(2, folder .. ": no generation has been scored yet") end
   seen.repetition, seen.generation = nil, nil
-  local names = choice.sorted_keys(seen)
-  table.insert(names, 1, "generation")
-  table.insert(names, 1, "repetition")
-  return rows, names
-end
-
---- When each generation ended, seconds since 1970: [repetition][generation].
----@param folder string
----@return table<integer, table<integer, number>>
-function metrics.times(folder)
-  local times = {}
-  for _, line in ipairs(lines_of(folder .. "/timing.jsonl")) do
-    times[line.repetition] = times[line.repetition] or {}
-    times[line.repetition][line.generation] = timestamp.seconds(line.ended) or 0
-  end
-  return times
+  return rows, { "repetition", "generation", unpack(choice.sorted_keys(seen)) }, times
 end
 
 --- The metrics of a run as CSV (RFC 4180). Missing values are empty.

@@ -10,7 +10,7 @@ local host = require "limax.host"
 local input = require "limax.tools.convert.input"
 local robot = require "limax.robot.robot"
 local robot_file = require "limax.robot.robot_file"
-local run_folder = require "limax.run.run_folder"
+local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
 
 local robots = {}
@@ -32,28 +32,22 @@ function robots.read_json(path, _, notes)
   return description
 end
 
----@param path string
----@return boolean
-function robots.is_run(path)
-  return host.file.exists(path) == "folder" and run_folder.is_run(path)
-end
-
 --- The file of a champion, of the last generation if none is named.
 ---@param folder string of a run
 ---@param options { repetition?: integer, generation?: integer }
 ---@return string path
 function robots.champion(folder, options)
-  local repetition, generation = options.repetition or 1, options.generation
-  local names = host.file.list(("%s/r%02d/champions"):format(folder, repetition)) or {}
-  if #names == 0 then input.refuse(folder, "repetition %d has no champion", repetition) end
-  local last = tonumber(names[#names]:match "%d+")
-  local path = ("%s/%s"):format(folder,
-    run_folder.place(repetition, "champions", generation or last, ".json"))
-  if host.file.exists(path) ~= "file" then
-    input.refuse(folder, "generation %d of repetition %d has no champion; expected 0 to %d",
-      generation, repetition, last)
+  local repetition = options.repetition or 1
+  for _, run in ipairs(runs.read(folder).runs) do
+    local last = #run.lines - 1
+    local line = run.lines[(options.generation or last) + 1]
+    if run.repetition == repetition and line then return runs.champion(run, line) end
+    if run.repetition == repetition then
+      input.refuse(folder, "generation %d of repetition %d has no champion; expected 0 to %d",
+        options.generation, repetition, last)
+    end
   end
-  return path
+  input.refuse(folder, "repetition %d has no champion", repetition)
 end
 
 --- A robot of a description, checked.

@@ -83,11 +83,10 @@ end
 ---@param notes string[] receives what they cannot carry
 ---@return { [1]: string, [2]: string }[] path and bytes of each file
 function tensorboard.files(folder, to, notes)
-  local rows, names = metrics.read(folder)
-  local times, events, files, skipped = metrics.times(folder), {}, {}, {}
-  for _, row in ipairs(rows) do
-    local repetition = row.repetition
-    local time = (times[repetition] or {})[row.generation] or 0
+  local rows, names, times = metrics.read(folder)
+  local events, files, skipped = {}, {}, {}
+  for i, row in ipairs(rows) do
+    local repetition, time = row.repetition, times[i]
     if not events[repetition] then
       events[repetition] = { event(time, field(3, LENGTH, "brain.Event:2")) }
       files[#files + 1] = { ("%s/r%02d/events.out.tfevents.0000000000.limax"):format(to,

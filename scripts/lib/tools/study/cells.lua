@@ -8,6 +8,7 @@ local model_arms = require "limax.tools.study.model_arms"
 local resume = require "limax.run.resume"
 local run_configuration = require "limax.run.run_configuration"
 local run_folder = require "limax.run.run_folder"
+local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 
 local cells = {}
@@ -21,22 +22,14 @@ local cells = {}
 ---@param path string
 ---@return boolean
 function cells.is_done(path)
-  local text = source.read(path .. "/STATUS")
-  local status = text and host.json.decode(text)
-  return status ~= nil and status.state == "done"
+  return runs.is_folder(path) and runs.read(path).status.state == "done"
 end
 
 -- The result of a run folder with one repetition.
 local function result_of(path)
-  local text, message = source.read(path .. "/metrics.jsonl")
-  if not text then failure.raise(1, message) end
-  local result = { evaluations = 0, generations = 0 }
-  for line in text:gmatch "[^\n]+" do
-    local entry = host.json.decode(line, path)
-    result.evaluations = result.evaluations + entry.evaluations
-    result.generations = result.generations + 1
-    result.best = entry.best_standard or result.best
-  end
+  local run = runs.read(path).runs[1]
+  local result = { evaluations = run.evaluations, generations = #run.lines }
+  for _, line in ipairs(run.lines) do result.best = line.best_standard or result.best end
   return result
 end
 
