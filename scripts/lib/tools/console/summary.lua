@@ -6,7 +6,6 @@ local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local film_strip = require "limax.draw.film_strip"
-local fitness = require "limax.fitness"
 local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
@@ -89,29 +88,6 @@ end
 -- ---- showing ------------------------------------------------------------------------------------
 
 local function number(value, pattern) return value and pattern:format(value) or "-" end
-
---- Unit and description of the fitness of a configuration. A function of a script has no unit.
----@param stored any `fitness` of config.json
----@return string|nil unit
----@return string words
-function summary.fitness_words(stored)
-  local options = type(stored) == "table" and stored or {}
-  local name = options.name or stored
-  local entry = type(name) == "string" and fitness.entries[name]
-  if not entry then return nil, "a function of the script" end
-  -- "m/s; with body_lengths = true, body lengths per second"
-  local unit, condition, other = entry.unit:match "^(.-); with ([%w_]+) = true, (.*)$"
-  unit = condition and options[condition] and other or unit or entry.unit
-  local chosen = {}
-  for _, option in ipairs(schema.names(options, "fitness") or {}) do
-    if option ~= "name" then
-      chosen[#chosen + 1] = ("%s = %s"):format(option, tostring(options[option]))
-    end
-  end
-  local which = #chosen > 0 and (" (%s)"):format(table.concat(chosen, ", ")) or ""
-  return unit, ("%s%s, %s: %s"):format(name, which, unit == "1" and "no unit" or unit,
-    entry.formula)
-end
 
 -- Columns for numbers that a fitness names; more make the table wider than a terminal.
 local most_measures = 3
@@ -197,7 +173,7 @@ function summary.show(folder, options)
   write(("\n%s: %d generations of %d robots, repetition %d, seed %s\n\n"):format(
     terminal.bold(config.name, style), #lines, config.population, run.repetition, run.seed))
   if #found.runs > 1 then write(repetition_table(found.runs, style) .. "\n\n") end
-  local unit, words = summary.fitness_words(config.fitness)
+  local unit, words = runs.fitness_words(config.fitness)
   write(best_table(first, last, unit, style) .. "\n")
   write(("fitness: %s\n\n"):format(words))
   write(bodies(first, last, style) .. "\n\n")

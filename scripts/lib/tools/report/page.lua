@@ -13,7 +13,6 @@ local parameters = require "limax.tools.report.parameters"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
-local summary = require "limax.tools.console.summary"
 
 local page = {}
 
@@ -261,7 +260,7 @@ end
 function page.fitness_label(folders)
   local units, all, seen, count = {}, {}, {}, 0
   for _, folder in ipairs(folders) do
-    local unit, words = summary.fitness_words(folder.config.fitness)
+    local unit, words = runs.fitness_words(folder.config.fitness)
     unit = unit or "unit of the script"
     if #folder.runs > 0 and not seen[unit .. words] then
       seen[unit .. words], all[#all + 1] = true, words

@@ -5,10 +5,12 @@
 local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
+local fitness = require "limax.fitness"
 local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
 local run_lines = require "limax.run.run_lines"
 local robot_file = require "limax.robot.robot_file"
+local schema = require "limax.base.schema"
 local shape = require "limax.tools.report.shape"
 local source = require "limax.base.source"
 
@@ -225,6 +227,29 @@ function runs.description(run, line)
   value, message = robot_file.check(value)
   if not value then return nil, ("%s: %s"):format(path, message) end
   return value
+end
+
+--- Unit and description of the fitness of a configuration. A function of a script has no unit.
+---@param stored any `fitness` of config.json
+---@return string|nil unit
+---@return string words
+function runs.fitness_words(stored)
+  local options = type(stored) == "table" and stored or {}
+  local name = options.name or stored
+  local entry = type(name) == "string" and fitness.entries[name]
+  if not entry then return nil, "a function of the script" end
+  -- "m/s; with body_lengths = true, body lengths per second"
+  local unit, condition, other = entry.unit:match "^(.-); with ([%w_]+) = true, (.*)$"
+  unit = condition and options[condition] and other or unit or entry.unit
+  local chosen = {}
+  for _, option in ipairs(schema.names(options, "fitness") or {}) do
+    if option ~= "name" then
+      chosen[#chosen + 1] = ("%s = %s"):format(option, tostring(options[option]))
+    end
+  end
+  local which = #chosen > 0 and (" (%s)"):format(table.concat(chosen, ", ")) or ""
+  return unit, ("%s%s, %s: %s"):format(name, which, unit == "1" and "no unit" or unit,
+    entry.formula)
 end
 
 return runs
