@@ -8,7 +8,7 @@ local case = require("limax.tools.bench.hard_cases").suite "contact"
 local LAND, GRAVITY, GROUND = context.LAND, context.GRAVITY, context.GROUND
 
 case { row = 18, name = "rest on the ground", brief = true, run = function(c)
-  local run = c:run { lattice = { 5, 5, 5 }, scene = LAND, duration = 10,
+  local run = c:run { lattice = { 4, 4, 4 }, scene = LAND, duration = 8,
     materials = { b = { damping_ratio = 0.5 } }, record = { energy = 20 } }
   -- fp32 rounds positions below the ground to 1e-7 of a penetration, and forces of springs
   c:near("force of the ground", run:ground_force(), run:weight(),

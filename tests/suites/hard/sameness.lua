@@ -105,7 +105,7 @@ case { row = 57, name = "what evolution finds on ice is no defect", brief = true
   xpbd = false, -- its bodies are stiffer at a tenth of the step, and half as fast
   run = function(c)
     local experiment = limax.experiment { lattice = { 3, 3, 3 }, fitness = "walk", seed = 57,
-      population = c.full and 32 or 12, generations = c.full and 50 or 6, repetitions = 1,
+      population = c.full and 32 or 12, generations = c.full and 50 or 4, repetitions = 1,
       supervisor = "fixed", record = { energy = 200 },
       simulation = { duration = 2, settle = 0.5, time_step = "auto", bound_fraction = 0.9,
         time_step_most = 0, integrator = c.integrator, precision = c.precision },
