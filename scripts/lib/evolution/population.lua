@@ -129,6 +129,28 @@ function population.forget_score(record)
   return record
 end
 
+-- Why no robot of a generation has a score, in one line.
+local function failure_text(robots)
+  local counts, reasons = {}, {}
+  for _, record in ipairs(robots.records) do
+    local reason = ("%s: %s"):format(record.status, record.reason or "no reason")
+    if not counts[reason] then reasons[#reasons + 1] = reason end
+    counts[reason] = (counts[reason] or 0) + 1
+  end
+  table.sort(reasons)
+  for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
+  local world, advice = robots.world, ""
+  local step = world.config.simulation.time_step
+  if type(step) == "number" and step > world.first_step then
+    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
+      world.first_step)
+  elseif counts["invalid: no muscle"] == #robots then
+    advice = "; genome.require_muscle = false lets bodies without a muscle run"
+  end
+  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
+    #robots, table.concat(reasons, ", "), advice)
+end
+
 --- Scores every robot that ended well: by the experiment's fitness, or by another one. Elites and
 --- robots read from a run folder keep a valid score.
 ---@param with? string|table|fun(robot: table): number, number[]?
@@ -158,32 +180,8 @@ function Population:score(with)
   self.scored_with, self.fitness = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end
   self.timing.fitness = self.timing.fitness + host.clock() - began
-  if #self.ranked == 0 then failure.raise(1, population.failure_text(self)) end
+  if #self.ranked == 0 then failure.raise(1, failure_text(self)) end
   return self
-end
-
---- Why no robot of a generation has a score, in one line.
----@param robots limax.population.scored
----@return string
-function population.failure_text(robots)
-  local counts, reasons = {}, {}
-  for _, record in ipairs(robots.records) do
-    local reason = ("%s: %s"):format(record.status, record.reason or "no reason")
-    if not counts[reason] then reasons[#reasons + 1] = reason end
-    counts[reason] = (counts[reason] or 0) + 1
-  end
-  table.sort(reasons)
-  for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
-  local world, advice = robots.world, ""
-  local step = world.config.simulation.time_step
-  if type(step) == "number" and step > world.first_step then
-    advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
-      world.first_step)
-  elseif counts["invalid: no muscle"] == #robots then
-    advice = "; genome.require_muscle = false lets bodies without a muscle run"
-  end
-  return ("generation %d: none of the %d robots can be scored (%s)%s"):format(robots.generation,
-    #robots, table.concat(reasons, ", "), advice)
 end
 
 --- Some robots simulated once more, under other materials or options. The population stays as it

@@ -19,8 +19,8 @@ local function sorted_keys(beside)
   local keys = {}
   for key in pairs(beside) do keys[#keys + 1] = key end
   table.sort(keys, function(a, b)
+    if type(a) == "number" and type(b) == "number" then return a < b end
     if type(a) ~= type(b) then return type(a) == "number" end
-    if type(a) == "number" then return a < b end
     return tostring(a) < tostring(b)
   end)
   return keys
@@ -28,8 +28,7 @@ end
 
 -- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
 local function fault(key, number, count)
-  local is_case = type(key) == "number"
-  local problem, excusable
+  local is_case, problem, excusable = type(key) == "number", nil, nil
   if is_case and (key < 1 or key > count or key ~= math.floor(key)) then
     problem = (" is beyond its %d cases: a list has no gaps"):format(count)
   elseif not is_case and not tostring(key):find "^[%a_][%w_]*$" then
@@ -50,19 +49,19 @@ end
 local function complaint(value, beside)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
-  end
-  if value ~= value then
+  elseif value ~= value then
     -- the usual cause: Lua 5.1 has no length operator for tables like ours
     return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
-  end
-  if not is_finite(value) then return "the fitness returned " .. tostring(value), true end
-  if beside == nil then return nil end
-  if type(beside) ~= "table" then
+  elseif not is_finite(value) then
+    return "the fitness returned " .. tostring(value), true
+  elseif beside ~= nil and type(beside) ~= "table" then
     return "the fitness's second result is " .. schema.show(beside)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
-  for _, key in ipairs(sorted_keys(beside)) do
-    local message, excusable = fault(key, beside[key], #beside)
+  local count, is_faulty = #(beside or {}), false
+  for key, number in pairs(beside or {}) do is_faulty = is_faulty or fault(key, number, count) end
+  for _, key in ipairs(is_faulty and sorted_keys(beside) or {}) do
+    local message, excusable = fault(key, beside[key], count)
     if message then return message, excusable end
   end
 end
@@ -73,9 +72,8 @@ end
 ---@return number[]|nil cases
 ---@return table<string, number>|nil measures
 function scoring.parts(beside)
-  if beside == nil then return nil, nil end
   local cases, measures = {}, {}
-  for key, number in pairs(beside) do
+  for key, number in pairs(beside or {}) do
     if type(key) == "number" then cases[key] = number else measures[key] = number end
   end
   return #cases > 0 and cases or nil, next(measures) and measures or nil
