@@ -10,7 +10,7 @@ local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
 local run_lines = require "limax.run.run_lines"
 local robot_file = require "limax.robot.robot_file"
-local schema = require "limax.base.schema"
+local schema = require "limax.engine.schema"
 local shape = require "limax.tools.report.shape"
 local source = require "limax.base.source"
 
