@@ -44,8 +44,8 @@ local trace_rule, row_rule = schema.choice(names.trace.names), schema.numbers(3)
 
 -- Options of a script in the interface's struct, over the engine's defaults; and the rates of the
 -- traces that are recorded.
-local function options_of(given)
-  local options = schema.demand(options_rule, given, "simulation")
+local function options_of(options)
+  options = schema.demand(options_rule, options, "simulation")
   local o, recorded = ffi.new "limax_simulation_options", {}
   C.limax_simulation_defaults(o)
   for name in pairs(numbers) do o[name] = options[name] end
@@ -347,18 +347,18 @@ function methods:block(i)
 end
 
 -- [mass][3] numbers of a script as the interface takes them; nil stays nil.
-local function triples(what, given, masses)
-  if given == nil then return nil end
-  if view.is_view(given) then given = given:table() end
-  local count = type(given) == "table" and #given
-  if count == 3 * masses and type(given[1]) == "number" then
-    return ffi.new("double[?]", count, schema.demand(schema.numbers(count), given, what))
+local function triples(what, rows, masses)
+  if rows == nil then return nil end
+  if view.is_view(rows) then rows = rows:table() end
+  local count = type(rows) == "table" and #rows
+  if count == 3 * masses and type(rows[1]) == "number" then
+    return ffi.new("double[?]", count, schema.demand(schema.numbers(count), rows, what))
   elseif count ~= masses then
-    schema.refuse(what, ("%d rows of 3 numbers"):format(masses), given, count)
+    schema.refuse(what, ("%d rows of 3 numbers"):format(masses), rows, count)
   end
   local all = ffi.new("double[?]", math.max(1, 3 * masses))
   for mass = 1, masses do
-    local row = given[mass]
+    local row = rows[mass]
     if view.is_view(row) then row = row:table() end
     row = schema.demand(row_rule, row, ("%s[%d]"):format(what, mass))
     for axis = 1, 3 do all[3 * mass - 4 + axis] = row[axis] end
@@ -366,7 +366,7 @@ local function triples(what, given, masses)
   return all
 end
 
---- Puts the masses of robot i where and as fast as given (m, m/s), before its first step.
+--- Sets positions (m) and velocities (m/s) of the masses of robot i before its first step.
 ---@param i integer
 ---@param positions number[][]|number[]|limax.view|nil [mass][3], or one list
 ---@param velocities number[][]|number[]|limax.view|nil [mass][3], or one list

@@ -60,10 +60,9 @@ function suggest.ending(name, candidates)
   local nearest = suggest.nearest(name, candidates)
   if nearest then return ('; did you mean "%s"?'):format(nearest) end
   if #candidates == 0 then return "" end
-  local known = {}
-  for i, candidate in ipairs(candidates) do known[i] = candidate end
-  table.sort(known)
-  return "; known are: " .. table.concat(known, ", ")
+  local sorted = { unpack(candidates) }
+  table.sort(sorted)
+  return "; known are: " .. table.concat(sorted, ", ")
 end
 
 -- suggest(name, candidates) is suggest.nearest(name, candidates)

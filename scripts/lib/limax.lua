@@ -26,10 +26,10 @@ local public = {
 ---@field engine limax.engine the low-level objects
 ---@field defaults table every default of an experiment
 ---@field diversity table measures of how different the robots of a population are
----@field experiment fun(given: table): limax.experiment checks and completes an experiment
+---@field experiment fun(spec: table): limax.experiment checks and completes an experiment
 ---@field fitness table fitness functions by name
 ---@field rescore table robots of a population scored again under another accuracy
----@field robot fun(given: table|string): limax.robot a robot by hand, or from a robot file
+---@field robot fun(description: table|string): limax.robot a robot by hand, or from a robot file
 ---@field scenes table ready scenes
 ---@field selection table selection schemes by name
 ---@field start fun(experiment: limax.experiment, options: table|nil): table a run, looped by hand

@@ -114,50 +114,47 @@ local function resolved(field, call, value)
 end
 
 -- A material file may lie beside the experiment that names it.
-local function material_source(given, origin)
-  if given == nil then return defaults.materials end
-  if type(given) == "string" and given:match "%.json$" and origin
-    and host.file.exists(given) ~= "file" then
-    local beside = source.folder_of(origin) .. "/" .. given
-    if host.file.exists(beside) == "file" then return beside end
+local function material_source(materials, origin)
+  if type(materials) == "string" and materials:match "%.json$" and origin then
+    return source.beside(materials, source.folder_of(origin))
   end
-  return given
+  return materials or defaults.materials
 end
 
-local function default_name(given, origin)
-  if not origin then return type(given.fitness) == "string" and given.fitness or "experiment" end
+local function default_name(spec, origin)
+  if not origin then return type(spec.fitness) == "string" and spec.fitness or "experiment" end
   local name = source.name_of(origin):gsub("%.lua$", ""):gsub("[^%w_%-%.]", "_")
   return (name:gsub("^[^%w]", "x"))
 end
 
 -- The named parts of the library: fitness, selection, supervisor.
-local function resolve_parts(given)
+local function resolve_parts(spec)
   local fitness, wrong_fitness =
-    resolved("fitness", require("limax.fitness").get, given.fitness)
+    resolved("fitness", require("limax.fitness").get, spec.fitness)
   local selection, wrong_selection = resolved("selection", require("limax.selection").get,
-    given.selection or defaults.selection)
+    spec.selection or defaults.selection)
   local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
-    given.supervisor or defaults.supervisor)
+    spec.supervisor or defaults.supervisor)
   local message = wrong_fitness or wrong_selection or wrong_supervisor
   if message then return nil, message end
   return { fitness = fitness, selection = selection, supervisor = supervisor }
 end
 
 -- Script files that an experiment names: the parser of a language model's answers.
-local function named_scripts(given, base)
-  local parser = type(given.supervisor) == "table" and given.supervisor.parse
+local function named_scripts(spec, base)
+  local parser = type(spec.supervisor) == "table" and spec.supervisor.parse
   if type(parser) ~= "string" then return {} end
   return { host.file.absolute(source.beside(parser, base)) }
 end
 
 -- Makes an experiment of a script's table; `nil, message` for the first error.
-local function resolve(given, origin)
-  if type(given) ~= "table" then
-    return nil, "limax.experiment: expected a table, got " .. schema.show(given)
+local function resolve(spec, origin)
+  if type(spec) ~= "table" then
+    return nil, "limax.experiment: expected a table, got " .. schema.show(spec)
   end
-  local config, message = rules(given, "")
+  local config, message = rules(spec, "")
   if not config then return nil, message end
-  if given.fitness == nil then
+  if spec.fitness == nil then
     return nil, 'fitness: expected a name (such as "walk"), a table or a function;'
       .. " it is the one field without a default"
   end
@@ -167,19 +164,19 @@ local function resolve(given, origin)
   end
   local materials, scene, parts
   materials, message =
-    resolved("materials", engine.materials, material_source(given.materials, origin))
+    resolved("materials", engine.materials, material_source(spec.materials, origin))
   if message then return nil, message end
   config.materials = materials:table()
   materials:free()
-  local effects = given.scene == nil and defaults.scene or given.scene
+  local effects = spec.scene == nil and defaults.scene or spec.scene
   scene, message = resolved("scene", engine.scene, effects)
   if message then return nil, message end
   config.scene = scene:table()
   scene:free()
-  parts, message = resolve_parts(given)
+  parts, message = resolve_parts(spec)
   if message then return nil, message end
 
-  if given.record == nil then
+  if spec.record == nil then
     for kind, rate in pairs(defaults.record) do config.record[kind] = rate end
   end
   -- what a fitness of the library reads is recorded unless the script sets another rate
@@ -196,16 +193,16 @@ local function resolve(given, origin)
 
   local base = origin and source.folder_of(origin)
   config.schema = "limax.config/1"
-  config.name = config.name or default_name(given, origin)
-  config.fitness = source.describe(given.fitness, base)
-  config.selection = source.describe(given.selection or defaults.selection, base)
-  config.supervisor = source.describe(given.supervisor or defaults.supervisor, base)
+  config.name = config.name or default_name(spec, origin)
+  config.fitness = source.describe(spec.fitness, base)
+  config.selection = source.describe(spec.selection or defaults.selection, base)
+  config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
-  return setmetatable({ config = config, given = given, origin = origin, notes = notes,
+  return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
-    scripts = source.scripts(origin, given, named_scripts(given, base)) }, Experiment)
+    scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
 end
 
 -- ---- the module ---------------------------------------------------------------------------------
@@ -214,11 +211,11 @@ end
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
 --- supervisor, supervision, not_in_paper.
----@param given table
+---@param spec table
 ---@return limax.experiment
-function experiment.new(given)
+function experiment.new(spec)
   local file, line = source.caller()
-  local result, message = resolve(source.copy(given), file)
+  local result, message = resolve(source.copy(spec), file)
   if result then return result end
   local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
   failure.raise(2, message, place)
@@ -256,12 +253,12 @@ end
 function Experiment:override(changes)
   if #changes == 0 then return self end
   local list, message = overrides.parse_all(changes)
-  local given = source.copy(self.given)
+  local spec = source.copy(self.spec)
   -- fields whose default is a table: an override changes a part of it
   local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
     supervisor = defaults.supervisor }
   for name, value in pairs(whole) do
-    if given[name] == nil then given[name] = source.copy(value) end
+    if spec[name] == nil then spec[name] = source.copy(value) end
   end
   local result
   local function read_materials(named)
@@ -273,12 +270,12 @@ function Experiment:override(changes)
     end, material_source(named, self.origin))
   end
   if list then
-    list, message = overrides.apply(given, list,
+    list, message = overrides.apply(spec, list,
       { resolved = resolved_lists(self.config), materials = read_materials })
   end
-  if list then result, message = resolve(given, self.origin) end
+  if list then result, message = resolve(spec, self.origin) end
   if not result then failure.raise(2, message) end
   return result
 end
 
-return setmetatable(experiment, { __call = function(_, given) return experiment.new(given) end })
+return setmetatable(experiment, { __call = function(_, spec) return experiment.new(spec) end })

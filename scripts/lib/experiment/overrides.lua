@@ -102,22 +102,22 @@ local function key_of(step) return step:match "^%d+$" and tonumber(step) or step
 
 ---@class overrides.context
 ---@field resolved table the values that absent fields have, for the lists among them
----@field materials fun(given: any): table|nil, string|nil reads a table of materials that is named
+---@field materials fun(spec: any): table|nil, string|nil reads a table of materials that is named
 
 --- Applies parsed overrides to a table in place, in their order.
----@param given table
+---@param spec table
 ---@param list { path: string[], value: any, text: string }[]
 ---@param context overrides.context
 ---@return true|nil
 ---@return string|nil message
-function overrides.apply(given, list, context)
+function overrides.apply(spec, list, context)
   for _, override in ipairs(list) do
-    local holder, path, resolved = given, override.path, context.resolved
+    local holder, path, resolved = spec, override.path, context.resolved
     if path[1] == "materials" and path[2] then
-      local materials, message = given.materials, nil
+      local materials, message = spec.materials, nil
       if type(materials) ~= "table" then materials, message = context.materials(materials) end
       if not materials then return nil, message end
-      given.materials = materials
+      spec.materials = materials
       path, message = material_path(materials, path)
       if not path then return nil, ("--set %s: %s"):format(override.text, message) end
     end

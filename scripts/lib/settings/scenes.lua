@@ -3,91 +3,72 @@
 
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
-local suggest = require "limax.engine.suggest"
 
 local scenes = {}
 
--- Takes the named lengths out of `options`, with their defaults, and returns them, the rest:
--- effects, and the lengths' names.
-local function split(what, options, lengths)
-  local changes, taken = {}, {}
-  if options ~= nil and type(options) ~= "table" then
-    engine.fail(("%s: expected a table, got %s"):format(what, schema.show(options)))
-  end
-  for key, value in pairs(options or {}) do changes[key] = value end
-  for _, length in ipairs(lengths) do
-    local name, minimum, maximum, unit = length[1], length[3], length[4], length[5]
-    local value = changes[name]
-    if value == nil then value = length[2] end
-    -- NaN is in no range
-    if type(value) ~= "number" or not (value >= minimum and value <= maximum)
-      or length.whole and value % 1 ~= 0 then
-      engine.fail(("%s: %s: expected %s from %g to %g%s, got %s"):format(what, name,
-        length.whole and "a whole number" or "a number", minimum, maximum,
-        unit and " " .. unit or "", schema.show(value)))
-    end
-    taken[name], changes[name] = value, nil
-  end
-  local names = {}
-  for k, length in ipairs(lengths) do names[k] = length[1] end
-  return taken, changes, names
+-- A length, m.
+local function length(default, minimum, maximum)
+  return schema.number { value = default, minimum = minimum, maximum = maximum, unit = "m" }
 end
 
--- m/s^2, the engine's own default
-local standard_gravity = 9.81
-
--- Adds effects and scripted forces to a scene; `own` are the scene's options, for suggestions.
-local function merged(base, changes, what, own)
-  if changes == nil then return base end
-  if type(changes) ~= "table" then
-    engine.fail(("%s: expected a table of effects, got %s"):format(what, schema.show(changes)))
+-- The options of a scene, checked and completed by their rules, and the effects in its argument.
+local function split(what, argument, rules)
+  local options, effects, known = {}, {}, {}
+  argument = schema.demand(schema.table, argument or {}, what)
+  for _, effect in ipairs(engine.effects()) do known[effect.name] = true end
+  for name in pairs(rules) do known[name] = true end
+  for name, value in pairs(argument) do
+    -- a scripted force has any name
+    if type(value) == "table" and value.force ~= nil then known[name] = true end
   end
-  local known, is_effect = { unpack(own or {}) }, {}
-  for _, effect in ipairs(engine.effects()) do
-    known[#known + 1], is_effect[effect.name] = effect.name, true
+  for _, name in ipairs(schema.known(argument, known, what)) do
+    if not rules[name] then effects[name] = argument[name] end
   end
-  local names, message = schema.names(changes, what)
-  if not names then engine.fail(message) end
-  for _, name in ipairs(names) do
-    local value = changes[name]
-    local is_force = type(value) == "table" and value.force ~= nil
-    if not is_effect[name] and not is_force then
-      engine.fail(("%s: unknown field %s%s"):format(what, schema.show(name),
-        suggest.ending(name, known)))
-    end
-    base[name] = value
+  for name, rule in pairs(rules) do
+    options[name] = schema.demand(rule, argument[name], what .. "." .. name)
   end
-  return base
+  return options, effects
 end
+
+-- Adds effects to a scene.
+local function merged(scene, effects)
+  for name, value in pairs(effects) do scene[name] = value end
+  return scene
+end
+
+local standard_gravity = 9.81 -- m/s^2, the engine's default
 
 --- Flat ground at z = 0 under standard gravity, with friction, damping and muscles.
 ---@param changes? table effect = true, false or { field = value }
 ---@return table scene
 function scenes.land(changes)
   local base = { gravity = true, ground = true, friction = true, damping = true, actuation = true }
-  return merged(base, changes, "scenes.land")
+  local _, effects = split("scenes.land", changes, {})
+  return merged(base, effects)
 end
 
 --- Nothing to stand on: gravity, damping and muscles. `gravity = false` floats.
 ---@param changes? table
 ---@return table scene
 function scenes.air(changes)
-  return merged({ gravity = true, damping = true, actuation = true }, changes, "scenes.air")
+  local _, effects = split("scenes.air", changes, {})
+  return merged({ gravity = true, damping = true, actuation = true }, effects)
 end
 
 --- Still water without a bottom or a surface: drag on exposed faces, damping and muscles. The field
 --- `buoyancy` is the weight of the water that a body displaces over its own: at 1 it hovers, below
---- it sinks, above it rises. Size and weight are the body's, so a scene cannot tell. Other keys are
---- effects: `drag = { current = { 0.2, 0, 0 } }` is a river.
+--- it sinks, above it rises. It is a field because a scene does not know size and weight of the
+--- body. Other keys are effects: `drag = { current = { 0.2, 0, 0 } }` is a river.
 ---@param options? { buoyancy?: number }
 ---@return table scene
 function scenes.water(options)
-  local body, changes, own = split("scenes.water", options, { { "buoyancy", 1, 0, 100 } })
+  local body, effects = split("scenes.water", options,
+    { buoyancy = schema.number { value = 1, minimum = 0, maximum = 100 } })
   local scene = { drag = true, damping = true, actuation = true }
   if body.buoyancy ~= 1 then
     scene.gravity = { acceleration = { 0, 0, standard_gravity * (body.buoyancy - 1) } }
   end
-  return merged(scene, changes, "scenes.water", own)
+  return merged(scene, effects)
 end
 
 --- An endless slope, as flat ground under tilted gravity: x and y run along the slope, z at right
@@ -95,25 +76,15 @@ end
 ---@param options { angle: number, direction?: number, gravity?: number } rad, rad, m/s^2
 ---@return table scene
 function scenes.slope(options)
-  local changes = {}
-  for key, value in pairs(type(options) == "table" and options or {}) do changes[key] = value end
-  local angle, direction = changes.angle, changes.direction or 0
-  local strength = changes.gravity or standard_gravity
-  -- NaN is no angle either
-  local legal = type(angle) == "number" and math.abs(angle) < math.pi / 2
-  if not legal then
-    engine.fail(("scenes.slope: angle: expected a number between -pi/2 and pi/2 (rad; write "
-      .. "math.rad(20) for 20 degrees), got %s"):format(schema.show(angle)))
-  end
-  if type(direction) ~= "number" or type(strength) ~= "number" then
-    engine.fail "scenes.slope: direction (rad) and gravity (m/s^2) are numbers"
-  end
-  changes.angle, changes.direction, changes.gravity = nil, nil, nil
-  local along = strength * math.sin(angle)
-  local scene = merged(scenes.land(), changes, "scenes.slope",
-    { "angle", "direction", "gravity" })
-  scene.gravity = { acceleration =
-    { along * math.cos(direction), along * math.sin(direction), -strength * math.cos(angle) } }
+  local slope, effects = split("scenes.slope", options, {
+    angle = schema.number { above = -math.pi / 2, below = math.pi / 2,
+      unit = "rad; math.rad(20) is 20 degrees" },
+    direction = schema.number { value = 0, unit = "rad" },
+    gravity = schema.number { value = standard_gravity, unit = "m/s^2" } })
+  local along = slope.gravity * math.sin(slope.angle)
+  local scene = merged(scenes.land(), effects)
+  scene.gravity = { acceleration = { along * math.cos(slope.direction),
+    along * math.sin(slope.direction), -slope.gravity * math.cos(slope.angle) } }
   return scene
 end
 
@@ -123,10 +94,10 @@ end
 ---@param options? table step, depth, count, width, start, and effects
 ---@return table scene
 function scenes.stairs(options)
-  local size, changes, own = split("scenes.stairs", options, {
-    { "step", 0.05, 0.001, 10, "m" }, { "depth", 0.3, 0.001, 100, "m" },
-    { "count", 5, 1, 16, whole = true }, { "width", 4, 0.001, 1000, "m" },
-    { "start", 1, -1000, 1000, "m" } })
+  local size, effects = split("scenes.stairs", options, {
+    step = length(0.05, 0.001, 10), depth = length(0.3, 0.001, 100),
+    count = schema.whole(1, 16, 5), width = length(4, 0.001, 1000),
+    start = length(1, -1000, 1000) })
   local steps = {}
   for i = 1, size.count do
     local front = size.start + (i - 1) * size.depth
@@ -135,7 +106,7 @@ function scenes.stairs(options)
   end
   local scene = scenes.land()
   scene.boxes = steps
-  return merged(scene, changes, "scenes.stairs", own)
+  return merged(scene, effects)
 end
 
 --- Flat ground and the inside of a corner: walls across x and across y, `distance` away from the
@@ -143,12 +114,11 @@ end
 ---@param options? { distance?: number } m
 ---@return table scene
 function scenes.corner(options)
-  local size, changes, own =
-    split("scenes.corner", options, { { "distance", 1, -1000, 1000, "m" } })
+  local size, effects = split("scenes.corner", options, { distance = length(1, -1000, 1000) })
   local scene = scenes.land()
   scene.planes = { { normal = { -1, 0, 0 }, offset = -size.distance },
     { normal = { 0, -1, 0 }, offset = -size.distance } }
-  return merged(scene, changes, "scenes.corner", own)
+  return merged(scene, effects)
 end
 
 --- Uneven land: random heights from `roughness` below 0 to 0, `spacing` apart, on a square of this
@@ -156,9 +126,9 @@ end
 ---@param options? { roughness?: number, spacing?: number, size?: number, seed?: integer } m
 ---@return table scene
 function scenes.rough(options)
-  local field, changes, own = split("scenes.rough", options, {
-    { "roughness", 0.05, 0, 10, "m" }, { "spacing", 0.2, 0.001, 100, "m" },
-    { "size", 10, 0.002, 10000, "m" }, { "seed", 1, 0, 2 ^ 53, whole = true } })
+  local field, effects = split("scenes.rough", options, {
+    roughness = length(0.05, 0, 10), spacing = length(0.2, 0.001, 100),
+    size = length(10, 0.002, 10000), seed = schema.whole(0, 2 ^ 53, 1) })
   local count = math.floor(field.size / field.spacing + 0.5) + 1
   if count < 2 or count > 512 then
     engine.fail(("scenes.rough: a size of %g m at a spacing of %g m takes %d heights a side; 2 to "
@@ -171,7 +141,7 @@ function scenes.rough(options)
   end
   local scene, edge = scenes.land { ground = false }, -field.spacing * (count - 1) / 2
   scene.terrain = { heights = heights, spacing = field.spacing, origin = { edge, edge, 0 } }
-  return merged(scene, changes, "scenes.rough", own)
+  return merged(scene, effects)
 end
 
 return scenes

@@ -13,7 +13,7 @@ local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixtu
 
 local misuse = test.suite "misuse"
 
-misuse:test("raises at the line that did it, with what was expected", function(t)
+misuse:test("raises at the caller's line, with the expected value", function(t)
   local p, scene = robots(2), engine.scene(ALL)
   local function there(pattern, call) raises_there(t, pattern, call) end
   there("expected a list of 3 numbers, got nil", function() engine.population { count = 1 } end)
@@ -37,7 +37,7 @@ misuse:test("raises at the line that did it, with what was expected", function(t
     function() p:breed(p, { { 1, 1 }, { 1, 1 } }, {}) end)
   there("expected 19008 bytes (2 robots of 2376 genes)", function() p:set_genomes "abc" end)
   there("letters: expected a letter for each material", function() p:text(1, ".e") end)
-  -- a point where a colon belongs
+  -- methods called with a point instead of a colon
   there("population:genomes_bytes: expected a population, got a number",
     function() p.genomes_bytes(3) end)
   there("free: expected an object, got nil", function() scene.free() end)
@@ -98,7 +98,7 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.device("cpu", { threads = false }) end)
 end)
 
-misuse:test("of a body refuses it whole", function(t)
+misuse:test("of a body changes nothing", function(t)
   local p = robots(1)
   local before, weights = p:voxels(1):table(), p:weights(1):table()
   local voxels = {}
@@ -122,7 +122,7 @@ misuse:test("of a body refuses it whole", function(t)
   t:equal(p:weights(1), weights)
 end)
 
-misuse:test("is not blamed on a library that only passed it on", function(t)
+misuse:test("is reported at the user's line and not in the library", function(t)
   local limax = require "limax"
   raises_there(t, 'limax has no "fitnes"; did you mean "fitness"?',
     function() return limax.fitnes end)
@@ -132,7 +132,7 @@ end)
 
 local running = test.suite "running"
 
-running:test("every precision runs, says on what, and ends near the others", function(t)
+running:test("every precision runs and ends near the others", function(t)
   local population = robots(2)
   local device = engine.device("cpu", { threads = 1 })
   local ends = {}
@@ -157,7 +157,7 @@ end)
 
 local lives = test.suite "lifetimes"
 
-lives:test("a freed object says so and where it was freed", function(t)
+lives:test("using a freed object raises with the line of free", function(t)
   local encoding = engine.encoding { lattice = LATTICE }
   local population = engine.population { count = 1, encoding = encoding }
   local scene, materials, device = engine.scene(ALL), MATERIALS:copy(), engine.device "cpu"
@@ -176,8 +176,7 @@ lives:test("a freed object says so and where it was freed", function(t)
     function() engine.population { count = 1, encoding = encoding } end)
 end)
 
--- Every order of ending five objects that hold on to one another.
-lives:test("any order of free leaves the rest whole", function(t)
+lives:test("objects can be freed in any order", function(t)
   local expected =
     simulated({ center_of_mass = 50 }, engine.device "cpu"):trace(1, "center_of_mass"):table()
   local function permutations(list, first, visit)
@@ -210,7 +209,7 @@ lives:test("any order of free leaves the rest whole", function(t)
   end)
 end)
 
-lives:test("the collector may end objects in any order", function(t)
+lives:test("the garbage collector can end objects in any order", function(t)
   local expected = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass"):table()
   for _ = 1, 20 do
     local trace = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass")
@@ -219,7 +218,7 @@ lives:test("the collector may end objects in any order", function(t)
   end
 end)
 
-lives:test("a process may end with everything alive", function(t)
+lives:test("a process can exit without freeing anything", function(t)
   local path = t:folder() .. "/leaves.lua"
   local written, message = host.file.write_atomic(path, [[
     local engine = require "limax.engine"
@@ -253,17 +252,17 @@ local pressure = test.suite "memory"
 pressure:test("stays bounded when thousands of objects are dropped", function(t)
   collectgarbage "collect"
   local before, most = engine.bytes_held(), 0
-  -- what nobody has looked at or written holds no memory yet
-  local function looked_at()
+  -- an unused population holds no memory yet
+  local function touched()
     local population = engine.population { lattice = { 10, 10, 10 }, count = 100 }
     population:voxels(1)
     return population
   end
-  local one = looked_at()
+  local one = touched()
   local each = engine.bytes_held() - before
   t:ok(each > 1e6, "a population of 100 holds its voxels and weights")
   for i = 1, 3000 do
-    one = looked_at()
+    one = touched()
     most = math.max(most, engine.bytes_held())
     if i % 3 == 0 then engine.scene(ALL) end
   end
@@ -276,7 +275,7 @@ pressure:test("stays bounded when thousands of objects are dropped", function(t)
   t:ok(engine.bytes_held() <= before + 1e6)
 end)
 
-pressure:test("goes back when objects are freed", function(t)
+pressure:test("is returned when objects are freed", function(t)
   collectgarbage "collect"
   local before = engine.bytes_held()
   for _ = 1, 50 do

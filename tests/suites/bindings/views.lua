@@ -1,4 +1,4 @@
---- views.lua: the engine's arrays as Lua sees them: shapes, bounds, lifetimes, copies.
+--- views.lua: the engine's arrays in Lua: shapes, bounds, lifetimes, copies.
 
 local engine = require "limax.engine"
 local fixture = require "support.binding.fixture"
@@ -9,7 +9,7 @@ local robots, simulated, raises_there = fixture.robots, fixture.simulated, fixtu
 
 local views = test.suite "views"
 
-views:test("count from 1 and say their shape", function(t)
+views:test("count from 1 and have a shape", function(t)
   local population = robots(2)
   local voxels, weights, genome = population:voxels(1), population:weights(2), population:genome(1)
   t:equal(voxels.shape, LATTICE)
@@ -24,7 +24,7 @@ views:test("count from 1 and say their shape", function(t)
   t:equal(tostring(voxels), "view of voxels [3][2][4]")
 end)
 
-views:test("show the engine's memory, x first", function(t)
+views:test("read the engine's memory, x fastest", function(t)
   local population = robots(2)
   local voxels, weights = population:voxels(2), population:weights(2)
   local raw, raw_weights = voxels:pointer(), weights:pointer()
@@ -61,7 +61,7 @@ views:test("refuse an index that is out of range, with the shape", function(t)
   raises_there(t, "an index from 1 to 3, got 4", function() voxels:size(4) end)
 end)
 
-views:test("copies and tables keep what views lose", function(t)
+views:test("copies and tables outlive their population", function(t)
   local population = robots(1)
   local voxels, weights, genome = population:voxels(1), population:weights(1), population:genome(1)
   local copy, plain, part = weights:copy(), weights:table(), weights[2][3]:copy()
@@ -80,7 +80,7 @@ views:test("copies and tables keep what views lose", function(t)
   t:equal(part[2][4], plain[2][3][2][4])
 end)
 
-views:test("end when what they show is replaced, and say by what and where", function(t)
+views:test("are invalid once their data are replaced; the error gives cause and line", function(t)
   local population = robots(2)
   local function ended(make, why, act)
     local view = make()
@@ -115,7 +115,7 @@ views:test("end when what they show is replaced, and say by what and where", fun
   ended(genome, "its population was freed", function() population:free() end)
 end)
 
-views:test("outlive what does not touch them", function(t)
+views:test("stay valid otherwise", function(t)
   local population = robots(2)
   local genome, first = population:genome(1), population:genome(1)[1]
   population:express(MATERIALS)
@@ -139,7 +139,7 @@ views:test("keep their owner alive", function(t)
   t:ok(state[1][3] > -1)
 end)
 
-views:test("of traces carry rate, unit and samples", function(t)
+views:test("of traces have rate, unit and samples", function(t)
   local simulation = simulated { center_of_mass = 50, position = 20, contact = 20, energy = 20,
     strain = 20 }
   local masses = simulation:outcome(1).masses
@@ -161,7 +161,7 @@ views:test("of traces carry rate, unit and samples", function(t)
   t:raises('expected one of "center_of_mass"', function() simulation:trace(1, "centre") end)
 end)
 
-views:test("of sites are there before the first step, and of nothing that is not simulated",
+views:test("of sites exist before the first step, for simulated robots only",
   function(t)
     local population = robots(2)
     local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL),
@@ -190,6 +190,6 @@ views:test("are read in compiled loops without allocating", function(t)
   for _ = 1, 20 do highest() end
   local grown = collectgarbage "count" - before
   collectgarbage "restart"
-  -- a row made for every read would come to megabytes; a late trace of the compiler takes a few KiB
+  -- a row for every read would need megabytes; a late trace of the compiler a few KiB
   t:ok(grown < 200, ("20 passes over %d numbers left %.0f KiB"):format(samples * masses * 3, grown))
 end)

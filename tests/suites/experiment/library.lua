@@ -127,9 +127,9 @@ scenes:test("each is a scene that the engine takes", function(t)
 end)
 
 scenes:test("a misspelt option or effect is refused at the caller's line", function(t)
-  t:raises('scenes.stairs: unknown field "stp"; did you mean "step"?',
+  t:raises('scenes.stairs.stp: unknown field; did you mean "step"?',
     function() limax.scenes.stairs { stp = 0.1 } end)
-  t:raises('scenes.land: unknown field "frictoin"; did you mean "friction"?',
+  t:raises('scenes.land.frictoin: unknown field; did you mean "friction"?',
     function() limax.scenes.land { frictoin = false } end)
   t:raises("scenes.land: expected named fields", function() limax.scenes.land { 3 } end)
   local own = { force = "f = vec(0, 0, m);", bound = {} }
@@ -143,8 +143,8 @@ scenes:test("a slope is tilted gravity", function(t)
   local turned = limax.scenes.slope { angle = math.pi / 6, direction = math.pi / 2, gravity = 2 }
   t:near(turned.gravity.acceleration, { 0, 1, -math.sqrt(3) }, { atol = 1e-12 })
   t:raises("math.rad(20)", function() limax.scenes.slope { angle = 20 } end)
-  t:raises("scenes.slope: angle", function() limax.scenes.slope {} end)
-  t:raises('library.lua:%d+: scenes.slope: unknown field "directon"; did you mean "direction"?',
+  t:raises("scenes.slope.angle", function() limax.scenes.slope {} end)
+  t:raises('library.lua:%d+: scenes.slope.directon: unknown field; did you mean "direction"?',
     function() limax.scenes.slope { angle = 0.1, directon = 1 } end)
 end)
 
@@ -164,9 +164,9 @@ scenes:test("stairs, a corner, and rough land that follows its seed", function(t
   for _, row in ipairs(one.terrain.heights) do
     for _, height in ipairs(row) do t:ok(height <= 0 and height >= -0.05) end
   end
-  t:raises("scenes.stairs: count: expected a whole number from 1 to 16, got 2.5",
+  t:raises("scenes.stairs.count: expected a whole number from 1 to 16, got 2.5",
     function() limax.scenes.stairs { count = 2.5 } end)
-  t:raises("scenes.corner: distance", function() limax.scenes.corner { distance = 0 / 0 } end)
+  t:raises("scenes.corner.distance", function() limax.scenes.corner { distance = 0 / 0 } end)
   t:raises("2 to 512 are possible", function() limax.scenes.rough { size = 1000 } end)
 end)
 
@@ -196,7 +196,7 @@ scenes:test("a robot simulates in each, and the order of planes does not matter"
   local steady = math.sqrt(mass * 9.81 * 0.5 / (1000 * 0.1 ^ 2)) -- m/s: two faces across the fall
   t:near(sunk(limax.scenes.water(heavy), 3) - sunk(limax.scenes.water(heavy), 2), steady,
     { rtol = 5e-3 })
-  t:raises("scenes.water: buoyancy: expected a number from 0 to 100, got %-1",
+  t:raises("scenes.water.buoyancy: expected a number from 0 to 100, got %-1",
     function() limax.scenes.water { buoyancy = -1 } end)
   local corner = limax.scenes.corner { distance = 0.3 }
   local before = end_of(corner)
