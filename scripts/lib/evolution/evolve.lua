@@ -12,30 +12,14 @@ local materials = require "limax.evolution.materials"
 local mating = require "limax.evolution.mating"
 local population = require "limax.evolution.population"
 local record = require "limax.evolution.record"
-local setup = require "limax.evolution.setup"
+local runs = require "limax.evolution.run"
 local source = require "limax.base.source"
 local supervision = require "limax.supervise.supervision"
 
----@class limax.run one repetition of an experiment
----@field experiment limax.experiment that it is a repetition of
----@field config table the experiment's resolved configuration
----@field repetition integer 1, 2, ...
----@field history limax.generation[] one entry per scored generation
----@field population limax.population.scored|nil the newest generation
--- `upcoming` is the generation after it: nil before the newest is bred, false where there is none.
-local Run = {}
-Run.__index = Run
-
+local Run = runs.methods
 local evolve = {}
 
 -- ---- the steps ----------------------------------------------------------------------------------
-
---- An empty population of the engine, for one generation.
----@return limax.population
-function Run:new_robots()
-  return engine.population { lattice = self.config.lattice, count = self.config.population,
-    encoding = self.encoding }
-end
 
 -- Genomes become bodies: a generation from an engine's population and the other fields.
 local function express(run, fields)
@@ -136,13 +120,12 @@ end
 ---@param options? limax.run.options
 ---@return limax.run
 function evolve.start(experiment, options)
-  local checked, message = setup.check(options)
+  local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
-  local run, verdict = setup.run(experiment, checked)
-  setmetatable(run, Run)
+  local run, verdict = runs.new(experiment, checked)
   run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
-  setup.warn(experiment, run.world)
+  runs.warn(experiment, run.world)
   if verdict then run:restore(run.folder, verdict.scores_valid) end
   return run
 end
@@ -180,20 +163,5 @@ function Run:finish()
   end
   return self.history
 end
-
---- Reads what a folder holds of this repetition: the loop begins with its last whole generation.
----@param folder limax.run_folder
----@param scores_valid boolean false where the configuration changed: elites are scored again
-function Run:restore(folder, scores_valid) record.read(self, folder, scores_valid) end
-
---- The first materials with other values of the fields that a supervisor may change.
----@param fields limax.material_fields
----@return limax.materials
-function Run:materials_with(fields) return materials.with(self.first_materials, fields) end
-
---- Shows a warning, once in a run.
----@param text string
----@param key? string what makes two texts the same; the whole text if left out
-function Run:say(text, key) self.world.say(text, key) end
 
 return evolve

@@ -28,7 +28,8 @@ end
 
 -- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
 local function fault(key, number, count)
-  local is_case, problem, excusable = type(key) == "number", nil, nil
+  local is_case = type(key) == "number"
+  local problem, excusable
   if is_case and (key < 1 or key > count or key ~= math.floor(key)) then
     problem = (" is beyond its %d cases: a list has no gaps"):format(count)
   elseif not is_case and not tostring(key):find "^[%a_][%w_]*$" then

@@ -1,5 +1,5 @@
---- rooms.lua: a room of the library requires only itself and the rooms before it, and no files
---- require each other in a cycle.
+--- rooms.lua: a room of the library requires only files of its own and of the rooms before it, all
+--- of them exist, and no files require each other in a cycle.
 
 local host = require "limax.host"
 local source = require "limax.base.source"
@@ -59,9 +59,13 @@ local function read_requires()
   return requires
 end
 
-suite:test("no room requires a later one", function(t)
-  for file, list in pairs(read_requires()) do
-    for _, each in ipairs(list) do t:ok(rank_of(each.to) <= rank_of(file), each.line) end
+suite:test("every required file exists, in no later room", function(t)
+  local requires = read_requires()
+  for file, list in pairs(requires) do
+    for _, each in ipairs(list) do
+      t:ok(requires[each.to], "no such file: " .. each.line)
+      t:ok(rank_of(each.to) <= rank_of(file), each.line)
+    end
   end
 end)
 

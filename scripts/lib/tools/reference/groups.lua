@@ -120,7 +120,8 @@ pointer  view:pointer()
 override  experiment:override { "population=12" }
 ]] },
   { title = "A run", text = "What `limax.start` gives.", class = "limax.run", prefix = "run:",
-    files = { "scripts/lib/evolution/evolve.lua" }, holder = "Run:", stage = RUN,
+    files = { "scripts/lib/evolution/run.lua", "scripts/lib/evolution/evolve.lua" },
+    holder = "Run:", stage = RUN,
     examples = [[
 generations  for robots in run:generations() do robots:simulate():score() end
 finish  run:finish()

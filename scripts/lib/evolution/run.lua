@@ -1,16 +1,27 @@
---- setup.lua: what a repetition needs before its first generation: device, folder, world, limits,
---- and the warnings that a user should read before hours of computing.
+--- run.lua: one repetition of an experiment: what it needs before its first generation (device,
+--- folder, world, limits), and the warnings that a user should read before hours of computing.
 
 local engine = require "limax.engine"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
+local record = require "limax.evolution.record"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 
-local setup = {}
+---@class limax.run one repetition of an experiment
+---@field experiment limax.experiment that it is a repetition of
+---@field config table the experiment's resolved configuration
+---@field repetition integer 1, 2, ...
+---@field history limax.generation[] one entry per scored generation
+---@field population limax.population.scored|nil the newest generation
+-- `upcoming` is the generation after it: nil before the newest is bred, false where there is none.
+local Run = {}
+Run.__index = Run
+
+local run = { methods = Run }
 
 ---@class limax.run.options
 ---@field repetition? integer 1 if left out
@@ -39,7 +50,7 @@ local start_fields = schema.fields { repetition = unchecked, device = unchecked,
 ---@param options? limax.run.options
 ---@return limax.run.options|nil
 ---@return string|nil message
-function setup.check(options)
+function run.check(options)
   local checked, message = start_fields(options, "start")
   if checked and checked.resume and not checked.out then
     return nil, "start.resume: which run is to be continued? name its folder: out = DIR"
@@ -74,12 +85,12 @@ local function on_standard_error(text) io.stderr:write(text, "\n") end
 
 local function advance(simulation, on_progress) simulation:run(on_progress) end
 
---- The fields of a run, and what resume found in its folder.
+--- Makes a run, and returns what resume found in its folder.
 ---@param experiment limax.experiment
 ---@param options limax.run.options
 ---@return limax.run
 ---@return limax.resume.verdict|nil
-function setup.run(experiment, options)
+function run.new(experiment, options)
   local config, device = experiment.config, options.device or "auto"
   local repetition = options.repetition or 1
   if type(device) == "string" then device = engine.device(device, { threads = options.threads }) end
@@ -97,18 +108,19 @@ function setup.run(experiment, options)
     initial_scale = config.genome.initial_scale, seed = config.seed, repetition = repetition }
   world.first_step, world.first_step_material =
     full_body.bound(config.lattice, first, world.scene, world.options, device)
-  return { experiment = experiment, config = config, repetition = repetition, world = world,
+  return setmetatable({ experiment = experiment, config = config, repetition = repetition,
+    world = world,
     device = device, scene = world.scene, options = world.options, encoding = encoding,
     first_materials = first, first_fields = materials.fields(first), first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
     history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
-    on_generation = options.on_generation, live_prompts = options.live_prompts }, verdict
+    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), verdict
 end
 
 --- Shows the notes of an experiment, once however many repetitions it has.
 ---@param experiment limax.experiment
 ---@param world limax.world
-function setup.warn(experiment, world)
+function run.warn(experiment, world)
   if experiment.warned then return end
   experiment.warned = true
   for _, note in ipairs(experiment.notes) do world.say(note) end
@@ -122,4 +134,26 @@ function setup.warn(experiment, world)
   end
 end
 
-return setup
+--- An empty population of the engine, for one generation.
+---@return limax.population
+function Run:new_robots()
+  return engine.population { lattice = self.config.lattice, count = self.config.population,
+    encoding = self.encoding }
+end
+
+--- The first materials with other values of the fields that a supervisor may change.
+---@param fields limax.material_fields
+---@return limax.materials
+function Run:materials_with(fields) return materials.with(self.first_materials, fields) end
+
+--- Reads what a folder holds of this repetition: the loop begins with its last whole generation.
+---@param folder limax.run_folder
+---@param scores_valid boolean false where the configuration changed: elites are scored again
+function Run:restore(folder, scores_valid) record.read(self, folder, scores_valid) end
+
+--- Shows a warning, once in a run.
+---@param text string
+---@param key? string what makes two texts the same; the whole text if left out
+function Run:say(text, key) self.world.say(text, key) end
+
+return run
