@@ -23,7 +23,8 @@ local PUBLIC = { ["limax"] = "scripts/lib/limax.lua",
 
 local function file_of(module)
   local rest = module:match "^limax%.(.*)$"
-  if PUBLIC[module] or not rest or module == "limax.host" then return PUBLIC[module] end
+  if PUBLIC[module] or not rest or rest == "host" then return PUBLIC[module] end
+  if rest:match "%.$" then return nil end -- the beginning of a name
   local folder = rest:match "^engine%." and "bindings/" or rest:match "^commands%." and "scripts/"
     or "scripts/lib/"
   return folder .. rest:gsub("%.", "/") .. ".lua"
@@ -47,7 +48,8 @@ local function read_requires()
     local list, number = {}, 0
     for line in (source.read(host.home .. "/" .. path) .. "\n"):gmatch "(.-)\n" do
       number = number + 1
-      local module = not line:match "^%s*%-%-" and line:match "require%(?%s*[\"'](limax[%w_%.]*)"
+      local code = line:gsub("^%s*%-%-.*", "")
+      local module = code:match "require%(?%s*[\"'](limax[%w_%.]*)[\"']"
       local to = module and file_of(module)
       if to then list[#list + 1] = { line = ("%s:%d: %s"):format(path, number, line), to = to } end
     end
