@@ -62,8 +62,6 @@ end
 
 --- Bodies as layers of letters, side by side where the width allows, else one below the other.
 ---@param pictures limax.body_picture[]
----@param style limax.terminal.style
----@return string
 function body_picture.side_by_side(pictures, style)
   -- two columns per letter look square; one column is enough where room is short
   for cell = 2, 1, -1 do
@@ -95,8 +93,6 @@ end
 
 --- What each letter means: "e expanding muscle   c contracting muscle".
 ---@param materials { kind: string, letter: string, name: string }[]
----@param style limax.terminal.style
----@return string
 function body_picture.legend(materials, style)
   local colors, parts = palette.of(materials), {}
   for _, material in ipairs(materials) do

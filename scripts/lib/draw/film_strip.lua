@@ -15,9 +15,7 @@ film_strip.POSES = 6
 local WIDTH, TEXT, ROW = 1000, 8, 190
 
 --- The SVG text of a simulated robot whose "position" was recorded.
----@param robot limax.scored_robot
 ---@param options? { title?: string, prefix?: string } prefix: see canvas.lua
----@return string
 function film_strip.svg(robot, options)
   options = options or {}
   local film = motion.of(robot, sheet.evenly(robot:duration(), film_strip.POSES))
@@ -31,9 +29,6 @@ end
 
 --- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where
 --- the simulation fails: there is nothing to draw.
----@param path string
----@param robot limax.robot
----@param options? limax.motion.options
 ---@return limax.scored_robot|nil
 ---@return string|nil message
 function film_strip.write(path, robot, options)

@@ -106,7 +106,6 @@ local function base_of(film, pose, rate)
 end
 
 --- The masses that a scene's anchors hold.
----@param robot limax.scored_robot
 ---@param sites integer[] of the masses, as the engine counts them
 ---@return table<integer, boolean> by mass
 function motion.held(robot, sites)
@@ -146,7 +145,6 @@ local function film_of(robot, way, least)
 end
 
 --- Everything that pictures draw of a robot whose "position" was recorded.
----@param robot limax.scored_robot
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)
@@ -230,8 +228,6 @@ end
 
 --- Simulates a robot with its positions recorded. `nil, message` where the simulation fails: there
 --- is nothing to draw.
----@param robot limax.robot
----@param options? limax.motion.options
 ---@return limax.scored_robot|nil
 ---@return string|nil message
 function motion.simulate(robot, options)

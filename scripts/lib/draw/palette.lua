@@ -52,7 +52,6 @@ local LINES = { "#0072b2", "#d55e00", "#009e73", "#26282b", "#cc79a7", "#e69f00"
 local DASHES = { false, { 6, 3 }, { 2, 3 } }
 
 --- Colour and dash of the k-th of several lines of a chart.
----@param k integer
 ---@return string color
 ---@return number[]|nil dash
 function palette.line(k)

@@ -98,7 +98,6 @@ end
 
 --- Lays out a picture of films, one below the other, all to one scale.
 ---@param films limax.motion.film[]
----@param options limax.sheet.options
 ---@return limax.sheet
 function sheet.new(films, options)
   local self = setmetatable({ films = films, options = options, width = options.width }, Sheet)
@@ -184,7 +183,6 @@ local function draw_legend(self, canvas)
 end
 
 --- Draws a picture.
----@param canvas limax.canvas
 ---@param first? integer the pose in the first panel, 1
 function Sheet:draw(canvas, first)
   local options, text = self.options, self.text
@@ -207,9 +205,7 @@ end
 
 --- The file of a picture.
 ---@param kind "png"|"svg"|"pdf"|"pixels"
----@param options? limax.canvas.options
 ---@param first? integer the pose in the first panel, 1
----@return string
 function Sheet:render(kind, options, first)
   local copy = { description = self.description }
   for name, value in pairs(options or {}) do copy[name] = value end

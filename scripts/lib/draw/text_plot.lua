@@ -78,7 +78,6 @@ local ascii_marks = { "*", "o", "+", "x" }
 ---@param series limax.text_plot.series[]
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer, x?: string,
 --- y?: string } x and y name the axes
----@return string
 function text_plot.draw(series, options)
   local style, rows = options.style, options.rows or 10
   local margin = 9
@@ -137,9 +136,7 @@ local function terminal_color(hex)
 end
 
 --- Draws the curves of a panel; bands are left out.
----@param given limax.chart.panel
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer }
----@return string
 function text_plot.panel(given, options)
   local series = {}
   for _, curve in ipairs(given.curves) do

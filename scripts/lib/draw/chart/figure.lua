@@ -61,10 +61,8 @@ end
 
 --- The file of a figure.
 ---@param kind "svg"|"pdf"|"png"
----@param given limax.chart.figure
 ---@param millimetres number its width
 ---@param options? { zoom: integer|nil } see canvas.lua
----@return string
 function figure.draw(kind, given, millimetres, options)
   local width = math.floor(millimetres * figure.PX_PER_MM + 0.5)
   local columns = math.min(given.columns or math.max(1, math.floor(width / NARROWEST)),
@@ -121,7 +119,6 @@ local function csv_of(given)
 end
 
 --- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.
----@param folder string
 ---@param given { name: string, csv: string|nil }
 ---@param draw? fun(kind: string, millimetres: number): string figure.draw if left out
 function figure.write(folder, given, draw)

@@ -19,8 +19,6 @@ local function name_of(curve, k) return curve.name or curve.title or ("line %d")
 
 --- Markers with what they mean, one below the other, as SVG.
 ---@param entries { marker: string, color: string, name: string, text: string|nil }[]
----@param title string
----@return string
 function inline.key(entries, title)
   local canvas = canvases.new("svg", WIDTH, LINE * #entries + 6, { title = title })
   for k, entry in ipairs(entries) do
@@ -69,7 +67,6 @@ end
 ---@field left_out integer rows that are not there
 
 --- Draws a panel.
----@param given limax.chart.panel
 ---@param description string for screen readers
 ---@return limax.chart.inline
 function inline.draw(given, description)

@@ -136,10 +136,8 @@ end
 local AROUND = { ["wide ring"] = 5.5, ["wider ring"] = 8 }
 
 --- Draws a marker.
----@param canvas limax.canvas
 ---@param at number[] { x, y }
 ---@param kind string|nil a dot if left out
----@param color string
 ---@param size? number px, 3
 function panel.marker(canvas, at, kind, color, size)
   size = size or 3
@@ -289,8 +287,6 @@ local function draw_curves(place, curves)
 end
 
 --- Draws a panel.
----@param canvas limax.canvas
----@param given limax.chart.panel
 ---@param box { left: number, top: number, width: number, height: number, size: number,
 --- title: number|nil } px; `size` of texts, `title` of the title
 ---@return limax.chart.place where values are on the page

@@ -19,7 +19,6 @@ local HEAD, BARB, SHAFT = 1.2, 0.5, 0.22
 local ROW, GAP = LONGEST + 0.4, 1
 
 --- Capitals that the flows of a world take above the robot: 0 where nothing flows.
----@param stage limax.picture.stage
 ---@return number
 function flow.room(stage) return ROW * #stage.flows end
 
@@ -56,9 +55,6 @@ local function draw_end_on(canvas, at, away, text, ink)
 end
 
 --- Draws the flows of a world at the left, from `top` on.
----@param canvas limax.canvas
----@param stage limax.picture.stage
----@param frame limax.picture.frame
 ---@param top number px
 function flow.draw(canvas, stage, frame, top)
   local text = frame.text

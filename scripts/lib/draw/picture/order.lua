@@ -82,11 +82,9 @@ local function push(node, face)
 end
 
 --- Adds a face that looks at the eye.
----@param face limax.picture.polygon
 function Order:add(face) push(self.root, face) end
 
 --- Sorts polygons by the mean depth of their corners, the farthest first.
----@param list limax.picture.polygon[]
 ---@param sight number[] away from the eye
 function order.by_depth(list, sight)
   for k, each in ipairs(list) do

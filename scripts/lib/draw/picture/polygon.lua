@@ -116,7 +116,6 @@ end
 
 --- The k-th side of the common part of half-spaces, whose normals, of length 1, point out of it.
 ---@param spaces limax.picture.space[]
----@param k integer
 ---@param center number[] a point near it, m
 ---@param half number m: no point of the side is farther than this from `center`
 ---@return limax.picture.polygon|nil

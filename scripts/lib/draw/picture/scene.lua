@@ -89,9 +89,6 @@ local function slab_of(film, low, high)
 end
 
 --- A frame that holds every pose, `width` px for all panels together.
----@param film limax.motion.film
----@param view limax.picture.view
----@param width integer
 ---@param count integer panels side by side
 ---@param options { text: number, gap: number, head: number } px of a capital and between panels;
 --- capitals above what is drawn in the panels; flows get more
@@ -132,7 +129,6 @@ function scene.frame(film, view, width, count, options)
 end
 
 --- Another scale for a frame; its height follows.
----@param frame limax.picture.frame
 ---@param scale number px/m
 function scene.rescale(frame, scale)
   frame.scale, frame.height = scale, math.ceil(frame.tall * scale + frame.head * frame.text)
@@ -185,10 +181,6 @@ local function draw_trail(canvas, film, pose, place, frame)
 end
 
 --- Draws everything that hides and is hidden: the world in a slab, and a pose of the body.
----@param canvas limax.canvas
----@param film limax.motion.film
----@param slab limax.picture.slab
----@param view limax.picture.view
 ---@param place fun(p: number[]): number[] a point on the canvas, px
 ---@param thin number px, the lines between faces
 ---@param pose? limax.motion.pose without one only the world is drawn
@@ -216,11 +208,6 @@ function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
 end
 
 --- Draws one pose as panel `k` from the left.
----@param canvas limax.canvas
----@param film limax.motion.film
----@param frame limax.picture.frame
----@param pose limax.motion.pose
----@param k integer
 function scene.draw(canvas, film, frame, pose, k)
   local view, left = frame.view, scene.left(frame, k)
   local bottom = frame.top + frame.height
@@ -247,15 +234,10 @@ function scene.draw(canvas, film, frame, pose, k)
 end
 
 --- px, where panel `k` begins.
----@param frame limax.picture.frame
----@param k integer
 ---@return number
 function scene.left(frame, k) return frame.left + (k - 1) * (frame.panel + frame.gap) end
 
 --- Draws arrows for wind and current, with their speeds, above what is drawn in the panels.
----@param canvas limax.canvas
----@param film limax.motion.film
----@param frame limax.picture.frame
 function scene.flows(canvas, film, frame)
   flow.draw(canvas, film.stage, frame, frame.top + (frame.head - frame.flow_room) * frame.text)
 end

@@ -54,7 +54,6 @@ local function spaces_of(low, high, turn)
 end
 
 --- A world as it is seen along the way.
----@param around limax.world
 ---@param axes number[][] along, away and up in the world
 ---@return limax.picture.stage
 function stage.new(around, axes)
@@ -83,7 +82,6 @@ function stage.new(around, axes)
 end
 
 --- Height of the ground below a place; nil without ground.
----@param self limax.picture.stage
 ---@param along number
 ---@param away number
 ---@return number|nil m
@@ -169,8 +167,6 @@ local function open_of(self)
 end
 
 --- The planes of a world as far as they are in a slab, above the ground and in front of each other.
----@param self limax.picture.stage
----@param slab limax.picture.slab
 ---@return limax.picture.item[] with one part each, whose `look.ruled` says that it is a floor
 function stage.sheets(self, slab)
   local within, open, sheets = spaces_of(slab.low, slab.high), open_of(self), {}
@@ -192,8 +188,6 @@ function stage.sheets(self, slab)
 end
 
 --- What of the world is seen in a slab, and the block where it is at that moment.
----@param self limax.picture.stage
----@param slab limax.picture.slab
 ---@param sight number[] away from the eye
 ---@param block? limax.picture.space[]
 ---@param block_hex? string

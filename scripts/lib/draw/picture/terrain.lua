@@ -94,8 +94,6 @@ end
 
 --- Pieces that look at the eye. Where heights are finer than a picture can show some are left out;
 --- where they are coarse the surface between them is followed.
----@param stage limax.picture.stage
----@param slab limax.picture.slab
 ---@param within limax.picture.space[] the slab; its first four sides are upright
 ---@param sight number[] away from the eye
 ---@return limax.picture.item[]

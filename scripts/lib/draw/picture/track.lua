@@ -38,7 +38,6 @@ end
 
 --- What a track shows: as wide as there is room, but at most at `scale` px/m, so that a short way
 --- is a short figure.
----@param film limax.motion.film
 ---@param room number px, its width
 ---@param scale number px/m
 ---@return { low: number[], high: number[], scale: number, height: integer } m; px/m; px
@@ -74,8 +73,6 @@ local function draw_ruler(canvas, film, layout, place, size)
 end
 
 --- Draws a track around the middle of the page.
----@param canvas limax.canvas
----@param film limax.motion.film
 ---@param layout table from track.layout
 ---@param top number px
 ---@param size number px of texts

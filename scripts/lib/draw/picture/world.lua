@@ -72,15 +72,11 @@ function world.of(scene)
 end
 
 --- Is there more than flat ground?
----@param around limax.world
----@return boolean
 function world.has_obstacles(around)
   return #around.planes + #around.boxes + #around.spheres > 0 or around.terrain ~= nil
 end
 
 --- Is there something that is drawn as an obstacle: a box, a sphere, a wall?
----@param around limax.world
----@return boolean
 function world.has_solids(around)
   for _, plane in ipairs(around.planes) do
     if not world.is_floor(plane.normal, around.up) then return true end
@@ -91,11 +87,9 @@ end
 --- Is a plane a floor?
 ---@param normal number[] of length 1
 ---@param up number[]
----@return boolean
 function world.is_floor(normal, up) return polygon.dot(normal, up) > FLOOR end
 
 --- The text beside a flow's arrow.
----@param flow limax.world.flow
 ---@return string "wind 5 m/s"
 function world.flow_label(flow) return ("%s %.3g m/s"):format(flow.kind, flow.speed) end
 
@@ -114,8 +108,6 @@ local function direction_words(flow)
 end
 
 --- What there is, in words: "ground, 12 boxes"; empty where there is nothing.
----@param around limax.world
----@return string
 function world.words(around)
   local slope, parts, flowing = math.acos(math.min(around.up[3], 1)), {}, {}
   local function add(text)

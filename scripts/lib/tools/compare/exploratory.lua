@@ -8,7 +8,6 @@ local sample = require "limax.base.statistics.sample"
 local exploratory = {}
 
 --- The best of the last generation, under the first materials, as it was evolved.
----@param run limax.compare.run
 ---@return number
 function exploratory.last(run)
   local points = curves.points(run, runs.score)
@@ -36,7 +35,6 @@ end
 --- How many runs reached the target, the median of the evaluations that this took (runs that missed
 --- it count as longer than all; nil where the median is one of them), and the centre of the area
 --- under the curve, as a mean over evaluations.
----@param list limax.compare.run[]
 ---@param target number
 ---@return { reached: integer, evaluations: number|nil, area: number, areas: number[],
 --- to_target: table<integer, number> }

@@ -129,7 +129,6 @@ local function first_last(list, outcomes)
 end
 
 --- All figures of a comparison: file name to text.
----@param list limax.compare.arm[]
 ---@param outcomes table<limax.compare.run, number>
 ---@return table<string, string>
 function figures.files(list, outcomes)

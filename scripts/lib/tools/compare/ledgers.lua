@@ -11,7 +11,6 @@ local ASKS = { llm = true, replay = true }
 
 --- The share of an arm's bred generations that a model set; nil for an arm that asks none.
 --- Generations for which the model was not to be asked ("held") do not count.
----@param list limax.compare.run[]
 ---@return { share: number, generations: integer }|nil
 function ledgers.model(list)
   local supervisor = list[1].config.supervisor
@@ -38,7 +37,6 @@ ledgers.SHARES = { "accepted", "clamped", "rate_limited", "rejected" }
 
 --- The number of proposed fields over all generations of all runs, and the share of each outcome;
 --- no shares where nothing was proposed.
----@param list limax.compare.run[]
 ---@return table<string, number>
 function ledgers.proposals(list)
   local counts, proposed = {}, 0

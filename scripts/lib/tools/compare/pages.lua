@@ -9,9 +9,7 @@ local tables = require "limax.tools.compare.tables"
 local pages = {}
 
 --- Writes a comparison in every form, with the figures and their data.
----@param folder string
 ---@param result table of verdict.compare
----@param list limax.compare.arm[]
 ---@param outcomes table<limax.compare.run, number>
 function pages.write(folder, result, list, outcomes)
   local made, message = host.file.mkdir(folder)

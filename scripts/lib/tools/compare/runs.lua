@@ -44,8 +44,6 @@ end
 function runs.score(line) return line.best_standard end
 
 --- The champion of the last generation: a robot file.
----@param run limax.compare.run
----@return string
 function runs.champion(run) return folders.champion(run, run.lines[#run.lines]) end
 
 return runs

@@ -126,8 +126,6 @@ end
 
 --- The comparison as text for a terminal.
 ---@param result table of verdict.compare
----@param style limax.terminal.style
----@return string
 function tables.text(result, style)
   local parts = { terminal.bold("Outcome: ", style) .. outcome.TEXT,
     ("Baseline: %s"):format(result.baseline), "", main_table(result, style), "" }
@@ -179,8 +177,6 @@ local function row_of(arm)
 end
 
 --- A line per arm.
----@param result table
----@return string
 function tables.csv(result)
   local rows = {}
   for i, arm in ipairs(result.arms) do rows[i] = row_of(arm) end
@@ -188,8 +184,6 @@ function tables.csv(result)
 end
 
 --- Everything, with the outcome of every run.
----@param result table
----@return string
 function tables.json(result)
   local list = host.json.array {}
   for i, arm in ipairs(result.arms) do
@@ -213,8 +207,6 @@ local LATEX = { ["_"] = "\\_", ["%"] = "\\%", ["&"] = "\\&", ["#"] = "\\#", ["$"
   ["\\"] = "\\textbackslash{}", ["<"] = "\\textless{}", [">"] = "\\textgreater{}" }
 
 --- A table of the package booktabs.
----@param result table
----@return string
 function tables.latex(result)
   local lines = { "% needs \\usepackage{booktabs}", "\\begin{tabular}{lrrrrrr}", "\\toprule",
     ("arm & $n$ & %s & difference & $A_{12}$ & $p$ & $p_{\\mathrm{Holm}}$ \\\\"):format(

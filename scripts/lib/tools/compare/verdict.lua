@@ -131,10 +131,7 @@ end
 ---@field target? number exploratory; the baseline's centre of the last best_standard if left out
 
 --- The comparison of runs whose outcomes were measured, as a table of plain values.
----@param list limax.compare.arm[]
 ---@param outcomes table<limax.compare.run, number> filled up here
----@param options? limax.compare.options
----@return table
 function verdict.compare(list, outcomes, options)
   options = options or {}
   local all = {}

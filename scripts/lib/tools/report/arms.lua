@@ -125,8 +125,6 @@ end
 ---@field donor string|nil
 
 --- What makes two runs a pair.
----@param run limax.compare.run
----@return string
 function arms.pair(run) return ("%s/%d"):format(run.seed, run.repetition) end
 
 -- Sorts runs by their pairs, and refuses one that is there twice.
@@ -148,7 +146,6 @@ end
 
 --- The arms of these runs, in the order in which they first come. A study's runs have the arms that
 --- it gave them; all others are grouped by their configuration.
----@param list limax.compare.run[]
 ---@return limax.compare.arm[]
 function arms.group(list)
   local groups, by_key, shared = {}, {}, nil

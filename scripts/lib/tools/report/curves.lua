@@ -39,8 +39,6 @@ function curves.band_text(count, arms)
 end
 
 --- What lines and bands show: "Lines: median of n = 3 runs per arm; band: lowest to highest of 3."
----@param list limax.report.arm[]
----@return string
 function curves.meaning(list)
   local texts, seen = {}, {}
   for _, arm in ipairs(list) do
@@ -74,7 +72,6 @@ end
 --- A value of each generation over the repetitions of an arm: the centre, and the band where there
 --- are several. The curve ends with the first repetition that ends; of runs that are not done those
 --- count that have come so far.
----@param arm limax.report.arm
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
 ---@param banded? boolean false: the band is left out
 ---@return number[][] points { generation, centre }
@@ -118,7 +115,6 @@ end
 
 --- A value by generation, a line for each arm.
 ---@param list limax.report.arm[] an arm's `line` chooses its colour, else its place
----@param title string
 ---@param label string with the unit
 ---@param value fun(line: table, k: integer, run: limax.report.run): number|nil
 ---@return limax.chart.panel
@@ -133,7 +129,6 @@ end
 --- A value of a run by the evaluations that it took: points { evaluations, value }, generation by
 --- generation. A generation without a value repeats the one before. An evaluation is one simulation
 --- of a robot for its score; elites that keep their score need none, those of a tuning come first.
----@param run limax.report.run
 ---@param value fun(line: table): number|nil
 ---@return number[][]
 function curves.points(run, value)
@@ -148,7 +143,6 @@ end
 
 --- The value at a number of evaluations: that of the last generation that was complete by then; nil
 --- before the first.
----@param points number[][]
 ---@param evaluations number
 ---@return number|nil
 function curves.at(points, evaluations)
@@ -162,8 +156,6 @@ end
 
 --- A value against the simulations that it took, which are the budget; over the part that all runs
 --- of an arm have.
----@param list limax.report.arm[]
----@param title string
 ---@param label string with the unit
 ---@param value fun(line: table): number|nil
 ---@return limax.chart.panel
@@ -192,8 +184,6 @@ end
 
 --- One arm's population: best, mean and median, over bands from the 10 % to the 90 % and from the
 --- 25 % to the 75 % quantile; of several repetitions the centre of each.
----@param arm limax.report.arm
----@param label string
 ---@return limax.chart.panel
 function curves.population(arm, label)
   local panel = panel_of(arm.name, label)
@@ -216,8 +206,6 @@ function curves.population(arm, label)
 end
 
 --- The best of each generation under the first materials; of one arm its mean too.
----@param list limax.report.arm[]
----@param label string
 ---@return limax.chart.panel
 function curves.learning(list, label)
   local panel = curves.panel(list, "best of the generation", label, runs.score)
@@ -233,9 +221,6 @@ end
 local ENDS = { [0] = "generation 0", [1] = "last" }
 
 --- The first and the last value of each arm; of several runs each as a thin line.
----@param list limax.report.arm[]
----@param title string
----@param label string
 ---@param first_of fun(run: limax.report.run): number
 ---@param last_of fun(run: limax.report.run): number
 ---@return limax.chart.panel
@@ -261,7 +246,6 @@ function curves.first_last(list, title, label, first_of, last_of)
 end
 
 --- Three measures of diversity over the robots with a score.
----@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.diversity(list)
   local panels = {}
@@ -277,7 +261,6 @@ end
 
 --- The champions' value of each number that a fitness returns beside its score, in the order of the
 --- names; empty where there is none.
----@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.measures(list)
   local named, panels = {}, {}
@@ -304,7 +287,6 @@ function curves.failed(line)
 end
 
 --- Robots that failed, of one arm by how they failed.
----@param list limax.report.arm[]
 ---@return limax.chart.panel
 function curves.failures(list)
   local title = "robots without a score"
@@ -317,7 +299,6 @@ function curves.failures(list)
 end
 
 --- Seconds that a generation took in all, and those of its simulation.
----@param list limax.report.arm[]
 ---@return limax.chart.panel[]
 function curves.time(list)
   local function of(part)

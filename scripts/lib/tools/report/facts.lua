@@ -43,7 +43,6 @@ local function seconds_of(run)
 end
 
 --- One row for each repetition of each run.
----@param list limax.report.arm[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.final(list)
@@ -79,7 +78,6 @@ local MODEL = { { "asks", "model's questions" }, { "fallen_back", "without its a
   { "output_tokens", "tokens written" }, { "cost", "cost" } }
 
 --- Time by part, and what a model cost where one was asked.
----@param list limax.report.arm[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.cost(list)
@@ -121,7 +119,6 @@ local function shown(value)
 end
 
 --- A configuration as rows of path and value.
----@param config table
 ---@return any[][]
 function facts.configuration(config)
   local fields, rows = flat.add(config, "", {}, shown), {}
@@ -130,7 +127,6 @@ function facts.configuration(config)
 end
 
 --- Fields in which configurations differ: a column for each folder.
----@param folders limax.report.folder[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.differences(folders)
@@ -151,7 +147,6 @@ function facts.differences(folders)
 end
 
 --- What supervisors changed and why, the newest last.
----@param list limax.report.arm[]
 ---@return string[] columns
 ---@return any[][] rows
 ---@return integer left out
@@ -193,7 +188,6 @@ end
 
 --- The accuracy of each run, what was measured of it where it ran, and how many of its robots moved
 --- too far in a step.
----@param folders limax.report.folder[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.accuracy(folders)
@@ -214,7 +208,6 @@ function facts.accuracy(folders)
 end
 
 --- The processes that wrote the folders, and their machines.
----@param folders limax.report.folder[]
 ---@return string[] columns
 ---@return any[][] rows
 function facts.machines(folders)

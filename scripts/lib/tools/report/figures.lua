@@ -106,10 +106,7 @@ local function robots_csv(shown)
 end
 
 --- Writes the figures.
----@param folder string
----@param folders limax.report.folder[]
 ---@param label string of the fitness, with its unit
----@param options limax.report.options
 ---@return string[] names
 function figures.write(folder, folders, label, options)
   local made, message = host.file.mkdir(folder)

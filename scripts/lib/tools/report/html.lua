@@ -11,15 +11,11 @@ local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&qu
   ["'"] = "&#39;" }
 
 --- A value as text of a page; what HTML cannot hold becomes a question mark.
----@param value any
----@return string
 function html.escaped(value)
   return (tostring(value):gsub("[&<>\"']", ENTITIES):gsub("[%z\1-\8\11\12\14-\31\127]", "?"))
 end
 
 --- A value as JSON within a script element, without a "<" that could end the element.
----@param value any
----@return string
 function html.json(value) return (host.json.encode(value):gsub("<", "\\u003c")) end
 
 local function number_text(value)
@@ -32,7 +28,6 @@ end
 ---@param columns string[]
 ---@param rows any[][]
 ---@param caption? string
----@return string
 function html.table(columns, rows, caption)
   local parts = { '<div class="scroll" tabindex="0" role="region" aria-label="',
     html.escaped(caption or "table"), '"><table>' }
@@ -67,7 +62,6 @@ end
 ---@param summary string
 ---@param body string HTML
 ---@param open? boolean
----@return string
 function html.details(summary, body, open)
   return ("<details%s><summary>%s</summary>%s</details>\n"):format(open and " open" or "",
     html.escaped(summary), body)
@@ -76,7 +70,6 @@ end
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
 ---@param drawn limax.chart.inline
 ---@param caption string
----@return string
 function html.figure(drawn, caption)
   local rows = html.table(drawn.columns, drawn.rows, caption)
   return table.concat {
@@ -104,8 +97,6 @@ end
 ---@field body string HTML
 
 --- A whole page that loads nothing and runs nothing but its own scripts.
----@param given limax.report.page
----@return string
 function html.page(given)
   local sources, scripts = {}, {}
   for k, text in ipairs(given.scripts) do

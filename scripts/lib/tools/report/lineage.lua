@@ -36,7 +36,6 @@ end
 
 --- The ancestors of the last champion, itself included, the oldest first; and the line of its
 --- better parents, the oldest first.
----@param run limax.report.run
 ---@return limax.report.ancestor[] ancestors
 ---@return limax.report.ancestor[] line
 function lineage.of(run)
@@ -80,8 +79,6 @@ function lineage.of(run)
 end
 
 --- The ancestors as a panel.
----@param ancestors limax.report.ancestor[]
----@param line limax.report.ancestor[]
 ---@param label string of the fitness
 ---@return limax.chart.panel
 function lineage.panel(ancestors, line, label)

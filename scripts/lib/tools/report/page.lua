@@ -201,9 +201,6 @@ local function not_in_paper(folders)
 end
 
 --- The last champion's layers as letters; nil where its file is missing or it has too many voxels.
----@param run limax.report.run
----@param title string
----@param style limax.terminal.style
 ---@return string|nil layers
 ---@return string|nil legend
 function page.letters(run, title, style)
@@ -254,7 +251,6 @@ local function title_of(list)
 end
 
 --- The label of a fitness axis, and the fitness in words; runs with different ones are named so.
----@param folders limax.report.folder[]
 ---@return string label
 ---@return string words
 function page.fitness_label(folders)
@@ -280,8 +276,6 @@ end
 
 --- The text of a report.
 ---@param folders limax.report.folder[] with a generation in one of them at least
----@param options? limax.report.options
----@return string
 function page.text(folders, options)
   options = options or {}
   local list, why = runs.arms(folders)

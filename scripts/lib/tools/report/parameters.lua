@@ -26,9 +26,7 @@ local function supervisor_of(config)
 end
 
 --- Who set this field in this generation: names of SETTERS; none where it was kept.
----@param config table
 ---@param line table of the ledger
----@param entry table
 ---@return string|nil who
 ---@return boolean bound its value was limited or rejected
 function parameters.setter(config, line, entry)
@@ -42,7 +40,6 @@ function parameters.setter(config, line, entry)
 end
 
 --- Reads a field, "mutation_rate" or "materials.NAME.FIELD", in a line of metrics.
----@param path string
 ---@return fun(line: table): number|nil
 function parameters.reader(path)
   local material, field = path:match "^materials%.(.*)%.([^.]*)$"
@@ -51,9 +48,6 @@ function parameters.reader(path)
 end
 
 --- Does a field change in any run of an arm?
----@param arm limax.report.arm
----@param path string
----@return boolean
 function parameters.changes(arm, path)
   local value_of = parameters.reader(path)
   for _, run in ipairs(arm.runs) do
@@ -66,7 +60,6 @@ end
 
 --- Fields that change in any run of these arms, and those that do not: the four parameters first,
 --- then materials by name.
----@param list limax.report.arm[]
 ---@return string[] changed
 ---@return string[] still
 function parameters.fields(list)
@@ -93,15 +86,11 @@ local UNITS = { mutation_rate = "per gene", mutation_scale = "1", crossover_rate
   phase = "rad" }
 
 --- A field's name with its unit.
----@param path string
----@return string
 function parameters.label(path)
   return ("%s (%s)"):format(path:match "[^.]*$", UNITS[path:match "[^.]*$"] or "1")
 end
 
 --- One field in all repetitions of an arm: thin lines, and a marker where somebody set it.
----@param arm limax.report.arm
----@param path string
 ---@return limax.chart.panel
 ---@return table<string, boolean> seen setters, and "clamped"
 function parameters.panel(arm, path)

@@ -111,7 +111,6 @@ end
 --- The replay of a simulated robot whose "position" was recorded.
 ---@param walked limax.scored_robot
 ---@param description limax.robot.description
----@param name string
 ---@param about string
 ---@return limax.report.replay
 function replay.of(walked, description, name, about)

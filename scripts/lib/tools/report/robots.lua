@@ -59,8 +59,6 @@ end
 
 --- The champions that a report shows, simulated again. Those that cannot be are left out, and `say`
 --- gets the reason.
----@param list limax.report.arm[]
----@param options limax.report.options
 ---@return limax.report.shown[]
 function robots.simulate(list, options)
   local shown = {}
@@ -122,8 +120,6 @@ local function viewer(shown)
 end
 
 --- The section's body and the scripts that it needs.
----@param list limax.report.arm[]
----@param options limax.report.options
 ---@return { body: string, scripts: string[] }
 function robots.section(list, options)
   local shown = robots.simulate(list, options)

@@ -81,12 +81,9 @@ local function lines_of(path, kind)
 end
 
 --- Is this path a run folder?
----@param path string
----@return boolean
 function runs.is_folder(path) return host.file.exists(path .. "/config.json") == "file" end
 
 --- A run folder as it is now.
----@param path string
 ---@return limax.report.folder
 function runs.read(path)
   path = #path > 1 and path:gsub("/+$", "") or path
@@ -144,7 +141,6 @@ local function add_study(list, word, whole)
 end
 
 --- The run folders that these words name; a study names its runs.
----@param words string[]
 ---@param whole? boolean true: all runs of a study must be done; else those are read that have begun
 ---@return limax.report.folder[]
 function runs.read_all(words, whole)
@@ -166,7 +162,6 @@ end
 
 --- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm, and
 --- the second result says why.
----@param folders limax.report.folder[]
 ---@return limax.report.arm[]
 ---@return string|nil message
 function runs.arms(folders)
@@ -195,7 +190,6 @@ end
 function runs.score(line) return line.best_standard or line.best end
 
 --- The repetition whose last generation has the best score.
----@param list limax.report.run[]
 ---@return limax.report.run
 function runs.leading(list)
   local found = list[1]
@@ -207,16 +201,13 @@ function runs.leading(list)
 end
 
 --- The robot file of a generation's champion.
----@param run limax.report.run
 ---@param line table of metrics
----@return string
 function runs.champion(run, line)
   return run.path .. "/" .. run_folder.place(run.repetition, "champions", line.generation, ".json")
 end
 
 --- The champion of a generation as its robot file describes it; nil, message where the file is
 --- missing or damaged.
----@param run limax.report.run
 ---@param line table of metrics
 ---@return limax.robot.description|nil
 ---@return string|nil message

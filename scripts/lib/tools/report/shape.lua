@@ -138,7 +138,6 @@ shape.environment = record { sessions = list_of(record({ started = text, version
   device = record { kind = text, cpu = text, gpus = gpus } }, true)) }
 
 --- A line of `population/gNNNN.jsonl`; nil where it is not a robot.
----@param value any
 ---@return table|nil
 function shape.robot(value)
   if type(value) ~= "table" or not whole(value.id) or not whole(value.generation) then
@@ -150,7 +149,6 @@ function shape.robot(value)
 end
 
 --- The repetition and generation of a line; nil, message where they are missing.
----@param value any
 ---@return integer|nil repetition
 ---@return integer|string generation
 function shape.place(value)

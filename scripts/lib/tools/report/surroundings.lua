@@ -78,7 +78,6 @@ local function lines_of(sheet, low, high)
 end
 
 --- What is around points that lie between `low` and `high`.
----@param around limax.world
 ---@param low number[] m
 ---@param high number[] m
 ---@return limax.report.surroundings
