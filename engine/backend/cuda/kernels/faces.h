@@ -74,7 +74,7 @@ __device__ inline void take_impulses(mass_real velocity[3], mass_real inverse_ma
 // face, take(axis) gives them to the masses and shows their velocities; wait() until all of the
 // robot's threads are there.
 template <class Push, class Take, class Wait>
-__device__ inline void push_faces(const Push& push, const Take& take, const Wait& wait) {
+__device__ inline void each_face_law(const Push& push, const Take& take, const Wait& wait) {
     effects::for_each([&]<class E>(E effect) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_face)) {
             for (int axis = 0; axis < 3; ++axis) {

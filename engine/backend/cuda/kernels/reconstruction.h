@@ -103,10 +103,10 @@ extern "C" __global__ void __launch_bounds__(LIMAX_THREADS)
     // the last thread has the fewest masses
     const auto set_moment = [&](int64_t step) {
         if (thread != LIMAX_THREADS - 1) return;
-        now = step < launch.settle_steps
-                  ? actuation::moment<float>{0.0f, 0.0f}
-                  : actuation::at<float>(launch.clock, step - launch.settle_steps,
-                                         launch.time_step);
+        now =
+            step < launch.settle_steps
+                ? actuation::moment<float>{0.0f, 0.0f}
+                : actuation::at<float>(launch.clock, step - launch.settle_steps, launch.time_step);
     };
     set_moment(0);
     __syncthreads();

@@ -20,7 +20,7 @@ __device__ inline int direction_between(int x, int y, int z) {
 }
 
 struct body_surface {
-    const site_grid& grid;
+    site_grid grid;
     const float* stiffness;  // of springs, [direction][site]
     const int32_t* surface;  // as in meeting_lists
 

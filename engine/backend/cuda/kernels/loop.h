@@ -1,0 +1,101 @@
+// loop.h: the run of one robot: the loop over its steps, shared by the block path (step.h) and the
+// grid path (grid.h). A path is a struct with one function for each phase below. SI units.
+#pragma once
+
+#include "backend/cuda/kernels/run.h"
+#include "backend/cuda/kernels/solid.h"
+
+namespace limax::cuda {
+
+// Laws on faces or a solid need the velocities of all masses after the kick.
+inline constexpr bool kicks_apart = has_faces || has_solid;
+
+// Where a run is. An event is a step at which more is due than the step.
+struct loop_state {
+    int since_event, until_event;  // steps since the last event, at record.step, and up to the next
+    bool half_kick, last;          // the kick of n = 0; the launch ends after this kick
+    mass_real h;                   // time of the kick, s
+
+    // The share of predict().
+    __device__ mass_real share() const { return half_kick ? mass_real(1) : mass_real(0.5); }
+};
+
+// Copies the robot's record to shared memory. Returns whether this launch has anything to do.
+template <class Robot>
+__device__ inline bool begin_launch(Robot& robot) {
+    auto& shared = robot.shared;
+    copy_record(shared.record, robot.launch.records[robot.index()], threadIdx.x, LIMAX_THREADS);
+    __syncthreads();
+    if (threadIdx.x == 0) shared.stop = stop_of(robot.launch, shared.record);
+    __syncthreads();
+    return !shared.record.begun || shared.stop > shared.record.step;
+}
+
+// Everything that is due at `step` beside the step. Returns false when the robot has diverged.
+template <class Robot>
+__device__ inline bool take_event(Robot& robot, int64_t step, loop_state& now) {
+    auto& shared = robot.shared;
+    robot_record& record = shared.record;
+    if (!robot.check_limits(step)) return false;
+    if (center_wanted(record, step)) robot.take_center(step);
+    if constexpr (touchable)
+        if (step == record.next_sample[sample_contact]) robot.take_contact();
+    if constexpr (has_solid)
+        if (robot.leads())
+            note_solid(robot.solid().record, record, step, shared.shift,
+                       step % check_interval == 0 && shared.moved, robot.launch.solids.samples);
+    __syncthreads();
+    if (threadIdx.x == 0) record.step = step;
+    now.last = step == shared.stop;
+    now.half_kick = leapfrog && step == 0;
+    now.since_event = 0;
+    now.until_event = steps_to_event(record, step, shared.stop, [&] { return robot.solid(); });
+    robot.wait();
+    return true;
+}
+
+// Forces, and everything that acts on masses, up to the positions of the next step.
+template <class Robot>
+__device__ inline void take_step(Robot& robot, loop_state& now) {
+    now.h = now.half_kick ? mass_real(0.5) * robot.dt : robot.dt;
+    robot.kick_masses(now);
+    if constexpr (has_faces) robot.push_faces(now);
+    if constexpr (has_solid) robot.step_solid(now);
+    if constexpr (kicks_apart) robot.end_masses(now);
+}
+
+// The run of one robot up to the end of the launch.
+template <class Robot>
+__device__ inline void run_robot(Robot& robot) {
+    robot_record& record = robot.shared.record;
+    if (!begin_launch(robot)) {
+        robot.store_record();
+        return;
+    }
+    robot.dt = mass_real(record.time_step);
+    follow_origin(robot.params, robot.launch.scene, record.origin);
+    if constexpr (has_solid)
+        if (robot.leads())
+            begin_solid(robot.solid(), robot.launch, record.begun, record.time_step,
+                        record.step == 0 ? 1.0 : 0.5);
+    loop_state now{record.begun, record.begun, false, false, robot.dt};
+    robot.begin_masses();
+    while (true) {
+        if (now.since_event == now.until_event)
+            if (!take_event(robot, record.step + now.since_event, now)) break;
+        take_step(robot, now);
+        if (now.last) {
+            if (threadIdx.x == 0) {
+                record.begun = 1;
+                if (record.step == record.steps) record.status = robot_done;
+            }
+            break;
+        }
+        ++now.since_event;
+        robot.begin_step(record.step + now.since_event);
+    }
+    robot.store_masses(now.last);
+    robot.store_record();
+}
+
+}  // namespace limax::cuda
