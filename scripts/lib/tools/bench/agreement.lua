@@ -1,4 +1,4 @@
---- agreement.lua: how near a GPU must come to the CPU, and whether it does. SI units.
+--- agreement.lua: the tolerance between a GPU and the CPU, and the check of it. SI units.
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
@@ -6,18 +6,17 @@ local host = require "limax.host"
 
 local agreement = {}
 
---- Steps that `tolerance` speaks of, s: long enough to fall, touch and be bent, well before chaos.
+--- Times of the check, s: long enough to fall, touch and bend, well before chaos.
 agreement.SETTLE, agreement.DURATION, agreement.TIME_STEP = 0.05, 0.1, 1e-4
 
---- How far two devices may be apart after 1500 steps, m. Every law is the same text on both and
---- every rounding is written out, so that they differ by the order in which the forces on a mass
---- are summed and by the last bit of an inverse length, and by nothing else. In double last bits
---- stay the last bits (2e-15 m measured on an H200): that is what holds the laws to each other. In
---- fp32 places are kept to 6e-8 m at a metre and 1500 steps pile up roundings to 1e-6 m. On the
---- ground a rounding decides when a mass touches and whether friction holds it, in `compensated`
---- and `mixed` too, since they round forces. Damped bodies stay within 4.4e-5 m on an H200;
---- undamped ones carry it farther, the CPU's own `single` up to 3.4e-4 m from its `double`
---- (10x10x10, symplectic Euler). Here three to ten times what was measured.
+--- Largest distance of a mass between two devices after 1500 steps, m. The laws are the same source
+--- on both, so that only the order of summing forces and the last bit of an inverse length differ.
+--- In double that stays in the last bits (2e-15 m measured on an H200). In fp32 positions are
+--- rounded to 6e-8 m at a metre, which 1500 steps add up to 1e-6 m. On the ground a rounding
+--- decides when a mass touches and whether friction holds it, in every precision that rounds
+--- forces: damped bodies stay within 4.4e-5 m on an H200; the CPU's own undamped `single` is
+--- up to 3.4e-4 m from its `double` (10x10x10, symplectic Euler). The tolerances are three to ten
+--- times what was measured.
 ---@param precision string
 ---@param scene table
 ---@return number
@@ -50,13 +49,13 @@ local function last_state(population, materials, precision, device)
   return places, host.sha256(table.concat(text, " "))
 end
 
---- Holds a device against the CPU, all effects at work, and raises where they are too far apart.
+--- Compares a device with the CPU, with all effects, and raises if they differ too much.
 ---@param materials limax.materials
 ---@param device limax.device
 ---@param lattices integer[][]
 ---@param precisions string[]
 ---@return table<string, string> hashes of the last state on the device, by "5x5x5 single"
----@return number worst distance over what is allowed, 0 to 1
+---@return number worst distance over the tolerance
 function agreement.check(materials, device, lattices, precisions)
   local cpu, hashes, worst = engine.device "cpu", {}, 0
   for _, lattice in ipairs(lattices) do
@@ -68,7 +67,7 @@ function agreement.check(materials, device, lattices, precisions)
       local allowed, off = agreement.tolerance(precision, bodies.ALL), 0
       for i, value in ipairs(expected) do off = math.max(off, math.abs(got[i] - value)) end
       if not (off <= allowed) then
-        error(("%s: a mass is %.3g m from where the CPU has it after %g s; %.3g m are allowed: "
+        error(("%s: a mass is %.3g m from its position on the CPU after %g s; %.3g m are allowed: "
           .. "nothing is timed"):format(name, off, agreement.SETTLE + agreement.DURATION, allowed),
           0)
       end

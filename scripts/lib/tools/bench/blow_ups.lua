@@ -1,10 +1,9 @@
---- blow_ups.lua: a random search for robots that diverge at the automatic step. Case N is a
---- function of N alone: scene, materials and settings of its batch of 64, its own body and launch
---- from the counter-based random numbers. Soft, heavy bodies that hit the ground at 100 m/s are
---- torn to many times their length, and a torn spring throws a light mass at kilometres a second.
---- That is physics, and no step mends it: limits are far out here, so that what diverges is what
---- grows without end. It is run again at an eighth of the step: if it ends well there, the step is
---- to blame. SI units.
+--- blow_ups.lua: `limax bench blow-ups`: a random search for robots that diverge at the automatic
+--- step. Case N depends only on N: scene, materials and settings of its batch of 64, and its own
+--- body. Soft, heavy bodies that hit the ground at 100 m/s stretch to many times their length, at
+--- any step; so the limits of stretch and speed are very large, and only what grows without end
+--- diverges. A diverged case runs again at an eighth of the step: if it ends well, the step is the
+--- cause. SI units.
 
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -13,24 +12,22 @@ local robot_file = require "limax.robot.robot_file"
 local blow_ups = {}
 
 local BATCH = 64
-local SEED, REPETITION = 20240501, 1 -- any; part of what a case's number means
+local SEED, REPETITION = 20240501, 1 -- arbitrary; part of the definition of a case
 local DURATION, EDGE = 2, 0.1 -- s, m
 local FASTEST, QUICKEST = 100, 20 -- m/s, Hz
 local STRONGEST = 100 -- m/s^2, of gravity
 -- s: the least sqrt(m / k) of a mass and a spring or the ground. A step is about a fifth of it, so
--- that two seconds take 10^4 steps; stiffer and lighter is longer and no harder, for only steps
--- over periods count.
+-- that two seconds take 10^4 steps.
 local LEAST_PERIOD = 1e-3
 local FINER = 8
--- times L0 and m/s: what the energy of a launch at 100 m/s does to the softest spring and the
--- lightest mass, many times over
+-- limits of stretch and speed, m/s
 local LONGEST, WILDEST = 1e6, 1e8
--- batches that share a device at a time
+-- batches that run on a device at a time
 local TOGETHER = { cpu = 1, cuda = 32 }
 
 local COLUMNS = { "case", "reason", "step", "time", "time_step", "finer", "blame" }
 
--- A few, so that a GPU needs few kernels.
+-- Few, because each needs a kernel on a GPU.
 local LATTICES = { { 1, 1, 1 }, { 2, 2, 2 }, { 3, 3, 3 }, { 4, 4, 4 }, { 5, 5, 5 }, { 6, 1, 1 },
   { 1, 1, 6 }, { 5, 5, 1 } }
 
@@ -43,32 +40,27 @@ local function decades(random, low, high)
   return math.exp(between(random, math.log(low), math.log(high)))
 end
 
--- Draws a material table, and how stiff a ground its lightest mass bears. Half of the batches draw
--- uniformly from the ranges, half by decades.
+-- A random material table, and the stiffness of ground that its lightest mass allows. Half of the
+-- batches draw uniformly from the ranges, half by decades.
 local function draw_materials(random)
   local materials = engine.materials "paper"
   local draw = random:uniform() < 0.5 and between or decades
-  local ranges = {}
-  for _, field in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase" } do
+  local function set(i, field, law, least)
     local range = materials:field(field)
-    ranges[field] = { range.minimum, range.maximum }
+    local value = law(random, least or range.minimum, range.maximum)
+    materials:set(i, field, value)
+    return value
   end
   local stiffest, lightest = 0, math.huge
+  for i = 2, materials.count do stiffest = math.max(stiffest, set(i, "stiffness", draw)) end
+  local least = math.max(materials:field("mass_per_site").minimum, stiffest * LEAST_PERIOD ^ 2)
   for i = 2, materials.count do
-    local stiffness = draw(random, unpack(ranges.stiffness))
-    stiffest = math.max(stiffest, stiffness)
-    materials:set(i, "stiffness", stiffness)
-  end
-  local least = math.max(ranges.mass_per_site[1], stiffest * LEAST_PERIOD ^ 2)
-  for i = 2, materials.count do
-    local mass = draw(random, least, ranges.mass_per_site[2])
-    lightest = math.min(lightest, mass)
-    materials:set(i, "mass_per_site", mass)
-    materials:set(i, "damping_ratio", between(random, unpack(ranges.damping_ratio)))
+    lightest = math.min(lightest, set(i, "mass_per_site", draw, least))
+    set(i, "damping_ratio", between)
     local kind = materials:get(i).kind
     if kind == "expanding" or kind == "contracting" then
-      materials:set(i, "amplitude", between(random, unpack(ranges.amplitude)))
-      materials:set(i, "phase", between(random, unpack(ranges.phase)))
+      set(i, "amplitude", between)
+      set(i, "phase", between)
     end
   end
   return materials, lightest / LEAST_PERIOD ^ 2
@@ -76,7 +68,7 @@ end
 
 local function chosen(random, list) return list[random:integer(#list)] end
 
--- A contact's stiffness and damping, within what the lightest mass bears at its step.
+-- Adds the stiffness and damping of a contact.
 local function surface(random, stiffest, fields)
   fields.stiffness = decades(random, 1, math.min(1e9, math.max(2, stiffest)))
   fields.damping_ratio = between(random, 0, 2)
@@ -88,7 +80,7 @@ local function point(random)
   return { between(random, -2, 2), between(random, -2, 2), between(random, -1, 1) }
 end
 
--- What is there to touch, by name; a few worlds, for each is a kernel of its own on a GPU.
+-- What a body can touch. Few, because each needs a kernel on a GPU.
 local WORLDS = {
   { "air", function() return {} end },
   { "land", function(random, stiffest) return { ground = surface(random, stiffest, {}) } end },
@@ -136,7 +128,7 @@ local WORLDS = {
   { "beside a block", function(random, stiffest)
     local size = {}
     for axis = 1, 3 do size[axis] = between(random, 0.05, 1) end
-    -- a corner bears a quarter of the block, and is no lighter than the lightest mass
+    -- a corner has a quarter of the block's mass
     return { ground = surface(random, stiffest, {}), block = surface(random, stiffest, {
       size = size, position = { between(random, -1.5, 1.5), between(random, -1.5, 1.5),
         between(random, 0, 1) },
@@ -144,24 +136,12 @@ local WORLDS = {
   end },
 }
 
--- Worlds where there is nothing to touch, and so no friction.
+-- Worlds without contact.
 local UNTOUCHED = { air = true, river = true }
-
--- Whether the engine has every effect of a scene.
-local function possible(scene)
-  local known = {}
-  for _, effect in ipairs(engine.effects()) do known[effect.name] = true end
-  for name in pairs(scene) do
-    if not known[name] then return false end
-  end
-  return true
-end
 
 local function draw_scene(random, stiffest_ground)
   local world = chosen(random, WORLDS)
   local scene = world[2](random, stiffest_ground)
-  -- an engine without the world's effects has land in its place
-  if not possible(scene) then scene = WORLDS[2][2](random, stiffest_ground) end
   if not UNTOUCHED[world[1]] and random:uniform() < 0.8 then
     scene.friction = { static = between(random, 0, 2), kinetic = between(random, 0, 2) }
   end
@@ -186,7 +166,7 @@ end
 ---@field scene table
 ---@field options table
 
--- What the cases of a batch share. The number of draws may vary, since nothing else reads the key.
+-- What the cases of a batch share.
 local function draw_batch(number)
   local random = random_of(number, 0)
   local lattice = chosen(random, LATTICES)
@@ -239,7 +219,7 @@ local function simulate(batch, population, device, fraction)
   return engine.simulation(population, batch.materials, engine.scene(batch.scene), options, device)
 end
 
--- What a case that diverged does at a finer step.
+-- Runs a diverged case at a shorter step.
 local function judge(batch, index, outcome, device)
   local population = population_of(batch, index, index)
   local again = simulate(batch, population, device, batch.options.bound_fraction / FINER)
@@ -293,7 +273,7 @@ local function run_batches(parts, device, rows)
   end
 end
 
---- Case N as a robot that a file holds, with its scene and settings.
+--- Case N as the table of a robot file, with its scene and settings.
 ---@param number integer from 1
 ---@return table
 function blow_ups.describe(number)
@@ -308,11 +288,11 @@ end
 
 --- Runs cases first .. first + cases - 1.
 ---@param how { device: limax.device, first: integer, cases: integer, say: fun(text: string) }
----@return limax.bench_result failed if the step is to blame for a robot's end
+---@return limax.bench_result failed if the step is the cause of a divergence
 function blow_ups.search(how)
   local rows, started = {}, host.clock()
   local parts = plan(how.first, how.first + how.cases - 1)
-  local together, said, done = TOGETHER[how.device.kind] or 1, 0, 0
+  local together, printed, done = TOGETHER[how.device.kind] or 1, 0, 0
   for at = 1, #parts, together do
     local some = {}
     for i = at, math.min(#parts, at + together - 1) do
@@ -320,24 +300,24 @@ function blow_ups.search(how)
       done = done + parts[i].to - parts[i].from + 1
     end
     run_batches(some, how.device, rows)
-    for i = said + 1, #rows do
+    for i = printed + 1, #rows do
       how.say(("case %d: %s at step %d, %.4g s; at an eighth of the step: %s"):format(rows[i].case,
         rows[i].reason, rows[i].step, rows[i].time, rows[i].finer))
     end
-    said = #rows
+    printed = #rows
     collectgarbage "collect"
   end
   local blamed = 0
   for _, row in ipairs(rows) do blamed = blamed + (row.blame == "step" and 1 or 0) end
-  how.say(("%d cases from %d in %.0f s: %d diverged; for %d of them the step is to blame, %d do so "
-    .. "at an eighth of it too"):format(done, how.first, host.clock() - started, #rows, blamed,
+  how.say(("%d cases from %d in %.0f s: %d diverged; the step is the cause of %d, %d diverge at an "
+    .. "eighth of it too"):format(done, how.first, host.clock() - started, #rows, blamed,
     #rows - blamed))
   return { columns = COLUMNS, rows = rows, cases = { first = how.first, count = done,
     diverged = #rows, step = blamed }, failed = blamed > 0 }
 end
 
 --- The bench: a search, or one case with its description.
----@param how limax.bench_how `first`, `cases`; `case`: that one alone, printed
+---@param how limax.bench_how `first`, `cases`; `case`: only that one, printed
 ---@return limax.bench_result
 function blow_ups.run(how)
   if not how.case then return blow_ups.search(how) end

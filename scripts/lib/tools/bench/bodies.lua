@@ -1,5 +1,4 @@
---- bodies.lua: bodies that benches and device suites share: written by formulas, so that they are
---- the same everywhere and need no genome.
+--- bodies.lua: bodies of benches and device suites, made by formulas instead of genomes.
 
 local engine = require "limax.engine"
 
@@ -10,9 +9,9 @@ bodies.ALL = {
   gravity = true, ground = true, friction = true, damping = true, actuation = true,
 }
 
---- A population of bodies with all four materials in layers and weights that differ, so that
---- nothing is degenerate. A robot's body follows from its number alone. `hollow`: every second body
---- has empty voxels too, and may be in several pieces.
+--- A population of bodies with all four materials and different weights. A robot's body depends
+--- only on its number. `hollow`: every second body has empty voxels too, and may be in several
+--- pieces.
 ---@param materials limax.materials of the paper
 ---@param lattice integer[]
 ---@param count integer

@@ -1,18 +1,16 @@
---- cases.lua: simulations that run on and on, a slice at a time, for timing. A spring counts once
---- per step, whatever its masses cost; wall time includes everything that `advance` does: limits,
---- origin, centre of mass at 50 Hz.
+--- cases.lua: simulations that run without end, a slice at a time, for timing. Wall time includes
+--- everything that `advance` does: limits, origin, centre of mass at 50 Hz.
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
 
 local cases = {}
 
---- s: well under the bound of these bodies with every integrator, and a divisor of the sample
+--- s: well below the bound of these bodies with every integrator, and a divisor of the sample
 --- interval.
 cases.TIME_STEP = 1e-4
 
--- s of simulated time: beyond what any slice reaches, yet with traces of a gigabyte at most
--- (50 samples a second of 24 bytes each)
+-- s of simulated time: longer than all slices, with traces of at most a gigabyte
 local function duration_of(count) return math.min(1e4, math.max(20, math.floor(1e6 / count))) end
 
 ---@class limax.bench.how
@@ -28,10 +26,10 @@ local function duration_of(count) return math.min(1e4, math.max(20, math.floor(1
 ---@field run fun(): number a slice; returns springs times steps done
 ---@field springs integer of one robot
 ---@field masses integer of one robot
----@field facts table what simulation:describe() says
+---@field facts table of simulation:describe()
 ---@field free fun()
 
---- Makes a case and warms it up.
+--- Creates a case and warms it up.
 ---@param materials limax.materials
 ---@param how limax.bench.how
 ---@return limax.bench.case
@@ -41,7 +39,7 @@ function cases.endless(materials, how)
     integrator = how.integrator, precision = how.precision, time_step = cases.TIME_STEP,
     duration = duration_of(how.count), settle = 0, record = { center_of_mass = 50 } }, how.device)
   population:free()
-  -- kernels are made and the length of a step is learnt
+  -- creates kernels and measures the time of a step
   simulation:advance(0.02)
   local before = simulation:advance(0.02).spring_steps
   local outcome = simulation:outcome(1)
@@ -49,7 +47,7 @@ function cases.endless(materials, how)
     springs = outcome.springs, masses = outcome.masses, facts = simulation:describe(),
     run = function()
       local progress = simulation:advance(how.seconds)
-      assert(not progress.finished, "the robots came to their end while they were timed")
+      assert(not progress.finished, "the robots ended while they were timed")
       local done = progress.spring_steps - before
       before = progress.spring_steps
       return done

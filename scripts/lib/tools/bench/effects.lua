@@ -1,6 +1,5 @@
---- effects.lua: what each effect of a scene costs: springs alone, each effect alone, all but each,
---- all; time per step, and on a GPU the registers and instructions of the kernel that was made for
---- the scene. The effects are those of the engine, a user's own among them.
+--- effects.lua: `limax bench effects`: the time of a step with springs only, with each effect, with
+--- all but each, and with all; on a GPU also the registers and instructions of the scene's kernel.
 
 local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
@@ -11,19 +10,19 @@ local timing = require "limax.tools.bench.timing"
 local effects = {}
 
 local ROUNDS = 10
--- on a GPU: what fills a large one
+-- enough to fill a large GPU
 local ROBOTS = { cpu = 1, cuda = 4224 }
--- `instructions` are a kernel's, or a step's on a CPU where they are counted
+-- `instructions` are of the kernel, or of a step on a CPU where they are counted
 local KERNEL = { "path", "origin", "registers", "spilled", "instructions" }
 local COLUMNS = { "device", "effects", "robots", "seconds_per_step", "relative_to_all",
   "relative_to_springs", "passes", unpack(KERNEL) }
 
--- The named effects and what they need: their fields have defaults.
+-- A scene of the named effects and of those that they need.
 local function with_needs(infos, names)
   local scene = {}
   local function add(name)
     scene[name] = true
-    -- any of those that it needs will do
+    -- any one of them
     local need = infos[name].needs[1]
     if need then add(need) end
   end
@@ -31,7 +30,7 @@ local function with_needs(infos, names)
   return scene
 end
 
--- All effects but one, and but those that need it.
+-- All effects except one and those that need it.
 local function without(infos, names, left_out)
   local scene = {}
   for _, name in ipairs(names) do
@@ -49,7 +48,7 @@ local function text_of(names, scene)
   return table.concat(list, ", ")
 end
 
--- Scenes by what they are called: springs alone first, all last.
+-- Named scenes: springs only first, all last.
 local function scenes()
   local infos, names = {}, {}
   for _, info in ipairs(engine.effects()) do
@@ -72,27 +71,18 @@ local function scenes()
   return list
 end
 
--- Refuses to time a scene whose bodies fly apart.
-local function check(case, name)
-  if not (case.run() > 0) then
-    error(("%s: nothing moved: nothing is timed"):format(name), 0)
-  end
-end
-
--- Counts the instructions of a step in every scene.
 local function count(rows, list, say)
   if not instructions.available() then
-    say "instructions are not counted: there is no valgrind"
+    say "instructions are not counted: valgrind is not installed"
     return
   end
-  say "counting instructions takes minutes; they are those of the passes for x86-64-v3"
+  say "counting instructions takes minutes; they are of the passes for x86-64-v3"
   for i, scene in ipairs(list) do
     host.raise_if_interrupted()
     rows[i].instructions = math.floor(instructions.per_step(scene.scene) + 0.5)
   end
 end
 
---- Measures every scene, in turn.
 ---@param how limax.bench_how
 ---@return limax.bench_result
 function effects.run(how)
@@ -110,13 +100,13 @@ function effects.run(how)
     local case = cases.endless(materials, { lattice = { 5, 5, 5 }, count = robots,
       scene = scene.scene, integrator = "leapfrog", precision = "compensated", device = device,
       seconds = how.seconds / 5 })
-    check(case, scene.name)
+    if not (case.run() > 0) then error(scene.name .. ": no step was done: nothing is timed", 0) end
     host.raise_if_interrupted()
     list[i] = case
     rows[i] = { device = on, effects = scene.name, robots = robots }
     for _, name in ipairs { "passes", unpack(KERNEL) } do rows[i][name] = case.facts[name] end
   end
-  -- one thread: time of the processor, in which a busy machine's other work does not count
+  -- one thread: processor time does not contain a busy machine's other work
   local on_cpu = device.kind == "cpu"
   local rates = timing.best_rates(list, ROUNDS, on_cpu and os.clock or nil)
   for i, case in ipairs(list) do

@@ -1,5 +1,5 @@
---- hashes.lua: the bits that a GPU model gave when somebody last looked at them, one file per model
---- in hashes/: the same scene on the same model gives the same bits for ever.
+--- hashes.lua: stored hashes of the last states on a GPU model, one file per model in hashes/: the
+--- same scene on the same model must always give the same bits.
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -14,10 +14,10 @@ local function path_of(model, folder)
     (model:gsub("[^%w%-]", "_")))
 end
 
---- Compares with what is stored for a GPU model; a difference raises.
+--- Compares with the stored hashes of a GPU model; a difference raises.
 ---@param model string the GPU's name
 ---@param found table<string, string> hash of each scene
----@param folder string|nil where hashes are; limax's own if left out
+---@param folder string|nil of the hashes; limax's own if left out
 ---@return string text for the user
 function hashes.check(model, found, folder)
   local path = path_of(model, folder)
@@ -31,7 +31,7 @@ function hashes.check(model, found, folder)
     local expected = stored.hashes[name]
     if expected and expected ~= hash then
       failure.raise(1, ("%s: the last state has other bits than limax %s gave on %s: nothing is "
-        .. "timed. If the physics was meant to change, --store keeps the new ones"):format(name,
+        .. "timed. If the physics changed on purpose, --store stores the new ones"):format(name,
         stored.version, model))
     end
     compared = compared + (expected and 1 or 0)
@@ -48,7 +48,7 @@ function hashes.count(found)
   return count
 end
 
---- Keeps hashes for a GPU model.
+--- Stores hashes of a GPU model.
 ---@param model string
 ---@param found table<string, string>
 ---@param folder string|nil

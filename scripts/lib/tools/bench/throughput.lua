@@ -1,6 +1,6 @@
---- throughput.lua: springs per second. On the CPU of full 5x5x5 bodies: each integrator and
---- precision with all effects, then what each absent effect saves, then threads; on a GPU see
---- gpu.lua. And what whole runs cost.
+--- throughput.lua: `limax bench throughput`: springs per second. On the CPU of full 5x5x5 bodies:
+--- each integrator and precision with all effects, then without each effect, then by threads; on a
+--- GPU see gpu.lua. Then the cost of whole runs.
 
 local bodies = require "limax.tools.bench.bodies"
 local cases = require "limax.tools.bench.cases"
@@ -17,7 +17,7 @@ local PRECISIONS = { "single", "compensated", "mixed", "double" }
 local FIVE = { 5, 5, 5 }
 local ROUNDS = 5
 
--- Where the centre of mass ends after a short run: before chaos, and with every effect at work.
+-- The outcome of a run that ends before chaos.
 local function short_run(materials, scene, integrator, precision, device)
   local population = bodies.population(materials, FIVE, 1)
   local simulation = engine.simulation(population, materials, engine.scene(scene), {
@@ -30,8 +30,7 @@ local function short_run(materials, scene, integrator, precision, device)
   return outcome
 end
 
--- Refuses to time a wrong result: every precision must end within `tolerance` metres of `double`,
--- and both integrators near each other.
+-- Raises if a precision or an integrator ends too far from leapfrog in double.
 local function check(materials, device)
   local reference = short_run(materials, bodies.ALL, "leapfrog", "double", device)
   assert(reference.status == "done" and reference.springs == 1940 and reference.masses == 216)
@@ -59,8 +58,7 @@ local function without(name)
   return scene
 end
 
--- What `limax run walk.lua` costs: the seconds of a generation as the quickstart has them, and the
--- memory of a large population.
+-- The seconds of a generation of `limax run walk.lua`, and the memory of a large population.
 local function whole_runs(how, rows)
   local walk = host.home .. "/scripts/experiments/walk.lua"
   local runs = { { generations = 2, robots = 30 } }
@@ -89,10 +87,9 @@ end
 ---@field threads integer|nil
 ---@field seconds number of one repeat of one measurement
 ---@field full boolean|nil every combination on a GPU; the memory of a large population
----@field store boolean|nil keep the hashes of the last states of this GPU model
+---@field store boolean|nil store the hashes of the last states of this GPU model
 ---@field say fun(text: string)
 
--- The rows of the CPU.
 local function on_cpu(how)
   local materials = engine.materials "paper"
   local one = engine.device("cpu", { threads = 1 })
@@ -132,7 +129,7 @@ local function on_cpu(how)
   add_default("none but springs", {}, one, 1, 1)
   local team = how.device
   local threads = team.threads
-  -- the same work for one thread and for all; enough robots that no thread waits for another
+  -- the same work for one thread and for all, with enough robots that no thread waits
   add_default("all", bodies.ALL, one, 1, 8 * threads)
   add_default("all", bodies.ALL, team, threads, 8 * threads)
 

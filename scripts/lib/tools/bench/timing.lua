@@ -1,5 +1,5 @@
---- timing.lua: fair times on a busy machine: the cases take turns, round after round, and each
---- keeps its best round.
+--- timing.lua: comparable times on a busy machine: the cases alternate for several rounds, and each
+--- keeps its best one.
 
 local host = require "limax.host"
 

@@ -1,12 +1,12 @@
---- figures.lua: what the sections measured, as figures: colours for integrators, dashes and markers
---- for precisions, every curve named where it ends.
+--- figures.lua: figures of the sections: colours for integrators, dashes and markers for
+--- precisions, and a name at the end of every curve.
 
 local subjects = require "limax.tools.bench.accuracy.subjects"
 local trial = require "limax.tools.bench.accuracy.trial"
 
 local figures = {}
 
--- Hues that can be told apart without seeing red and green (after Okabe and Ito).
+-- Colours for readers with red-green colour blindness (after Okabe and Ito).
 local COLORS = { symplectic_euler = "#c8501e", leapfrog = "#1a6fae", rk4 = "#0f8a66",
   xpbd = "#8a5a9e" }
 local SHORT = { symplectic_euler = "Euler", leapfrog = "leapfrog", rk4 = "RK4", xpbd = "XPBD" }
@@ -25,20 +25,23 @@ local function curve_of(row)
     width = look.width, key = row.integrator .. row.precision }
 end
 
--- Wall time that a failed run would have taken: that of the method's longest step that came
--- through, by the number of steps.
-local function price_of_failures(rows, curve)
-  local known
-  for _, row in ipairs(rows) do
-    if row.seconds_per_second then
-      known = row
-      break
-    end
+-- The curve of a key, new at its first use.
+local function curve_in(curves, key, make)
+  if not curves[key] then
+    curves[key] = make()
+    curves[#curves + 1] = curves[key]
   end
-  if not known then return end
-  for _, row in ipairs(rows) do
+  return curves[key]
+end
+
+-- Adds the wall time that failed runs would have taken: that of the method's longest successful
+-- step, scaled by the number of steps.
+local function add_failures(rows, curve)
+  local done
+  for _, row in ipairs(rows) do done = done or row.seconds_per_second and row end
+  for _, row in ipairs(done and rows or {}) do
     if row.status ~= "done" and row.time_step then
-      curve.failures[#curve.failures + 1] = known.seconds_per_second * known.time_step
+      curve.failures[#curve.failures + 1] = done.seconds_per_second * done.time_step
         / row.time_step
     end
   end
@@ -48,7 +51,7 @@ local function scene_panel(rows, scene)
   local panel = { title = subjects.TITLES[scene], curves = {}, points = {},
     x = { label = "wall time per simulated second, s" },
     y = { label = "error of the masses' places, m" } }
-  local by_curve, absent = {}, {}
+  local refused = {}
   for _, row in ipairs(rows) do
     if row.scene == scene then
       panel.floor = { y = row.reference_error, text = "the reference's own error" }
@@ -59,28 +62,25 @@ local function scene_panel(rows, scene)
             name = row.tier, color = TIER_COLOR }
         end
       elseif row.status == "refused" then
-        absent[row.integrator] = row.reason
+        refused[row.integrator] = row.reason
       else
-        local key = row.integrator .. row.precision
-        if not by_curve[key] then
-          by_curve[key] = { curve = curve_of(row), rows = {} }
-          panel.curves[#panel.curves + 1] = by_curve[key].curve
-        end
-        local entry = by_curve[key]
-        entry.rows[#entry.rows + 1] = row
+        local curve = curve_in(panel.curves, row.integrator .. row.precision,
+          function() return curve_of(row) end)
+        curve.rows = curve.rows or {}
+        table.insert(curve.rows, row)
         if row.error and row.error > 0 then
-          table.insert(entry.curve.points, { row.seconds_per_second, row.error })
+          table.insert(curve.points, { row.seconds_per_second, row.error })
         end
       end
     end
   end
-  for _, entry in pairs(by_curve) do price_of_failures(entry.rows, entry.curve) end
-  -- what comes nearer than the reference is to itself ends on the axis
+  for _, curve in ipairs(panel.curves) do add_failures(curve.rows, curve) end
+  -- errors below the reference's own are drawn on the axis
   panel.y.low = panel.floor.y / 2
   for _, integrator in ipairs(trial.INTEGRATORS) do
-    local why = absent[integrator]
+    local why = refused[integrator]
     if why then
-      -- a refusal's first part says why, the rest what to do
+      -- the first part of a refusal is its reason
       panel.note = ("%s; %s: %s"):format(panel.note, trial.LABELS[integrator],
         why:gsub("^integrator: ", ""):match "^[^;]*")
     end
@@ -88,9 +88,9 @@ local function scene_panel(rows, scene)
   return panel
 end
 
+-- Every function takes a section's result and returns a limax.chart.figure.
+
 --- Error against wall time, a panel for each scene.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.work_precision(result)
   local panels, seen = {}, {}
   for _, row in ipairs(result.rows) do
@@ -108,21 +108,17 @@ end
 
 -- Curves over the price: leapfrog and symplectic Euler by precision.
 local function ranked_curves(rows, value_of)
-  local curves, of_key = {}, {}
+  local curves = {}
   for _, row in ipairs(rows) do
     local value = value_of(row)
     if value and row.seconds_per_second and row.integrator and not row.tier
       and row.setting ~= "finest" and row.setting ~= "chaos floor" then
-      local key = row.integrator .. row.precision
-      if not of_key[key] then
-        of_key[key] = curve_of(row)
-        curves[#curves + 1] = of_key[key]
-      end
-      table.insert(of_key[key].points, { row.seconds_per_second, value })
-      if row.failed > 0 then table.insert(of_key[key].failures, row.seconds_per_second) end
+      local curve = curve_in(curves, row.integrator .. row.precision,
+        function() return curve_of(row) end)
+      table.insert(curve.points, { row.seconds_per_second, value })
+      if row.failed > 0 then table.insert(curve.failures, row.seconds_per_second) end
     end
   end
-  -- a curve runs from cheap to dear
   for _, curve in ipairs(curves) do
     table.sort(curve.points, function(a, b) return a[1] < b[1] end)
   end
@@ -166,8 +162,6 @@ end
 local LEAST_REGRET = 1e-3
 
 --- What elites chosen by cheap scores lose, against what the scores cost.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.elite_regret(result)
   local function value_of(row)
     return row.elite_regret and math.max(row.elite_regret, LEAST_REGRET)
@@ -190,8 +184,6 @@ function figures.elite_regret(result)
 end
 
 --- Kendall's tau of the robots' order, against what the scores cost.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.kendall_tau(result)
   local panels = ranked_panels(result, function(row) return row.tau end, function(panel, group)
     panel.y = { label = "Kendall's tau", linear = true, high = 1.01 }
@@ -207,29 +199,24 @@ end
 
 -- ---- rounding -----------------------------------------------------------------------------------
 
--- Rings of different sizes at one place: where all of them show, the start makes no difference.
+-- Rings of different sizes at one point: if all are visible, the start makes no difference.
 local START_LOOKS = { [10] = { marker = "wide ring", color = "#8a5a9e" },
   [1000] = { marker = "wider ring", color = "#b58a1b" } }
 
 local function sweep_panel(rows)
   local panel = { title = "at the origin, 10 m and 1 km away", curves = {},
     x = { label = "time step, s" }, y = { label = "error of the masses' places, m" } }
-  local of_key = {}
   for _, row in ipairs(rows) do
     if row.same_bits == nil and row.way == 0 and row.duration == rows[1].duration
       and row.error and row.error > row.reference_error then
-      local key = row.integrator .. row.precision .. row.start
-      if not of_key[key] then
-        local curve = curve_of(row)
-        local look = START_LOOKS[row.start]
+      local curve = curve_in(panel.curves, row.integrator .. row.precision .. row.start, function()
+        local curve, look = curve_of(row), START_LOOKS[row.start]
         if look then
           curve.marker, curve.color, curve.dash, curve.name = look.marker, look.color, "none", nil
         end
-        of_key[key] = curve
-        panel.curves[#panel.curves + 1] = curve
-      end
-      -- long steps first: the name stands at the shortest
-      table.insert(of_key[key].points, { row.time_step, row.error })
+        return curve
+      end)
+      table.insert(curve.points, { row.time_step, row.error })
     end
   end
   panel.x.reversed = true
@@ -242,21 +229,18 @@ end
 local function way_panel(rows)
   local panel = { curves = {}, x = { label = "time step, s", reversed = true },
     y = { label = "error of the masses' places, m" } }
-  local of_key = {}
   for _, row in ipairs(rows) do
     if row.duration ~= rows[1].duration and row.error then
-      local key = row.precision .. row.way
       if row.way > 0 then
         panel.title = ("on a way of %g m at 1 m/s, %d bodies"):format(row.way, row.bodies)
       end
-      if not of_key[key] then
+      local curve = curve_in(panel.curves, row.precision .. row.way, function()
         local curve = curve_of(row)
-        curve.name = ("%s, %s"):format(row.precision, row.way > 0 and "on its way" or "at rest")
+        curve.name = ("%s, %s"):format(row.precision, row.way > 0 and "moving" or "at rest")
         curve.color = row.way > 0 and "#8a5a9e" or COLORS.leapfrog
-        of_key[key] = curve
-        panel.curves[#panel.curves + 1] = curve
-      end
-      table.insert(of_key[key].points, { row.time_step, row.error })
+        return curve
+      end)
+      table.insert(curve.points, { row.time_step, row.error })
       panel.floor = { y = row.reference_error, text = "the reference's own error" }
     end
   end
@@ -264,8 +248,6 @@ local function way_panel(rows)
 end
 
 --- The rounding floor of fp32: error against step, by place and precision.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.rounding(result)
   local same = {}
   for _, row in ipairs(result.rows) do
@@ -287,17 +269,13 @@ local function drift_panel(rows, scene, field, title)
     x = { label = "precision", linear = true, low = 0.5, high = 4.5,
       text = function(value) return trial.PRECISIONS[value] end },
     y = { label = "relative drift" } }
-  local of_key = {}
   for _, row in ipairs(rows) do
     local value = row.scene == scene and row[field]
     if value then
-      local curve = of_key[row.integrator]
-      if not curve then
-        curve = { name = SHORT[row.integrator], points = {}, color = COLORS[row.integrator],
+      local curve = curve_in(panel.curves, row.integrator, function()
+        return { name = SHORT[row.integrator], points = {}, color = COLORS[row.integrator],
           marker = "dot" }
-        of_key[row.integrator] = curve
-        panel.curves[#panel.curves + 1] = curve
-      end
+      end)
       for place, precision in ipairs(trial.PRECISIONS) do
         if precision == row.precision and value ~= 0 then
           table.insert(curve.points, { place, math.abs(value) })
@@ -310,8 +288,6 @@ local function drift_panel(rows, scene, field, title)
 end
 
 --- What is lost of energy and angular momentum where nothing should be.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.conservation(result)
   return { name = "conservation", title = "What is kept", columns = 3, width = 420, height = 330,
     panels = {
@@ -326,19 +302,16 @@ end
 -- ---- evolutions ---------------------------------------------------------------------------------
 
 --- The final best of each evolution at the finest setting, against the time that it took.
----@param result { rows: table[] }
----@return limax.chart.figure
 function figures.evolutions(result)
   local hues = { paper = "#c8501e", preview = "#8a5a9e", evolve = "#1a6fae", publish = "#0f8a66" }
-  local curves, of_setting = {}, {}
+  local curves = {}
   for _, row in ipairs(result.rows) do
-    if not of_setting[row.setting] then
-      of_setting[row.setting] = { name = row.setting, points = {}, dash = "none", marker = "dot",
+    local curve = curve_in(curves, row.setting, function()
+      return { name = row.setting, points = {}, dash = "none", marker = "dot",
         color = hues[row.setting] }
-      curves[#curves + 1] = of_setting[row.setting]
-    end
+    end)
     if row.best_at_finest then
-      table.insert(of_setting[row.setting].points, { row.seconds, row.best_at_finest })
+      table.insert(curve.points, { row.seconds, row.best_at_finest })
     end
   end
   return { name = "evolutions", title = "Where whole evolutions end", columns = 1, width = 760,

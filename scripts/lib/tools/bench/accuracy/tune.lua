@@ -1,7 +1,6 @@
---- tune.lua: the longest step that an experiment bears: some bodies of its first generation, and
---- champions if any are given, scored at twice the script's own step, at that step, and at shorter
---- ones, against an eighth of it in double. It prints what to write into the script; a run never
---- tunes itself. SI units.
+--- tune.lua: `limax bench accuracy --tune`: the longest step at which an experiment is accurate.
+--- Scores some bodies of its first generation, and champions, at twice the script's own step, at
+--- that step and at shorter ones, against an eighth of it in double. SI units.
 
 local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
@@ -22,30 +21,29 @@ tune.COLUMNS = { "setting", "share", "time_step", "bound_fraction", "time_step_m
   "failed", "tau", "overlap", "distance_error", "distance_error_relative", "elite_regret",
   "relative_price", "fits" }
 
---- Bodies of the first generation; the most robots of it that are looked at to find them.
-tune.BODIES, tune.LOOKED_AT = 12, 36
+-- valid bodies of the first generation, and the robots among which they are searched
+local BODIES, SEARCHED = 12, 36
 
---- Shares of the script's own step, and the share of the reference.
-tune.SHARES, tune.REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 1 / 8
+-- shares of the script's own step, and of the reference's
+local SHARES, REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 1 / 8
 
---- Elite regret below which a step will do; or twice the chaos floor's, if that is more.
-tune.REGRET = 0.05
+-- largest elite regret of a step that fits, if twice the chaos floor's is not more
+local REGRET = 0.05
 
---- Share of a body's own limit beyond which no step is tried: hard cases hold up to there.
-tune.MOST_OF_BOUND = 0.99
+-- largest share of a body's own limit: the hard cases hold up to it
+local MOST_OF_BOUND = 0.99
 
--- s of wall time of one turn of one setting
-local TURN = 0.1
+-- s of wall time of one round of one setting
+local ROUND = 0.1
 
--- The first generation of repetition 1, without the rest of the run.
 local function first_generation(experiment, device)
-  local small = math.min(experiment.config.population, tune.LOOKED_AT)
+  local small = math.min(experiment.config.population, SEARCHED)
   experiment = experiment:override { "population=" .. small, "generations=1", "repetitions=1" }
   local function silent() end
   return evolve.start(experiment, { device = device, say = silent }):generations()()
 end
 
--- A champion's body for the experiment's lattice, as set_body takes it.
+-- A champion's description, of the experiment's lattice.
 local function champion_body(path, config)
   local description = robot_file.read(path)
   for axis = 1, 3 do
@@ -58,14 +56,14 @@ local function champion_body(path, config)
   return description
 end
 
--- The bodies that are tried, as one population: the first valid ones, then the champions. They live
--- under the experiment's own materials.
+-- The bodies to try as one population of the experiment's materials: the first valid ones, then
+-- the champions.
 local function gather(experiment, champions, device)
   local first = first_generation(experiment, device)
   local world, chosen = first.world, {}
   for i = 1, #first do
     local record = first.engine:body(i)
-    if #chosen < tune.BODIES and record.status == "valid" then chosen[#chosen + 1] = i end
+    if #chosen < BODIES and record.status == "valid" then chosen[#chosen + 1] = i end
   end
   if #chosen + #champions < 2 then
     failure.raise(1, ("--tune: %d of the first %d bodies can be simulated; two are needed to be "
@@ -100,27 +98,27 @@ local function at_share(simulation, share, rate, more)
     return setting
   end
   setting.time_step = "auto"
-  -- a script's own share is tried whatever it is
+  -- a script's own share may be larger
   local own = simulation.bound_fraction
-  setting.bound_fraction = math.min(math.max(own, tune.MOST_OF_BOUND), own * share)
+  setting.bound_fraction = math.min(math.max(own, MOST_OF_BOUND), own * share)
   setting.time_step_most = simulation.time_step_most * share
   return setting
 end
 
--- The reference, and the same at a step changed by one part in 1e4, or by the least that whole
+-- The reference, and its chaos floor: a step changed by one part in 1e4, or by the least that whole
 -- samples allow.
 local function references(simulation, rate, longest)
-  local fine = at_share(simulation, tune.REFERENCE, rate)
+  local fine = at_share(simulation, REFERENCE, rate)
   fine.precision = "double"
   local near
   if type(fine.time_step) == "number" then
     local steps = 1 / (rate * fine.time_step)
-    near = at_share(simulation, tune.REFERENCE, rate,
+    near = at_share(simulation, REFERENCE, rate,
       math.max(1, math.floor(1e-4 * steps + 0.5)))
   else
-    -- one step more to every sample interval: the share that does so for the longest step
-    local part = math.max(1e-4, longest * tune.REFERENCE * rate)
-    near = at_share(simulation, tune.REFERENCE * (1 - part), rate)
+    -- the share that adds one step to each sample interval at the longest step
+    local part = math.max(1e-4, longest * REFERENCE * rate)
+    near = at_share(simulation, REFERENCE * (1 - part), rate)
   end
   near.precision = "double"
   return fine, near
@@ -143,14 +141,14 @@ local function advice(row, simulation)
     row.bound_fraction, cap)
 end
 
---- The longest step that fits, where every shorter one fits too; nil where none does.
+--- The longest step that fits, as do all shorter ones; nil if none does.
 ---@param rows table[] longest step first, with `elite_regret` and `failed`
 ---@param floor number|nil elite regret of the chaos floor
 ---@param failed integer robots that fail at the reference
 ---@return table|nil row
 ---@return number limit of the elite regret
 function tune.choose(rows, floor, failed)
-  local limit, found = math.max(tune.REGRET, 2 * (floor or 0)), nil
+  local limit, found = math.max(REGRET, 2 * (floor or 0)), nil
   for k = #rows, 1, -1 do
     local row = rows[k]
     row.fits = row.elite_regret ~= nil and row.elite_regret <= limit and row.failed <= failed
@@ -166,13 +164,13 @@ local function measure(robots, how)
   local rate = settings.base_rate(robots.world.config.record)
   local own = at_share(simulation, 1, rate)
   local list, plain = {}, {}
-  for k, share in ipairs(tune.SHARES) do
+  for k, share in ipairs(SHARES) do
     list[k] = { share = share, setting = at_share(simulation, share, rate) }
     plain[k] = list[k].setting
   end
-  local prices = walkers.prices(robots, plain, TURN)
+  local prices = walkers.prices(robots, plain, ROUND)
   local base
-  for k, share in ipairs(tune.SHARES) do base = share == 1 and prices[k] or base end
+  for k, share in ipairs(SHARES) do base = share == 1 and prices[k] or base end
   local own_scores = rescore.population(robots, own)
   local fine, near = references(simulation, rate, longest_step(own_scores))
   how.say(("%d bodies against an eighth of the step, in double"):format(#robots))
@@ -190,13 +188,13 @@ local function measure(robots, how)
     local scores = each.share == 1 and own_scores or rescore.population(robots, each.setting)
     local name = each.share == 1 and "the script's own step"
       or ("%g of the script's step"):format(each.share)
-    if each.share > 1 and each.setting.bound_fraction == tune.MOST_OF_BOUND then
-      name = ("%g of the bound"):format(tune.MOST_OF_BOUND)
+    if each.share > 1 and each.setting.bound_fraction == MOST_OF_BOUND then
+      name = ("%g of the bound"):format(MOST_OF_BOUND)
     end
     rows[k] = row_of(name, each.share, each.setting, scores)
     rows[k].relative_price = prices[k] and base and prices[k] / base
   end
-  local floor = row_of("chaos floor", tune.REFERENCE, near, rescore.population(robots, near))
+  local floor = row_of("chaos floor", REFERENCE, near, rescore.population(robots, near))
   return rows, floor, reference.failed
 end
 
@@ -211,7 +209,7 @@ local function text(rows, style)
     "price" }, lines, style)
 end
 
---- Tries an experiment's steps and says what to write.
+--- Tries an experiment's steps and prints what to write into its script.
 ---@param how { tune: string, champions: string[]|nil, device: limax.device,
 --- say: fun(text: string) }
 ---@return limax.bench_result
