@@ -21,7 +21,7 @@ local evolve = {}
 
 -- ---- the steps ----------------------------------------------------------------------------------
 
--- Genomes become bodies: a generation from an engine's population and the other fields.
+-- A generation from its fields: the genomes of `engine` become bodies, which the records get.
 local function express(run, fields)
   local began = host.clock()
   fields.engine:express(fields.materials, { require_muscle = run.config.genome.require_muscle,
@@ -46,14 +46,17 @@ local function first_generation(run)
     timing = { breed = host.clock() - began, supervise = 0 } })
 end
 
--- Parameters and materials of the next generation, and their ledger record. The rates that an own
--- loop chooses replace the supervisor's.
+-- Parameters, materials and ledger record of the next generation. What an own loop chooses replaces
+-- what the supervisor decides.
 local function supervise(run, robots, choice)
   local parameters, fields, entry, shares = supervision.decide(run, robots)
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate" } do
-    if choice[name] ~= nil then
-      parameters[name] = choice[name]
-      ledger.set(entry, name, choice[name])
+  local chosen = { mutation_rate = choice.mutation_rate, mutation_scale = choice.mutation_scale,
+    crossover_rate = choice.crossover_rate,
+    elite_fraction = choice.elites and #choice.elites / #robots }
+  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" } do
+    if chosen[name] ~= nil then
+      parameters[name] = chosen[name]
+      ledger.set(entry, name, chosen[name])
     end
   end
   local same = materials.equal(fields, materials.fields(robots.materials))
@@ -62,45 +65,37 @@ local function supervise(run, robots, choice)
 end
 
 -- Elites, and a pair of parents per robot of the next generation.
-local function select(run, robots, offspring, choice)
-  local elites = mating.elites(robots, offspring.parameters.elite_fraction, choice.elites)
-  if choice.elites then
-    offspring.parameters.elite_fraction = #elites / #robots
-    ledger.set(offspring.ledger, "elite_fraction", #elites / #robots)
-  end
+local function select(run, robots, generation, parameters, choice)
+  local elites = mating.elites(robots, parameters.elite_fraction, choice.elites)
   return elites, mating.pairs(robots, elites, choice.parents, function(child)
     return run.experiment.selection(robots, engine.random(run.config.seed, run.repetition,
-      "selection", offspring.generation, child))
+      "selection", generation, child))
   end, source.place(run.config.selection))
 end
 
--- Genomes and records of the next generation. An elite keeps its score under the same materials.
-local function breed(run, robots, offspring, elites, parents)
-  local parameters, generation = offspring.parameters, offspring.generation
-  offspring.engine = run:new_robots()
-  offspring.engine:breed(robots.engine, parents, { mutation_rate = parameters.mutation_rate,
+-- The genomes of the next generation, elites first.
+local function breed(run, robots, generation, parameters, elites, parents)
+  local offspring = run:new_robots()
+  offspring:breed(robots.engine, parents, { mutation_rate = parameters.mutation_rate,
     mutation_scale = parameters.mutation_scale, crossover_rate = parameters.crossover_rate,
     seed = run.config.seed, repetition = run.repetition, generation = generation,
     elites = #elites }, run.device)
-  local keep = offspring.materials == robots.materials and record.scores_valid(robots)
-  offspring.records = {}
-  for i, pair in ipairs(parents) do
-    offspring.records[i] = i <= #elites and mating.elite_record(robots.records[pair[1]], keep)
-      -- ids count on: unique in a repetition, and the same in a run that is continued
-      or { id = generation * #robots + i, generation = generation, origin = "bred",
-        parents = { robots.records[pair[1]].id, robots.records[pair[2]].id } }
-  end
+  return offspring
 end
 
 local function next_generation(run, robots, choice)
-  local began = host.clock()
-  local offspring = supervise(run, robots, choice)
-  offspring.generation, offspring.parents_scored_with = robots.generation + 1, robots.scored_with
+  local began, generation = host.clock(), robots.generation + 1
+  local decided = supervise(run, robots, choice)
   local supervised = host.clock()
-  local elites, parents = select(run, robots, offspring, choice)
-  breed(run, robots, offspring, elites, parents)
-  offspring.timing = { supervise = supervised - began, breed = host.clock() - supervised }
-  return express(run, offspring)
+  local elites, parents = select(run, robots, generation, decided.parameters, choice)
+  local offspring = breed(run, robots, generation, decided.parameters, elites, parents)
+  -- an elite keeps its score under the same materials
+  local keep = decided.materials == robots.materials and record.scores_valid(robots)
+  return express(run, { engine = offspring, generation = generation,
+    records = mating.records(robots, #elites, parents, keep), materials = decided.materials,
+    parameters = decided.parameters, ledger = decided.ledger, supervision = decided.supervision,
+    parents_scored_with = robots.scored_with,
+    timing = { supervise = supervised - began, breed = host.clock() - supervised } })
 end
 
 -- Ends the newest generation: scores it if need be, records it once, and breeds the next one.

@@ -1,5 +1,5 @@
---- mating.lua: which robots of a scored generation are copied, and which become parents. What a
---- script's selection or own loop names is checked here, before it reaches the engine.
+--- mating.lua: which robots of a scored generation are copied, which become parents, and the
+--- records of the next generation. The indices of a script's selection or own loop are checked here.
 
 local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
@@ -64,15 +64,29 @@ function mating.pairs(robots, elites, named, select, place)
   return list
 end
 
---- The record of an elite in the next generation: the same robot, with its score if that is valid.
----@param record table
----@param keep boolean
----@return table
-function mating.elite_record(record, keep)
+-- The record of an elite in the next generation: the same robot, with its score or without.
+local function elite_record(record, keep)
   local copy = {}
   for key, value in pairs(record) do copy[key] = value end
   copy.origin = "elite"
   return keep and copy or population.forget_score(copy)
+end
+
+--- The records of the next generation, still without the bodies of the offspring. Ids count on:
+--- they are unique in a repetition, and the same in a run that is continued.
+---@param robots limax.population.scored
+---@param elites integer number of the pairs that are elites, which come first
+---@param parents integer[][] a pair of indices per robot
+---@param keep boolean do elites keep their scores?
+---@return table[]
+function mating.records(robots, elites, parents, keep)
+  local generation, list = robots.generation + 1, {}
+  for i, pair in ipairs(parents) do
+    local first, second = robots.records[pair[1]], robots.records[pair[2]]
+    list[i] = i <= elites and elite_record(first, keep) or { id = generation * #robots + i,
+      generation = generation, origin = "bred", parents = { first.id, second.id } }
+  end
+  return list
 end
 
 return mating
