@@ -37,7 +37,7 @@ local classes = {}
 
 ---@class limax.canvas.options
 ---@field title string|nil
----@field description string|nil what a screen reader says of an SVG
+---@field description string|nil text for screen readers, of an SVG
 ---@field transparent boolean|nil without a white ground
 ---@field millimetres number|nil width of an SVG on paper
 ---@field prefix string|nil of the names within an SVG: those in one page must differ

@@ -1,4 +1,4 @@
---- motion.lua: what pictures need of a robot's motion: poses at given times, the path, the skin.
+--- motion.lua: what pictures need of a robot's motion: poses at some times, the path, the skin.
 --- World points are turned to { along the way, away from the eye, up }, m; up is against gravity,
 --- so that a slope is seen as one.
 

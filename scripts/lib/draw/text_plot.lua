@@ -137,9 +137,9 @@ end
 
 --- Draws the curves of a panel; bands are left out.
 ---@param options { style: limax.terminal.style, rows?: integer, columns?: integer }
-function text_plot.panel(given, options)
+function text_plot.panel(panel, options)
   local series = {}
-  for _, curve in ipairs(given.curves) do
+  for _, curve in ipairs(panel.curves) do
     if #curve.points > 0 then
       series[#series + 1] = { name = curve.name or curve.title or "", points = curve.points,
         -- lighter: most terminals are dark
@@ -148,7 +148,7 @@ function text_plot.panel(given, options)
     end
   end
   return text_plot.draw(series, { style = options.style, rows = options.rows,
-    columns = options.columns, x = given.x.label, y = given.y.label })
+    columns = options.columns, x = panel.x.label, y = panel.y.label })
 end
 
 return text_plot

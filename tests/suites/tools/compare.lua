@@ -148,9 +148,9 @@ end)
 suite:test("other arms have their experiments' names", function(t)
   local base = t:folder()
   local function wait() end
-  local function names_of(given)
+  local function names_of(experiments)
     local list, names = {}, {}
-    for k, each in ipairs(given) do list[k] = run(base .. "/" .. each.at, each[1]) end
+    for k, each in ipairs(experiments) do list[k] = run(base .. "/" .. each.at, each[1]) end
     for i, arm in ipairs(arms.group(runs.read(list))) do names[i] = arm.name end
     return names
   end
@@ -159,7 +159,7 @@ suite:test("other arms have their experiments' names", function(t)
   t:equal(names_of { { at = "c", { supervisor = "rules", name = "low" } },
     { at = "d", { supervisor = "rules", name = "high", breeding = { mutation_rate = 0.2 } } } },
     { "low", "high" })
-  -- a name that another arm has already says nothing
+  -- a name that another arm has does not identify one
   local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
     { at = "f", { supervisor = "fixed" } } }
   t:ok(same[1]:find "compare%.lua:%d+$", same[1])
@@ -168,13 +168,13 @@ end)
 
 suite:test("an arm that repeats another run names the owner of the parameters", function(t)
   local base = t:folder()
-  local given = { run(base .. "/a", { supervisor = "random" }),
+  local folders = { run(base .. "/a", { supervisor = "random" }),
     run(base .. "/b", { supervisor = "fixed", seed = 2 }) }
   for seed, lender in ipairs { "b", "a", "a" } do
-    given[#given + 1] = run(base .. "/yoked" .. seed, { seed = seed + 2,
+    folders[#folders + 1] = run(base .. "/yoked" .. seed, { seed = seed + 2,
       supervisor = { "yoked", run = ("%s/%s"):format(base, lender) } })
   end
-  local groups = arms.group(runs.read(given))
+  local groups = arms.group(runs.read(folders))
   t:equal(#groups, 4)
   t:equal({ groups[3].name, #groups[3].runs, groups[3].donor },
     { "yoked", 1, "parameters of fixed" })

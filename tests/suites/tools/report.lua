@@ -304,7 +304,7 @@ suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 3
   local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
   local walked = motion.simulate(robot, { scene = limax.scenes.land(), duration = 5 })
   local data = replay.of(walked, robot.description, "full", "")
-  -- all masses but the inner 4x4x4
+  -- all masses except the inner 4x4x4
   t:equal({ data.masses, #data.materials }, { 216 - 64, 150 })
   t:equal((data.samples - 1) / data.rate, walked:duration())
   t:equal(data.phases[1], tonumber(("%.3f"):format(math.pi)))

@@ -40,9 +40,9 @@ end
 
 -- Fields set to something else, or taken away where it is nil.
 local function setter(values, gone)
-  return function(given)
-    for name, value in pairs(values) do given[name] = value end
-    for _, name in ipairs(gone or {}) do given[name] = nil end
+  return function(entry)
+    for name, value in pairs(values) do entry[name] = value end
+    for _, name in ipairs(gone or {}) do entry[name] = nil end
   end
 end
 
@@ -135,10 +135,10 @@ suite:test("the line of robots that are each other's parents ends", { limit = 20
     for generation = 0, 2 do
       local ids, k = {}, 0
       local path = ("%s/r01/population/g%04d.jsonl"):format(folder, generation)
-      rewrite(path, function(given) ids[#ids + 1] = given.id end)
-      rewrite(path, function(given)
+      rewrite(path, function(entry) ids[#ids + 1] = entry.id end)
+      rewrite(path, function(entry)
         k = k + 1
-        given.parents, given.fitness = { ids[k % #ids + 1], ids[(k - 2) % #ids + 1] }, k
+        entry.parents, entry.fitness = { ids[k % #ids + 1], ids[(k - 2) % #ids + 1] }, k
       end)
     end
     local read = runs.read(folder).runs[1]

@@ -36,9 +36,9 @@ local MOST_NAMES = 0.4
 local function width_of(text) return canvases.text_width(text, { size = figure.TEXT }) end
 
 -- px that the names at the ends of curves need.
-local function names_room(given, wide)
+local function names_room(spec, wide)
   local most = 0
-  for _, curve in ipairs(given.curves) do
+  for _, curve in ipairs(spec.curves) do
     most = math.max(most, curve.name and width_of(curve.name) or 0)
   end
   return most == 0 and 12 or math.min(18 + most, MOST_NAMES * wide)
@@ -63,18 +63,18 @@ end
 ---@param kind "svg"|"pdf"|"png"
 ---@param millimetres number its width
 ---@param options? { zoom: integer|nil } see canvas.lua
-function figure.draw(kind, given, millimetres, options)
+function figure.draw(kind, spec, millimetres, options)
   local width = math.floor(millimetres * figure.PX_PER_MM + 0.5)
-  local columns = math.min(given.columns or math.max(1, math.floor(width / NARROWEST)),
-    #given.panels)
+  local columns = math.min(spec.columns or math.max(1, math.floor(width / NARROWEST)),
+    #spec.panels)
   local wide = (width - 2 * MARGIN) / columns
-  local rows, high = math.ceil(#given.panels / columns), given.height or HEIGHT
-  local foot = canvases.wrapped(given.foot, { size = figure.TEXT }, width - 2 * MARGIN)
-  local key = key_rows(given.key or {}, width)
+  local rows, high = math.ceil(#spec.panels / columns), spec.height or HEIGHT
+  local foot = canvases.wrapped(spec.foot, { size = figure.TEXT }, width - 2 * MARGIN)
+  local key = key_rows(spec.key or {}, width)
   local canvas = canvases.new(kind, width, rows * high + (#key + #foot) * LINE + 12,
-    { title = given.title, description = given.foot, millimetres = millimetres,
+    { title = spec.title, description = spec.foot, millimetres = millimetres,
       zoom = options and options.zoom })
-  for k, each in ipairs(given.panels) do
+  for k, each in ipairs(spec.panels) do
     local copy = {}
     for name, value in pairs(each) do copy[name] = value end
     copy.right = names_room(each, wide)
@@ -98,7 +98,7 @@ function figure.draw(kind, given, millimetres, options)
 end
 
 -- The numbers of a figure: a row per point of a line or a band.
-local function csv_of(given)
+local function csv_of(spec)
   local rows = {}
   local function add(each, name, points, low, high)
     for _, point in ipairs(points) do
@@ -107,7 +107,7 @@ local function csv_of(given)
         high = high and point[high] }
     end
   end
-  for _, each in ipairs(given.panels) do
+  for _, each in ipairs(spec.panels) do
     for k, curve in ipairs(each.curves) do
       add(each, curve.name or curve.title or ("line %d"):format(k), curve.points)
     end
@@ -119,20 +119,20 @@ local function csv_of(given)
 end
 
 --- Writes a figure as SVG and PDF of both widths, and its numbers as CSV.
----@param given { name: string, csv: string|nil }
+---@param spec { name: string, csv: string|nil }
 ---@param draw? fun(kind: string, millimetres: number): string figure.draw if left out
-function figure.write(folder, given, draw)
+function figure.write(folder, spec, draw)
   local function write(name, text)
     local written, message = host.file.write_atomic(folder .. "/" .. name, text)
     if not written then failure.raise(1, message) end
   end
   for _, millimetres in ipairs(figure.WIDTHS) do
     for _, kind in ipairs { "svg", "pdf" } do
-      write(("%s-%d.%s"):format(given.name, millimetres, kind),
-        draw and draw(kind, millimetres) or figure.draw(kind, given, millimetres))
+      write(("%s-%d.%s"):format(spec.name, millimetres, kind),
+        draw and draw(kind, millimetres) or figure.draw(kind, spec, millimetres))
     end
   end
-  write(given.name .. ".csv", given.csv or csv_of(given))
+  write(spec.name .. ".csv", spec.csv or csv_of(spec))
 end
 
 return figure

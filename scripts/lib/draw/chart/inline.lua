@@ -12,7 +12,7 @@ local WIDTH, HEIGHT, TEXT, TITLE, RIGHT = 560, 320, 12, 13.5, 120
 local LINE = 20
 
 -- Rows of a table, and places at which a curve can be read: of a longer one every second, third,
--- ... is kept, and the last. More make a page of megabytes that nobody reads.
+-- ... is kept, and the last. More would make a page of megabytes.
 local MOST_ROWS = 500
 
 local function name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
@@ -29,8 +29,8 @@ function inline.key(entries, title)
 end
 
 -- The numbers of a panel as rows: one for each x of any curve or band, in their order.
-local function table_of(given)
-  local columns, by_x, rows = { given.x.label }, {}, {}
+local function table_of(spec)
+  local columns, by_x, rows = { spec.x.label }, {}, {}
   local function put(x, value)
     if not by_x[x] then
       by_x[x] = { x }
@@ -38,11 +38,11 @@ local function table_of(given)
     end
     by_x[x][#columns] = by_x[x][#columns] or value
   end
-  for k, curve in ipairs(given.curves) do
+  for k, curve in ipairs(spec.curves) do
     columns[#columns + 1] = name_of(curve, k)
     for _, point in ipairs(curve.points) do put(point[1], point[2]) end
   end
-  for _, band in ipairs(given.bands or {}) do
+  for _, band in ipairs(spec.bands or {}) do
     columns[#columns + 1] = (band.name or "band") .. ", band"
     for _, point in ipairs(band.points) do
       put(point[1], ("%.4g to %.4g"):format(point[2], point[3]))
@@ -63,27 +63,27 @@ end
 --- low: number, high: number, curves: { name: string, points: number[][] }[] } where the axes lie
 --- on the page (px), the ends of x, and the curves
 ---@field columns string[]
----@field rows (string|number)[][] a row for each x of any curve, but no more than MOST_ROWS
+---@field rows (string|number)[][] a row for each x of any curve, at most MOST_ROWS
 ---@field left_out integer rows that are not there
 
 --- Draws a panel.
 ---@param description string for screen readers
 ---@return limax.chart.inline
-function inline.draw(given, description)
+function inline.draw(spec, description)
   local copy = {}
-  for name, value in pairs(given) do copy[name] = value end
-  copy.right = given.right or RIGHT
+  for name, value in pairs(spec) do copy[name] = value end
+  copy.right = spec.right or RIGHT
   local canvas = canvases.new("svg", WIDTH, HEIGHT,
-    { title = given.title, description = description })
+    { title = spec.title, description = description })
   local place = panel.draw(canvas, copy,
     { left = 0, top = 0, width = WIDTH, height = HEIGHT, size = TEXT, title = TITLE })
-  local columns, all = table_of(given)
+  local columns, all = table_of(spec)
   local rows, kept, every = {}, {}, math.ceil(#all / MOST_ROWS)
   for k, row in ipairs(all) do
     if (k - 1) % every == 0 or k == #all then rows[#rows + 1], kept[row[1]] = row, true end
   end
   local curves = {}
-  for k, curve in ipairs(given.curves) do
+  for k, curve in ipairs(spec.curves) do
     local points = {}
     for _, point in ipairs(curve.points) do
       if kept[point[1]] then points[#points + 1] = point end
@@ -91,7 +91,7 @@ function inline.draw(given, description)
     curves[k] = { name = name_of(curve, k), points = points }
   end
   return { svg = canvas:finish(), columns = columns, rows = rows, left_out = #all - #rows,
-    data = { x = given.x.label, y = given.y.label, left = place.left, right = place.right,
+    data = { x = spec.x.label, y = spec.y.label, left = place.left, right = place.right,
       top = place.top, bottom = place.bottom, low = place.x.low, high = place.x.high,
       curves = curves } }
 end

@@ -37,7 +37,7 @@ local MANY = 200
 ---@field curves limax.chart.curve[]
 ---@field bands limax.chart.band[]|nil behind the curves
 ---@field floor { y: number, text: string }|nil what lies below means nothing
----@field limits { y: number|nil, x: number|nil, text: string, color: string|nil }[]|nil
+---@field limits { y: number, text: string, color: string|nil }[]|nil dashed lines
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
 ---@field key { marker: string, color: string, text: string }[]|nil markers that no curve names
@@ -69,22 +69,22 @@ function Place:text(x, y, text, style)
 end
 
 -- All values that an axis has to hold.
-local function values_of(given, k)
+local function values_of(spec, k)
   local values = {}
   local function add(value) values[#values + 1] = value end
-  for _, curve in ipairs(given.curves) do
+  for _, curve in ipairs(spec.curves) do
     for _, point in ipairs(curve.points) do add(point[k]) end
     for _, x in ipairs(k == 1 and curve.failures or {}) do add(x) end
   end
-  for _, point in ipairs(given.points or {}) do add(k == 1 and point.x or point.y) end
-  for _, band in ipairs(given.bands or {}) do
+  for _, point in ipairs(spec.points or {}) do add(k == 1 and point.x or point.y) end
+  for _, band in ipairs(spec.bands or {}) do
     for _, point in ipairs(band.points) do
       add(point[k])
       if k == 2 then add(point[3]) end
     end
   end
-  for _, limit in ipairs(given.limits or {}) do add(limit[({ "x", "y" })[k]]) end
-  if given.floor and k == 2 then add(given.floor.y) end
+  for _, limit in ipairs(k == 2 and spec.limits or {}) do add(limit.y) end
+  if spec.floor and k == 2 then add(spec.floor.y) end
   return values
 end
 
@@ -214,17 +214,10 @@ end
 
 local function draw_limits(place, limits, taken)
   for _, limit in ipairs(limits) do
-    local color, from, to = limit.color or ink.faint
-    if limit.y then
-      local at = place:at_y(limit.y)
-      from, to = { place.left, at }, { place.right, at }
-      small_text(place, at - 4, limit.text, color, taken)
-    else
-      local at = place:at_x(limit.x)
-      from, to = { at, place.top }, { at, place.bottom }
-      place:text(at + 4, place.top + 11, limit.text, { size = place.size - 1, fill = color })
-    end
-    place.canvas:path({ from, to }, { stroke = color, width = 1.2, dash = { 5, 4 } })
+    local color, at = limit.color or ink.faint, place:at_y(limit.y)
+    small_text(place, at - 4, limit.text, color, taken)
+    place.canvas:path({ { place.left, at }, { place.right, at } },
+      { stroke = color, width = 1.2, dash = { 5, 4 } })
   end
 end
 
@@ -290,32 +283,32 @@ end
 ---@param box { left: number, top: number, width: number, height: number, size: number,
 --- title: number|nil } px; `size` of texts, `title` of the title
 ---@return limax.chart.place where values are on the page
-function panel.draw(canvas, given, box)
+function panel.draw(canvas, spec, box)
   local failed = false
-  for _, curve in ipairs(given.curves) do failed = failed or #(curve.failures or {}) > 0 end
-  local head = TOP + (given.note and 14 or 0) + (failed and STRIP or 0)
+  for _, curve in ipairs(spec.curves) do failed = failed or #(curve.failures or {}) > 0 end
+  local head = TOP + (spec.note and 14 or 0) + (failed and STRIP or 0)
   local place = setmetatable({ canvas = canvas, size = box.size, left = box.left + LEFT,
-    right = box.left + box.width - (given.right or RIGHT), top = box.top + head,
-    bottom = box.top + box.height - BOTTOM, x = axis.new(given.x, values_of(given, 1)),
-    y = axis.new(given.y, values_of(given, 2)) }, Place)
-  place:text(box.left + 8, box.top + 17, given.title, { size = box.title, bold = true })
-  if given.note then
-    place:text(box.left + 8, box.top + 33, given.note, { fill = ink.faint })
+    right = box.left + box.width - (spec.right or RIGHT), top = box.top + head,
+    bottom = box.top + box.height - BOTTOM, x = axis.new(spec.x, values_of(spec, 1)),
+    y = axis.new(spec.y, values_of(spec, 2)) }, Place)
+  place:text(box.left + 8, box.top + 17, spec.title, { size = box.title, bold = true })
+  if spec.note then
+    place:text(box.left + 8, box.top + 33, spec.note, { fill = ink.faint })
   end
   draw_axes(place, box.left)
-  for _, band in ipairs(given.bands or {}) do draw_band(place, band) end
+  for _, band in ipairs(spec.bands or {}) do draw_band(place, band) end
   -- room of texts that the names of points must not cross
   local taken = {}
-  if given.floor then draw_floor(place, given.floor, taken) end
-  draw_limits(place, given.limits or {}, taken)
-  if failed then draw_failures(place, given.curves) end
-  draw_names(place, draw_curves(place, given.curves))
-  for k, entry in ipairs(given.key or {}) do
-    local at = { place.left + 16, place.bottom - 34 - LINE * 1.4 * (#given.key - k) }
+  if spec.floor then draw_floor(place, spec.floor, taken) end
+  draw_limits(place, spec.limits or {}, taken)
+  if failed then draw_failures(place, spec.curves) end
+  draw_names(place, draw_curves(place, spec.curves))
+  for k, entry in ipairs(spec.key or {}) do
+    local at = { place.left + 16, place.bottom - 34 - LINE * 1.4 * (#spec.key - k) }
     panel.marker(canvas, at, entry.marker, entry.color)
     place:text(at[1] + 14, at[2] + 4, entry.text, { fill = entry.color })
   end
-  draw_points(place, given.points or {}, taken)
+  draw_points(place, spec.points or {}, taken)
   return place
 end
 

@@ -7,7 +7,7 @@ local world = require "limax.draw.picture.world"
 local flow = {}
 
 -- s: an arrow is as long as the distance that the flow moves in this time, true to the scale bar,
--- but within these lengths
+-- within these lengths
 local TIME = 0.03
 local SHORTEST, LONGEST = 2.2, 4
 -- a flow that is seen under less than this share of its length goes along the line of sight: a ring

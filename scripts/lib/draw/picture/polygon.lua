@@ -54,7 +54,7 @@ function polygon.split(whole, normal, offset, slack)
     if (from >= 0) ~= (to >= 0) then
       local q, share, cut = points[next_k], from / (from - to), {}
       for c = 1, 3 do cut[c] = p[c] + (q[c] - p[c]) * share end
-      -- the cut itself is not an edge; beyond it the old edge goes on
+      -- the cut itself is not an edge; beyond it the old edge continues
       add(from >= 0 and front or behind, cut, false)
       add(from >= 0 and behind or front, cut, edge)
     end
@@ -65,12 +65,12 @@ end
 --- The part of a polygon within half-spaces, behind all their planes; nil where nothing is left.
 ---@param whole limax.picture.polygon
 ---@param spaces limax.picture.space[]
----@param but? integer one of them that does not count
+---@param except? integer one of them that does not count
 ---@return limax.picture.polygon|nil
-function polygon.within(whole, spaces, but)
+function polygon.within(whole, spaces, except)
   for k, space in ipairs(spaces) do
     -- what lies in the plane itself stays
-    if k ~= but and whole then
+    if k ~= except and whole then
       whole = polygon.split(whole, scaled(space.normal, -1), -space.offset, ROUNDING)
     end
   end

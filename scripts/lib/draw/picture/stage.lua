@@ -167,7 +167,7 @@ local function open_of(self)
 end
 
 --- The planes of a world as far as they are in a slab, above the ground and in front of each other.
----@return limax.picture.item[] with one part each, whose `look.ruled` says that it is a floor
+---@return limax.picture.item[] with one part each, with `look.ruled` if it is a floor
 function stage.sheets(self, slab)
   local within, open, sheets = spaces_of(slab.low, slab.high), open_of(self), {}
   local center, reach = middle_of(slab)

@@ -36,8 +36,8 @@ local function span_of(film)
   return low, high
 end
 
---- What a track shows: as wide as there is room, but at most at `scale` px/m, so that a short way
---- is a short figure.
+--- The extent of a track: as wide as there is room, at a scale of at most `scale` px/m, so that a
+--- short way is a short figure.
 ---@param room number px, its width
 ---@param scale number px/m
 ---@return { low: number[], high: number[], scale: number, height: integer } m; px/m; px

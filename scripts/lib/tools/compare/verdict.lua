@@ -87,7 +87,7 @@ local function test_of(arm, baseline, outcomes)
   return test
 end
 
--- What an arm's p says, in one sentence; and whether it is a claim.
+-- The result for an arm in one sentence, and whether it is a claim.
 local function sentence(arm, baseline, test, most_apart)
   for _, either in ipairs { arm, baseline } do
     local share = either.model and either.model.share

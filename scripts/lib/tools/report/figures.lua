@@ -16,7 +16,7 @@ local view = require "limax.draw.picture.view"
 
 local figures = {}
 
--- More panels than these are no figure.
+-- Panels of a figure at most.
 local MOST_PANELS = 12
 
 local function learning(list, label)
@@ -36,7 +36,7 @@ end
 local function measures(list)
   local panels = { unpack(curves.measures(list), 1, MOST_PANELS) }
   if #panels == 0 then return nil end
-  return { name = "measures", title = "What the fitness names beside its score", panels = panels,
+  return { name = "measures", title = "Other measures of the fitness", panels = panels,
     foot = curves.meaning(list) .. " Of each generation's champion." }
 end
 

@@ -96,23 +96,23 @@ end
 ---@field scripts string[] JavaScript without the end of a script element
 ---@field body string HTML
 
---- A whole page that loads nothing and runs nothing but its own scripts.
-function html.page(given)
+--- A whole page that loads nothing and runs only its own scripts.
+function html.page(page)
   local sources, scripts = {}, {}
-  for k, text in ipairs(given.scripts) do
+  for k, text in ipairs(page.scripts) do
     assert(not text:lower():find("</script", 1, true), "a script contains the end of its element")
     sources[k] = hash_source(text)
     scripts[k] = "<script>" .. text .. "</script>\n"
   end
   local policy = ("default-src 'none'; script-src %s; style-src %s; base-uri 'none'; "
     .. "form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
-    hash_source(given.style))
+    hash_source(page.style))
   return table.concat {
     "<!DOCTYPE html>\n", '<html lang="en"><head><meta charset="utf-8">\n',
     '<meta http-equiv="Content-Security-Policy" content="', policy, '">\n',
     '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-    '<meta name="referrer" content="no-referrer">\n', "<title>", html.escaped(given.title),
-    "</title>\n<style>", given.style, "</style></head>\n<body>\n", given.body,
+    '<meta name="referrer" content="no-referrer">\n', "<title>", html.escaped(page.title),
+    "</title>\n<style>", page.style, "</style></head>\n<body>\n", page.body,
     table.concat(scripts), "</body></html>\n",
   }
 end

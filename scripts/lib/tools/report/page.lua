@@ -93,7 +93,7 @@ local function parameters_of(arm)
       if seen[setter.name] then names[#names + 1] = setter.text or setter.name end
     end
     figures[k] = figure(panel, ("%s of %s. n = %d; set by: %s"):format(path, arm.name,
-      #arm.runs, #names > 0 and table.concat(names, "; ") or "nobody"))
+      #arm.runs, #names > 0 and table.concat(names, "; ") or "no one"))
   end
   return figures
 end

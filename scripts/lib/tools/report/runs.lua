@@ -113,7 +113,7 @@ function runs.read(path)
   return folder
 end
 
--- Adds the runs of a study that have begun, with what the study says of each. With `whole` all must
+-- Adds the runs of a study that have begun, with their entries in the study. With `whole` all must
 -- be done.
 local function add_study(list, word, whole)
   local path, missing = word .. "/" .. runs.STUDY, 0
@@ -161,7 +161,7 @@ end
 ---@field runs limax.report.run[]
 
 --- Runs as arms, as `limax compare` groups them; where it would refuse, each folder is an arm, and
---- the second result says why.
+--- the second result is the reason.
 ---@return limax.report.arm[]
 ---@return string|nil message
 function runs.arms(folders)

@@ -60,7 +60,8 @@ local function terrain_of(terrain, low, high)
     terrain.origin[1] + first[1] * step, terrain.origin[2] + first[2] * step, 0 } }
 end
 
--- Lines across a floor along x and y, every 0.1 m, as on the ground, but no more than a view needs.
+-- Lines across a floor along x and y, every 0.1 m, as on the ground, at most as many as a view
+-- needs.
 local function lines_of(sheet, low, high)
   local lines = {}
   for axis = 1, 2 do
