@@ -88,7 +88,9 @@ end
 
 local function in_range(field, value)
   if type(value) ~= "number" or value ~= value or math.abs(value) == math.huge then return false end
-  if field.integer and value ~= math.floor(value) then return false end
+  -- beyond 2^53 whole numbers are not exact
+  local exact = value == math.floor(value) and math.abs(value) <= 2 ^ 53
+  if field.integer and not exact then return false end
   return not (field.minimum and value < field.minimum or field.above and value <= field.above
     or field.maximum and value > field.maximum or field.below and value >= field.below)
 end

@@ -2,6 +2,7 @@
 --- help page.
 
 local failure = require "limax.base.failure"
+local schema = require "limax.engine.schema"
 local suggest = require "limax.engine.suggest"
 
 local options = {}
@@ -35,7 +36,6 @@ local options = {}
 local help = { name = "help", short = "h", text = "show this page" }
 
 local exit_usage = 2
-local largest_integer = 2 ^ 53
 
 local function all_options(command)
   local list = {}
@@ -49,39 +49,20 @@ local function refuse(command, message)
 end
 
 local function convert(command, option, text)
-  local shown = "--" .. option.name
+  local rule
+  local value = text
   if option.choices then
-    for _, choice in ipairs(option.choices) do
-      if choice == text then return text end
-    end
-    local valid = table.concat(option.choices, ", ")
-    refuse(command, ('%s is "%s"; it must be one of %s'):format(shown, text, valid))
+    rule = schema.choice(option.choices)
+  elseif option.kind then
+    value = tonumber(text) or text
+    rule = schema.number { integer = option.kind == "integer", minimum = option.minimum,
+      maximum = option.maximum }
+  else
+    return text
   end
-  if not option.kind then return text end
-  local value = tonumber(text)
-  local whole = option.kind == "integer"
-  -- tonumber reads "nan" and "inf" too
-  local fine = value and value == value and math.abs(value) < math.huge
-  if fine and whole then
-    fine = value == math.floor(value) and math.abs(value) <= largest_integer
-  end
-  if not fine then
-    local wanted = whole and "whole number" or "number"
-    refuse(command, ('%s is "%s"; it must be a %s'):format(shown, text, wanted))
-  end
-  local least, most = option.minimum or -math.huge, option.maximum or math.huge
-  if value < least or value > most then
-    local range
-    if most == math.huge then
-      range = ("at least %g"):format(least)
-    elseif least == -math.huge then
-      range = ("at most %g"):format(most)
-    else
-      range = ("%g to %g"):format(least, most)
-    end
-    refuse(command, ("%s is %s; it must be %s"):format(shown, text, range))
-  end
-  return value
+  local result, message = rule(value, "--" .. option.name)
+  if message then refuse(command, message) end
+  return result
 end
 
 local function field(option) return (option.name:gsub("-", "_")) end

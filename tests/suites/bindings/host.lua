@@ -15,10 +15,10 @@ suite:test("an unknown command or option is one message with a suggestion, statu
     { { "repl", "--hepl" }, 'unknown option --hepl; did you mean "--help"?' },
     { { "doctor", "file" }, 'unexpected "file"' },
     { { "run", "--threads" }, "--threads needs N" },
-    { { "run", "--threads", "two" }, '--threads is "two"; it must be a whole number' },
-    { { "run", "--threads=0", "x.lua" }, "--threads is 0; it must be 1 to 1024" },
+    { { "run", "--threads", "two" }, 'a whole number from 1 to 1024, got "two"' },
+    { { "run", "--threads=0", "x.lua" }, "--threads: expected a whole number from 1" },
     { { "run", "--quiet=1", "x.lua" }, "--quiet takes no value" },
-    { { "run", "--device", "gpu", "x.lua" }, '--device is "gpu"; it must be one of auto, cpu, c' },
+    { { "run", "--device", "gpu", "x.lua" }, '--device: expected one of "auto", "cpu", "cuda"' },
     { { "nosuch.lua" }, "there is no file nosuch.lua" },
   } do
     local status, output = process.run(folder, case[1])

@@ -195,7 +195,7 @@ printing:test("refuses options that it cannot follow", function(t)
   for _, bad in ipairs {
     { "there is no file or folder /nowhere", "/nowhere" }, { "holds no .lua file", folder },
     { "unknown option --taps", "--taps" }, { "is not a Lua pattern", "--filter=(" },
-    { "--jobs is 0; it must be 1 to 1024", "--jobs=0" },
+    { "--jobs: expected a whole number from 1 to 1024, got 0", "--jobs=0" },
     { "--tap and --json exclude each other", "--tap", "--json" },
     { "--json and --json-seq exclude each other", "--json-seq", "--json" },
     { "--one-process and --jobs exclude each other", "--one-process", "-j", "2" },

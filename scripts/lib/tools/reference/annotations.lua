@@ -25,11 +25,11 @@ local annotations = {}
 ---@field fields limax.api.value[]
 ---@field lines string[] the comment as it is in the file
 
--- Where the type at the beginning of a text ends: before the first blank outside brackets and
--- quotes that is not beside a "|", ":" or ",".
-local function type_end(text)
-  local depth, i, quoted = 0, 1, nil
-  while i <= #text do
+-- The last index of the text from `at` on before a letter outside brackets and quotes for which
+-- `stops(letter, index)` holds.
+local function scan(text, at, stops)
+  local depth, quoted = 0, nil
+  for i = at, #text do
     local letter = text:sub(i, i)
     if quoted then
       if letter == quoted then quoted = nil end
@@ -39,13 +39,20 @@ local function type_end(text)
       depth = depth + 1
     elseif letter:match "[%)%]}>]" then
       depth = depth - 1
-    elseif letter:match "%s" and depth == 0 then
-      local joins = text:sub(i - 1, i - 1):match "[|:,]" or text:match("^%s*|", i)
-      if not joins then return i - 1 end
+    elseif depth == 0 and stops(letter, i) then
+      return i - 1
     end
-    i = i + 1
   end
   return #text
+end
+
+-- The end of the type at the beginning of a text: before a blank that is not beside a "|", ":" or
+-- ",".
+local function type_end(text)
+  return scan(text, 1, function(letter, i)
+    return letter:match "%s" and not text:sub(i - 1, i - 1):match "[|:,]"
+      and not text:match("^%s*|", i)
+  end)
 end
 
 -- "type text" in its two parts.
@@ -210,15 +217,7 @@ function annotations.fields_of(type_text, classes)
     while at <= #inner do
       local first, last, name, optional = inner:find("([%a_][%w_]*)(%??)%s*:%s*", at)
       if not first then break end
-      local stop = last
-      local depth = 0
-      while stop < #inner do
-        local letter = inner:sub(stop + 1, stop + 1)
-        if letter:match "[%({%[<]" then depth = depth + 1 end
-        if letter:match "[%)}%]>]" then depth = depth - 1 end
-        if letter == "," and depth == 0 then break end
-        stop = stop + 1
-      end
+      local stop = scan(inner, last + 1, function(letter) return letter == "," end)
       fields[#fields + 1] = { name = name, optional = optional == "?",
         type = inner:sub(last + 1, stop), text = "" }
       at = stop + 2
