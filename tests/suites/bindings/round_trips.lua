@@ -1,5 +1,5 @@
---- round_trips.lua: what goes into the engine comes out as it was, and a simulation answers for
---- what was put in.
+--- round_trips.lua: values written to objects of the engine are read back unchanged; slices, masks
+--- and limits of simulations.
 
 local ffi = require "ffi"
 local engine = require "limax.engine"
@@ -39,7 +39,7 @@ trips:test("genomes", function(t)
   t:equal(ffi.cast("const float *", bytes)[from.genes], from:genome(2)[1])
   local array = from:genomes_array()
   t:equal(ffi.string(array, ffi.sizeof(array)) == bytes, true)
-  -- another's memory serves again, if it has the size
+  -- an array of the same size is reused
   t:ok(robots(3, 3):genomes_array(array) == array)
   t:equal(ffi.string(array, ffi.sizeof(array)) == robots(3, 3):genomes_bytes(), true)
   for _, wrong in ipairs { 3, "text", ffi.new("float[?]", 3), ffi.new("double[?]", 9) } do
@@ -109,7 +109,7 @@ trips:test("seeds as numbers, digits and 64-bit integers", function(t)
   t:ok(first "9007199254740993" ~= first "9007199254740992")
 end)
 
-trips:test("random numbers are functions of their place", function(t)
+trips:test("random numbers are functions of their counters", function(t)
   local function draws(...)
     local random, list = engine.random(...), {}
     for i = 1, 50 do list[i] = i % 2 == 0 and random:uniform() or random:normal() end
@@ -194,7 +194,7 @@ objects:test("masses can be placed before the first step", function(t)
     function() simulation:place(1, { 1, 2 }) end)
 end)
 
-objects:test("a time limit ends a simulation that would not end", function(t)
+objects:test("a time limit ends an endless simulation", function(t)
   local population = robots(1)
   local simulation = engine.simulation(population, MATERIALS, engine.scene(ALL), { duration = 1e5 })
   local started = host.clock()

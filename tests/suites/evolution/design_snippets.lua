@@ -5,7 +5,7 @@
 local limax = require "limax"
 local suite = require("limax.test").suite "design snippets"
 
--- A small world: what a test of the text and not of the physics can afford.
+-- Small sizes: the text is tested, not the physics.
 local SMALL = { "lattice=[3,3,3]", "population=6", "generations=2", "simulation.duration=0.4",
   "simulation.settle=0.1" }
 

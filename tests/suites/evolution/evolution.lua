@@ -1,5 +1,5 @@
---- evolution.lua: evolution works: on every seed it improves on its first generation and beats a
---- random search with as many evaluations. Minutes on two cores.
+--- evolution.lua: on every seed evolution improves on its first generation and beats a random
+--- search with as many evaluations. Minutes on two cores.
 
 local limax, suite = require "limax", require("limax.test").suite "evolution"
 

@@ -13,7 +13,7 @@ local suite = require("limax.test").suite "evolve"
 
 local small, finished, silent = evolution.small, evolution.finished, evolution.silent
 
-suite:test("every generation has its numbers", function(t)
+suite:test("every generation has its metrics", function(t)
   local history = finished { generations = 4 }
   t:equal(#history, 4)
   for k, entry in ipairs(history) do
@@ -293,7 +293,7 @@ suite:test("changed materials: elites are simulated again, best_standard is comp
   t:same_bits(champion:simulate():distance(), history[3].best)
 end)
 
-suite:test("a run folder of an own loop holds what history holds", function(t)
+suite:test("a run folder of an own loop agrees with its history", function(t)
   local folder = t:folder() .. "/r"
   local history = finished({}, { out = folder })
   local opened = run_folder.open(folder)

@@ -1,4 +1,4 @@
---- interrupt.lua: Ctrl-C reaches whatever runs, and an interrupted run goes on to the same bytes.
+--- interrupt.lua: Ctrl-C ends whatever runs, and an interrupted run resumes to the same bytes.
 
 local host = require "limax.host"
 local process = require "support.process"
@@ -6,15 +6,15 @@ local server = require "support.server"
 
 local suite = require("limax.test").suite "interrupt"
 
--- Each of what is interrupted here would take a minute or for ever.
+-- s: without the interrupt each case takes a minute or more
 local LATE = process.LATE
 
 local READY = 'io.stderr:write "ready\\n" '
 
--- A loop that says so when it has long been compiled, where no hook can reach it.
+-- A loop that prints "ready" when it has been compiled, where no hook can reach it.
 local COMPILED = "local n = 0 while true do n = n + 1 if n == 1e7 then " .. READY .. "end end"
 
--- Starts a script, sends SIGINT when it says "ready", and returns how it ended.
+-- Starts a script, sends SIGINT when it prints "ready", and returns how it ended.
 local function interrupt(t, text, arguments)
   local folder = t:folder()
   process.write(folder .. "/script.lua", text)
@@ -27,7 +27,7 @@ local function interrupt(t, text, arguments)
   return output, folder
 end
 
-suite:test("it ends interpreted loops, pcall loops, coroutines and waits", function(t)
+suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", function(t)
   for _, loop in ipairs {
     "jit.off() while true do end",
     "jit.off() while true do pcall(function() end) end",
@@ -44,7 +44,7 @@ suite:test("it ends interpreted loops, pcall loops, coroutines and waits", funct
   end
 end)
 
-suite:test("it ends compiled loops, the hard way where nothing else can", function(t)
+suite:test("Ctrl-C ends compiled loops, by a hard stop if need be", function(t)
   local output = interrupt(t, COMPILED)
   t:ok(output:find("stopping hard", 1, true), output)
   for _, loop in ipairs {
@@ -55,13 +55,13 @@ suite:test("it ends compiled loops, the hard way where nothing else can", functi
   end
 end)
 
-suite:test("it ends a waiting request", function(t)
+suite:test("Ctrl-C ends a waiting request", function(t)
   local silent = server.open()
   interrupt(t, ("%s require('limax.host').http { url = %q }"):format(READY, silent.url))
   silent:close()
 end)
 
-suite:test("it ends a long simulation at its next step", function(t)
+suite:test("Ctrl-C ends a long simulation at its next step", function(t)
   interrupt(t, [[
 local limax = require "limax"
 local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
@@ -70,7 +70,7 @@ robot:simulate { scene = limax.scenes.land(), duration = 1e5 }
 ]])
 end)
 
-suite:test("clean-up runs after it, engine included; a second Ctrl-C ends at once", function(t)
+suite:test("clean-up runs after Ctrl-C, engine included; a second one ends at once", function(t)
   local text = [[
 local host, engine = require "limax.host", require "limax.engine"
 local ok, value = host.protect(function() %s while true do pcall(tostring, {}) end end)
@@ -96,8 +96,8 @@ host.exit(130)
   -- two signals within a tenth of a second are one press
   os.execute "sleep 0.2"
   child:signal "INT"
-  local status, said = child:finish()
-  t:equal({ status, said }, { 130, "ready\ncleaned\n" })
+  local status, printed = child:finish()
+  t:equal({ status, printed }, { 130, "ready\ncleaned\n" })
 end)
 
 suite:test("a hard stop prints its message while one is set", function(t)
@@ -142,13 +142,13 @@ host.exit(130)
 ]])
   local child = process.start(folder, { "script.lua" })
   child:wait_for "ready"
-  -- both by one command: nothing comes between them
+  -- both by one command
   os.execute(("kill -INT %s %s"):format(child.pid, child.pid))
   local status, output = child:finish()
   t:equal({ status, output }, { 130, "ready\ncleaned\n" })
 end)
 
-suite:test("where all is done and written it only hurries the end", function(t)
+suite:test("Ctrl-C while the process exits keeps the exit status", function(t)
   for status, last in pairs { [0] = "", [3] = "require('limax.host').exit(3)" } do
     local folder = t:folder()
     process.write(folder .. "/script.lua", ([[
@@ -170,7 +170,7 @@ end
   end
 end)
 
--- An experiment whose fitness hangs in generation 2 when the environment says how.
+-- An experiment whose fitness hangs in generation 2 in the way that the environment names.
 local EXPERIMENT = [[
 local limax = require "limax"
 local how = os.getenv "LIMAX_TEST_HANG"
@@ -220,7 +220,7 @@ suite:test("an interrupted run resumes to the bytes of an uninterrupted one", fu
     t:ok(status == 130, output)
     t:ok(seconds < LATE, ("%s: it took %.1f s"):format(how, seconds))
     t:ok(output:find "\ncontinue with: [^\n]*limax run %-%-resume run\n", output)
-    -- nothing can be written on the way of a hard stop: to be known by the folder's lock
+    -- a hard stop writes nothing: the folder's lock shows that no process runs
     local state = host.json.decode(process.read(folder .. "/run/STATUS")).state
     t:equal(state, how == "loop" and "running" or "interrupted")
 

@@ -1,5 +1,5 @@
---- robot_of_genome.lua: `limax.robot { genome = ... }` gives the bodies that an evolution gives,
---- and a robot step by step what it gives in one go.
+--- robot_of_genome.lua: `limax.robot { genome = ... }` gives the bodies of an evolution, and a
+--- simulation by steps the bits of a whole one.
 
 local limax = require "limax"
 
@@ -32,7 +32,7 @@ suite:test("genes and a random genome describe the bodies of an evolution", func
   t:ok(of_genome("random", { individual = 1, seed = 6 }).body.hash ~= robots[1].body.hash)
 end)
 
-suite:test("what cannot be a genome is refused", function(t)
+suite:test("invalid genomes are refused", function(t)
   t:raises('genome: expected "random" or ', function() of_genome { 1, 2, 3 } end)
   t:raises("individual: expected a whole number", function()
     of_genome("random", { individual = 0 })
@@ -55,7 +55,7 @@ suite:test("edit changes one voxel of a copy", function(t)
     function() robot:edit(1, 1, 1, {}) end)
 end)
 
-suite:test("steps one by one end in the bits of one go", function(t)
+suite:test("a simulation by steps gives the bits of a whole one", function(t)
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
   local options = { duration = 0.3, device = "cpu", record = { center_of_mass = 50 } }
   local walk = robot:begin(options)

@@ -33,7 +33,7 @@ letters:test("run along x, lines along y, layers along z", function(t)
   t:near(robot.body.mass, 3.5)
 end)
 
-letters:test("a full 5x5x5 voxels weigh 21.6 kg", function(t)
+letters:test("a body of 5x5x5 voxels weighs 21.6 kg", function(t)
   local layer = ("eeeee\n"):rep(5)
   local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
   t:equal({ robot.body.masses, robot.body.springs }, { 216, 1940 })
@@ -72,7 +72,7 @@ letters:test("weights are numbers, functions or tables", function(t)
   t:equal(all.population:weights(1):table()[3][2][1][1], 0.75)
 end)
 
-letters:test("each mistake has its message, at the script's line", function(t)
+letters:test("each mistake raises its message at the script's line", function(t)
   local mistakes = {
     { { voxels = "ecx" }, 'layer 1, line 1: unknown letter "x"; the letters are . (empty), e' },
     { { voxels = "ec\ne" }, "layer 1, line 2 has 1 letters where the first line has 2" },
@@ -134,7 +134,7 @@ end)
 
 local files = require("limax.test").suite "robot files"
 
--- Expressed robots have weights of all bits.
+-- Robots of genomes, whose weights use all bits.
 local function expressed()
   local encoding = engine.encoding { lattice = { 3, 2, 4 }, seed = 11 }
   local population = engine.population { count = 5, encoding = encoding }

@@ -28,7 +28,7 @@ local function run(t, ...)
   return done, folder
 end
 
-suite:test("-q silences progress and the end, never warnings, and draws the champion", function(t)
+suite:test("-q silences progress and summary, not warnings, and draws the champion", function(t)
   local loud = "scene.friction={\"static\":0.1,\"kinetic\":0.8}"
   local done, folder = run(t, "-q", "--set", loud)
   t:equal(done.stdout, "")
@@ -40,7 +40,7 @@ suite:test("-q silences progress and the end, never warnings, and draws the cham
   t:ok(done.stderr:find "^! simulation.time_step = 0.001 s is above the limit", done.stderr)
 end)
 
-suite:test("the end counts what failed, with the first message of the fitness", function(t)
+suite:test("the summary counts failures, with the first message of the fitness", function(t)
   local done = run(t)
   local count, whole, rest = done.stdout:match "\n(%d+) of (%d+) robots failed: ([^\n]*)%.\n"
   t:ok(count, done.stdout)
@@ -48,7 +48,7 @@ suite:test("the end counts what failed, with the first message of the fitness", 
   t:ok(rest:find("2 by fitness (first: the fitness failed: try.lua:6: lame)", 1, true), rest)
 end)
 
-suite:test("a tally in words", function(t)
+suite:test("the text of a tally", function(t)
   local total = tally.new()
   local function last() return total:text():match "([^\n]*)\n$" end
   local body = { size = { 1, 1, 1 }, mass = 1, counts = { bone = 1 } }
