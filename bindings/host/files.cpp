@@ -28,7 +28,7 @@ std::string read_private(const std::string& path) {
     // of the opened file; the path may name another one by now
     struct stat found {};
     if (fstat(file.get(), &found) != 0) fail("look at", path);
-    if (!S_ISREG(found.st_mode)) throw system_problem{path + " is no file"};
+    if (!S_ISREG(found.st_mode)) throw system_problem{path + " is not a regular file"};
     if (found.st_uid != geteuid()) throw system_problem{path + " belongs to another user"};
     if ((found.st_mode & (S_IRWXG | S_IRWXO)) != 0)
         throw system_problem{path + " is accessible to other users; run: chmod 600 " + path};

@@ -38,7 +38,6 @@
 ---@field writer fun(): limax.host.writer
 
 ---@class limax.host.signal
----@field acknowledge fun() ends an interrupt; a second Ctrl-C ends the process at once
 ---@field rearm fun() the next Ctrl-C counts as the first one: for prompts
 ---@field on_hard_stop fun(line: string|nil) a line for standard error if the process ends without
 --- Lua: 2 s after Ctrl-C without a reaction, or by a second Ctrl-C; nil: none

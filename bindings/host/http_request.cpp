@@ -27,8 +27,8 @@ std::string line_field(lua_State* L, const char* name) {
 }
 
 double seconds_field(lua_State* L, const char* name, double most) {
-    const double given = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-    if (given > 0 && given <= most) return given;
+    const double value = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+    if (value > 0 && value <= most) return value;
     char text[96];
     std::snprintf(text, sizeof text, "http: %s must be a number of seconds above 0, at most %.0f",
                   name, most);
@@ -54,10 +54,10 @@ http_request read_http_request(lua_State* L) {
         } else if (field == "connect_timeout") {
             request.connect_timeout = seconds_field(L, "connect_timeout", longest_connect);
         } else if (field == "largest") {
-            const double given = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-            if (!(given >= 1 && given <= static_cast<double>(largest_answer)))
+            const double value = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+            if (!(value >= 1 && value <= static_cast<double>(largest_answer)))
                 throw std::runtime_error("http: largest must be a number of bytes, 1 to 16777216");
-            request.largest = static_cast<std::size_t>(given);
+            request.largest = static_cast<std::size_t>(value);
         } else if (field == "allow_insecure") {
             if (!lua_isboolean(L, -1))
                 throw std::runtime_error("http: allow_insecure must be true or false");

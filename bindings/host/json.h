@@ -12,7 +12,7 @@ constexpr int json_nesting = 200;
 // All whole numbers up to this one are doubles.
 constexpr double json_largest_integer = 9007199254740992;  // 2^53
 
-// Pushes host.json.null, the value that stands for null.
+// Pushes host.json.null, the value of null.
 void push_json_null(lua_State* L);
 // Marks the table at `index` as an array, so that it is written as [] when it is empty.
 void mark_json_array(lua_State* L, int index);

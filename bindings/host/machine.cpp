@@ -42,8 +42,8 @@ int columns() {
         if (ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
     }
     int count = 0;
-    if (const char* const given = secure_getenv("COLUMNS"))
-        std::from_chars(given, given + std::strlen(given), count);
+    if (const char* const text = secure_getenv("COLUMNS"))
+        std::from_chars(text, text + std::strlen(text), count);
     return count > 0 ? count : usual_columns;
 }
 

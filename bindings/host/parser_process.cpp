@@ -112,7 +112,7 @@ int parse(lua_State* L) {
     lua_newtable(L);
     const char* const names[] = {"value", "message", "note"};
     for (int i = 0; i < 3; ++i) {
-        // a message and a note that are no texts are left out
+        // only texts are a message or a note
         if (i > 0 && lua_type(L, 7 + i) != LUA_TSTRING) continue;
         lua_pushvalue(L, 7 + i);
         lua_setfield(L, -2, names[i]);
@@ -121,7 +121,8 @@ int parse(lua_State* L) {
     return 0;
 }
 
-// Takes the error below; returns the answer that says so.
+// Takes the request as light userdata and an error; replaces the request by an answer with the
+// problem.
 int describe(lua_State* L) {
     std::string& answer = *static_cast<std::string*>(lua_touserdata(L, 1));
     lua_newtable(L);

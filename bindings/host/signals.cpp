@@ -167,11 +167,6 @@ int lua_interrupted(lua_State* L) {
 
 int lua_raise_if_interrupted(lua_State* L) { return interrupted() ? raise_interrupt(L) : 0; }
 
-int lua_acknowledge(lua_State*) {
-    acknowledge_interrupt();
-    return 0;
-}
-
 int lua_rearm(lua_State*) {
     acknowledge_interrupt();
     pressed = false;
@@ -274,7 +269,6 @@ void open_signals(lua_State* L) {
     add_function<lua_interrupted>(L, "interrupted");
     add_function<lua_raise_if_interrupted>(L, "raise_if_interrupted");
     lua_newtable(L);
-    add_function<lua_acknowledge>(L, "acknowledge");
     add_function<lua_rearm>(L, "rearm");
     add_function<lua_on_hard_stop>(L, "on_hard_stop");
     lua_setfield(L, -2, "signal");

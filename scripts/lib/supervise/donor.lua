@@ -34,7 +34,7 @@ local function json_of(options, name)
   local text, message = source.read(options.run .. "/" .. name)
   local value
   if text then value, message = host.json.decode(text, options.run .. "/" .. name) end
-  if value == nil then fail(options, "is no run folder: " .. tostring(message)) end
+  if value == nil then fail(options, "is not a run folder: " .. tostring(message)) end
   return value
 end
 

@@ -146,9 +146,9 @@ local function plain(value, depth)
 end
 
 -- Why a field with this name is rejected.
-local function unknown(name, known)
+local function unknown(name, names)
   if is_fixed[name] then return "is not for a supervisor to change" end
-  return "unknown field" .. suggest.ending(name, known)
+  return "unknown field" .. suggest.ending(name, names)
 end
 
 -- The proposed table of each material, by name or letter. Adds entries for names that match none.

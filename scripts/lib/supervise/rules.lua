@@ -73,7 +73,7 @@ return {
     alike = schema.number { value = 0.25, unit = "of the first generation's diversity", minimum = 0,
       maximum = 1, reason = "below it crossover has little left to combine" },
     finest = schema.number { value = 0.25, unit = "of the first mutation scale", minimum = 0.01,
-      maximum = 1, reason = "smaller steps hardly change a body within a run" },
+      maximum = 1, reason = "smaller steps change a body too little within a run" },
   },
   make = function(options)
     return function(history)

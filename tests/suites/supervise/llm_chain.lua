@@ -119,13 +119,6 @@ suite:test("a run without a folder is supervised as well", function(t)
   t:equal({ history[2].ledger.source, history[2].parameters.mutation_rate }, { "model", 0.12 })
 end)
 
-suite:test("two runs never share a transcript", function(t)
-  local done = says(t, '{"mutation_rate": 0.12}')
-  t:raises("is used already", function()
-    says(t, '{"mutation_rate": 0.12}', nil, nil, { out = done.folder })
-  end)
-end)
-
 -- ---- prompts, options, clients ------------------------------------------------------------------
 
 suite:test("a live prompt takes effect at the next generation, each version is kept",

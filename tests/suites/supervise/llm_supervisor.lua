@@ -193,7 +193,7 @@ suite:test("a broken transcript is refused before the run, a cut last line is no
     t:raises("only a run that a model supervised can be replayed", function()
       run(t, { "replay", run = recorded.folder })
     end)
-    t:raises("is no run folder", function()
+    t:raises("is not a run folder", function()
       local other = t:folder()
       assert(host.file.write_atomic(other .. "/transcript.jsonl", text))
       run(t, { "replay", run = other })

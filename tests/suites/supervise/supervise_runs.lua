@@ -106,7 +106,7 @@ suite:test("an unsuitable run is refused before the experiment begins", function
   refused("had other limits: supervision.ranges", {},
     { supervision = { materials = true, ranges = { mutation_rate = { 0.01, 0.2 } } } })
   refused("has no repetition 2", { repetition = 2 })
-  refused("is no run folder", { run = folder .. "/r01" })
+  refused("is not a run folder", { run = folder .. "/r01" })
   t:raises('expected the folder of another run, got nil', function() free "yoked" end)
   assert(host.file.write_atomic(folder .. "/STATUS", '{"state":"running"}'))
   refused("is not done (running)", {})

@@ -1,5 +1,5 @@
---- attempt.lua: one HTTP request to a language model: what is sent, what came back, the record of
---- both, and the class of a failure. The key is taken out of everything before it is read.
+--- attempt.lua: one HTTP request to a language model, its answer, the record of both, and the class
+--- of a failure. The key is taken out of everything before it is read.
 
 local base64 = require "limax.base.base64"
 local failure = require "limax.base.failure"
@@ -10,7 +10,7 @@ local usage = require "limax.supervise.llm.usage"
 
 local attempt = {}
 
--- A longer answer is no proposal. The transcript holds every byte of a shorter one.
+-- A longer answer is cut; the transcript has every byte of a shorter one.
 local LARGEST = 1048576 -- bytes
 local CONNECT = 5 -- s, as in openai-python
 local LONGEST_MESSAGE = 300 -- bytes
@@ -79,7 +79,7 @@ end
 ---@field options table of the client
 ---@field machine limax.llm.machine
 
--- What is known before the request is sent.
+-- The record before the request is sent.
 local function begin_record(request)
   local fields, endpoint = request.fields, request.endpoint
   return {
@@ -93,7 +93,7 @@ local function begin_record(request)
   }
 end
 
--- What came back; `response` is an answer of host.http or its problem.
+-- Adds the response to the record; `response` is an answer of host.http or its problem.
 local function finish_record(record, outcome, response, redact)
   local function header(name)
     local value = response.headers[name]

@@ -1,5 +1,5 @@
---- context.lua: the values of a prompt's holes: what a model is told about the evolution so far,
---- and the form of its answer. Numbers are rounded to four digits, so that equal histories give
+--- context.lua: the values of a prompt's holes: a summary of the evolution so far and the form of
+--- the answer. Numbers are rounded to four digits, so that equal histories give
 --- equal bytes on every machine. A prompt that is too long loses detail in a fixed order.
 
 local host = require "limax.host"

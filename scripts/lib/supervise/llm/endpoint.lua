@@ -116,13 +116,13 @@ end
 ---@return string|nil message
 function endpoint.find(options, getenv)
   getenv = getenv or os.getenv
-  local given, from = options.url, "url"
-  if not given then given, from = set(getenv, "LIMAX_LLM_URL"), "LIMAX_LLM_URL" end
-  if not given then
+  local address, from = options.url, "url"
+  if not address then address, from = set(getenv, "LIMAX_LLM_URL"), "LIMAX_LLM_URL" end
+  if not address then
     return nil, "no endpoint of a language model is configured: set LIMAX_LLM_URL, for example to"
       .. " http://127.0.0.1:8080, or the field url"
   end
-  local url, message = host.url(given)
+  local url, message = host.url(address)
   message = url and bad_url(url, options.allow_insecure) or message
   if message then return nil, ("%s: %s"):format(from, message) end
 
@@ -142,7 +142,7 @@ function endpoint.find(options, getenv)
       .. " only you can read"):format(url.host)
   end
   local secret = key and #key >= text.SHORTEST_KEY
-  if secret and (given:find(key, 1, true) or model:find(key, 1, true)) then
+  if secret and (address:find(key, 1, true) or model:find(key, 1, true)) then
     return nil, "the URL or the model's name contains the key, and both are recorded"
   end
 

@@ -19,13 +19,13 @@ Replay.__index = Replay
 
 local function raise(text, ...) failure.raise(2, 'supervisor "replay": ' .. text:format(...)) end
 
--- The recorded run's options that decide what is asked.
+-- The recorded run's options that determine the questions.
 local function recorded_options(folder, options)
   local path = folder .. "/config.json"
   local text, message = source.read(path)
   local config = text and host.json.decode(text, path)
   if not config then
-    raise("%s is no run folder: %s", folder, message or "config.json is broken")
+    raise("%s is not a run folder: %s", folder, message or "config.json is broken")
   end
   local recorded = type(config.supervisor) == "table" and config.supervisor or {}
   local merged = { prompt = options.prompt }

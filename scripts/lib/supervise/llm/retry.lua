@@ -1,5 +1,5 @@
---- retry.lua: when to ask again: which failed attempts are repeated and after how long (the rules
---- of openai-python), and when a dead endpoint is left alone for some generations. Seconds.
+--- retry.lua: which failed attempts are repeated and after how long (the rules of openai-python),
+--- and for how many generations a dead endpoint is not asked. Times in seconds.
 
 local source = require "limax.base.source"
 
@@ -114,7 +114,7 @@ function retry.breaker()
 end
 
 --- Enters a generation. Several questions may belong to one; without a number each question is its
---- own. Another asker's generations are different ones, whatever their numbers.
+--- own. Generations of another asker are different ones, even with equal numbers.
 ---@param generation integer|nil
 ---@param asker? table
 ---@return "closed"|"open"|"probe"
