@@ -1,5 +1,4 @@
---- block.lua: the rigid block as scripts see it: what is asked of it, recorded, drawn and refused.
---- SI units.
+--- block.lua: the rigid block in scripts: measures, traces, pictures and errors. SI units.
 
 local engine = require "limax.engine"
 local limax = require "limax"
@@ -41,15 +40,15 @@ suite:test("a body that runs into a block pushes it along", { devices = "all" },
   t:near(limax.fitness.carry(robot, { axis = "x" }), 2 * later.displacement[1])
 end)
 
-suite:test("a heavier block goes less far, and less far with more friction", function(t)
-  local function way(mass, kinetic)
+suite:test("a block moves less if it is heavier or has more friction", function(t)
+  local function distance(mass, kinetic)
     return thrown(nil, { mass = mass }, { scene = { gravity = true, ground = true, damping = true,
       friction = { kinetic = kinetic }, block = { mass = mass, position = { 0.32, -0.05, 0 },
         size = { 0.3, 0.3, 0.2 } } } }):block().distance
   end
-  local light = way(1, 0.6)
-  t:ok(way(5, 0.6) < light, "mass should hold it")
-  t:ok(way(1, 0.9) < light, "friction should hold it")
+  local light = distance(1, 0.6)
+  t:ok(distance(5, 0.6) < light, "mass should hold it")
+  t:ok(distance(1, 0.9) < light, "friction should hold it")
 end)
 
 suite:test("a robot file with a block replays to the same bits", { devices = "all" }, function(t)
@@ -87,7 +86,7 @@ suite:test("the state of a block can be read while it moves", { devices = "all" 
   t:near(now.angular_velocity, { 0, 0, 4 }, { rtol = 1e-12, atol = 1e-12 })
 end)
 
-suite:test("what a block cannot do is said", function(t)
+suite:test("errors name what a block does not support", function(t)
   local plain = limax.robot { voxels = VOXELS }:simulate { duration = 0.1, device = "cpu" }
   t:raises("its scene does not name the effect 'block'", function() plain:block() end)
   t:raises("record.block needs the effect 'block'", function()

@@ -1,13 +1,12 @@
---- gait.lua: a known walker: a slab whose lower muscles swell one after the other from behind to
---- before, a wave that carries it the other way, as on a snail's foot. How it walks under every
---- integrator, and that it still does. SI units.
+--- gait.lua: a known walker: a slab whose lower muscles swell in a wave from back to front, which
+--- moves it the other way, as a snail's foot does. SI units.
 
 local limax = require "limax"
 local suite = require("limax.test").suite "gait"
 
 -- Measured at 1 Hz: 0.43 to 0.47 m in 5 s under leapfrog, symplectic Euler and XPBD, the same to a
--- millimetre for starts a tenth of a millimetre apart: slow waves lift no foot far, and contact
--- stays tame. At 2 Hz it is 0.76 to 1.0 m.
+-- millimetre for starts a tenth of a millimetre apart: at slow waves contact is not chaotic. At 2
+-- Hz it is 0.76 to 1.0 m.
 suite:fixture("walker", { shared = true }, function()
   return limax.robot { voxels = "eeeee\neeeee\n\nsssss\nsssss",
     weights = { phase = function(x) return (x - 1) / 4 end } }
@@ -33,43 +32,43 @@ suite:test("the first half second is the recorded one", { devices = "all",
       { class = "short horizon", why = "before the chaos of contact pulls the methods apart" })
   end)
 
-suite:test("it walks against its wave, whatever integrates it", { devices = "all",
+suite:test("it walks against its wave under every integrator", { devices = "all",
   integrators = METHODS }, function(t)
   local walked = five_seconds(t, { record = { center_of_mass = 50, contact = 50 } })
   t:equal(walked.status, "done")
   local way = walked:displacement()
   t:note(("%.3f m along x, %.3f m along y"):format(way[1], way[2]))
-  -- beyond what is measured by as much again: another integrator, another device
+  -- twice the measured range: another integrator, another device
   t:near(way[1], -0.455, { rtol = 0.1 })
   t:ok(math.abs(way[2]) < 0.1 * math.abs(way[1]), way[2])
-  -- it lifts its feet, and stands on some
+  -- it lifts some feet and stands on others
   local touching, least, most = walked:trace "contact", 1, 0
   for sample = 1, touching:size() do
     least = math.min(least, touching[sample][1])
     most = math.max(most, touching[sample][1])
   end
   t:ok(most > least + 0.05, most - least)
-  -- and goes on: neither half of the time is a rest
+  -- it moves in both halves of the time
   local path = walked:trace "center_of_mass"
   local middle = path[math.ceil(path:size() / 2)][1] - path[1][1]
   t:ok(middle / way[1] > 0.25 and middle / way[1] < 0.75, middle / way[1])
 end)
 
-suite:test("starts a hair apart walk as far in the mean", { devices = "all",
+suite:test("starts a tenth of a millimetre apart give the same mean distance", { devices = "all",
   integrators = METHODS }, function(t)
   t:statistically(function(seed)
     return five_seconds(t, { position = { 0, 0, 1e-4 * seed } }):displacement()[1]
   end, { seeds = 6, expected = -0.455, rtol = 0.08 })
 end)
 
-suite:test("the wave, the muscles and the ground's friction make the gait", { devices = "all" },
+suite:test("the gait needs the wave, the muscles and friction", { devices = "all" },
   function(t)
     local function way(options) return math.abs(five_seconds(t, options):displacement()[1]) end
     local walks = way {}
     t:ok(way { scene = limax.scenes.land { actuation = false } } < 0.02 * walks, "no muscles")
     local ice = limax.scenes.land { actuation = DRIVE, friction = false }
     t:ok(way { scene = ice } < 0.2 * walks, "on ice")
-    -- all muscles at a time: it only bounces
+    -- with all muscles in phase it only bounces
     local in_step = limax.robot { voxels = "eeeee\neeeee\n\nsssss\nsssss",
       weights = { phase = 0 } }
     local bounced = in_step:simulate(t:with { scene = limax.scenes.land { actuation = DRIVE },

@@ -1,4 +1,4 @@
---- integration.lua: integrators, time steps and the books of energy, as scripts see them. SI units.
+--- integration.lua: integrators, time steps and the energy ledger in scripts. SI units.
 
 local limax = require "limax"
 local evolution = require "support.evolution"
@@ -21,12 +21,12 @@ steps:test("auto is not coarse at the speed of the start and of the drop", every
   local fast, coarse = step_of { time_step = "auto", velocity = { 100, 0, 0 } }
   t:ok(slow > 1e-4)
   t:near(fast, 1e-4, { rtol = 1e-9 })
-  -- at the limit, whatever swings forward is beyond it; a fifth below, nothing is
+  -- at the limit some masses move farther; a fifth below none does
   t:equal(coarse, true)
   local _, finer = step_of { time_step = 8e-5,
     velocity = { 100, 0, 0 } }
   t:equal(finer, false)
-  -- a tier is capped too, by a throw as by a fall: a run of 0.05 s from 1 km does not fall far
+  -- a tier's step is capped by a throw too; a run of 0.05 s from 1 km does not fall far
   t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
   t:equal(step_of { position = { 0, 0, 1000 } }, (step_of {}))
   t:equal({ step_of { time_step = 1e-3, scene = { gravity = true }, velocity = { 100, 0, 0 } } },
@@ -34,7 +34,7 @@ steps:test("auto is not coarse at the speed of the start and of the drop", every
 end)
 
 steps:test("coarse robots are counted in metrics, history and the log line", function(t)
-  -- steps of 0.5 ms: 12 mm of an edge of 100 mm, and 8 mm
+  -- 12 mm and 8 mm per step; an edge is 100 mm
   local simulation = { duration = 0.4, settle = 0, time_step = 5e-4, velocity = { 24, 0, 0 } }
   local scene = { damping = true, actuation = true }
   local coarse = evolution.finished { generations = 1, simulation = simulation, scene = scene }[1]
@@ -55,7 +55,7 @@ steps:test("coarse robots are counted in metrics, history and the log line", fun
   t:ok(text:find(("failed 0  coarse %d  "):format(coarse.scored), 1, true), text)
 end)
 
-steps:test("RK4 is the reference of smooth scenes, on the CPU", function(t)
+steps:test("RK4 integrates smooth scenes on the CPU", function(t)
   local scene = limax.scenes.air { gravity = false }
   local function ends(integrator, time_step)
     return walker:simulate { scene = scene, settle = 0, duration = 0.2, integrator = integrator,
@@ -79,14 +79,14 @@ end)
 
 -- ---- energy -------------------------------------------------------------------------------------
 
-local books = require("limax.test").suite "ledger of energy"
+local ledgers = require("limax.test").suite "ledger of energy"
 
 local function recorded(options)
   options.record, options.device = { ledger = 100 }, "cpu"
   return walker:simulate(options)
 end
 
-books:test("say where the energy of a walk went, and close", function(t)
+ledgers:test("accounts for the energy of a walk", function(t)
   local robot = recorded { settle = 0.2, duration = 1 }
   local ledger = robot:ledger()
   t:ok(ledger.muscles > 1 and ledger.damping < -1 and ledger.friction < -0.1
@@ -96,7 +96,7 @@ books:test("say where the energy of a walk went, and close", function(t)
   local trace = robot:trace "ledger"
   t:equal({ trace:size(), trace.rate, trace.unit, trace.shape }, { 101, 100, "J", { 101, 9 } })
   t:equal(trace[1]:table()[5], 0)
-  -- the books by hand, at the end
+  -- the sums by hand, at the end
   local row = trace[101]:table()
   local works = 0
   for k = 5, 9 do works = works + row[k] end
@@ -104,14 +104,14 @@ books:test("say where the energy of a walk went, and close", function(t)
   t:equal({ ledger.kinetic, ledger.other, ledger.muscles }, { row[1], row[9], row[5] })
 end)
 
-books:test("a body at rest in the air has nothing to book", function(t)
+ledgers:test("of a body at rest is zero", function(t)
   local ledger = recorded { scene = { damping = true }, settle = 0, duration = 0.1 }:ledger()
   t:near(ledger.change, 0, { atol = 1e-9 })
   t:equal(ledger.muscles, 0)
   t:ok(ledger.closure >= 0 and ledger.closure <= 1)
 end)
 
-books:test("an unrecorded ledger names the entry to add", function(t)
+ledgers:test("that was not recorded names the entry to add", function(t)
   local robot = walker:simulate { settle = 0, duration = 0.1, record = { center_of_mass = 20 } }
   t:raises("ledger = 50", function() robot:ledger() end)
 end)

@@ -1,5 +1,5 @@
---- kernels.lua: whatever a GPU's kernel came from, and whatever lies in the way of its cache, the
---- bits are the same and a user is told once; and bad input is refused in the CPU's words.
+--- kernels.lua: the origin of a GPU's kernel and the state of its cache do not change results, and
+--- problems are reported once; bad input gives the same errors on every device.
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
@@ -8,10 +8,10 @@ local process = require "support.process"
 
 local suite = require("limax.test").suite "kernels"
 
--- ---- where a kernel comes from ------------------------------------------------------------------
+-- ---- origin of a kernel -------------------------------------------------------------------------
 
--- Simulates the bodies that kernels built with limax serve, and says what came out. Two kernels:
--- one steps, the other measures energies.
+-- Simulates bodies and prints a hash of the results. Two kernels: one steps, the other measures
+-- energies.
 local PROGRAM = [[
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
@@ -42,7 +42,7 @@ print(host.json.encode { hash = host.sha256(table.concat(parts, "\n")), origin =
   gpus = #device:describe().gpus })
 ]]
 
--- Runs it with variables of the environment; what it printed, decoded, and its warnings.
+-- Runs it with environment variables; its output, decoded, and its warnings.
 local function simulate(t, folder, environment)
   assert(host.file.write_atomic(folder .. "/program.lua", PROGRAM))
   local done = process.completes(t, folder, { "program.lua" }, { before = environment })
@@ -51,7 +51,7 @@ end
 
 local function cache_in(folder) return "XDG_CACHE_HOME=" .. process.quote(folder) end
 
--- Ends a test where kernels cannot be compiled.
+-- Skips a test if kernels cannot be compiled.
 local function need_compiler(t)
   local nvrtc = t.device:describe().nvrtc
   if not nvrtc:match "^%d" then t:skip(nvrtc) end
@@ -59,25 +59,25 @@ end
 
 local function count(text, pattern) return select(2, text:gsub(pattern, "")) end
 
-suite:test("built with limax, compiled or cached, a kernel gives the same bits",
+suite:test("a kernel built ahead of time, compiled or cached gives the same bits",
   { devices = { "cuda" } }, function(t)
     need_compiler(t)
     local folder = t:folder()
-    local compiled, said =
+    local compiled, warnings =
       simulate(t, folder, cache_in(folder) .. " LIMAX_KERNELS=cached,compiled")
-    t:equal({ compiled.origin, said }, { "compiled", "" })
+    t:equal({ compiled.origin, warnings }, { "compiled", "" })
     local cached
-    cached, said = simulate(t, folder, cache_in(folder) .. " LIMAX_KERNELS=cached")
-    t:equal({ cached.origin, said }, { "cached", "" })
+    cached, warnings = simulate(t, folder, cache_in(folder) .. " LIMAX_KERNELS=cached")
+    t:equal({ cached.origin, warnings }, { "cached", "" })
     local usual = simulate(t, folder, cache_in(folder))
     t:equal({ cached.hash, usual.hash }, { compiled.hash, compiled.hash })
     t:note("without LIMAX_KERNELS: " .. usual.origin)
-    -- after a wipe
+    -- with an empty cache
     local wiped = simulate(t, t:folder(), cache_in(t:folder()) .. " LIMAX_KERNELS=cached,compiled")
     t:equal(wiped, compiled)
   end)
 
-suite:test("without a compiler the smallest kernel that covers a scene serves it, with its bits",
+suite:test("without a compiler the smallest kernel that covers a scene gives the same bits",
   { devices = { "cuda" }, limit = 120 }, function(t)
     need_compiler(t)
     local folder = t:folder()
@@ -92,7 +92,7 @@ suite:test("without a compiler the smallest kernel that covers a scene serves it
     end
   end)
 
-suite:test("without a compiler a kernel for any lattice serves the others, with their bits",
+suite:test("without a compiler a kernel for any lattice gives the same bits",
   { devices = { "cuda" }, limit = 120 }, function(t)
     need_compiler(t)
     local folder = t:folder()
@@ -106,7 +106,7 @@ suite:test("without a compiler a kernel for any lattice serves the others, with 
     end
   end)
 
-suite:test("one GPU gives the bits of all", { devices = { "cuda" } }, function(t)
+suite:test("one GPU gives the same bits as all", { devices = { "cuda" } }, function(t)
   local folder = t:folder()
   local one = simulate(t, folder, cache_in(folder) .. " CUDA_VISIBLE_DEVICES=0")
   local all = simulate(t, folder, cache_in(folder))
@@ -116,7 +116,7 @@ suite:test("one GPU gives the bits of all", { devices = { "cuda" } }, function(t
   t:note(("%d GPUs"):format(all.gpus))
 end)
 
-suite:test("a damaged cache is made again, and said once", { devices = { "cuda" } }, function(t)
+suite:test("a damaged cache is compiled again and reported once", { devices = "cuda" }, function(t)
   need_compiler(t)
   local folder = t:folder()
   local environment = cache_in(folder) .. " LIMAX_KERNELS=cached,compiled"
@@ -134,28 +134,29 @@ suite:test("a damaged cache is made again, and said once", { devices = { "cuda" 
     file:close()
     damaged = damaged + 1
   end
-  -- one that steps and one that measures
+  -- one kernel steps and one measures
   t:ok(damaged >= 2)
-  local again, said = simulate(t, folder, environment)
+  local again, warnings = simulate(t, folder, environment)
   t:equal({ again.origin, again.hash }, { "compiled", whole.hash })
-  t:equal(count(said, "\n"), 1)
-  t:ok(said:find "^limax: the kernel cache's file .* is damaged %(its checksum is wrong%)", said)
-  again, said = simulate(t, folder, environment)
-  t:equal({ again.origin, again.hash, said }, { "cached", whole.hash, "" })
+  t:equal(count(warnings, "\n"), 1)
+  t:ok(warnings:find "^limax: the kernel cache's file .* is damaged %(its checksum is wrong%)",
+    warnings)
+  again, warnings = simulate(t, folder, environment)
+  t:equal({ again.origin, again.hash, warnings }, { "cached", whole.hash, "" })
 end)
 
-suite:test("a cache that cannot be written is left out, and said once", { devices = { "cuda" } },
+suite:test("a cache that cannot be written is not used and reported once", { devices = { "cuda" } },
   function(t)
     need_compiler(t)
     local folder = t:folder()
-    -- a file, where a folder would have to be made: closed to every user
+    -- a file instead of a folder, which no user can write to
     assert(host.file.write_atomic(folder .. "/file", ""))
-    local without, said =
+    local without, warnings =
       simulate(t, folder, cache_in(folder .. "/file") .. " LIMAX_KERNELS=cached,compiled")
     t:equal(without.origin, "compiled")
-    t:equal(count(said, "\n"), 1)
-    t:ok(said:find "^limax: kernels are not kept for the next run: .*/file/limax cannot be written",
-      said)
+    t:equal(count(warnings, "\n"), 1)
+    t:ok(warnings:find "^limax: kernels are not kept for the next run: .*/limax cannot be written",
+      warnings)
     t:equal(without.hash, simulate(t, folder, cache_in(folder)).hash)
   end)
 
@@ -170,7 +171,7 @@ local function begin(device, options, scene, mask)
     device, mask)
 end
 
--- Each raises; what is said must not depend on the device.
+-- Each raises the same message on every device.
 local BAD = {
   { "settle", function(device) begin(device, { settle = -1 }) end },
   { "record", function(device)
@@ -210,15 +211,16 @@ local BAD = {
   end },
 }
 
-suite:test("bad input is refused in the same words on every device", { devices = { "cuda" } },
+suite:test("bad input gives the same errors on every device", { devices = { "cuda" } },
   function(t)
     local cpu = engine.device "cpu"
     for _, case in ipairs(BAD) do
       local name, call = unpack(case)
-      local said = t:raises(".", function() call(cpu) end)
+      local expected = t:raises(".", function() call(cpu) end)
       local fine, message = pcall(call, t.device)
       t:ok(not fine, name .. ": it is not refused")
-      t:ok(tostring(message) == said, ("%s: %s\non the CPU: %s"):format(name, message, said))
+      t:ok(tostring(message) == tostring(expected), ("%s: %s\non the CPU: %s"):format(name,
+        tostring(message), tostring(expected)))
     end
   end)
 
@@ -231,7 +233,7 @@ suite:test("bad input is refused on the CPU", function(t)
   end
 end)
 
-suite:test("LIMAX_KERNELS with another word is refused", { devices = { "cuda" } }, function(t)
+suite:test("an unknown word in LIMAX_KERNELS is refused", { devices = { "cuda" } }, function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/program.lua", PROGRAM))
   local done =
@@ -241,7 +243,7 @@ suite:test("LIMAX_KERNELS with another word is refused", { devices = { "cuda" } 
     done.stderr)
 end)
 
-suite:test("a machine without a GPU says why, and `auto` takes the CPU", function(t)
+suite:test("without a GPU the error names the reason, and `auto` uses the CPU", function(t)
   local folder = t:folder()
   assert(host.file.write_atomic(folder .. "/program.lua",
     "print(require('limax.engine').device(arg[1]).kind)"))

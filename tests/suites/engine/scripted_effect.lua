@@ -1,5 +1,5 @@
---- scripted_effect.lua: effects that a script brings as a text: closed forms, every word of the
---- language, the same bits however the work is cut, and what is refused where.
+--- scripted_effect.lua: effects that a script defines by a text: closed forms, every word of the
+--- language, the same bits however the work is divided, and errors with their line.
 
 local limax = require "limax"
 local engine = require "limax.engine"
@@ -12,15 +12,15 @@ local suite = require("limax.test").suite "scripted effects"
 local BODY = "ecs\nece\n\nsbs\ncec"
 local CPU = engine.device "cpu"
 
--- A body in the air, under this scene alone.
+-- A body in the air in this scene.
 local function flown(scene, options)
-  local given = { scene = scene, device = CPU, settle = 0, duration = 1, precision = "double",
+  local settings = { scene = scene, device = CPU, settle = 0, duration = 1, precision = "double",
     time_step = 1e-3 }
-  for name, value in pairs(options or {}) do given[name] = value end
-  return limax.robot { voxels = BODY }:simulate(given)
+  for name, value in pairs(options or {}) do settings[name] = value end
+  return limax.robot { voxels = BODY }:simulate(settings)
 end
 
-suite:test("a weight as a text falls as gravity does", function(t)
+suite:test("a weight as a text equals gravity", function(t)
   local own = flown { weight = { force = "f = m * g;", g = { 0.5, 0, -9.81 } } }
   local built_in = flown { gravity = { acceleration = { 0.5, 0, -9.81 } } }
   -- of sums of 1000 steps in double
@@ -45,23 +45,23 @@ suite:test("a linear pull is a harmonic oscillation about its centre", function(
   end
 end)
 
-suite:test("velocity, mass and time are what they are called", function(t)
+suite:test("a text reads velocity, mass and time", function(t)
   -- dv/dt = -c v from 2 m/s
   local slowed = flown({ brake = { force = "f = -c * m * v;", c = 3 } }, { velocity = { 2, 0, 0 } })
   t:near(slowed:displacement()[1], 2 / 3 * (1 - math.exp(-3)), { rtol = 1e-5 })
   -- a = sin(w t) from rest at t = 0
   local shaken = flown { shake = { force = "f = vec(0, m * sin(w * t), 0);", w = 7 } }
   t:near(shaken:displacement()[2], (7 - math.sin(7)) / 49, { rtol = 1e-5 })
-  -- t is below 0 while a body settles; leapfrog gives a force that sets in half a step too much
+  -- t < 0 while a body settles; leapfrog applies a force that sets in half a step too long
   local late = flown({ push = { force = "f.z = t < 0 ? 0 : m;" } }, { settle = 0.5 })
   t:near(late:displacement()[3], 0.5005, { rtol = 1e-9 })
-  -- every step's force, from where the body is by then, in fp32 too
+  -- the force of every step at the current position, in fp32 too
   local far = flown({ push = { force = "f.x = x.z > 500 ? m : 0;" } },
     { position = { 0, 0, 1000 }, precision = "compensated" })
   t:near(far:displacement()[1], 0.5, { rtol = 1e-4 })
 end)
 
--- What each text is in Lua, with a = 3, b = -0.5, u = { 1, 2, 3 }, w = { -2, 0.5, 1 }.
+-- The value of each text with a = 3, b = -0.5, u = { 1, 2, 3 }, w = { -2, 0.5, 1 }.
 local MEANINGS = {
   { "a + b * 2 - -1", 3 }, { "(a + b) * 2", 5 }, { "a / b / 2", -3 }, { "-a.5", false },
   { "sqrt(a)", math.sqrt(3) }, { "sin(a)", math.sin(3) }, { "cos(b)", math.cos(-0.5) },
@@ -126,7 +126,7 @@ end)
 
 -- ---- the time step ------------------------------------------------------------------------------
 
-suite:test("a bound enters the automatic step, and without one it is refused by name", function(t)
+suite:test("the automatic step uses a bound, and without one it is refused", function(t)
   local function bound_with(bound)
     local robot = flown({ damping = true, pull = { force = "f = -1 * x;", bound = bound } },
       { time_step = "auto", duration = 0.1 })
@@ -160,7 +160,7 @@ local REFUSED = {
   { "f = x;" .. (" "):rep(20000), "bytes long" },
 }
 
-suite:test("whatever is not of the language is refused, with its line", function(t)
+suite:test("other text is refused, with its line", function(t)
   for _, case in ipairs(REFUSED) do
     local ok, message = pcall(engine.scene, { own = { force = case[1] } })
     t:ok(ok == (case[2] == nil), case[1]:sub(1, 60))
@@ -168,7 +168,7 @@ suite:test("whatever is not of the language is refused, with its line", function
   end
 end)
 
-suite:test("an error names the place in the user's file", function(t)
+suite:test("an error names the line in the user's file", function(t)
   local here = debug.getinfo(1, "l").currentline
   t:raises("scripted_effect.lua:" .. here + 5 .. "%)", function()
     engine.scene { own = {
@@ -179,7 +179,7 @@ suite:test("an error names the place in the user's file", function(t)
   end)
 end)
 
-suite:test("an error's line is that of what is wrong, not of what follows it", function(t)
+suite:test("the line of an error is that of its cause", function(t)
   for _, case in ipairs {
     { "f = vec(1, 2)\n\n;", 1, "vec takes 3" }, { "f = x\nf += x;", 1, "';'" },
     { "\nf.x = sin(x)\n;", 2, "sin takes numbers" }, { "bogus\n= 3;", 1, "unknown name" },
@@ -192,7 +192,7 @@ suite:test("an error's line is that of what is wrong, not of what follows it", f
   end
 end)
 
-suite:test("an experiment's error names the place in its file, which may come from Windows",
+suite:test("an experiment's error names the line in its file, with either line ending",
   function(t)
     local text = [==[
 local limax = require "limax"
@@ -233,7 +233,7 @@ end)
 
 -- ---- experiments --------------------------------------------------------------------------------
 
-suite:test("an experiment keeps it, and its parameters can be changed by path", function(t)
+suite:test("an experiment stores it, and its parameters can be overridden", function(t)
   local experiment = evolution.small { scene = limax.scenes.land { magnet = MAGNET } }
   t:equal(experiment.config.scene.magnet.force, MAGNET.force)
   local stronger = experiment:override { "scene.magnet.strength=0.5" }
