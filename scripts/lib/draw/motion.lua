@@ -131,16 +131,25 @@ function motion.held(robot, sites)
   return held
 end
 
--- What a film shows whatever moves: the body's skin and colours, and the world along this way.
-local function film_of(robot, way, least)
+--- The faces of a body's skin, see skin.lua, and the sites of its masses, as the engine counts
+--- them.
+---@return table[] faces
+---@return integer[] sites
+function motion.faces(robot)
   local context = robot.context
-  local around = world.of(context.scene)
   local sites, mass_at = context.simulation:sites(context.index):table(), {}
   for m, site in ipairs(sites) do mass_at[site] = m end
-  local materials, used = context.materials:table().materials, {}
+  return skin.faces(robot.body.voxel, mass_at), sites
+end
+
+-- What does not move: the body's skin and colours, and the world along this way.
+local function film_of(robot, way, least)
+  local around, materials = world.of(robot.context.scene), robot.context.materials:table().materials
+  local faces, sites = motion.faces(robot)
+  local used = {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
   return { materials = materials, colors = palette.of(materials), used = used, world = around,
-    held = motion.held(robot, sites), faces = skin.faces(robot.body.voxel, mass_at),
+    held = motion.held(robot, sites), faces = faces,
     stage = stage.new(around, axes_of(way, least, around.up)) }
 end
 

@@ -6,7 +6,6 @@ local block_picture = require "limax.draw.block_picture"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
 local palette = require "limax.draw.palette"
-local skin = require "limax.draw.skin"
 local surroundings = require "limax.tools.report.surroundings"
 local world = require "limax.draw.picture.world"
 
@@ -108,25 +107,17 @@ local function add_block(result, samples, path, stride, size, own)
   end
 end
 
---- The replay of a simulated robot whose "position" was recorded.
----@param walked limax.scored_robot
----@param description limax.robot.description
----@param about string
----@return limax.report.replay
-function replay.of(walked, description, name, about)
-  local trace, context = walked:trace "position", walked.context
-  local sites, mass_at = context.simulation:sites(context.index):table(), {}
-  for m, site in ipairs(sites) do mass_at[site] = m end
-  local list = context.materials:table().materials
-  local of_letter, colors = {}, palette.of(list)
-  local result = { name = name, about = about, edge = description.edge, corners = {},
-    materials = {}, phases = {}, names = {}, colors = {} }
+-- Adds the faces of the body's skin, with their materials and phases. Returns the masses that are
+-- drawn.
+local function add_faces(result, walked, description)
+  local list = walked.context.materials:table().materials
+  local of_letter, colors, masses, drawn = {}, palette.of(list), {}, {}
   for k, material in ipairs(list) do
     of_letter[material.letter] = k
     result.names[k], result.colors[k] = material.name, colors[material.letter].hex
   end
-  local masses, drawn = {}, {}
-  for f, face in ipairs(skin.faces(walked.body.voxel, mass_at)) do
+  local faces, sites = motion.faces(walked)
+  for f, face in ipairs(faces) do
     for k, mass in ipairs(face.corners) do
       if not drawn[mass] then
         masses[#masses + 1] = mass
@@ -138,21 +129,34 @@ function replay.of(walked, description, name, about)
     result.materials[f] = material - 1
     result.phases[f] = phase_of(description, list[material], face.voxel)
   end
-  local own, held = #masses, motion.held(walked, sites)
+  local held = motion.held(walked, sites)
   for k, mass in ipairs(masses) do
     if held[mass] then
       result.held = result.held or {}
       table.insert(result.held, k - 1)
     end
   end
+  return masses
+end
+
+--- The replay of a simulated robot whose "position" was recorded.
+---@param walked limax.scored_robot
+---@param description limax.robot.description
+---@param about string
+---@return limax.report.replay
+function replay.of(walked, description, name, about)
+  local trace, context = walked:trace "position", walked.context
+  local result = { name = name, about = about, edge = description.edge, corners = {},
+    materials = {}, phases = {}, names = {}, colors = {} }
+  local masses = add_faces(result, walked, description)
   local stride = math.max(1, math.floor(trace.rate / RATE))
-  -- the last sample is one that is kept
+  -- the last sample is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
   result.world = surroundings.of(world.of(context.scene), ends_of(samples))
   local block = context.scene.block
   if block and (context.options.record.block or 0) == trace.rate then
-    add_block(result, samples, walked:trace "block", stride, block.size, own)
+    add_block(result, samples, walked:trace "block", stride, block.size, #masses)
   elseif block then
     result.note = "the block is not shown: its positions were not recorded"
   end
@@ -160,7 +164,7 @@ function replay.of(walked, description, name, about)
   local extent = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])
   result.low, result.step = low, math.max(STEP, extent / MOST_STEPS)
   result.rate, result.samples = trace.rate / stride, #samples
-  result.body, result.masses = own, #samples[1] / 3
+  result.body, result.masses = #masses, #samples[1] / 3
   result.data = packed(samples, low, result.step)
   return result
 end

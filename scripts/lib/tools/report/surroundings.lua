@@ -96,24 +96,20 @@ function surroundings.of(around, low, high)
     table.insert(result.sheets, { points = points, floor = sheet.look.ruled,
       lines = sheet.look.ruled and lines_of(sheet, from, to) or nil })
   end
-  for _, box in ipairs(around.boxes) do
-    local cut = { from = {}, to = {} }
-    local seen = true
+  -- what a box in the world has in common with the part that is shown; nil for nothing
+  local function cut(box_low, box_high)
+    local part = { from = {}, to = {} }
     for c = 1, 3 do
-      cut.from[c] = math.max(box.from[c], from[c])
-      cut.to[c] = math.min(box.to[c], to[c])
-      seen = seen and cut.from[c] < cut.to[c]
+      part.from[c], part.to[c] = math.max(box_low[c], from[c]), math.min(box_high[c], to[c])
+      if part.from[c] >= part.to[c] then return nil end
     end
-    if seen then table.insert(result.boxes, cut) end
+    return part
   end
+  for _, box in ipairs(around.boxes) do table.insert(result.boxes, cut(box.from, box.to)) end
   for _, sphere in ipairs(around.spheres) do
-    local seen = true
-    for c = 1, 3 do
-      seen = seen and sphere.center[c] + sphere.radius > from[c]
-        and sphere.center[c] - sphere.radius < to[c]
-    end
-    if seen then
-      table.insert(result.spheres, { center = sphere.center, radius = sphere.radius })
+    local c, r = sphere.center, sphere.radius
+    if cut({ c[1] - r, c[2] - r, c[3] - r }, { c[1] + r, c[2] + r, c[3] + r }) then
+      table.insert(result.spheres, { center = c, radius = r })
     end
   end
   for k, flow in ipairs(around.flows) do
