@@ -264,7 +264,7 @@ end
 local function end_early(session, value, trace)
   if session.progress then session.progress:finish() end
   local path = session.folder and session.folder.path or session.path
-  -- a folder without a configuration is no run
+  -- a folder without a configuration is not a run
   local folder = session.folder and run_folder.is_run(path) and session.folder
   local is_interrupt = value == host.interrupt
   -- a run is done when the failure was in showing it

@@ -208,8 +208,8 @@ FOCUS = """(() => {
 
 
 def keyboard(browser, seen):
-    """Walks through the page by Tab alone; what can have the focus needs a name that is read out."""
-    # from the top: Tab goes on from what had the focus last
+    """Walks through the page with Tab; each element with focus needs an accessible name."""
+    # from the top: Tab continues from the last focus
     browser.run("document.body.tabIndex = -1; document.body.focus(); document.body.removeAttribute('tabindex')")
     seen["focus"] = []
     for _ in range(200):

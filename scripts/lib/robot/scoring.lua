@@ -1,5 +1,5 @@
 --- scoring.lua: calls a user's fitness function and handles its errors. In the first generation an
---- error or a value that is no number stops the run: the script is wrong. In later ones, and for
+--- error or a value that is not a number stops the run: the script is wrong. In later ones, and for
 --- NaN or infinity always, only that robot fails; more than a tenth of a generation stops the run.
 
 local failure = require "limax.base.failure"

@@ -274,7 +274,7 @@ function run_folder.open(path)
   path = #path > 1 and path:gsub("/+$", "") or path
   local config, message = read_json(path .. "/config.json")
   if not config then
-    failure.raise(2, ("%s is no run folder: %s"):format(path, tostring(message)))
+    failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
   end
   if config.schema ~= "limax.config/1" then
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s")

@@ -57,7 +57,7 @@ suite:test("options and files", function(t)
   refuses(t, folder, { "run", "try.lua", "--changed" }, 2, "--changed belongs to --resume")
   refuses(t, folder, { "run", "try.lua", "--together", "--apart" }, 2, "exclude each other")
   refuses(t, folder, { "run", "try.lua", "--resume", "r" }, 2, "leave out try.lua")
-  refuses(t, folder, { "run", "--resume", "r" }, 2, "r is no run folder")
+  refuses(t, folder, { "run", "--resume", "r" }, 2, "r is not a run folder")
   t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
 end)
 

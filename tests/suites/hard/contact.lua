@@ -19,7 +19,7 @@ case { row = 18, name = "rest on the ground", brief = true, run = function(c)
 end }
 
 case { row = 19, name = "grazing: masses exactly at z = 0", run = function(c)
-  -- a depth of 0 is no contact, and roundings of rest lengths make no chatter
+  -- a depth of 0 is not a contact, and rounding of rest lengths causes no chatter
   local run = c:run { lattice = { 2, 2, 1 }, velocity = { 1, 0, 0 }, duration = 1,
     scene = { ground = true, friction = true, damping = true } }
   local rows = run:trace "energy"

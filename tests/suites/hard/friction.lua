@@ -31,7 +31,7 @@ end
 local function resting(speed, heading)
   return function(positions, velocities)
     for i, p in ipairs(positions) do
-      -- each of the 25 columns of two masses stands on its lower one
+      -- each of the 25 columns of two masses rests on its lower one
       p[3] = p[3] - 2 * 0.1 * GRAVITY / context.GROUND
       velocities[i] = { speed * math.cos(heading or 0), speed * math.sin(heading or 0), 0 }
     end

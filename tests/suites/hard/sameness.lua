@@ -51,7 +51,7 @@ case { row = 49, name = "the same body in a larger lattice", run = function(c)
   c:near_rows("positions", large, small, { double = 1e-9, fp32 = 1e-3 })
 end }
 
-case { row = 52, name = "alone and among thousands, beside robots that burst", brief = true,
+case { row = 52, name = "by itself and among thousands, some of which diverge", brief = true,
   run = function(c)
     local count = c.full and 4096 or 512
     local slots = { 1, 18, count }

@@ -19,9 +19,9 @@ suite:test("Kendall's tau, against pairs counted one by one", function(t)
   local function tau(a, b) return ranking.kendall_tau(a, b, 4) end
   t:equal(tau({ 1, 2, 3, 4 }, { 10, 20, 30, 40 }), 1)
   t:equal(tau({ 1, 2, 3, 4 }, { 4, 3, 2, 1 }), -1)
-  -- of the six pairs the pair (2, 3) alone is in the other order: (5 - 1) / 6
+  -- of the six pairs only (2, 3) is in the other order: (5 - 1) / 6
   t:near(tau({ 1, 2, 3, 4 }, { 1, 3, 2, 4 }), 4 / 6)
-  -- b ties 2 and 3: five pairs are told apart in both, all in the same order: 5 / sqrt(6 x 5)
+  -- b ties 2 and 3: five pairs are untied in both, all in the same order: 5 / sqrt(6 x 5)
   t:near(tau({ 1, 2, 3, 4 }, { 1, 2, 2, 4 }), 5 / math.sqrt(30))
   -- one that failed ranks last, two that failed are equal
   t:equal(tau({ 1, 2, 3, 4 }, { nil, 2, 3, 4 }), 1)

@@ -120,7 +120,7 @@ suite:test("stability: every row of the list has a case", function(t)
   local rows, cases = {}, hard_cases.all()
   t:ok(#cases >= 70, #cases .. " cases")
   for _, case in ipairs(cases) do rows[case.row or 0] = true end
-  -- one mass without a spring is no body of voxels: tests/engine/physics/laws_test.cpp has it
+  -- a single mass without springs is tested in tests/engine/physics/laws_test.cpp
   rows[43] = true
   for row = 1, 57 do t:ok(rows[row], ("row %d has no case"):format(row)) end
 end)
@@ -186,7 +186,7 @@ local function search(t, first, cases)
     say = function(text) t:note(text) end }).cases
 end
 
-suite:test("blow-ups: the same number is the same robot, alone or in its batch",
+suite:test("blow-ups: a number gives the same robot by itself and in its batch",
   { devices = "all", limit = 120 }, function(t)
     t:equal(search(t, 60, 10), { first = 60, count = 10, diverged = 0, step = 0 })
     local one = blow_ups.describe(70)

@@ -1,5 +1,5 @@
 --- compare.lua: `limax compare` on small real runs, and its verdicts on outcomes made by hand:
---- which test, what may be claimed, what runs are no arms of one comparison.
+--- which test, what may be claimed, which runs cannot be compared.
 
 local arms = require "limax.tools.report.arms"
 local curves = require "limax.tools.report.curves"

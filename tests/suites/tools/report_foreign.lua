@@ -91,10 +91,10 @@ suite:test("fields of another type count as absent", { limit = 60 }, function(t)
     t:ok(text:find('<section id="learning"', 1, true) and not text:find("<b>x", 1, true), what)
     t:ok(not text:find('"nan', 1, true) and not text:find(">nan<", 1, true)
       and not text:find(">inf<", 1, true), what)
-    local shown, said = failure.attempt(function()
+    local shown, output = failure.attempt(function()
       return watch.text_of(runs.read(folder), PLAIN)
     end)
-    t:ok(shown and said:find("generation 3 of", 1, true), what .. ": " .. tostring(said))
+    t:ok(shown and output:find("generation 3 of", 1, true), what .. ": " .. tostring(output))
   end
   local done = process.ends(base, { "list", "." })
   t:ok(done.status == 0, done.stderr)
@@ -145,7 +145,7 @@ suite:test("the line of robots that are each other's parents ends", { limit = 20
     local ancestors, line = lineage.of(read)
     local seen = {}
     for _, robot in ipairs(line) do
-      t:ok(not seen[robot.id], "nobody is its own ancestor")
+      t:ok(not seen[robot.id], "no robot is its own ancestor")
       seen[robot.id] = true
     end
     t:ok(#line >= 1 and #ancestors >= #line)

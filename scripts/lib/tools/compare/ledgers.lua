@@ -19,7 +19,7 @@ function ledgers.model(list)
   local all, own = 0, 0
   for _, run in ipairs(list) do
     for _, line in ipairs(run.ledger) do
-      -- nobody sets generation 0
+      -- generation 0 is not set by a supervisor
       if line.generation > 0 and line.source ~= "held" then
         all, own = all + 1, own + (line.source == "model" and 1 or 0)
       end

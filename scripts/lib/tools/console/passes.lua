@@ -2,7 +2,7 @@
 
 local passes = {}
 
---- The best instruction set of this processor; nil for a device that is no processor.
+--- The best instruction set of this processor; nil for other devices.
 ---@param description table of `device:describe()`
 ---@return string|nil
 function passes.best(description)

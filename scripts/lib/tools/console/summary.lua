@@ -111,7 +111,7 @@ end
 
 local function bodies(first, last, style)
   local lattice = last.description.lattice
-  -- more letters than this are no picture
+  -- larger bodies are not readable as letters
   if lattice[1] * lattice[2] * lattice[3] > 1000 then
     return ("bodies of %dx%dx%d voxels: in letters in the champion's file"):format(unpack(lattice))
   end

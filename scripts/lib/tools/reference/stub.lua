@@ -13,7 +13,7 @@ local head = [[
 error "this file is for editors"
 ]]
 
--- Does a type go on in the next line?
+-- Does a type continue in the next line?
 local function is_open(line)
   local bare = line:gsub('"[^"]*"', "")
   local _, opened = bare:gsub("[%({%[]", "")
