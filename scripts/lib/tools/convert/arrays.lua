@@ -21,9 +21,7 @@ local MAX_NUMBERS = 1e7
 
 --- The bytes of a .npy file (format 1.0).
 ---@param kind string NumPy's type: "<f4", "|u1", ...
----@param shape integer[]
 ---@param data string|number[] in row-major order
----@return string
 function arrays.encode(kind, shape, data)
   if type(data) == "table" then data = bytes.pack(C_TYPES[kind], data) end
   local header = ("{'descr': '%s', 'fortran_order': False, 'shape': (%s,), }"):format(kind,
@@ -34,7 +32,6 @@ function arrays.encode(kind, shape, data)
 end
 
 --- Reads a .npy file of numbers; `nil, message` for anything else, pickled objects included.
----@param text string
 ---@return limax.convert.array|nil
 ---@return string|nil message
 function arrays.decode(text)
@@ -66,7 +63,6 @@ end
 
 --- The bytes of a .npz archive.
 ---@param list { [1]: string, [2]: string }[] name and .npy bytes of each array
----@return string
 function arrays.pack(list)
   local entries = {}
   for i, each in ipairs(list) do entries[i] = { each[1] .. ".npy", each[2] } end
@@ -74,7 +70,6 @@ function arrays.pack(list)
 end
 
 --- The .npy bytes of a .npz archive by name, or `nil, message`.
----@param text string
 ---@return table<string, string>|nil
 ---@return string|nil message
 function arrays.unpack(text)

@@ -7,16 +7,12 @@ local bytes = {}
 assert(ffi.abi "le", "limax is built for little-endian machines only")
 
 ---@param kind string "float", "double", "uint16_t", "uint32_t", ...
----@param list number[]
----@return string
 function bytes.pack(kind, list)
   local array = ffi.new(kind .. "[?]", #list, list)
   return ffi.string(array, ffi.sizeof(array))
 end
 
----@param kind string
 ---@param text string bytes after the last whole number are ignored
----@return number[]
 function bytes.unpack(kind, text)
   local array, list = ffi.cast("const " .. kind .. " *", text), {}
   for i = 1, math.floor(#text / ffi.sizeof(kind)) do list[i] = tonumber(array[i - 1]) end

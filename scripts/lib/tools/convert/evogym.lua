@@ -84,19 +84,11 @@ local function rows_of(path, array)
 end
 
 --- Reads a body from a .npy file.
----@param path string
----@param _ table
----@param notes string[]
----@return limax.robot.description
 function evogym.read_npy(path, _, notes)
   return describe(path, rows_of(path, decoded(path, input.read(path))), nil, notes)
 end
 
 --- Reads the array `body`, `structure` or `arr_0` of a .npz file, with its connections.
----@param path string
----@param _ table
----@param notes string[]
----@return limax.robot.description
 function evogym.read_npz(path, _, notes)
   local by_name, message = arrays.unpack(input.read(path))
   if not by_name then input.refuse(path, "%s", message) end
@@ -108,8 +100,6 @@ function evogym.read_npz(path, _, notes)
 end
 
 --- Is this decoded JSON a world of EvoGym?
----@param value any
----@return boolean
 function evogym.is_world(value)
   return type(value) == "table" and type(value.objects) == "table" and value.grid_width ~= nil
 end
@@ -140,10 +130,7 @@ local function robot_of(path, objects)
 end
 
 --- The robot of a world, cut out of its grid.
----@param path string
 ---@param world table decoded
----@param notes string[]
----@return limax.robot.description
 function evogym.of_world(path, world, notes)
   local width = whole(path, "grid_width", world.grid_width, 1, input.MAX_VOXELS)
   local height = whole(path, "grid_height", world.grid_height, 1, input.MAX_VOXELS)

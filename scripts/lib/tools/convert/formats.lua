@@ -119,12 +119,9 @@ formats.list = {
     write = function(job) return tensorboard.files(job.from, job.to, job.notes) end },
 }
 
----@param path string
----@return string
 function formats.ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end
 
 --- The format of a path's ending that can be read or written.
----@param path string
 ---@param way "read"|"write"
 ---@return limax.convert.format|nil
 ---@return string[] endings of all such formats, with their dots
@@ -142,9 +139,6 @@ local FIELDS = { "scene", "simulation", "fitness", "score", "outcome", "id", "ge
   "parents", "origin" }
 
 --- Notes what a format always loses of a robot, and fields that the robot has and the format not.
----@param format limax.convert.format
----@param robot limax.robot
----@param notes string[]
 function formats.note_losses(format, robot, notes)
   if not format.lost then return end
   for _, text in ipairs(format.lost) do notes[#notes + 1] = text end

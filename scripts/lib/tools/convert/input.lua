@@ -13,13 +13,11 @@ input.MAX_BYTES = 128 * 2 ^ 20
 input.MAX_VOXELS = 1e6
 
 --- Ends the command with an error about a file. Control characters are not printed.
----@param path string
 ---@param pattern string
 function input.refuse(path, pattern, ...)
   failure.raise(2, ("%s: %s"):format(path, (pattern:format(...):gsub("%c", "?"))))
 end
 
----@param path string
 ---@return string bytes
 function input.read(path)
   local file, message = io.open(path, "rb")
@@ -37,9 +35,7 @@ function input.read(path)
 end
 
 --- Calls a function; an error of it ends the command with the name of the file.
----@param path string
 ---@param call function
----@return any
 function input.about(path, call, ...)
   local succeeded, value = failure.attempt(call, ...)
   if succeeded then return value end
@@ -49,7 +45,6 @@ function input.about(path, call, ...)
 end
 
 --- Checks the size of a lattice.
----@param path string
 ---@param lattice integer[] voxels along x, y, z
 function input.check_lattice(path, lattice)
   for axis, name in ipairs { "x", "y", "z" } do

@@ -16,7 +16,6 @@ local function plain(value)
 end
 
 --- The rows of a run: repetition by repetition, generation by generation.
----@param folder string
 ---@return table<string, any>[] rows by name of column
 ---@return string[] names repetition and generation, then the others sorted
 ---@return number[] times when each generation ended, seconds since 1970, 0 if unknown
@@ -36,8 +35,6 @@ function metrics.read(folder)
 end
 
 --- The metrics of a run as CSV (RFC 4180). Missing values are empty.
----@param folder string
----@return string
 function metrics.csv(folder)
   local rows, names = metrics.read(folder)
   return csv.encode(names, rows)

@@ -18,10 +18,7 @@ local robots = {}
 local check_duration = schema.number(defaults.fields.simulation.duration)
 
 --- Reads a robot file, or a world of EvoGym.
----@param path string
----@param _ table
 ---@param notes string[] receives what limax cannot carry
----@return limax.robot.description
 function robots.read_json(path, _, notes)
   local decoded, message = host.json.decode(input.read(path), path)
   if decoded == nil then failure.raise(2, message) end
@@ -52,8 +49,6 @@ end
 
 --- A robot of a description, checked.
 ---@param path string for messages
----@param description limax.robot.description
----@return limax.robot
 function robots.of(path, description)
   local size, message = body.measure_layers(description.voxels,
     input.about(path, engine.materials, description.materials))

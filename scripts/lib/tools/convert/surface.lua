@@ -158,7 +158,6 @@ end
 
 --- The surface of a body.
 ---@param voxel string[][][] letters [x][y][z], "." is empty
----@return limax.convert.mesh
 function surface.of(voxel)
   local every_site = setmetatable({}, { __index = function(_, site) return site end })
   local faces = skin.faces(voxel, every_site)
@@ -178,9 +177,7 @@ function surface.of(voxel)
 end
 
 --- The surface of a robot in millimetres.
----@param robot limax.robot
 ---@param edge number mm, of a voxel
----@return limax.convert.mesh
 function surface.of_robot(robot, edge)
   local mesh = surface.of(robot.body.voxel)
   for _, point in ipairs(mesh.points) do

@@ -24,8 +24,6 @@ for byte = 0, 255 do
 end
 
 --- CRC-32C of a text, 0 to 2^32 - 1.
----@param text string
----@return number
 function tensorboard.crc(text)
   local value = bit.bnot(0)
   for i = 1, #text do

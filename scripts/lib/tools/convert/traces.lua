@@ -11,7 +11,6 @@ local settings = require "limax.settings.settings"
 local traces = {}
 
 --- Rates of traces, Hz, from words such as "position=50".
----@param words string[]
 ---@return table<string, integer>|nil rates nil without words
 function traces.rates(words)
   if #words == 0 then return nil end
@@ -28,10 +27,8 @@ end
 
 --- Simulates a robot as its file describes. A simulation that fails ends the command.
 ---@param path string for messages
----@param robot limax.robot
 ---@param record table<string, integer>|nil rates that replace the file's own
 ---@param device string
----@return limax.scored_robot
 function traces.simulate(path, robot, record, device)
   local succeeded, simulated = failure.attempt(robot.simulate, robot,
     { record = record, device = device })
@@ -55,7 +52,6 @@ local function flattened(grid)
 end
 
 --- The traces of a simulated robot with their times, its body, and the site of each mass.
----@param simulated limax.scored_robot
 ---@return string bytes of a .npz file
 function traces.encode(simulated)
   local context, list = simulated.context, {}

@@ -23,7 +23,6 @@ voxcad.WEIGHTS = { { "stiffness", "StiffnessWeight" }, { "amplitude", "Amplitude
 
 --- A number rounded to twelve digits, which hides the rounding of a conversion and its inverse.
 ---@param number number
----@return number
 function voxcad.rounded(number) return tonumber(("%.12g"):format(number)) end
 
 return voxcad

@@ -16,9 +16,6 @@ local function child(node, name)
 end
 
 --- The element at a path "A.B.C" below a node.
----@param node limax.host.element|nil
----@param path string
----@return limax.host.element|nil
 function document.at(node, path)
   for name in path:gmatch "[^.]+" do
     node = node and child(node, name)
@@ -28,9 +25,6 @@ function document.at(node, path)
 end
 
 --- The children of a node with a name.
----@param node limax.host.element|nil
----@param name string
----@return limax.host.element[]
 function document.children(node, name)
   local list = {}
   for _, each in ipairs(node or {}) do
@@ -46,10 +40,7 @@ local function trimmed(text) return text:match "^%s*(.-)%s*$" end
 
 --- A finite number at a path; `default` where the element is missing.
 ---@param file string for messages
----@param node limax.host.element
----@param path string
 ---@param default number|nil nil: a missing element is an error
----@return number
 function document.number_at(file, node, path, default)
   local found = document.at(node, path)
   if not found then
@@ -65,9 +56,6 @@ function document.number_at(file, node, path, default)
 end
 
 --- The text at a path, empty where the element is missing.
----@param node limax.host.element|nil
----@param path string
----@return string
 function document.text_at(node, path)
   local found = document.at(node, path)
   return found and trimmed(found.text) or ""
@@ -109,7 +97,6 @@ local function replace(file, root, element)
 end
 
 --- The root of a .vxa, or of the base of a .vxd with the elements that it replaces.
----@param path string
 ---@param base string|nil the .vxa of a .vxd; base.vxa beside it if left out
 ---@return limax.host.element VXA
 function document.open(path, base)
@@ -162,8 +149,6 @@ local function collect(element, path, found)
 end
 
 --- Names of the elements that hold something and have not been read, sorted.
----@param root limax.host.element
----@return string[]
 function document.unread(root)
   local found = {}
   collect(root, "", found)

@@ -85,11 +85,9 @@ end
 
 --- The materials of a palette.
 ---@param file string for messages
----@param root limax.host.element
 ---@param edge number m
 ---@param swing number amplitude of the temperature, degrees
 ---@param actuated boolean whether the temperature varies
----@return limax.convert.palette
 function voxcad_palette.read(file, root, edge, swing, actuated)
   local palette = { letters = { ["."] = true }, names = { empty = true } }
   local elements = document.children(document.at(root, "VXC.Palette"), "Material")
@@ -104,9 +102,6 @@ function voxcad_palette.read(file, root, edge, swing, actuated)
 end
 
 --- The muscle that moves oppositely: one of the palette, or a new one.
----@param palette limax.convert.palette
----@param material limax.convert.material
----@return limax.convert.material
 function voxcad_palette.opposite_of(palette, material)
   local kind = material.kind == "expanding" and "contracting" or "expanding"
   for _, other in ipairs(palette) do
@@ -125,8 +120,6 @@ function voxcad_palette.opposite_of(palette, material)
 end
 
 --- The material table of a robot file; the engine checks its ranges.
----@param palette limax.convert.palette
----@return table
 function voxcad_palette.table(palette)
   local materials = { { name = "empty", letter = ".", kind = "empty" } }
   for i, material in ipairs(palette) do

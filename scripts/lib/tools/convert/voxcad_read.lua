@@ -176,7 +176,6 @@ end
 ---@param file string .vxa or .vxd
 ---@param options { base: string|nil } the .vxa of a .vxd
 ---@param notes string[] receives what limax cannot carry
----@return limax.robot.description
 function voxcad_read.read(file, options, notes)
   local root = document.open(file, options.base)
   local structure, lattice = structure_of(file, root)

@@ -160,10 +160,8 @@ local function structure(description, list, attributes, notes)
 end
 
 --- A robot with its materials and world.
----@param robot limax.robot
 ---@param path string for messages
 ---@param notes string[] receives what the file cannot carry
----@return string
 function voxcad_write.vxa(robot, path, notes)
   local description, list = robot:table(), materials_of(robot, path)
   local edge = description.edge or defaults.fields.simulation.edge.value
@@ -189,10 +187,8 @@ function voxcad_write.vxa(robot, path, notes)
 end
 
 --- Only the robot, which replaces the structure of a base.vxa.
----@param robot limax.robot
 ---@param path string for messages
 ---@param notes string[] receives what the file cannot carry
----@return string
 function voxcad_write.vxd(robot, path, notes)
   return element("VXD", structure(robot:table(), materials_of(robot, path),
     ' replace="VXA.VXC.Structure"', notes)) .. "\n"

@@ -101,7 +101,6 @@ local function grid(cells, sites, position, edge)
 end
 
 --- A body at rest.
----@param description limax.robot.description
 ---@param edge number m
 ---@return string text of the .vtu
 function vtk.at_rest(description, edge)
@@ -123,7 +122,6 @@ function vtk.at_rest(description, edge)
 end
 
 --- A simulated robot: a .vtu for each sample of its trace `position`, and the .pvd, written last.
----@param simulated limax.scored_robot
 ---@param edge number m
 ---@param path string of the .pvd
 ---@return { [1]: string, [2]: string }[] path and text of each file

@@ -7,8 +7,6 @@ xml.HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 local ESCAPES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
 
 --- A text with XML's special characters escaped and control characters replaced by blanks.
----@param text string
----@return string
 function xml.escaped(text)
   return (text:gsub("[%c]", " "):gsub('[&<>"]', ESCAPES))
 end
@@ -16,7 +14,6 @@ end
 --- An element around lines of content.
 ---@param tag string name and attributes
 ---@param ... string
----@return string
 function xml.element(tag, ...)
   return ("<%s>\n%s\n</%s>"):format(tag, table.concat({ ... }, "\n"), tag:match "^%S+")
 end

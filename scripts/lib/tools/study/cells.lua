@@ -19,8 +19,6 @@ local cells = {}
 ---@field best number|nil best_standard of the last generation
 
 --- Is this run folder done?
----@param path string
----@return boolean
 function cells.is_done(path)
   return runs.is_folder(path) and runs.read(path).status.state == "done"
 end
@@ -45,7 +43,6 @@ end
 --- Runs one repetition of an experiment in `path`, from its last generation to its end.
 ---@param options { experiment: limax.experiment, repetition: integer, path: string,
 --- device: limax.device, say: fun(text: string) }
----@return limax.study.result
 function cells.run(options)
   local path, repetition, experiment = options.path, options.repetition, options.experiment
   local config, scripts = run_configuration.of(experiment, { repetition = repetition })
@@ -80,8 +77,6 @@ local function reread(study, cell)
 end
 
 --- An experiment of a study. It has no script of its own: only the study can resume its runs.
----@param options table
----@return limax.experiment
 function cells.experiment_of(options)
   local experiment = experiments.new(options)
   experiment.origin = nil
@@ -89,9 +84,6 @@ function cells.experiment_of(options)
 end
 
 --- The experiment of a cell.
----@param study limax.study
----@param cell limax.study.cell
----@return limax.experiment
 function cells.experiment(study, cell)
   local options, arm, donor = source.copy(study.options), cell.arm, cell.donor
   options.name, options.repetitions = arm.name, study.repetitions

@@ -15,7 +15,6 @@ local function llm(options)
 end
 
 --- Is an endpoint configured?
----@return boolean
 function model_arms.available()
   local url = os.getenv "LIMAX_LLM_URL"
   return url ~= nil and url ~= "" and require("limax.supervise").entries.llm ~= nil
@@ -23,7 +22,6 @@ end
 
 ---@param materials table supervision of only materials
 ---@param both table supervision of hyperparameters and materials
----@return limax.study.arm[]
 function model_arms.list(materials, both)
   return {
     { name = "llm", asks = true, supervisor = llm() },
@@ -42,8 +40,6 @@ local LETTERS = { { "mutation_rate", "A" }, { "mutation_scale", "B" }, { "crosso
   { "elite_fraction", "D" }, { "stiffness", "E" }, { "amplitude", "F" }, { "phase", "G" } }
 
 --- A text with every parameter's name replaced by its letter.
----@param text string
----@return string
 function model_arms.without_names(text)
   for _, pair in ipairs(LETTERS) do
     text = text:gsub("%f[%w_]" .. pair[1] .. "%f[^%w_]", pair[2])
@@ -52,8 +48,6 @@ function model_arms.without_names(text)
 end
 
 --- A JSON text with letters that are keys replaced by the parameters' names.
----@param text string
----@return string
 function model_arms.with_names(text)
   for _, pair in ipairs(LETTERS) do
     text = text:gsub('"' .. pair[2] .. '"(%s*:)', '"' .. pair[1] .. '"%1')
@@ -82,7 +76,6 @@ end
 --- answers are translated back.
 ---@param options table of the supervisor
 ---@param context table of the client
----@return table client
 function model_arms.unnamed(options, context)
   local plain = copied(options)
   plain.client = nil

@@ -36,7 +36,6 @@ end
 --- only, without and with hyperparameters: a 2 x 2 design with `fixed` and the plain arm.
 ---@param config table of the experiment
 ---@param with_model boolean
----@return limax.study.arm[]
 function plan.arms(config, with_model)
   -- generations that simulate whole populations: no arm has fewer
   local last = math.max(1, math.floor(config.evaluations / config.population) - 1)
@@ -73,9 +72,7 @@ local function donor_arm(arms)
 end
 
 --- Some of the arms, by their names. An arm that reads another arm's runs needs that arm.
----@param arms limax.study.arm[]
 ---@param names string[]|nil all if left out
----@return limax.study.arm[]
 function plan.choose(arms, names)
   if not names then return arms end
   local all, wanted, chosen = {}, {}, {}
@@ -99,16 +96,11 @@ function plan.choose(arms, names)
 end
 
 --- The repetition whose parameters a repetition reads: the next one, the first for the last.
----@param repetition integer
 ---@param repetitions integer at least 2
----@return integer
 function plan.donor_of(repetition, repetitions) return repetition % repetitions + 1 end
 
 --- All cells, donors before the cells that read them, repetition by repetition, so that a study
 --- that is stopped has whole repetitions.
----@param arms limax.study.arm[]
----@param repetitions integer
----@return limax.study.cell[]
 function plan.cells(arms, repetitions)
   local list, cell_of, donor = {}, {}, donor_arm(arms)
   for _, arm in ipairs(arms) do cell_of[arm.name] = {} end

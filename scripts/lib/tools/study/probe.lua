@@ -19,8 +19,6 @@ local function seconds_per_evaluation(study)
 end
 
 --- Evaluations, hours and tokens of the remaining runs of a study, in words.
----@param study limax.study
----@return string
 function probe.text(study)
   local left, asking, names, seen = 0, 0, {}, {}
   for _, cell in ipairs(study.cells) do

@@ -74,8 +74,6 @@ local function resolve(settings)
 end
 
 --- A study of an experiment, not started.
----@param settings limax.study.settings
----@return limax.study
 function study.new(settings)
   if settings.repetitions < 2 then
     failure.raise(2, "a study needs at least two repetitions: some arms read another one")
@@ -132,7 +130,6 @@ local function run_cell(self, k, cell)
 end
 
 --- Runs the remaining cells of a study, and compares.
----@param self limax.study
 ---@return table result of verdict.compare
 function study.run(self)
   self.say(probe.text(self))
@@ -171,7 +168,6 @@ local command = {
 --- Runs a study from the words of a script.
 ---@param settings { experiment: table, evaluations: integer, repetitions: integer, quick: table }
 --- `quick` has the same fields, for --quick
----@param words string[]
 function study.main(settings, words)
   local arguments = options.parse(command, words)
   if arguments.help then

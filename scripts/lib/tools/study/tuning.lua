@@ -20,7 +20,6 @@ local MIN_POPULATIONS, MIN_SETTINGS = 3, 2
 tuning.MIN_STUDY_POPULATIONS = MIN_POPULATIONS * MIN_SETTINGS + 2
 
 --- The number of settings that are tried, and the evaluations of each.
----@param study limax.study
 ---@return integer settings
 ---@return integer evaluations
 function tuning.budget(study)
@@ -44,8 +43,6 @@ local function drawn(study, repetition, k)
 end
 
 --- Tunes one repetition: the setting with the best best_standard, and what was spent.
----@param study limax.study
----@param repetition integer
 ---@return { breeding: table, evaluations: integer }
 function tuning.run(study, repetition)
   local settings, evaluations = tuning.budget(study)
