@@ -268,7 +268,6 @@ local function show(facts)
 end
 
 --- Runs the command.
----@param arguments table
 ---@return integer status
 function command.run(arguments)
   if arguments.scene then

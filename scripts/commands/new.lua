@@ -17,7 +17,6 @@ local command = {
 }
 
 --- Runs the command.
----@param arguments table
 function command.run(arguments)
   local base = arguments[1]:gsub("%.lua$", "")
   local folder, name = base:match "^(.*/)([^/]*)$"

@@ -152,7 +152,6 @@ local function check(arguments)
   return ending
 end
 
----@param arguments table
 ---@return integer status
 function command.run(arguments)
   local ending = check(arguments)

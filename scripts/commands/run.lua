@@ -306,7 +306,6 @@ function command.run_experiment(experiment, arguments)
   return status
 end
 
----@param arguments table
 ---@return integer status
 function command.run(arguments)
   local file = arguments[1]

@@ -159,7 +159,6 @@ local function reporter_of(arguments)
 end
 
 --- Runs the command.
----@param arguments table
 ---@return integer status 0 if nothing failed
 function command.run(arguments)
   local paths, choice, update = paths_of(arguments), choice_of(arguments), update_of(arguments)

@@ -65,9 +65,6 @@ local function state_line(folder, style)
 end
 
 --- The text that is shown of a folder.
----@param folder limax.report.folder
----@param style limax.terminal.style
----@return string
 function command.text_of(folder, style)
   local parts = { state_line(folder, style) }
   local list = runs.arms { folder }
@@ -114,7 +111,6 @@ local function mark_of(folder)
   return table.concat(texts, " ")
 end
 
----@param arguments table
 ---@return integer status
 function command.run(arguments)
   local path = arguments[1]

@@ -32,8 +32,6 @@ local function walk(list, act)
 end
 
 --- "view of center_of_mass [251][3]: min ..., mean ..., max ... m, NaN 0; 50 Hz".
----@param view limax.view
----@return string
 function array_text.view(view)
   local valid, list = pcall(view.table, view)
   -- the view is no longer valid
@@ -48,7 +46,6 @@ function array_text.view(view)
 end
 
 --- The lengths of nested lists of numbers along their axes, nil for any other table.
----@param list table
 ---@return integer[]|nil
 function array_text.shape(list)
   local size, keys = #list, 0
@@ -71,9 +68,6 @@ function array_text.shape(list)
 end
 
 --- The summary of nested lists.
----@param list table
----@param shape integer[]
----@return string
 function array_text.list(list, shape)
   local lengths = {}
   for i, length in ipairs(shape) do lengths[i] = ("[%d]"):format(length) end

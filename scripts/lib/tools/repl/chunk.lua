@@ -68,8 +68,6 @@ end
 ---@field names string[] declared by its top-level `local`
 
 --- Compiles a text; otherwise nil, message, incomplete.
----@param text string
----@param environment table
 ---@param name string chunk name, "=input"
 ---@param first integer|nil number of its first line in messages, 1 if left out
 ---@return limax.repl.chunk|nil

@@ -79,7 +79,6 @@ end
 ---@param robot limax.robot|limax.scored_robot
 ---@param first string|table
 ---@param second string|table
----@param options? table
 ---@return table<string, number>
 function compare.two(robot, first, second, options)
   if type(robot) ~= "table" or type(robot.simulate) ~= "function" then

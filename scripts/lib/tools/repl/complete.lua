@@ -288,7 +288,6 @@ end
 
 --- All completions, sorted, and the typed word.
 ---@param text string of the statement so far, up to the cursor
----@param names limax.repl.names
 ---@return string[] words
 ---@return string typed
 function complete.words(text, names)
@@ -313,7 +312,6 @@ end
 
 --- The effect of Tab: text to insert, or candidates to show.
 ---@param text string of the statement so far, up to the cursor
----@param names limax.repl.names
 ---@return string|nil insert
 ---@return string|nil show
 function complete.edit(text, names)

@@ -44,9 +44,7 @@ end
 
 --- Evolves some generations of a run.
 ---@param what table|limax.experiment|limax.run
----@param generations? integer
 ---@param keep fun(run: limax.run) receives a run that Ctrl-C has stopped
----@return limax.run
 function evolve.some(what, generations, keep)
   generations = generations or DEFAULT
   if type(generations) ~= "number" or generations < 1 or generations % 1 ~= 0 then
@@ -67,8 +65,6 @@ function evolve.some(what, generations, keep)
 end
 
 --- The best robot of the last scored generation.
----@param run limax.run
----@return limax.scored_robot
 function evolve.champion(run)
   if type(run) ~= "table" or type(rawget(run, "history")) ~= "table" then
     engine.fail("champion: expected a run of evolve, got " .. schema.show(run))

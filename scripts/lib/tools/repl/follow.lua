@@ -32,8 +32,6 @@ local function compiled(path, names)
 end
 
 --- Runs a file with the names of a prompt; its top-level `local` names remain defined.
----@param path string
----@param names limax.repl.names
 ---@return any ... what it returns
 function follow.run(path, names) return compiled(path, names)() end
 
@@ -49,8 +47,6 @@ end
 follow.renew = renew
 
 --- Runs a file now, and again before the next line after its text has changed.
----@param path string
----@param names limax.repl.names
 ---@return any what it returned
 function follow.begin(path, names)
   local chunk, text = compiled(path, names)
@@ -77,7 +73,6 @@ local function again(path, entry)
 end
 
 --- Has the text of a followed file changed since it ran?
----@return boolean
 function follow.has_changed()
   for _, path in ipairs(order) do
     local text = source.read(path)

@@ -64,8 +64,6 @@ local function field_lines(type_text)
 end
 
 --- The page of one entry.
----@param entry limax.api.entry
----@return string
 function help.page(entry)
   local lines = { entry.signature }
   add(lines, wrapped(entry.what, "  "))
@@ -154,9 +152,6 @@ local function group_page(topic, group)
 end
 
 --- The pages about a topic.
----@param topic string
----@param names limax.repl.names
----@return string[]
 function help.pages(topic, names)
   local group, rest = group_of_value(topic, names)
   if group and rest == "" then return { group_page(topic, group) } end
@@ -185,7 +180,6 @@ end
 
 --- Writes the pages about a topic; an unknown topic is an error.
 ---@param topic string the text after the `?`
----@param names limax.repl.names
 function help.show(topic, names)
   -- of a call its name
   topic = topic:match("^%s*(.-)[%s;?]*$"):gsub("%s*%b()$", "")

@@ -11,7 +11,6 @@ local history = {}
 local MAX_ENTRIES = 10000
 
 --- The folder of the history; nil without a home.
----@return string|nil
 function history.folder()
   local state = os.getenv "XDG_STATE_HOME"
   -- the XDG Base Directory Specification ignores relative paths
@@ -51,7 +50,6 @@ function History:shorten(entries)
 end
 
 --- The entries of earlier sessions, oldest first.
----@return string[]
 function History:entries()
   local entries = {}
   if not self.path or not host.file.exists(self.path) then return entries end
@@ -66,7 +64,6 @@ function History:entries()
 end
 
 --- Saves an entry, unless it is empty or equals the last one.
----@param text string
 ---@return boolean added
 function History:add(text)
   if text:match "^%s*$" or text == self.last then return false end
@@ -80,7 +77,6 @@ end
 
 --- The history of this user.
 ---@param say fun(text: string)
----@return limax.repl.history
 function history.open(say)
   local self = setmetatable({ say = say }, History)
   local folder = history.folder()

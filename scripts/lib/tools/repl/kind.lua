@@ -16,8 +16,6 @@ local marks = {
 }
 
 --- The class of a value: "limax.robot", "limax.view"; nil for other values.
----@param value any
----@return string|nil
 function kind.of(value)
   if type(value) ~= "table" then return nil end
   if engine.is_view(value) then return "limax.view" end

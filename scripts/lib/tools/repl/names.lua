@@ -35,8 +35,6 @@ function Names:all()
 end
 
 --- The value of a name, or nil. Raises no error.
----@param name string
----@return any
 function Names:get(name)
   local value = rawget(self.own, name)
   if value == nil then value = self.words[name] end
@@ -46,7 +44,6 @@ function Names:get(name)
 end
 
 --- Stores a value that was shown as `_`.
----@param value any
 function Names:remember(value)
   -- showing it again does not shift the others
   local own = self.own
@@ -56,13 +53,11 @@ function Names:remember(value)
 end
 
 --- Names that may be read although nothing was assigned: `local x`.
----@param list string[]
 function Names:declare(list)
   for _, name in ipairs(list) do self.declared[name] = true end
 end
 
 --- The names that were defined, sorted, without those of the last values.
----@return string[]
 function Names:typed()
   local list = {}
   for name in pairs(self.own) do
@@ -74,7 +69,6 @@ end
 
 --- The names of a prompt.
 ---@param words table<string, any>
----@return limax.repl.names
 function names.new(words)
   local self = setmetatable({ own = {}, words = words, declared = { _ = true } }, Names)
   for k = 1, KEPT do self.declared["_" .. k] = true end

@@ -71,7 +71,6 @@ end
 
 --- Simulates a robot and writes six poses; of a robot in motion it writes the current pose.
 ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
----@param file? string
 ---@param options? { duration?: number, scene?: table, device?: string, title?: string,
 --- open?: boolean }
 ---@return string path

@@ -86,7 +86,6 @@ end
 --- The plot as text.
 ---@param values limax.view|number[]|number[][]
 ---@param options? { column?: integer, rows?: integer, columns?: integer }
----@return string
 function plot.text(values, options)
   local checked, message = check(options, "plot")
   if not checked then engine.fail(message) end

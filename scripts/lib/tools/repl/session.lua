@@ -57,8 +57,6 @@ local function report(text, message, trace, line)
 end
 
 --- Runs a chunk and shows its values. False after an error, with the interrupt if it was one.
----@param compiled limax.repl.chunk
----@param text string
 ---@param first integer|nil number of its first line
 ---@return boolean fine
 ---@return any interrupt
@@ -78,7 +76,6 @@ function Session:evaluate(compiled, text, first)
 end
 
 --- Runs a text as if it were typed: false after an error, nil if it is incomplete.
----@param text string
 ---@param first integer|nil number of its first line, 1 if left out
 ---@return boolean|nil fine
 ---@return any interrupt
@@ -211,15 +208,12 @@ function Session:take_all(lines)
 end
 
 --- Runs a file: its top-level names remain defined, and its return value is `_`.
----@param path string
 function Session:run_file(path)
   local value = follow.run(path, self.names)
   if value ~= nil then self.names:remember(value) end
 end
 
 --- A prompt with these names.
----@param names limax.repl.names
----@return limax.repl.session
 function session.new(names) return setmetatable({ names = names }, Session) end
 
 return session

@@ -182,9 +182,6 @@ local text_of_class = {
 }
 
 --- The text of a value, of one or more lines.
----@param value any
----@param style? limax.terminal.style
----@return string
 function show.value(value, style)
   style = style or terminal.style()
   if type(value) == "string" then return text_of(value) end
@@ -200,9 +197,7 @@ function show.value(value, style)
 end
 
 --- The text of several values: in one line, separated by tabs, or one per line.
----@param count integer
 ---@param ... any
----@return string
 function show.values(count, ...)
   local texts, style, separator = {}, terminal.style(), "\t"
   for i = 1, count do

@@ -72,8 +72,6 @@ local function take(text, at)
 end
 
 --- The tokens of a text, without blanks.
----@param text string
----@return limax.repl.token[]
 function tokens.of(text)
   local list, at = {}, 1
   while true do
@@ -89,8 +87,6 @@ function tokens.of(text)
 end
 
 --- The tokens without comments.
----@param text string
----@return limax.repl.token[]
 function tokens.of_code(text)
   local code = {}
   for _, token in ipairs(tokens.of(text)) do
@@ -106,7 +102,6 @@ local deeper = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end
 local bracket = { ["("] = 1, ["{"] = 1, ["["] = 1, [")"] = -1, ["}"] = -1, ["]"] = -1 }
 
 --- The number of open blocks and brackets, and whether the last string or comment is unfinished.
----@param text string
 ---@return integer depth
 ---@return boolean open
 function tokens.depth(text)
@@ -133,7 +128,6 @@ end
 
 --- A text whose top-level `local x = 1` and `local function f()` assign to names of the prompt,
 --- with unchanged lines and columns, and these names.
----@param text string
 ---@return string
 ---@return string[] names
 function tokens.keep_locals(text)
