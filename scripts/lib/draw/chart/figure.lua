@@ -75,12 +75,9 @@ function figure.draw(kind, spec, millimetres, options)
     { title = spec.title, description = spec.foot, millimetres = millimetres,
       zoom = options and options.zoom })
   for k, each in ipairs(spec.panels) do
-    local copy = {}
-    for name, value in pairs(each) do copy[name] = value end
-    copy.right = names_room(each, wide)
-    panel.draw(canvas, copy, { left = MARGIN + (k - 1) % columns * wide,
+    panel.draw(canvas, each, { left = MARGIN + (k - 1) % columns * wide,
       top = math.floor((k - 1) / columns) * high, width = wide, height = high,
-      size = figure.TEXT })
+      right = names_room(each, wide), size = figure.TEXT })
   end
   local y = rows * high + LINE
   for _, row in ipairs(key) do

@@ -70,13 +70,10 @@ end
 ---@param description string for screen readers
 ---@return limax.chart.inline
 function inline.draw(spec, description)
-  local copy = {}
-  for name, value in pairs(spec) do copy[name] = value end
-  copy.right = spec.right or RIGHT
   local canvas = canvases.new("svg", WIDTH, HEIGHT,
     { title = spec.title, description = description })
-  local place = panel.draw(canvas, copy,
-    { left = 0, top = 0, width = WIDTH, height = HEIGHT, size = TEXT, title = TITLE })
+  local place = panel.draw(canvas, spec, { left = 0, top = 0, width = WIDTH, height = HEIGHT,
+    right = spec.right or RIGHT, size = TEXT, title = TITLE })
   local columns, all = table_of(spec)
   local rows, kept, every = {}, {}, math.ceil(#all / MOST_ROWS)
   for k, row in ipairs(all) do

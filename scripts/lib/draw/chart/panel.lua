@@ -9,8 +9,8 @@ local panel = {}
 local ink = { text = canvases.ink, faint = canvases.faint, grid = "#e4e6e9", fine = "#f1f2f4",
   frame = "#9aa0a6", strip = "#fbeeea", fail = "#b3261e", band = "#8c9198" }
 
--- px around the axes; the right margin holds the names of the curves
-local LEFT, RIGHT, TOP, BOTTOM, STRIP, LINE = 62, 158, 34, 44, 20, 13.5
+-- px around the axes; of the strip of failures, and of a line of text
+local LEFT, TOP, BOTTOM, STRIP, LINE = 62, 34, 44, 20, 13.5
 -- more markers than these on one curve are drawn at half the size
 local MANY = 200
 
@@ -41,7 +41,7 @@ local MANY = 200
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
 ---@field key { marker: string, color: string, text: string }[]|nil markers that no curve names
----@field right number|nil px, the room for the names of the curves
+---@field right number|nil px, the room for the names of the curves in a page
 
 -- The axes of a panel on a canvas: where values are, px, and the size of texts.
 ---@class limax.chart.place
@@ -280,15 +280,15 @@ local function draw_curves(place, curves)
 end
 
 --- Draws a panel.
----@param box { left: number, top: number, width: number, height: number, size: number,
---- title: number|nil } px; `size` of texts, `title` of the title
+---@param box { left: number, top: number, width: number, height: number, right: number,
+--- size: number, title: number|nil } px; `right` of the axes, `size` of texts, `title` of the title
 ---@return limax.chart.place where values are on the page
 function panel.draw(canvas, spec, box)
   local failed = false
   for _, curve in ipairs(spec.curves) do failed = failed or #(curve.failures or {}) > 0 end
   local head = TOP + (spec.note and 14 or 0) + (failed and STRIP or 0)
   local place = setmetatable({ canvas = canvas, size = box.size, left = box.left + LEFT,
-    right = box.left + box.width - (spec.right or RIGHT), top = box.top + head,
+    right = box.left + box.width - box.right, top = box.top + head,
     bottom = box.top + box.height - BOTTOM, x = axis.new(spec.x, values_of(spec, 1)),
     y = axis.new(spec.y, values_of(spec, 2)) }, Place)
   place:text(box.left + 8, box.top + 17, spec.title, { size = box.title, bold = true })

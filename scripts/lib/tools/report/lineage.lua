@@ -89,7 +89,7 @@ function lineage.panel(ancestors, line, label)
   for _, robot in ipairs(line) do
     if robot.fitness then path[#path + 1] = { robot.generation, robot.fitness } end
   end
-  return { title = "ancestors of the last champion", right = 120,
+  return { title = "ancestors of the last champion",
     x = { label = "generation in which it first appeared", linear = true },
     y = { label = label, linear = true }, curves = {
       { points = dots, color = "#8c9198", dash = "none", marker = "ring", title = "ancestors" },
