@@ -110,6 +110,33 @@ case { name = "a body that folds onto itself", run = function(c)
   if run.verdict == "holds" then c:at_most("energy at the end", rows[#rows][1], rows[1][1]) end
 end }
 
+case { name = "legs that clap do not pass through each other", run = function(c)
+  local function gap(self_collision)
+    local run = c:run { lattice = { 4, 1, 5 }, duration = 0.15, energy = false, center = false,
+      voxels = function(x, _, z) return (z == 1 or x == 1 or x == 4) and "s" or "." end,
+      scene = { damping = true, self_collision = self_collision }, record = { position = 200 },
+      place = function(positions, velocities)
+        for i, p in ipairs(positions) do
+          if p[3] > 0.15 then velocities[i][1] = p[1] < 0.2 and 6 or -6 end
+        end
+      end }
+    local samples, least, facing = run:trace "position", math.huge, {}
+    -- the masses of the inner sides, in the same order
+    for i, p in ipairs(samples[1]) do
+      local side = math.floor(10 * p[1] + 0.5)
+      if p[3] > 0.15 and (side == 1 or side == 3) then facing[#facing + 1] = i end
+    end
+    for _, sample in ipairs(samples) do
+      for k = 1, #facing, 2 do
+        least = math.min(least, sample[facing[k + 1]][1] - sample[facing[k]][1])
+      end
+    end
+    return least
+  end
+  c:at_least("gap between the legs", gap(true), 0)
+  c:at_most("gap without self-collision", gap(false), -0.02)
+end }
+
 -- ---- a rigid block, which XPBD does not support ------------------------------------------------
 
 -- Fails if the energy of body and block rises by more than 1 % of the most that there was.

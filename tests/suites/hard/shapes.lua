@@ -1,6 +1,6 @@
 --- shapes.lua: hard cases of degenerate bodies and poses: coincident masses, inverted voxels,
 --- pieces, empty and very large bodies. Row 43, a mass without a spring, is not a body of voxels:
---- tests/engine/physics/laws_test.cpp has it. SI units.
+--- tests/engine/physics/contact_test.cpp has it. SI units.
 
 local context = require "limax.tools.bench.hard_cases.context"
 local engine = require "limax.engine"

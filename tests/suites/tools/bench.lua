@@ -120,7 +120,7 @@ suite:test("stability: every row of the list has a case", function(t)
   local rows, cases = {}, hard_cases.all()
   t:ok(#cases >= 70, #cases .. " cases")
   for _, case in ipairs(cases) do rows[case.row or 0] = true end
-  -- a single mass without springs is tested in tests/engine/physics/laws_test.cpp
+  -- a single mass without springs is tested in tests/engine/physics/contact_test.cpp
   rows[43] = true
   for row = 1, 57 do t:ok(rows[row], ("row %d has no case"):format(row)) end
 end)
