@@ -177,7 +177,8 @@ suite:test("long", { tags = "full" }, function() end)
 ]])
   for option, names in pairs { ["--filter=trial: t"] = "two three",
     ["--filter=^trial: t.o$"] = "two", ["--tags=gait"] = "two", ["--tags=slow,gait"] = "one two",
-    ["--tags=-slow"] = "three", ["--tags=slow,-gait"] = "one", ["--tags=full"] = "long", ["--list"] = "one two three" } do
+    ["--tags=-slow"] = "three", ["--tags=slow,-gait"] = "one", ["--tags=full"] = "long",
+    ["--list"] = "one two three" } do
     local listed = {}
     for name in limax("test", path, "--list", option):gmatch "  trial: (%w+)" do
       listed[#listed + 1] = name
