@@ -10,7 +10,7 @@ AUTHORITY = "authority.pem"
 
 
 class Missing(Exception):
-    """There is no openssl, or it cannot do this."""
+    """openssl is missing, or cannot do this."""
 
 
 # for `openssl ca`; dates are on its command line
@@ -57,7 +57,7 @@ def make(folder):
     """{ name: a function that begins TLS on a socket }: good, expired, wrong_host, self_signed."""
     program = shutil.which("openssl")
     if program is None:
-        raise Missing("there is no openssl to make certificates with")
+        raise Missing("openssl, which makes the certificates, is missing")
 
     def path(name):
         return os.path.join(folder, name)

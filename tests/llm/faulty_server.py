@@ -146,7 +146,7 @@ def serve(peer):
 
 
 def accept(listener, wrap=None):
-    """Serves whoever connects, each on its own thread; `wrap` begins TLS."""
+    """Serves each connection on its own thread; `wrap` starts TLS."""
 
     def begin(peer):
         try:

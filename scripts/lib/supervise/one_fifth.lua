@@ -6,7 +6,7 @@
 local schema = require "limax.engine.schema"
 
 -- The number of offspring in generation `now` that are fitter than both parents, and of all. A
--- failed offspring is no success; one whose parents are not in `before` does not count.
+-- failed offspring is not a success; one whose parents are not in `before` does not count.
 local function successes(now, before)
   local fitness_of = {}
   for i = 1, #before.population do

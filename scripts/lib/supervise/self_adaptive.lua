@@ -33,7 +33,7 @@ return {
       local now = history[#history]
       if not now then return nil, "nothing is scored yet" end
       local best = ranked(now.population)
-      if #best == 0 then return nil, "nobody has a score" end
+      if #best == 0 then return nil, "no robot has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))
       local parent = now.population[best[random:integer(math.min(count, #best))]]
       local scale = now.parameters.mutation_scale

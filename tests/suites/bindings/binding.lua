@@ -145,7 +145,7 @@ running:test("every precision runs and ends near the others", function(t)
     simulation:free()
     raises_there(t, "this simulation was freed", function() simulation:describe() end)
   end
-  -- m: 1000 steps round positions of 0.4 m by 3e-8 m each in `single`, springs alone in `mixed`
+  -- m: 1000 steps round positions of 0.4 m by 3e-8 m each in `single`, only springs in `mixed`
   t:near(ends.single, ends.double, { atol = 1e-5 })
   t:near(ends.compensated, ends.double, { atol = 1e-7 })
   t:near(ends.mixed, ends.double, { atol = 1e-7 })

@@ -65,7 +65,7 @@ case { row = 48, name = "half and ten times the size", run = function(c)
     end
     return positions
   end
-  -- s is no power of two: roundings differ, and contact amplifies them
+  -- s is not a power of two: roundings differ, and contact amplifies them
   local one = ends(1)
   for _, s in ipairs { 0.5, 10 } do
     c:near_rows(("%g times the size"):format(s), ends(s), one,

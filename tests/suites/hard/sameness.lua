@@ -101,7 +101,7 @@ case { row = 56, name = "a failure changes nothing that comes after it", run = f
   c:same_bits("positions", c:run(spec):state(), before)
 end }
 
-case { row = 57, name = "what evolution finds on ice is no defect", brief = true,
+case { row = 57, name = "a walk on ice does not exploit the time step", brief = true,
   xpbd = false, -- its bodies are stiffer at a tenth of the step, and half as fast
   run = function(c)
     local experiment = limax.experiment { lattice = { 3, 3, 3 }, fitness = "walk", seed = 57,

@@ -36,7 +36,7 @@ suite:test("commands in an answer change nothing", { limit = 60 },
     t:equal(#source.read(done.folder .. "/r01/population/g0003.jsonl"):gsub("[^\n]", ""), 4)
     for _, line in ipairs(of_kind(done, "attempt")) do
       t:equal(line.endpoint, "http://127.0.0.1:9/v1/chat/completions")
-      -- the model's own text comes back to it as data
+      -- the model's own text is sent back to it as data
       local user = host.json.decode(line.request).messages[2].content
       t:ok(not user:find("<|im_start|>", 1, true))
       t:ok(not user:find("{{", 1, true))
@@ -52,7 +52,7 @@ suite:test("an answer that cannot be recorded is not used, and the run continues
     local path = folder .. "/transcript.jsonl"
     local done = run(t, { "llm", client = talker.new(function(_, n)
       asked = asked + 1
-      -- a folder in the place of the file: nothing can be appended, whoever we are
+      -- a folder instead of the file: even root cannot append
       if n == 2 then
         assert(host.file.rename(path, path .. ".away"))
         assert(host.file.mkdir(path))
@@ -210,7 +210,7 @@ suite:test("a client that raises an error costs the change", { limit = 60 }, fun
     t:equal(done.ledger[2].source, "keep")
     t:ok(done.ledger[2].reason:find(expected, 1, true), done.ledger[2].reason)
   end
-  -- an answer that stands in the thoughts of a silent model counts
+  -- an answer within the reasoning counts if the content is empty
   local done = says(t, { content = "", reasoning = 'so: {"mutation_rate": 0.13}' })
   t:equal(entry(done, 1, "mutation_rate").applied, 0.13)
   t:equal(of_kind(done, "outcome")[1].asks[1].stage, "reasoning")

@@ -91,7 +91,7 @@ suite:test("OPENAI_API_KEY goes to OpenAI's own host over https and nowhere else
     LIMAX_LLM_KEY = "b" }).headers().Authorization, "Bearer b")
 end)
 
-suite:test("URLs that are no endpoint are refused without being repeated", function(t)
+suite:test("invalid URLs are refused without being printed", function(t)
   for url, expected in pairs {
     ["https://me:" .. KEY:gsub("[/+=]", "") .. "@example.org/v1"] = "contains credentials",
     ["https://me@example.org/v1"] = "contains credentials",
@@ -174,7 +174,7 @@ suite:test("a key file is read if only its owner can access it", function(t)
   host.file.mkdir(path)
   refused "is not a regular file"
   host.file.remove(path)
-  -- a pipe that nobody writes to holds up nothing
+  -- a pipe without a writer does not block
   os.execute("mkfifo -m 600 " .. path)
   refused "is not a regular file"
 end)
@@ -220,7 +220,7 @@ suite:test("a key is taken out of a text in every form, whole or from its beginn
   -- JSON stays JSON
   local text = ('{"a":"%s","b":["x%s\\n","%s"]}'):format(KEY, KEY, each(KEY, "\\u%04x"))
   t:equal(host.json.decode(redact(text)), { a = "[key]", b = { "x[key]\n", "[key]" } })
-  -- a placeholder is no secret
+  -- a placeholder is not a secret
   t:equal(text_of.redactor("none")("none"), "none")
   t:equal(text_of.redactor("sk-no-key-required")('"required"'), '"required"')
   t:equal(text_of.redactor(nil)(KEY), KEY)

@@ -57,7 +57,7 @@ suite:test("a field that a refusal names is left out from then on", function(t)
   t:equal(seen.bodies[1].response_format.type, "json_schema")
 end)
 
-suite:test("smaller requests are no retries, end, and keep to the budget", function(t)
+suite:test("smaller requests are not retries, end, and respect the budget", function(t)
   -- two retries after a step
   local first = true
   local ask, notes = stage({}, { function()
@@ -79,7 +79,7 @@ suite:test("smaller requests are no retries, end, and keep to the budget", funct
     body = { error = { message = "temperature, seed, response_format: no" } } } })
   _, failure = ask:ask(MESSAGES, SCHEMA)
   t:equal({ failure.class, #notes.requests }, { "budget", 3 })
-  -- a value that is out of range is no field that is not known
+  -- a value out of range is not an unknown field
   ask, notes = stage({}, { { status = 400, body = { error = { message =
     "max_tokens is too large: 4096. This model supports at most 1024" } } } })
   _, failure = ask:ask(MESSAGES)

@@ -37,7 +37,7 @@ suite:test("the object is found wherever a model puts it", function(t)
   end
 end)
 
-suite:test("text without a complete JSON object is no answer, nothing is repaired", function(t)
+suite:test("text without a complete JSON object is not an answer, and is not repaired", function(t)
   for text, expected in pairs {
     [""] = "no JSON object", ["   \n \t" .. (" "):rep(1e5)] = "no JSON object",
     ["I cannot help with that."] = "no JSON object", ["null"] = "no JSON object",

@@ -88,13 +88,13 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     write_experiment(folder, 20)
     local on_cpu = { "--device", "cpu", "-q" }
     completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(on_cpu) })
-    local alone = asked(folder)
+    local uninterrupted = asked(folder)
     assert(host.file.remove(folder .. "/asked"))
     local random = engine.random(11, 1, "user", 1, 1)
     local kills, words = 0, { "run", "talk.lua", "--out", "broken", unpack(on_cpu) }
     repeat
       -- after some further questions, and a part of the time between two
-      local enough = asked(folder) + 3 + random:integer(alone / 5)
+      local enough = asked(folder) + 3 + random:integer(math.floor(uninterrupted / 5))
       local child = process.start(folder, words)
       child:signal_when(kills % 2 == 0 and "KILL" or "INT", function()
         return asked(folder) >= enough and (host.wait(0.03 * random:uniform()) or true)
@@ -110,9 +110,10 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     same_run(t, folder .. "/broken", folder .. "/whole")
     -- a question is repeated only if a kill hit the generation that it was asked for
     local all, distinct = asked(folder)
-    t:equal(distinct, alone)
-    t:ok(all <= alone + 2 * kills, ("%d questions, %d alone"):format(all, alone))
-    t:note(("%d kills, %d questions in the place of %d"):format(kills, all, alone))
+    t:equal(distinct, uninterrupted)
+    t:ok(all <= uninterrupted + 2 * kills,
+      ("%d questions, %d uninterrupted"):format(all, uninterrupted))
+    t:note(("%d kills, %d questions instead of %d"):format(kills, all, uninterrupted))
     -- and the broken run's transcript replays
     local text = source.read(folder .. "/talk.lua")
       :gsub("supervisor = (%b{})", 'supervisor = { "replay", run = "broken" }')
@@ -129,7 +130,7 @@ suite:test("an answer that came before the end is used, and a cut line is droppe
     write_experiment(folder, 20)
     local one = { "--device", "cpu", "-q", "--repetition", "1" }
     completes(t, folder, { "run", "talk.lua", "--out", "whole", unpack(one) })
-    local alone = asked(folder)
+    local uninterrupted = asked(folder)
     assert(host.file.remove(folder .. "/asked"))
     assert(host.file.write_atomic(folder .. "/die", ""))
     t:equal(limax(folder, { "run", "talk.lua", "--out", "broken", unpack(one) }).status, 3)
@@ -141,7 +142,7 @@ suite:test("an answer that came before the end is used, and a cut line is droppe
     file:close()
     completes(t, folder, { "run", "--resume", "broken", "-q", "--device", "cpu" })
     local all, distinct = asked(folder)
-    t:equal({ all, distinct }, { alone, alone })
+    t:equal({ all, distinct }, { uninterrupted, uninterrupted })
     local text = source.read(path)
     t:equal(text:sub(1, #before), before)
     for line in text:gmatch "[^\n]+" do t:ok(host.json.decode(line), line) end

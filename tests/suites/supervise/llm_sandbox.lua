@@ -115,7 +115,7 @@ suite:test("errors and values that JSON cannot hold come back as a message", fun
     ["local t = {} t.t = t return t"] = "cannot write JSON", ["return { '\\255' }"] = "UTF-8",
     ["error '\\255'"] = "UTF-8", ["error 'my own words'"] = "my own words",
     ["error {}"] = "an error that is a table", ["return nowhere.field"] = "probe.lua:1",
-    ["this is no Lua"] = "probe.lua:1",
+    ["this is not Lua"] = "probe.lua:1",
   } do
     local ok, message = run(body)
     t:ok(not ok and message:find(expected, 1, true), ("%s: %s"):format(body, tostring(message)))

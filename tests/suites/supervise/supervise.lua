@@ -111,7 +111,7 @@ suite:test("one_fifth counts offspring that beat both parents", function(t)
   t:near(proposal.mutation_scale, scale * 1.5 ^ -0.25)
   -- exactly a fifth, and failed offspring count as tried
   t:equal(ask(t, "one_fifth", family { 6, 6, 4, 4, 4, false, false, 4, 4, 4 }), nil)
-  -- elites are no offspring
+  -- elites are not offspring
   proposal, reason = ask(t, "one_fifth", family { 6, 4, 4 })
   t:ok(proposal.mutation_scale > scale and reason:find("1 of 3", 1, true))
   t:equal(ask(t, "one_fifth", { entry(0, 1) }), nil)

@@ -36,7 +36,7 @@ local MANY = 200
 ---@field y table
 ---@field curves limax.chart.curve[]
 ---@field bands limax.chart.band[]|nil behind the curves
----@field floor { y: number, text: string }|nil what lies below means nothing
+---@field floor { y: number, text: string }|nil values below it have no meaning
 ---@field limits { y: number, text: string, color: string|nil }[]|nil dashed lines
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title

@@ -69,7 +69,7 @@ end
 ---@return limax.picture.polygon|nil
 function polygon.within(whole, spaces, except)
   for k, space in ipairs(spaces) do
-    -- what lies in the plane itself stays
+    -- points in the plane are kept
     if k ~= except and whole then
       whole = polygon.split(whole, scaled(space.normal, -1), -space.offset, ROUNDING)
     end

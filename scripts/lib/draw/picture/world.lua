@@ -7,7 +7,7 @@ local polygon = require "limax.draw.picture.polygon"
 local world = {}
 
 ---@class limax.world
----@field up number[] of length 1: against gravity where there is something to stand on, else z
+---@field up number[] of length 1: against gravity if the scene has a ground or obstacles, else z
 ---@field ground number|nil m, the height of the ground
 ---@field planes limax.picture.space[] normals point out of what is solid
 ---@field boxes { from: number[], to: number[] }[]

@@ -181,7 +181,7 @@ local function probe(self, left)
   local refused = self.account:refusal(usage.prompt_tokens(wish.messages))
   if refused then return failed("caps", refused) end
   local outcome = send(self, wish, math.min(PROBE, self.timeout, left), 1)
-  -- an answer without a text counts: all tokens may have gone into thinking
+  -- an answer without a text counts: all tokens may have been used for reasoning
   local ran = outcome.decoded and reply.has_choice(outcome.decoded)
   if ran or outcome.learnt or ALIVE[outcome.class] then return nil end
   return failed("breaker", "a probe found the endpoint failing: " .. outcome.message, outcome)

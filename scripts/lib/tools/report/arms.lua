@@ -127,7 +127,7 @@ end
 --- What makes two runs a pair.
 function arms.pair(run) return ("%s/%d"):format(run.seed, run.repetition) end
 
--- Sorts runs by their pairs, and refuses one that is there twice.
+-- Sorts runs by their pairs, and refuses duplicates.
 local function order(arm)
   table.sort(arm.runs, function(a, b)
     if a.seed ~= b.seed then return #a.seed < #b.seed or #a.seed == #b.seed and a.seed < b.seed end

@@ -33,7 +33,7 @@ local MOST_STEPS = 65000
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
 ---@field colors string[] "#rrggbb"
----@field phases number[] of each face, rad; -1 where it is no muscle
+---@field phases number[] of each face, rad; -1 if it is not a muscle
 ---@field held integer[]|nil masses from 0 that anchors hold
 ---@field note string|nil what is not shown, and why
 ---@field data string base64 of zlib of low bytes and then high bytes of the differences, [sample]

@@ -136,7 +136,7 @@ local function add_study(list, word, whole)
   end
   if whole and missing > 0 then
     failure.raise(2, ("%s: %d of its %d runs are not done; start the study again in this folder"
-      .. " and it goes on"):format(word, missing, #study.runs))
+      .. " to continue it"):format(word, missing, #study.runs))
   end
 end
 

@@ -30,7 +30,7 @@
   // Legends of the colours.
   const KEYS = {
     strain: "strain of a face's edges: blue 20 % shorter than at rest, grey at rest, orange 20 % longer",
-    phase: "phase of the muscles: one turn of hues is one turn of the phase; grey is no muscle",
+    phase: "phase of the muscles: one turn of hues is one turn of the phase; grey is not a muscle",
   };
 
   function faceColor(view, face, mode) {

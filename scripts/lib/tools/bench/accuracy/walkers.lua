@@ -87,7 +87,7 @@ end
 
 --- Prices of settings on the same robots, s of wall time per robot-second, by index; nil if every
 --- robot failed before the first round. The settings alternate and each keeps its best round, so
---- that other work on the machine affects none of them alone.
+--- that other work on the machine affects all of them alike.
 ---@param robots limax.population.scored
 ---@param list table[] see rescore.options
 ---@param seconds number of one round
