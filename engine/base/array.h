@@ -1,5 +1,5 @@
-// array.h: the only owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and
-// counted, so that a garbage collector outside can be told how much lives here.
+// array.h: the owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and
+// counted, so that a garbage collector can be told how much memory the engine holds.
 #pragma once
 
 #include <atomic>
@@ -38,7 +38,7 @@ public:
     }
     array(array&& other) noexcept
         : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
-    // What was here moves into `other`, and ends with it.
+    // Swaps: `other` frees what this array held.
     array& operator=(array&& other) noexcept {
         std::swap(data_, other.data_);
         std::swap(size_, other.size_);

@@ -1,5 +1,5 @@
-// error.h: the one exception of the engine. It carries a status and a text for a person, and ends
-// at the C ABI.
+// error.h: the exception of the engine: a status and a message. The C ABI turns it into a
+// status.
 #pragma once
 
 #include <cstdarg>
@@ -40,10 +40,10 @@ private:
     throw error(status, text);
 }
 
-// An index from 0 as messages show it, from 1; any index, those that no array has among them.
+// The 1-based index that messages show for a 0-based one, also for one that is out of range.
 inline long long from_one(int32_t index) { return 1LL + index; }
 
-// Refuses a value that is not a number or lies outside its closed range, naming both.
+// Throws LIMAX_INVALID_ARGUMENT if a value is not a number or is outside its closed range.
 inline void require_range(const char* name, double value, double minimum, double maximum,
                           const char* unit) {
     if (value >= minimum && value <= maximum) return;

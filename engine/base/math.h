@@ -50,8 +50,8 @@ LIMAX_LAW void sine_cosine_eighth(double t, double& sine, double& cosine) {
     cosine = fma(z, c, 1.0);
 }
 
-// Turns the pair of a remainder into the pair of the angle that lies `quarters` quarter turns
-// further.
+// Rotates by `quarters` quarter turns: sine and cosine of the remainder become those of the whole
+// angle.
 template <class R>
 LIMAX_LAW void turn_by_quarters(uint32_t quarters, R& sine, R& cosine) {
     const R s = (quarters & 1) ? cosine : sine;
@@ -60,8 +60,8 @@ LIMAX_LAW void turn_by_quarters(uint32_t quarters, R& sine, R& cosine) {
     cosine = ((quarters + 1) & 2) ? -c : c;
 }
 
-// Of `phase` / 2^64 turns. The reduction is exact, so the phase of a long run is as good as that of
-// a short one.
+// Sine and cosine of `phase` / 2^64 turns. The reduction is exact, so the error does not grow with
+// the length of a run.
 template <class R>
 LIMAX_LAW void sine_cosine(uint64_t phase, R& sine, R& cosine) {
     const uint64_t quarters = (phase + (uint64_t(1) << 61)) >> 62;
@@ -70,13 +70,13 @@ LIMAX_LAW void sine_cosine(uint64_t phase, R& sine, R& cosine) {
     turn_by_quarters(uint32_t(quarters), sine, cosine);
 }
 
-// Of an angle in turns, any finite size; the reduction is exact. Infinity gives NaN.
+// Of an angle in turns, of any finite size; the reduction is exact. Infinity gives NaN.
 LIMAX_LAW void sine_cosine_turns(double turns, double& sine, double& cosine) {
     constexpr double whole = 0x1p52;  // from here on every double is a whole number of turns
     const double size = absolute(turns);
     const double bounded = size < whole ? size : size - size;
     const double part = bounded - ((bounded + whole) - whole);  // [-1/2, 1/2]
-    // Adding 1.5 x 2^52 rounds to a whole number, which then stands in the lowest bits.
+    // Adding 1.5 x 2^52 rounds to a whole number, which is then in the lowest bits.
     const double shifted = fma(part, 4.0, 1.5 * whole);
     const double rest = fma(shifted - 1.5 * whole, -0.25, part);
     sine_cosine_eighth(rest, sine, cosine);
@@ -85,7 +85,7 @@ LIMAX_LAW void sine_cosine_turns(double turns, double& sine, double& cosine) {
     sine = bits_as<double>(bits_as<uint64_t>(sine) ^ sign);
 }
 
-// ---- exponential and its children ----
+// ---- exponential, hyperbolic tangent, logistic function ----
 
 // Writes x = n ln 2 + r, |r| <= ln(2)/2, and returns e^r - 1. |x| below 2^21 (float), 2^50
 // (double). e^r - 1 = r + r^2 Q(r); Q fits (e^r - 1 - r)/r^2, in float for the relative error of

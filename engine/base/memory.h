@@ -1,5 +1,5 @@
-// memory.h: how much memory this machine has for us, so that what cannot fit is refused before it
-// is tried. Bytes.
+// memory.h: how much memory this process may use, so that a request that cannot fit is refused
+// before anything is allocated. Bytes.
 #pragma once
 
 #include <unistd.h>
@@ -19,15 +19,15 @@ inline double machine_memory() {
          {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
         std::FILE* file = std::fopen(path, "r");
         if (!file) continue;
-        unsigned long long limit = 0;  // the file says "max" where there is none
+        unsigned long long limit = 0;  // the file contains "max" where there is none
         if (std::fscanf(file, "%llu", &limit) == 1 && double(limit) < least) least = double(limit);
         std::fclose(file);
     }
     return least;
 }
 
-// Refuses what would not fit beside the memory that is held already: "WHAT needs ... GB; this
-// machine has ... GB".
+// Throws LIMAX_OUT_OF_MEMORY, "WHAT needs ... GB; this machine has ... GB", if the bytes do not fit
+// in addition to those that the arrays hold.
 inline void require_memory(const std::string& what, double bytes) {
     const double held = double(bytes_held().load()), machine = machine_memory();
     if (bytes + held <= machine) return;

@@ -1,5 +1,5 @@
-// parallel.h: the shape of "do this for every index", so that genomes and bodies know no thread
-// pool.
+// parallel.h: the type of a parallel loop over indices, so that genomes and bodies do not depend
+// on the thread pool.
 #pragma once
 
 #include <functional>

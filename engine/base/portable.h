@@ -1,4 +1,4 @@
-// portable.h: what lets one text of a law compile under g++, clang, nvcc and NVRTC.
+// portable.h: lets the same text of a law compile with g++, clang, nvcc and NVRTC.
 // The only header of the laws that may include std headers, and it hides them from NVRTC. No units.
 #pragma once
 
@@ -27,7 +27,7 @@ using uint64_t = unsigned long long;
 namespace limax {
 
 // One rounding, on every device: contraction is switched off everywhere, so a fused multiply-add
-// is always written out. NVRTC has no builtins, the CUDA toolkit the functions of C in ::.
+// is always written out. NVRTC has no builtins; CUDA has the functions of C in namespace ::.
 #if defined(__CUDA_ARCH__) || defined(__CUDACC_RTC__)
 LIMAX_LAW float fma(float a, float b, float c) { return ::fmaf(a, b, c); }
 LIMAX_LAW double fma(double a, double b, double c) { return ::fma(a, b, c); }
@@ -85,7 +85,7 @@ LIMAX_LAW float inverse_length(float squared) { return 1.0f / square_root(square
 LIMAX_LAW double inverse_length(double squared) { return 1.0 / square_root(squared); }
 #endif
 
-// Whether two types are one.
+// Whether two types are the same.
 template <class A, class B>
 inline constexpr bool same_type = false;
 template <class A>

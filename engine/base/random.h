@@ -20,10 +20,10 @@ enum class random_stream : uint32_t {
     user = 6
 };
 
-// Everything but the draw. The fields fill Philox's key and counter with no bit to spare:
+// Everything but the draw. The fields use every bit of Philox's key and counter:
 //   key      seed (64)
 //   counter  draw (32), individual (32), generation (32), repetition (24) | stream (8)
-// so different arguments never meet, as long as repetition and stream keep to their bits.
+// so different arguments give different numbers, if repetition and stream fit into their bits.
 struct random_key {
     uint64_t seed;
     uint32_t repetition;  // at most most_repetitions
@@ -69,8 +69,8 @@ LIMAX_LAW double random_uniform(const random_key& key, uint32_t draw) {
     return unit_interval(join_words(block.word[0], block.word[1]));
 }
 
-// 0 to n - 1, by the high part of 64 random bits times n: no value is favoured by more than n /
-// 2^64. 0 for n = 0.
+// 0 to n - 1, by the high part of 64 random bits times n: probabilities differ by at most
+// n / 2^64. 0 for n = 0.
 LIMAX_LAW uint32_t random_integer(const random_key& key, uint32_t draw, uint32_t n) {
     const random_block block = random_bits(key, draw);
     const uint64_t carried = uint64_t(block.word[0]) * n >> 32;

@@ -1,6 +1,6 @@
-// body_laws.h: what the description of a body is made of: its hash, eight voxels at a time, and who
-// of the voxels around a site owns what begins there. Laws; includes lattice.h and portable.h
-// alone.
+// body_laws.h: the hash of a body, eight voxels at a time, and which of the voxels around a site
+// own the springs that begin there. Laws, so that every device describes a body with the same
+// bits; includes only lattice.h and portable.h.
 #pragma once
 
 #include "base/portable.h"
@@ -16,7 +16,7 @@ LIMAX_LAW constexpr uint64_t scramble(uint64_t x) {
     return x ^ (x >> 31);
 }
 
-// Where the hash of every body on this lattice starts.
+// The hash of a lattice, with which the hash of every body on it starts.
 LIMAX_LAW constexpr uint64_t hash_of_lattice(const lattice& grid) {
     uint64_t hash = 0x6c696d6178000001;  // any start but 0
     hash = scramble(hash ^ uint64_t(grid.nx));
@@ -25,15 +25,15 @@ LIMAX_LAW constexpr uint64_t hash_of_lattice(const lattice& grid) {
 }
 
 // The hash with the next eight voxels, the first in the lowest byte. The lattice, hashed first,
-// says how many of the last turn's zeros count.
+// determines how many voxels the last group has.
 inline constexpr int voxels_per_turn = 8;
 LIMAX_LAW constexpr uint64_t hash_with(uint64_t hash, uint64_t voxels) {
     return scramble((hash + 0x9e3779b97f4a7c15) ^ voxels);
 }
 
 // The voxels that touch a site are bits: bit i + 2 j + 4 k is the one from i - 1, j - 1, k - 1 to
-// i, j, k voxels beyond it. Of these the ones that also touch the far end of the spring along `d`
-// own it: for_each_owner's rule, for all springs of a site at once. The site itself is d = 0.
+// i, j, k voxels beyond it. Those that also touch the far end of the spring along `d` own it: the
+// rule of for_each_owner, for all springs of a site at once. The site itself is d = 0.
 LIMAX_LAW constexpr int owners_around(const direction& d) {
     int owners = 0;
     for (int bit = 0; bit < 8; ++bit) {

@@ -56,7 +56,7 @@ void keep_largest_component(const lattice& grid, uint8_t* voxels, component_sear
                 search.open.push_back(neighbour);
             });
         }
-        // Starts come in ascending order, so the first of equals holds the lowest index.
+        // Starts ascend, so the first of several largest components has the lowest index.
         if (size > largest_size) {
             largest = components;
             largest_size = size;

@@ -1,4 +1,4 @@
-// lattice.cpp: counts that follow from the lattice rule alone.
+// lattice.cpp: counts of masses and springs by the lattice rule.
 #include "body/lattice.h"
 
 namespace limax {

@@ -1,5 +1,5 @@
 // lattice.h: the rule that turns a lattice of voxels into sites and springs: which sites a voxel
-// touches, which pairs of sites a spring may join, and who owns it. A law: no memory of its own.
+// touches, which pairs of sites a spring may join, and who owns it. A law: it allocates nothing.
 // Lengths in units of the voxel edge.
 #pragma once
 
@@ -18,7 +18,7 @@ struct direction {
 
 inline constexpr int direction_count = 13;
 
-// In a function, since device code has no host's table to index at run time.
+// A function, because device code cannot index a table of the host at run time.
 LIMAX_LAW constexpr direction direction_at(int number) {
     constexpr direction table[direction_count] = {
         {1, 0, 0}, {0, 1, 0},  {0, 0, 1},                                      // edges
@@ -27,7 +27,7 @@ LIMAX_LAW constexpr direction direction_at(int number) {
     return table[number];
 }
 
-// All of them, for the host.
+// The same as a table, for the host.
 inline constexpr direction directions[direction_count] = {
     direction_at(0),  direction_at(1),  direction_at(2), direction_at(3), direction_at(4),
     direction_at(5),  direction_at(6),  direction_at(7), direction_at(8), direction_at(9),
@@ -45,7 +45,7 @@ struct lattice {
     LIMAX_LAW constexpr int64_t voxel(int x, int y, int z) const {
         return x + int64_t(nx) * (y + int64_t(ny) * z);
     }
-    // How far the far end of a spring lies in memory; always above 0.
+    // Distance in memory between the ends of a spring; always positive.
     LIMAX_LAW constexpr int64_t step(const direction& d) const { return site(d.x, d.y, d.z); }
 };
 
@@ -95,7 +95,7 @@ LIMAX_LAW void for_each_face(const lattice& grid, const Visit& visit) {
         });
 }
 
-// Whether exactly one of the two voxels beside a face is not empty; outside of the lattice all is.
+// Whether exactly one of the two voxels beside a face is empty; all are outside of the lattice.
 LIMAX_LAW constexpr bool is_exposed(const lattice& grid, const uint8_t* voxels, int axis, int x,
                                     int y, int z) {
     const direction d = unit(axis);

@@ -21,8 +21,8 @@ namespace {
 using json = nlohmann::json;
 
 constexpr const char* schema = "limax.materials/1";
-constexpr std::size_t longest = std::size_t{1} << 20;  // bytes of a table, which has a few thousand
-constexpr int deepest = 20;  // of a table's JSON, which needs 3: writers of messages recurse
+constexpr std::size_t most_bytes = std::size_t{1} << 20;  // tables have a few thousand
+constexpr int most_depth = 20;  // of nested JSON; tables have 3, and json::dump() recurses
 
 // The engine's own limits: a table's range may be narrower, never wider. Amplitude below 1 keeps
 // rest lengths above 0; the stiffness range keeps the time step between about 1e-6 and 1e-2 s; the
@@ -68,7 +68,7 @@ std::string range_text(const material_field& field) {
                   field.unit == "1" ? "" : (" " + field.unit).c_str());
 }
 
-// What keeps a value out of a material's field, or nothing.
+// Why a field of a material cannot have this value; empty if it can.
 std::string refusal(int32_t kind, const limit& l, const material_field& field, double value) {
     if (!has_field(kind, l)) {
         if (value == 0) return "";
@@ -80,10 +80,10 @@ std::string refusal(int32_t kind, const limit& l, const material_field& field, d
 }
 
 std::string too_long() {
-    return format("longer than %zu bytes, which no table of materials needs", longest);
+    return format("longer than %zu bytes, the limit for a material table", most_bytes);
 }
 
-// A JSON value as it stands in the file, cut short.
+// A JSON value as text, truncated.
 std::string shown(const json& value) {
     std::string text = value.dump();
     if (text.size() > 60) text = text.substr(0, 57) + "...";
@@ -92,13 +92,13 @@ std::string shown(const json& value) {
 
 }  // namespace
 
-// Reads one table; `origin` and the place within it open every error.
+// Reads one table; every message begins with `origin` and the place within the table.
 class material_reader {
 public:
     explicit material_reader(const std::string& origin) : origin_(origin) {}
 
     material_table read(std::string_view text) {
-        if (text.size() > longest) refuse("", too_long());
+        if (text.size() > most_bytes) refuse("", too_long());
         const json root = parse(text);
         if (!root.is_object())
             refuse("",
@@ -119,17 +119,16 @@ private:
         fail(LIMAX_INVALID_FILE, origin_ + ": " + (place.empty() ? "" : place + ": ") + text);
     }
 
-    // JSON with the line and column of a mistake; a field that stands twice in one object is a
-    // mistake.
+    // Refuses broken JSON with line and column, and objects with the same field twice.
     json parse(std::string_view text) const {
         std::vector<std::set<std::string>> open;
         const auto watch = [&](int depth, json::parse_event_t event, json& value) {
             if (event == json::parse_event_t::object_start) open.emplace_back();
             if (event == json::parse_event_t::object_end) open.pop_back();
-            if (depth > deepest) refuse("", format("nested deeper than %d levels", deepest));
+            if (depth > most_depth) refuse("", format("nested deeper than %d levels", most_depth));
             if (event == json::parse_event_t::key &&
                 !open.back().insert(value.get<std::string>()).second)
-                refuse("", "the field " + shown(value) + " stands twice in one object");
+                refuse("", "the field " + shown(value) + " occurs twice in one object");
             return true;
         };
         try {
@@ -141,8 +140,8 @@ private:
             const std::size_t line_start =
                 byte ? text.rfind('\n', byte - 1) + 1 : 0;  // npos + 1 is 0
             std::string reason = mistake.what();
-            const std::size_t said = reason.find(": ", reason.find("column "));
-            if (said != std::string::npos) reason = reason.substr(said + 2);
+            const std::size_t colon = reason.find(": ", reason.find("column "));
+            if (colon != std::string::npos) reason = reason.substr(colon + 2);
             refuse(format("line %ld, column %zu", long(line), byte - line_start + 1),
                    "broken JSON: " + reason);
         } catch (const json::exception& mistake) {  // such as a number too large for a double
@@ -174,9 +173,9 @@ private:
               const std::vector<std::string>& names) const {
         for (const auto& [name, value] : object.items()) {
             if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-            std::string legal;
-            for (const std::string& n : names) legal += (legal.empty() ? "" : ", ") + n;
-            refuse(place, "unknown field " + shown(name) + "; the fields here are " + legal);
+            std::string list;
+            for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
+            refuse(place, "unknown field " + shown(name) + "; the fields here are " + list);
         }
     }
 
@@ -247,7 +246,7 @@ private:
             if (name == other.name) refuse(place, "an earlier material has the same name");
             if (letter == other.letter)
                 refuse(place,
-                       format("letter \"%s\" is that of \"%s\" already", other.letter, other.name));
+                       format("letter \"%s\" is already used by \"%s\"", other.letter, other.name));
         }
         for (int i = 0; i < material_table::field_count; ++i) {
             const limit& l = limits[i];
@@ -292,8 +291,9 @@ material_table material_table::load(const std::string& path) {
     std::string text;
     char piece[4096];
     std::size_t length;
-    // a device or a pipe may have no end: no more is read than what makes it too long
-    while (text.size() <= longest && (length = std::fread(piece, 1, sizeof piece, file.get())) > 0)
+    // a device or a pipe may be endless: at most one piece more than the limit is read
+    while (text.size() <= most_bytes &&
+           (length = std::fread(piece, 1, sizeof piece, file.get())) > 0)
         text.append(piece, length);
     if (std::ferror(file.get()))
         fail(LIMAX_IO, path + ": " + std::generic_category().message(errno));

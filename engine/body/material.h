@@ -1,5 +1,5 @@
-// material.h: the material table: what each letter of a body is made of. Read from JSON (schema
-// limax.materials/1), which states unit, legal range and source of every number once. SI units.
+// material.h: the material table, read from JSON (schema limax.materials/1), which contains the
+// unit, range and source of every field. SI units.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 
 namespace limax {
 
-// A number that materials have: one entry of the table's `fields`. The range lies within the
-// engine's own.
+// A property of materials: one entry of the table's `fields`. Its range lies within the range that
+// the engine allows.
 struct material_field {
     std::string unit;
     double minimum = 0;  // inclusive
@@ -29,8 +29,8 @@ public:
 
     // Throws LIMAX_IO if the file cannot be read, else as parse().
     static material_table load(const std::string& path);
-    // Throws LIMAX_INVALID_FILE with a text that names origin, material, field, value and legal
-    // range.
+    // Throws LIMAX_INVALID_FILE with a message that names origin, material, field, value and the
+    // range of the field.
     static material_table parse(std::string_view text, const std::string& origin);
 
     const std::string& name() const { return name_; }

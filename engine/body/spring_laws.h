@@ -1,7 +1,7 @@
 // spring_laws.h: the mass of a site and the parameters of a spring, from voxels, weights and
-// materials: the laws of one site and of one spring, so that any device may compute any of them
-// alone. In double, owners in ascending voxel index, rounded once to fp32. Includes laws alone. SI
-// units.
+// materials: the laws of one site and of one spring, so that any device may compute each of them
+// independently. In double, owners in ascending voxel index, rounded once to fp32. Includes only
+// laws. SI units.
 #pragma once
 
 #include "base/math.h"
@@ -9,7 +9,7 @@
 
 namespace limax {
 
-// What the laws know of a material.
+// The properties of a material that the laws use.
 struct material_law {
     double stiffness;        // N/m
     double mass_per_site;    // kg
@@ -19,7 +19,7 @@ struct material_law {
     double stiffness_floor;  // smallest stiffness weight, 1
 };
 
-// A body before it is masses and springs. Material 0 is empty.
+// A body as voxels. Material 0 is empty.
 struct voxel_body {
     lattice grid;
     const uint8_t* voxels;          // material indices, [voxel]
@@ -29,7 +29,7 @@ struct voxel_body {
     bool summed;                    // a spring's stiffness is the sum over its owners, not the mean
 };
 
-// What one voxel brings to each of its springs.
+// What one voxel contributes to each of its springs.
 struct voxel_share {
     double stiffness;      // N/m
     double damping_ratio;  // 1

@@ -17,10 +17,10 @@ constexpr int64_t padded(int64_t sites) {
     return (sites + site_block - 1) / site_block * site_block;
 }
 
-// What the laws know of a material of the table.
+// The properties of a material of the table that the laws use.
 material_law law_of(const limax_material& material);
 
-// What a body is before it is masses and springs.
+// The body whose masses and springs are made.
 struct body_description {
     lattice grid;
     const uint8_t* voxels;            // material indices, [voxel]
@@ -28,9 +28,9 @@ struct body_description {
     const limax_material* materials;  // [material]
     double edge;                      // h, m
     limax_sharing sharing;            // of a spring between its owners
-    bool with_damping;  // a scene without damping or actuation holds no parameters for them
-    bool with_actuation;
-    bool with_faces = false;  // one that has no effect on faces does not look for them
+    bool with_damping;                // whether the scene needs each spring's damping
+    bool with_actuation;              // its sine and cosine
+    bool with_faces = false;          // the exposed faces
 };
 
 // Masses and springs by lattice rule. Site columns have `count` = padded(sites) elements; springs

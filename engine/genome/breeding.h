@@ -1,6 +1,6 @@
-// breeding.h: how one gene comes about: drawn for a first generation, or from two parents. Laws:
-// each gene is a function of its own counter, so populations can be bred in any order and in any
-// pieces. Includes random.h and portable.h alone.
+// breeding.h: the genes of a first generation and of children. Laws: each gene is a function of its
+// own counter, so populations can be bred in any order and in any pieces. Includes only random.h
+// and portable.h.
 #pragma once
 
 #include "base/random.h"
@@ -17,8 +17,8 @@ struct breeding_rates {
 LIMAX_LAW uint32_t choice_draw(uint32_t gene) { return 2 * gene; }
 LIMAX_LAW uint32_t deviate_draw(uint32_t gene) { return 2 * gene + 1; }
 
-// Of the first weights of a unit: keeps the sums of a layer about as large as its inputs, however
-// many there are.
+// Standard deviation of initial weights: the sums of a layer are about as large as its inputs,
+// however many there are.
 LIMAX_LAW double initial_deviation(double scale, int32_t inputs) {
     return scale / square_root(double(inputs));
 }
@@ -28,8 +28,8 @@ LIMAX_LAW float initial_gene(const random_key& key, uint32_t gene, double deviat
     return float(deviation * random_normal(key, deviate_draw(gene)));
 }
 
-// A gene of a child that is no elite. `key` has the stream `breeding`, the child's generation and
-// its index.
+// A gene of a child that is not an elite. `key` has the stream `breeding`, the child's generation
+// and its index.
 LIMAX_LAW float child_gene(const breeding_rates& rates, const random_key& key, uint32_t gene,
                            float of_first, float of_second) {
     const random_block choice = random_bits(key, choice_draw(gene));
@@ -37,8 +37,8 @@ LIMAX_LAW float child_gene(const breeding_rates& rates, const random_key& key, u
     const double mutation = unit_interval(join_words(choice.word[2], choice.word[3]));
     const float inherited = crossover < rates.crossover_rate ? of_second : of_first;
     // Most genes do not mutate, and a deviate costs more than all else here: a branch, whose sides
-    // give what a select would. A gene that is no number stays as it is: what arithmetic makes of
-    // its bits differs from device to device.
+    // give what a select would. NaN is inherited as it is: the bits that arithmetic gives for it
+    // differ between devices.
     if (!(mutation < rates.mutation_rate) || inherited != inherited) return inherited;
     return float(
         fma(rates.mutation_scale, random_normal(key, deviate_draw(gene)), double(inherited)));

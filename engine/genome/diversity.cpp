@@ -1,4 +1,4 @@
-// diversity.cpp: how much the robots of a set differ, in bodies and in genes.
+// diversity.cpp: how much the robots of a set differ in bodies and in genes.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -59,8 +59,8 @@ double population::hamming(const int32_t* robots, int32_t count) const {
         counts.assign(static_cast<std::size_t>(filled * materials), 0);
         for (int32_t k = 0; k < count; ++k) {
             const uint8_t* voxel = all + robots[k] * voxels + first;
-            // Anyone may have written to the voxels since the check: the mask keeps that inside
-            // `counts`.
+            // A caller may have written other voxels since the check: the mask keeps the index
+            // within `counts`.
             for (int64_t v = 0; v < filled; ++v)
                 ++counts[static_cast<std::size_t>(v * materials + (voxel[v] & (materials - 1)))];
         }
@@ -76,8 +76,8 @@ double population::hamming(const int32_t* robots, int32_t count) const {
     return differing / (double(count) * (count - 1.0) * double(voxels));
 }
 
-// Two passes, mean first: a difference of squares would lose the digits of a population that has
-// nearly converged.
+// Two passes, mean first: a difference of squares would lose the digits of a nearly converged
+// population.
 double population::genotype(const int32_t* robots, int32_t count) const {
     const auto genes = static_cast<std::size_t>(code_->genes());
     std::vector<double> square(genes, 0.0);
@@ -101,7 +101,7 @@ double population::genotype(const int32_t* robots, int32_t count) const {
     }
     const double sum = std::accumulate(square.begin(), square.end(), 0.0);
     const double deviation = std::sqrt(sum / (double(count) * double(genes)));
-    // the bits of what is no number differ from device to device
+    // the bits of NaN differ between devices
     return std::isnan(deviation) ? std::nan("") : deviation;
 }
 

@@ -1,6 +1,6 @@
-// express_pass.h: the loop that reads one robot's genome into materials and weights, vectorised
-// over voxels. Compiled once per instruction set: the including file defines LIMAX_ISA first, and
-// every symbol here is its own. Same bits from each.
+// express_pass.h: the loop that turns one robot's genome into materials and weights, vectorised
+// over voxels. Compiled once per instruction set: the including file defines LIMAX_ISA, the
+// namespace of all symbols here. All give the same bits.
 #pragma once
 
 #ifndef LIMAX_ISA
@@ -11,7 +11,7 @@
 
 namespace limax::LIMAX_ISA {
 
-// inputs [input][voxel_tile] to sums [unit][voxel_tile]. Four inputs a turn, to keep the running
+// inputs [input][voxel_tile] to sums [unit][voxel_tile]. Four inputs at a time, to keep the running
 // sums in registers.
 static void sum_layer(int32_t inputs, int32_t units, const float* __restrict weights,
                       const float* __restrict biases, const float* __restrict input,
@@ -63,8 +63,8 @@ static void choose(int32_t materials, float* __restrict outputs, uint8_t* __rest
     for (int32_t k = 0; k < weight_kinds * voxel_tile; ++k) weight[k] = weight_unit(weight[k]);
 }
 
-// An express_pass (network.h). Tile by tile; a tile that the lattice does not fill is filled up
-// with zeros, so that every loop above has one fixed length.
+// An express_pass (network.h). Tile by tile; the last one is padded with zeros, so that every loop
+// above has a fixed length.
 static void express_robot(const network_shape& shape, const float* features, const float* genome,
                           float* scratch, uint8_t* voxels, float* weights, int32_t voxel_count) {
     float* input = scratch;

@@ -1,5 +1,5 @@
-// network.h: the shape of the network that reads a genome, and where each gene of it stands. Laws;
-// includes base/ alone.
+// network.h: the shape of the network whose weights a genome holds, and the layout of the genes.
+// Laws; includes only base/.
 //
 // Layers of weights from the encoding's features to materials + 3 outputs. The genome holds, layer
 // by layer, the weights [unit][input] and then the biases [unit]. Hidden units pass through tanh.

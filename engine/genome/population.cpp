@@ -1,5 +1,5 @@
-// population.cpp: where the arrays are, and ranges of robots through the laws of breeding.h, the
-// express pass and grid.h.
+// population.cpp: the arrays on host and device, and loops over ranges of robots that apply the
+// laws of breeding.h, the express pass and grid.h.
 #include "genome/population.h"
 
 #include <algorithm>
@@ -18,16 +18,16 @@ static_assert(uint32_t(random_stream::selection) == LIMAX_STREAM_SELECTION);
 static_assert(uint32_t(random_stream::supervision) == LIMAX_STREAM_SUPERVISION);
 static_assert(uint32_t(random_stream::user) == LIMAX_STREAM_USER);
 
-// Robots are handed to threads in lots of about this many voxels, some 50 us of work: waking a
-// thread for less costs more.
+// Threads take robots in lots of about this many voxels, some 50 us of work: waking a thread for
+// less costs more.
 constexpr int64_t voxels_per_lot = 512;
 
 // What simulating a robot takes per site: 13 directions of 4 spring parameters in fp32, and 14
 // columns of state in double (19 in compensated fp32 are fewer bytes).
 constexpr double simulation_bytes_per_site = 13 * 4 * sizeof(float) + 14 * sizeof(double);
 
-// A population is made to be simulated, which copies its bodies and takes by far the most memory:
-// so what would not fit is refused before the first robot is made.
+// Of a population and of its simulation, which copies the bodies and takes by far the most memory:
+// what would not fit is refused before the first robot is made.
 double bytes_per_voxel(int32_t count, const encoding* code, const int32_t size[3]) {
     const double voxels = double(size[0]) * size[1] * size[2];
     const double sites = (size[0] + 1.0) * (size[1] + 1.0) * (size[2] + 1.0);
@@ -151,7 +151,7 @@ std::shared_ptr<const resident_bodies> population::bodies_at_home() const {
     return bodies_at_.device && !bodies_at_.lent ? home_->bodies() : nullptr;
 }
 
-// ---- what happens to robots ----
+// ---- operations on robots ----
 
 void population::require_robots(int32_t first, int32_t count) const {
     if (first >= 0 && count >= 0 && first <= count_ - count) return;
@@ -182,7 +182,7 @@ void population::write_text(int32_t robot, const char* letters, char* out) const
         }
         *out++ = '\n';
     }
-    // the last line ends the text
+    // no line ends after the last layer
     out[-2] = 0;
 }
 

@@ -1,6 +1,6 @@
-// population.h: genomes and bodies of many robots on one lattice, and what happens to them between
-// two simulations, on the host or on a device where they live. All work is over ranges of robots
-// and gives the same bits however it is cut, on however many threads, and wherever it is done.
+// population.h: genomes and bodies of many robots on one lattice, and the operations on them
+// between simulations, on the host or on the device that stores them. All operations work on ranges
+// of robots and give the same bits for any ranges, any number of threads and any device.
 #pragma once
 
 #include <memory>
@@ -17,9 +17,9 @@
 
 namespace limax {
 
-// Indices count from 0; texts of errors count robots, parents and voxel coordinates from 1, as Lua
-// shows them, and give material indices as they are stored. A function that throws on its arguments
-// has changed nothing.
+// The genomes and bodies of robots 0 .. count - 1. Messages count robots, parents and voxel
+// coordinates from 1, as Lua does, and materials from 0. A function that throws because of its
+// arguments has changed nothing.
 class population {
 public:
     // Without an encoding the robots have no genomes. Throws LIMAX_OUT_OF_MEMORY with what would be
@@ -32,26 +32,26 @@ public:
     int32_t genes() const { return code_ ? code_->genes() : 0; }
     const limax_body* bodies() const { return bodies_.data(); }  // [robot]
 
-    // Arrays on the host, brought there at the first need. Those of the constant population are as
-    // they are until the next call that writes. The others may be written through: they count, and
-    // a device is sent them again at every need, until a device writes the array, from when on only
-    // a new pointer has what counts.
+    // Arrays on the host, copied from the device when first needed. The const ones are valid until
+    // the next call that writes. The caller may write through the others at any time: the array of
+    // the host is then the current one and is sent to a device before every use there, until an
+    // operation on the device writes the array; then the caller must ask for the pointer again.
     float* genomes();   // [robot][gene]; null without an encoding
     uint8_t* voxels();  // [robot][z][y][x]
     float* weights();   // [robot][3][z][y][x], each 0 to 1
     const float* genomes() const;
     const uint8_t* voxels() const;
     const float* weights() const;
-    // A copy of the genomes of these robots, [count][gene], from wherever they are.
+    // A copy of the genomes of these robots, [count][gene], from host or device.
     void read_genomes(int32_t first, int32_t count, float* out) const;
 
-    // Where it lives from now on; null for the host. Where it lives is no part of its value.
+    // Stores the arrays on a device from now on; null for the host. Values do not change.
     void move_to(std::shared_ptr<residence> home) const;
     const residence* home() const { return home_.get(); }
-    // Its bodies there; null where only the host's count.
+    // The bodies on the device; null if only the host has the current ones.
     std::shared_ptr<const resident_bodies> bodies_at_home() const;
 
-    // What follows is done where the population lives; `each` and `pass` are for the host.
+    // What follows runs where the arrays are stored; `each` and `pass` are for the host.
 
     // The voxels of one robot: a letter for each, from `letters` [LIMAX_MAX_MATERIALS], lines along
     // x, an empty line between layers; ends in a zero. `out` holds (nx + 1) ny nz + nz characters.
@@ -60,8 +60,8 @@ public:
     // Initial genomes. Bodies of these robots become unknown.
     void initialize(int32_t first, int32_t count, const parallel_for& each);
 
-    // Genomes to bodies. A genome that holds no number gives an empty body, never a weight outside
-    // 0 to 1.
+    // Genomes to bodies. A genome with NaN gives a body without voxels and with weights from 0 to
+    // 1, as every other genome does.
     void express(const material_table& materials, bool require_muscle, express_pass pass,
                  const parallel_for& each, int32_t first, int32_t count);
 
@@ -69,19 +69,19 @@ public:
     void check(const material_table& materials, bool require_muscle, int32_t first, int32_t count);
 
     // Children first .. first + count - 1 from `pairs` [child][2], indices into `parents`, which is
-    // another population with as many genes. Bodies of these children become unknown. Done on a
-    // device only where both live on it: callers see to it that two homes are of one device.
+    // another population with as many genes. Bodies of these children become unknown. Runs on a
+    // device if both populations are stored on one; the caller must ensure that it is the same.
     void breed(const population& parents, const int32_t* pairs, const limax_breeding& breeding,
                const parallel_for& each, int32_t first, int32_t count);
 
-    // Of the `count` robots listed, whose bodies must be known. Linear in the set.
+    // Of the `count` robots listed, whose bodies must be known. Linear in `count`.
     limax_diversity diversity(const int32_t* robots, int32_t count) const;
 
 private:
-    // Where an array has its present values; everything is 0 where nobody has.
+    // Where the current values of an array are; they are all 0 if neither has them.
     struct presence {
         bool host = false, device = false;
-        bool lent = false;  // someone may be writing to the host's
+        bool lent = false;  // a caller may write to the host's
     };
 
     void require_robots(int32_t first, int32_t count) const;
@@ -103,7 +103,7 @@ private:
     std::shared_ptr<const encoding> code_;
     array<limax_body> bodies_;
 
-    mutable array<float> genomes_;  // empty until the first need, as are the next two
+    mutable array<float> genomes_;  // allocated when first needed, as the next two
     mutable array<uint8_t> voxels_;
     mutable array<float> weights_;
     mutable std::shared_ptr<residence> home_;

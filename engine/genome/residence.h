@@ -1,5 +1,5 @@
-// residence.h: a population's arrays on a device, and what is done with them there. What a device
-// implements so that populations can live on it; knows no device.
+// residence.h: the interface that a device implements to store a population's arrays and to work on
+// them.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace limax {
 
-// Bodies on a device that nobody writes to any more while someone holds them.
+// Bodies on a device, unchanged as long as this object exists.
 class resident_bodies {
 public:
     virtual ~resident_bodies() = default;
@@ -17,14 +17,14 @@ public:
     virtual void fetch(uint8_t* voxels, float* weights) const = 0;
 };
 
-// The arrays of one population on one device, none of them set at first. Shapes, and the bits that
-// come out, are those of the population; arguments are checked before they come here. Every
-// function has ended its work when it returns.
+// The arrays of one population on one device, not initialised at first. Shapes and resulting bits
+// are those of the class population, which checks all arguments beforehand. Every function returns
+// when its work is done.
 class residence {
 public:
     virtual ~residence() = default;
 
-    // Everything 0: what a population is before anyone writes to it.
+    // Sets everything to 0, the initial values of a population.
     virtual void clear_genomes() = 0;
     virtual void clear_bodies() = 0;
     // All robots.
@@ -34,10 +34,10 @@ public:
     virtual void fetch_genomes(float* genomes, int32_t first, int32_t count) const = 0;
 
     virtual void initialize(int32_t first, int32_t count) = 0;
-    // From parents that live on the same device. `pairs` [count][2] are those of these children.
+    // From parents on the same device. `pairs` [count][2] are those of these children.
     virtual void breed(const residence& parents, const int32_t* pairs,
                        const limax_breeding& breeding, int32_t first, int32_t count) = 0;
-    // `bodies` [count] get everything but their status, which becomes unknown.
+    // Sets `bodies` [count], with an unknown status.
     virtual void express(int32_t first, int32_t count, limax_body* bodies) = 0;
 
     // Of the `count` robots listed. [voxel]: the sum over materials of the squared number of robots
@@ -46,7 +46,7 @@ public:
     // [gene]: the sum over the robots, in their order, of the squared deviation from their mean.
     virtual void sum_squares(const int32_t* robots, int32_t count, double* squares) const = 0;
 
-    // What the bodies are now; writing to them afterwards leaves these as they are.
+    // The bodies as they are now; later writes do not change them.
     virtual std::shared_ptr<const resident_bodies> bodies() const = 0;
 };
 

@@ -9,6 +9,7 @@
 
 #include "backend/cpu/device.h"
 #include "backend/cpu/robot.h"
+#include "physics/ledger.h"
 
 namespace limax::test {
 
@@ -135,6 +136,29 @@ inline trace_view trace_of(const simulation& simulation, int robot, int kind) {
     trace_view view{};
     simulation.trace(robot, kind, &view.data, &view.samples, &view.width);
     return view;
+}
+
+// Of robot 0, from its ledger, J.
+struct energy_balance {
+    double start = 0, largest = 0;  // of all energies together
+    double in_contacts = 0;         // the largest
+    double error = 0;               // the largest difference of energies and works since the start
+    double friction = 0;            // its work at the end
+};
+inline energy_balance balance_of(const simulation& run) {
+    const trace_view ledger = trace_of(run, 0, LIMAX_TRACE_LEDGER);
+    energy_balance out;
+    for (int64_t sample = 0; sample < ledger.samples; ++sample) {
+        double energy = 0, works = 0;
+        for (int64_t column = 0; column < ledger.width; ++column)
+            (column < ledger_energies ? energy : works) += ledger.at(sample, column);
+        if (sample == 0) out.start = energy;
+        out.largest = std::max(out.largest, energy);
+        out.error = std::max(out.error, std::abs(energy - out.start - works));
+        out.in_contacts = std::max(out.in_contacts, ledger.at(sample, 2));
+        out.friction = ledger.at(sample, ledger_energies + work_friction);
+    }
+    return out;
 }
 
 // Positions and velocities of a robot at its current time, [mass][3] each.

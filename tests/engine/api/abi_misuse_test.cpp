@@ -71,7 +71,7 @@ TEST_CASE("a null where a result should go is refused, and named") {
     refused(limax_simulation_trace(stage.run, 0, 0, &data, &count, nullptr), "width");
 }
 
-TEST_CASE("what returns no status answers nothing to a null, and leaves a text") {
+TEST_CASE("functions without a status return an empty value for null and set the error text") {
     const auto says = [](const char* name) {
         return std::string(limax_error_text()) == std::string(name) + " is null";
     };
@@ -93,7 +93,7 @@ TEST_CASE("what returns no status answers nothing to a null, and leaves a text")
     CHECK(says("simulation"));
 }
 
-TEST_CASE("the largest index is refused as it is") {
+TEST_CASE("the largest index is refused without overflow in the message") {
     prepared stage;
     const auto refused = [](limax_status status) {
         check_refused(status, LIMAX_INVALID_ARGUMENT, "2147483648");
@@ -122,7 +122,7 @@ TEST_CASE("the largest index is refused as it is") {
     refused(limax_population_breed(children, parents, pair, &breeding, stage.cpu, 0, 1));
 }
 
-TEST_CASE("a step too short to be counted is refused, not stepped") {
+TEST_CASE("a time step too short for the step counter is refused") {
     prepared stage;
     for (const double most : {5e-324, 1e-300, 1e-10, -1e-4, 2.0, infinity}) {
         limax_simulation_options options = stage.options();
@@ -138,7 +138,7 @@ TEST_CASE("a step too short to be counted is refused, not stepped") {
     check_refused(stage.simulate(options, run), LIMAX_INVALID_ARGUMENT, "time_step_most is nan");
 }
 
-TEST_CASE("several simulations are advanced at once only if each is given once") {
+TEST_CASE("advancing several simulations refuses the same one twice") {
     prepared stage;
     limax_progress progress[2];
     limax_simulation* const twice[2] = {stage.run, stage.run};
@@ -149,7 +149,7 @@ TEST_CASE("several simulations are advanced at once only if each is given once")
     CHECK(limax_simulations_advance(twice, 0, 0.1, progress) == LIMAX_OK);
 }
 
-TEST_CASE("a file without an end is no table of materials") {
+TEST_CASE("an endless file is refused as a material table") {
     materials none;
     check_refused(limax_materials_load("/dev/zero", &none.it), LIMAX_INVALID_FILE,
                   "/dev/zero: longer than 1048576 bytes");
@@ -162,7 +162,7 @@ TEST_CASE("a file without an end is no table of materials") {
     CHECK(none.it == nullptr);
 }
 
-TEST_CASE("an effect of a script has a name, and not more parameters than a law can read") {
+TEST_CASE("a scripted effect needs a valid name and a valid number of parameters") {
     scene land;
     REQUIRE(limax_scene_create(&land.it) == LIMAX_OK);
     for (const char* name : {"", "a b", "a\"b\n", "\xff", "1st"})
@@ -173,7 +173,7 @@ TEST_CASE("an effect of a script has a name, and not more parameters than a law 
                   LIMAX_INVALID_ARGUMENT, "count is");
 }
 
-TEST_CASE("sites are known before the first step, of what is simulated") {
+TEST_CASE("sites are available before the first step, only for simulated robots") {
     prepared stage;
     const int32_t* sites = nullptr;
     REQUIRE(limax_simulation_sites(stage.run, 1, &sites) == LIMAX_OK);
@@ -189,7 +189,7 @@ TEST_CASE("sites are known before the first step, of what is simulated") {
                   "robot 2 is not simulated");
 }
 
-TEST_CASE("a handle that another thread is using is refused, and as good as before afterwards") {
+TEST_CASE("a handle in use by another thread is refused and usable afterwards") {
     prepared stage;
     limax_simulation_options options = stage.options();
     options.duration = 1e6;
@@ -216,7 +216,7 @@ TEST_CASE("a handle that another thread is using is refused, and as good as befo
     CHECK(limax_simulation_state(endless, 0, nullptr, nullptr) == LIMAX_OK);
 }
 
-TEST_CASE("threads share a device, materials and a scene, and get the bits of one alone") {
+TEST_CASE("threads that share a device, materials and a scene get the bits of one thread") {
     prepared stage;
     const auto end_of = [&](std::vector<double>& out) {
         population robots;

@@ -180,7 +180,7 @@ TEST_CASE("hyperbolic tangent: 4 ulp everywhere, odd to the bit") {
     CHECK(std::isnan(limax::hyperbolic_tangent(nan_f)));
 }
 
-TEST_CASE("logistic function: 4 ulp everywhere, small results keep their digits") {
+TEST_CASE("logistic function: 4 ulp everywhere, also for small results") {
     const auto law = [](float x) { return limax::logistic(x); };
     const auto truth = [](long double x) { return 1 / (1 + std::exp(-x)); };
     const double up = worst_over_floats(1e-45f, 200.0f, 997, law, truth);
@@ -238,9 +238,7 @@ TEST_CASE("an inverse root refined from a start that is off by 2^-20 is within 1
     CHECK(worst > 0.5);  // the start matters: no correctly rounded result hides here
 }
 
-TEST_CASE(
-    "bits: the functions are made of exactly rounded operations, so their bits are the same "
-    "everywhere") {
+TEST_CASE("bits: the functions use only exactly rounded operations and give the recorded bits") {
     uint64_t hash = 0;
     const auto add = [&](uint64_t bits) { hash = (hash ^ bits) * 0x9e3779b97f4a7c15u; };
     for (uint64_t k = 0; k < 20000; ++k) {

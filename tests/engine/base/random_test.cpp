@@ -52,7 +52,7 @@ TEST_CASE("philox4x32-10 gives the published vectors") {
         {{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}});
 }
 
-TEST_CASE("key and counter hold every argument in its own bits") {
+TEST_CASE("key and counter store every argument in its own bits") {
     const random_key key{0x0123456789abcdef, 0x00c0ffee, 0x5a, 0xfeed0001, 0xbeef0002};
     check_block(
         limax::random_bits(key, 0xdead0003),
@@ -131,7 +131,7 @@ TEST_CASE("integers: every value below n, equally often, and large n reach their
     }
 }
 
-TEST_CASE("normal deviates: moments, tails, and no bond between neighbours") {
+TEST_CASE("normal deviates: moments, tails, and no correlation between neighbours") {
     constexpr int count = 400000;
     std::vector<double> values;
     int beyond_two = 0, beyond_three = 0;
@@ -175,7 +175,7 @@ TEST_CASE("a normal deviate is Box and Muller's of its block") {
     }
 }
 
-TEST_CASE("streams, generations, individuals and draws share no number") {
+TEST_CASE("streams, generations, individuals and draws give different numbers") {
     std::set<uint64_t> seen;
     std::size_t drawn = 0;
     for (uint32_t repetition = 1; repetition <= 3; ++repetition)

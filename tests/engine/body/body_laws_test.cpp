@@ -11,7 +11,7 @@
 
 using namespace limax;
 
-TEST_CASE("owners around a site are those of the lattice's rule") {
+TEST_CASE("owners around a site follow the lattice rule") {
     const lattice grid{3, 3, 3};
     for (int number = -1; number < direction_count; ++number) {
         const direction d = number < 0 ? direction{0, 0, 0} : direction_at(number);
@@ -26,7 +26,7 @@ TEST_CASE("owners around a site are those of the lattice's rule") {
     }
 }
 
-TEST_CASE("masses and springs counted by owners around sites are those of the walk") {
+TEST_CASE("counts by owners around sites agree with count_masses and count_springs") {
     std::mt19937 random(5);
     struct example {
         lattice grid;
@@ -54,7 +54,7 @@ TEST_CASE("masses and springs counted by owners around sites are those of the wa
     }
 }
 
-TEST_CASE("the hash is the one that run folders hold") {
+TEST_CASE("the hash is the one stored in run folders") {
     // splitmix64's first number from the state 0
     CHECK(scramble(0x9e3779b97f4a7c15) == 0xe220a8397b1dcdaf);
     std::vector<uint8_t> voxels(60);

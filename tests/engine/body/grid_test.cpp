@@ -72,7 +72,7 @@ TEST_CASE("components agree with a search by repeated spreading of labels") {
     }
 }
 
-TEST_CASE("a component of any size is found without recursion") {
+TEST_CASE("a component can be of any size: the search is not recursive") {
     const lattice grid{300, 200, 50};
     std::vector<uint8_t> voxels(3000000, 1);
     voxels[1] = voxels[300] = voxels[60000] = 0;  // cuts the corner voxel 0 off

@@ -64,7 +64,7 @@ TEST_CASE("a shared spring is one spring with the mean of its owners, or their s
     CHECK(shared_edge(pair.body()) == doctest::Approx(1.1e4));
 }
 
-TEST_CASE("damping takes the reduced mass, muscles dilute into what they share") {
+TEST_CASE("damping follows from the reduced mass, actuation is the mean over owners") {
     stage pair(lattice{2, 1, 1});
     pair.setup.voxels[0] = 1;  // expanding
     pair.setup.voxels[1] = 3;  // soft: counts 0 in the mean amplitude
@@ -90,7 +90,7 @@ TEST_CASE("a contracting muscle opposes an expanding one, and the stiffness floo
     CHECK(body.sine[0] == doctest::Approx(-0.1 * 0.25));
 }
 
-TEST_CASE("a mass and a spring computed alone have the bits of the body's columns") {
+TEST_CASE("single masses and springs have the bits of the body's columns") {
     for (uint32_t seed = 1; seed <= 12; ++seed) {
         stage random(lattice{3, 2, 4});
         random.randomize(seed, true);

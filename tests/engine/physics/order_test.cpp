@@ -70,7 +70,7 @@ TEST_CASE(
         }
 }
 
-TEST_CASE("all integrators go to the same motion, RK4 in every precision") {
+TEST_CASE("all integrators converge to the same motion, RK4 in every precision") {
     stage fine = free_body(true);
     fine.setup.options.integrator = LIMAX_RK4;
     fine.setup.options.time_step = 1e-4;
@@ -92,7 +92,7 @@ TEST_CASE("all integrators go to the same motion, RK4 in every precision") {
     }
 }
 
-TEST_CASE("XPBD keeps momentum and angular momentum of a free body at any step, and loses energy") {
+TEST_CASE("XPBD conserves the momenta of a free body at any step and loses energy") {
     const auto momenta_of = [](const snapshot& now, const spring_body& body) {
         std::vector<double> sums(6);
         for (int32_t i = 0; i < body.masses; ++i) {

@@ -32,7 +32,7 @@ void check_registers(const scripted::program& law) {
 
 }  // namespace
 
-TEST_CASE("a law becomes operations on earlier registers alone") {
+TEST_CASE("a law is compiled to operations on earlier registers") {
     const scripted::program law = scripted::compile(
         "law", "vec d = centre - x; real r = length(d); f = r > 1 ? k * d / r : cross(v, d);",
         given);
@@ -40,7 +40,7 @@ TEST_CASE("a law becomes operations on earlier registers alone") {
     CHECK(law.constants.size() == 6);  // 0, the parameters, 1
 }
 
-TEST_CASE("any text ends in a program or in an error that names its line") {
+TEST_CASE("any text gives a program or an error that names a line") {
     const std::string pieces[] = {
         "f",  "x", "v",    "m",  "t",  "k",   "centre", "=",  "+=", ";",   "(",    ")",
         ".x", ",", "+",    "-",  "*",  "/",   "1",      "?",  ":",  "vec", "real", "<",
@@ -69,7 +69,7 @@ TEST_CASE("any text ends in a program or in an error that names its line") {
     CHECK(errors > 100);
 }
 
-TEST_CASE("the order of adding scripted effects changes nothing, a name twice is refused") {
+TEST_CASE("the order of scripted effects does not matter, a repeated name is refused") {
     scene one, other;
     const double bound[2] = {3, 0.5};
     one.add_script("a", "f = x;", {}, bound);

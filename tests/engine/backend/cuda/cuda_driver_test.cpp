@@ -77,10 +77,9 @@ TEST_CASE("a driver that cannot work says what to do") {
     CHECK(contains(fake_machine(empty).why, "the NVIDIA driver shows no GPU: see which GPUs"));
     const fake_machine mismatch(started_with("cuInit", CUDA_ERROR_SYSTEM_DRIVER_MISMATCH));
     CHECK_FALSE(mismatch.api);
-    CHECK(
-        contains(mismatch.why,
-                 "the NVIDIA driver does not start: CUDA_ERROR_803 (as the fake driver was told): "
-                 "the driver's library and its kernel module differ"));
+    CHECK(contains(mismatch.why,
+                   "the NVIDIA driver does not start: CUDA_ERROR_803 (as set in the fake driver): "
+                   "the driver's library and its kernel module differ"));
     const fake_machine hidden(started_with("cuInit", CUDA_ERROR_NO_DEVICE));
     CHECK(contains(hidden.why, "CUDA_VISIBLE_DEVICES"));
     const fake_machine broken(started_with("cuDeviceGetAttribute", CUDA_ERROR_UNKNOWN));
@@ -244,7 +243,7 @@ TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
             LIMAX_INTERNAL, [&] { queue.synchronize("simulating 3 robots (gravity, ground)"); });
         CHECK(contains(text,
                        "CUDA: cuStreamSynchronize failed while simulating 3 robots (gravity, "
-                       "ground): CUDA_ERROR_700 (as the fake driver was told). This is a defect"));
+                       "ground): CUDA_ERROR_700 (as set in the fake driver). This is a defect"));
         CHECK(contains(text, "compute-sanitizer"));
         CHECK(contains(text, ". Only a new process can use this GPU again"));
         machine.fail_next("cuStreamSynchronize", CUDA_ERROR_NOT_PERMITTED);

@@ -37,9 +37,17 @@ simulation_setup setup_behind(const kernel_set& set, const lattice& other = {4, 
                              ? other
                              : lattice{number_in(set, "LIMAX_NX"), number_in(set, "LIMAX_NY"),
                                        number_in(set, "LIMAX_NZ")};
-    return setup_of(unsigned(number_in(set, "LIMAX_EFFECTS")), number_in(set, "LIMAX_PRECISION"),
-                    number_in(set, "LIMAX_LEAPFROG") ? LIMAX_LEAPFROG : LIMAX_SYMPLECTIC_EULER,
-                    grid);
+    simulation_setup setup =
+        setup_of(unsigned(number_in(set, "LIMAX_EFFECTS")), number_in(set, "LIMAX_PRECISION"),
+                 number_in(set, "LIMAX_LEAPFROG") ? LIMAX_LEAPFROG : LIMAX_SYMPLECTIC_EULER, grid);
+    const auto code = set.defines.find("LIMAX_INSTANCES");
+    if (code != set.defines.end())
+        effects::for_each([&]<class E>(E) {
+            while (setup.scene.instances(effects::index_of<E>) <
+                   cuda::instances_in<E>(std::stoull(code->second)))
+                setup.scene.add(E::name);
+        });
+    return setup;
 }
 
 // Bytes that the threads of a set's kernel spill, each on its own.
@@ -159,34 +167,47 @@ TEST_CASE("without a compiler every lattice of the common scenes has a kernel") 
         }
 }
 
-TEST_CASE("the common scenes run without a compiler") {
+TEST_CASE("the kernels of the shipped experiments are built with limax") {
+    struct scene_on_lattice {
+        lattice grid;
+        std::vector<std::string> effects;
+        int integrator = LIMAX_LEAPFROG;
+    };
+    const std::vector<std::string> land = {"damping", "actuation", "gravity", "ground", "friction"};
+    std::vector<std::string> carry = land, stairs = land;
+    carry.push_back("block");
+    stairs.insert(stairs.end(), 12, "boxes");
+    const scene_on_lattice scenes[] = {
+        {cube, land},                          // walk, jump, supervised
+        {cube, land, LIMAX_SYMPLECTIC_EULER},  // paper
+        {{5, 3, 4}, land},                     // climb
+        {{5, 3, 4}, carry},
+        {{5, 3, 4}, stairs},
+        {{5, 3, 5}, {"damping", "actuation", "gravity", "friction", "anchors", "spheres"}},  // grip
+        {{6, 3, 3}, {"damping", "actuation", "drag"}}};                                      // swim
     const auto built = [](const kernel_set& set) {
         const auto& sets = cuda::ahead_of_time_sets();
         CAPTURE(set.title());
         CHECK(std::count(sets.begin(), sets.end(), set) == 1);
     };
     asking_machine machine;
-    const unsigned springs_and_gravity =
-        effects::bit<effects::springs> | effects::bit<effects::gravity>;
-    for (const cuda::kernel_form form : every_form) {
-        for (const int precision : every_precision)
-            built(
-                machine.step_of(setup_of(walking_effects, precision, LIMAX_LEAPFROG, cube), form));
-        for (const int precision : {LIMAX_SINGLE, LIMAX_COMPENSATED})
-            built(machine.step_of(
-                setup_of(walking_effects, precision, LIMAX_SYMPLECTIC_EULER, cube), form));
+    for (const scene_on_lattice& one : scenes) {
+        simulation_setup setup = setup_of(0, LIMAX_COMPENSATED, one.integrator, one.grid);
+        for (const std::string& effect : one.effects) setup.scene.add(effect);
+        built(machine.step_of(setup, cuda::kernel_form::alone));
+        // where there are more robots than multiprocessors
+        if (one.grid.ny == 5) built(machine.step_of(setup, cuda::kernel_form::many));
     }
-    built(machine.step_of(setup_of(springs_and_gravity, LIMAX_SINGLE, LIMAX_LEAPFROG, cube)));
-    // what prepares and measures the robots of a scene, and what population and comparison take
+    // the kernels that prepare the robots of a scene, and those of populations
     for (const kernel_set& set : cuda::ahead_of_time_sets()) {
         if (!steps_robots(set)) continue;
-        std::map<std::string, std::string> of_scene;
+        kernel_set prepare{"prepare", {}};
         for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
-            of_scene[name] = set.defines.at(name);
-        built({"prepare", of_scene});
-        built({"measure", of_scene});
+            prepare.defines[name] = set.defines.at(name);
+        built(prepare);
     }
-    for (const char* entry : {"express", "describe", "breed", "diversity"}) built({entry, {}});
+    for (const char* entry : {"express", "describe", "breed", "diversity", "summarize"})
+        built({entry, {}});
 }
 
 TEST_CASE("a scene that no kernel serves is named") {
@@ -337,7 +358,9 @@ TEST_CASE("a kernel built with limax and the same compiled here give the same bi
     if (!found_gpu() || !found_compiler()) return;
     const environment_variable origins("LIMAX_KERNELS");
     for (const kernel_set& set : cuda::ahead_of_time_sets()) {
-        if (!steps_robots(set)) continue;
+        // the bodies of this test walk on flat ground
+        if (!steps_robots(set) || unsigned(number_in(set, "LIMAX_EFFECTS")) != walking_effects)
+            continue;
         CAPTURE(set.title());
         const stage bodies = walking(setup_behind(set));
         const auto run_from = [&](const char* origin) {

@@ -1,5 +1,5 @@
-// population_home_test.cpp: where a population's arrays are, and what crosses to a device and back,
-// with a device of this test's own that works on the host and counts.
+// population_device_test.cpp: populations stored on a device, and what is copied to it and back,
+// with a fake device that works on the host and counts the copies.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -36,10 +36,10 @@ struct copied_bodies final : limax::resident_bodies {
 };
 
 // Its memory is a population that stays on the host.
-struct pretended_home final : limax::residence {
-    explicit pretended_home(const population& robots)
+struct fake_residence final : limax::residence {
+    explicit fake_residence(const population& robots)
         : twin(grid_of(robots).data(), robots.count(), robots.code()) {
-        // what nobody has set yet is no zero
+        // memory is not initialised
         std::fill_n(twin.genomes(), twin.genes() * twin.count(), std::nanf(""));
         std::fill_n(twin.voxels(), twin.grid().voxels() * twin.count(), uint8_t(77));
     }
@@ -79,7 +79,7 @@ struct pretended_home final : limax::residence {
                const limax_breeding& breeding, int32_t first, int32_t count) override {
         std::vector<int32_t> all(2 * std::size_t(twin.count()));
         std::copy_n(pairs, 2 * count, all.begin() + 2 * first);
-        twin.breed(dynamic_cast<const pretended_home&>(parents).twin, all.data(), breeding,
+        twin.breed(dynamic_cast<const fake_residence&>(parents).twin, all.data(), breeding,
                    in_order, first, count);
     }
     void express(int32_t first, int32_t count, limax_body* bodies) override {
@@ -118,16 +118,15 @@ struct pretended_home final : limax::residence {
     mutable traffic seen;
 };
 
-std::shared_ptr<pretended_home> move_out(const population& robots) {
-    auto home = std::make_shared<pretended_home>(robots);
+std::shared_ptr<fake_residence> move_out(const population& robots) {
+    auto home = std::make_shared<fake_residence>(robots);
     robots.move_to(home);
     return home;
 }
 
 }  // namespace
 
-TEST_CASE(
-    "generations on a device are those of the host, and nothing crosses that nobody asks for") {
+TEST_CASE("generations on a device are those of the host and copy nothing that is not requested") {
     population host_parents = make(20), host_children = make(20);
     population parents = make(20), children = make(20);
     const auto home = move_out(parents), nursery = move_out(children);
@@ -168,7 +167,7 @@ TEST_CASE(
           "robots 19 to 21 do not all exist; there are 20");
 }
 
-TEST_CASE("what was there before the move, and what was written since, counts on the device") {
+TEST_CASE("a device gets values written before and after the move") {
     population robots = make(4), expected = make(4), children = make(4);
     for (population* each : {&robots, &expected}) each->initialize(0, 4, in_order);
     const auto home = move_out(robots);
@@ -207,7 +206,7 @@ TEST_CASE("what was there before the move, and what was written since, counts on
     CHECK(std::memcmp(robots.voxels(), before.data(), 60) == 0);
 }
 
-TEST_CASE("robots that a device never wrote are as the host would have them: 0") {
+TEST_CASE("robots that a device never wrote are 0, as on the host") {
     population robots = make(5);
     const auto home = move_out(robots);
     robots.initialize(1, 2, in_order);
@@ -223,11 +222,11 @@ TEST_CASE("robots that a device never wrote are as the host would have them: 0")
     CHECK(seen.bodies()[1].status != LIMAX_BODY_UNKNOWN);
 }
 
-TEST_CASE("a population that moves back, or elsewhere, is the same") {
+TEST_CASE("a population that moves back, or to another device, keeps its values") {
     population robots = make(6), expected = make(6), children = make(6),
                expected_children = make(6);
     for (population* each : {&robots, &expected}) each->initialize(0, 6, in_order);
-    std::weak_ptr<pretended_home> left = move_out(robots);
+    std::weak_ptr<fake_residence> left = move_out(robots);
     express_all(robots);
     express_all(expected);
     const auto next = move_out(robots);
