@@ -4,21 +4,17 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
 namespace limax::test {
 
-// By their names below engine/, sorted.
+// Their names below engine/, sorted: the list of kernels.cmake and the effects.
 inline std::vector<std::string> law_headers() {
-    std::vector<std::string> names = {"base/portable.h",      "base/math.h",
-                                      "base/random.h",        "body/lattice.h",
-                                      "body/body_laws.h",     "body/spring_laws.h",
-                                      "genome/network.h",     "genome/breeding.h",
-                                      "physics/bound.h",      "physics/held.h",
-                                      "physics/integrator.h", "physics/origin.h",
-                                      "physics/summary.h",    "physics/rigid_body.h",
-                                      "physics/solid.h",      "physics/scripted/operations.h"};
+    std::istringstream list(LIMAX_LAW_TEXTS);
+    std::vector<std::string> names(std::istream_iterator<std::string>(list), {});
     for (const auto& entry : std::filesystem::directory_iterator(
              std::filesystem::path(LIMAX_SOURCE_DIR) / "engine/physics/effects"))
         names.push_back("physics/effects/" + entry.path().filename().string());
