@@ -174,7 +174,7 @@ TEST_CASE("the number of genes follows from the layers") {
 TEST_CASE("options out of range are named with their range") {
     limax_encoding_options options = defaults();
     options.features = 0;
-    CHECK(refused(options) == "features is 0; it must be 1 to 1024");
+    CHECK(refused(options) == "features is 0; it must be 1 to 1024 rows of B");
     options = defaults();
     options.sigma = std::nan("");
     CHECK(refused(options) == "sigma is nan; it must be 0 to 100");
@@ -183,7 +183,7 @@ TEST_CASE("options out of range are named with their range") {
     CHECK(refused(options) == "number of hidden layers is 9; it must be 0 to 8");
     options = defaults();
     options.hidden[1] = 0;
-    CHECK(refused(options) == "width of hidden layer 2 is 0; it must be 1 to 1024");
+    CHECK(refused(options) == "width of hidden layer 2 is 0; it must be 1 to 1024 neurons");
     options = defaults();
     options.materials = 17;
     CHECK(refused(options) == "materials is 17; it must be 2 to 16");

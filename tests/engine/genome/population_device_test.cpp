@@ -267,7 +267,7 @@ TEST_CASE("refusals on a device are those of the host, and change nothing") {
     limax_breeding breeding = some_breeding();
     breeding.mutation_rate = 2;
     CHECK(refused([&] { robots.breed(others, pairs.data(), breeding, in_order, 0, 3); }) ==
-          "mutation_rate is 2; it must be 0 to 1");
+          "mutation_rate is 2; it must be 0 to 1 per gene");
     CHECK(home->seen == traffic{});
     CHECK(other_home->seen == traffic{});
 }

@@ -187,11 +187,11 @@ TEST_CASE("breeding refuses wrong rates, parents and ranges") {
         return refused([&] { children.breed(parents, pairs.data(), breeding, in_order, 0, 20); });
     };
     CHECK(with([](limax_breeding& b) { b.mutation_rate = 1.1; }) ==
-          "mutation_rate is 1.1; it must be 0 to 1");
+          "mutation_rate is 1.1; it must be 0 to 1 per gene");
     CHECK(with([](limax_breeding& b) { b.mutation_scale = -0.1; }) ==
           "mutation_scale is -0.1; it must be 0 to 100");
     CHECK(with([](limax_breeding& b) { b.crossover_rate = std::nan(""); }) ==
-          "crossover_rate is nan; it must be 0 to 1");
+          "crossover_rate is nan; it must be 0 to 1 per gene");
     CHECK(with([](limax_breeding& b) { b.elites = 21; }) == "elites is 21; it must be 0 to 20");
     CHECK(with([](limax_breeding& b) { b.repetition = 1u << 24; }) ==
           "repetition is 16777216; it must be 1 to 16777215");
