@@ -1,6 +1,6 @@
-// parser_process.cpp: the process in which a parser of a language model's text runs. Before it
-// reads anything it gives up all descriptors but its socket, the right to open files, and memory
-// and time beyond their limits. The parser finds string, table, math, json and little more.
+// parser_process.cpp: the process in which a parser of a language model's text runs, with a socket
+// as its standard input and output. Before it reads anything it gives up the right to open files
+// and limits its memory and time. The parser finds string, table, math, json and little more.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -35,7 +35,7 @@ rlim_t address_space() {
 
 bool confine() {
     const rlim_t mapped = address_space();
-    if (mapped == 0 || close_range(STDERR_FILENO + 1, ~0U, 0) != 0) return false;
+    if (mapped == 0) return false;
     const struct {
         __rlimit_resource_t resource;
         rlim_t most;
