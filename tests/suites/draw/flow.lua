@@ -57,10 +57,10 @@ end)
 
 suite:test("an arrow is longer when the flow is faster, within limits", function(t)
   local before = 0
-  for _, speed in ipairs { 1e-9, 8, 10, 13, 1000 } do
+  for _, speed in ipairs { 1e-9, 8, 9, 10, 1000 } do
     local x, y = arrow((drawn(windy { speed, 0, 0 }, "side")))
     t:near(y, 0, { atol = 1e-9 })
-    t:ok(x > before and x >= 20 and x <= 40, ("%g m/s: %.1f px"):format(speed, x))
+    t:ok(x > before and x >= 20 and x <= 32, ("%g m/s: %.1f px"):format(speed, x))
     before = x
   end
 end)

@@ -9,14 +9,14 @@ local flow = {}
 -- s: an arrow is as long as the distance that the flow moves in this time, true to the scale bar,
 -- within these lengths
 local TIME = 0.03
-local SHORTEST, LONGEST = 2.2, 4
+local SHORTEST, LONGEST = 2.2, 3.2
 -- a flow that is seen under less than this share of its length goes along the line of sight: a ring
 -- with a dot when it comes towards the eye, with a cross when it goes away
 local END_ON, RING = 0.15, 0.75
 -- length of an arrow's head, half its width, and the width of the shaft
 local HEAD, BARB, SHAFT = 1.2, 0.5, 0.22
 -- height of a row, and room beside the arrows
-local ROW, GAP = LONGEST + 0.4, 1
+local ROW, GAP = LONGEST + 0.2, 1
 
 --- Capitals that the flows of a world take above the robot: 0 where nothing flows.
 ---@return number

@@ -210,7 +210,13 @@ function stage.pieces(self, slab, sight, block, block_hex)
     add_solid(items, joined(box, within, open), context, world.hex, world.ink)
   end
   for _, sphere in ipairs(self.spheres) do
-    add_sphere(items, sphere, joined(within, open), context)
+    -- a small ball that reaches into the slab is shown whole
+    local inside = sphere.radius < reach / 4
+    for c = 1, 3 do
+      inside = inside and math.abs(sphere.center[c] - center[c])
+        < (slab.high[c] - slab.low[c]) / 2 + sphere.radius
+    end
+    add_sphere(items, sphere, inside and open or joined(within, open), context)
   end
   if block then add_solid(items, block, context, block_hex, skin.ink) end
   return items, veils
