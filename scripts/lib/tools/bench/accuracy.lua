@@ -135,8 +135,6 @@ end
 ---@field champions string[]|nil robot files that are tried with it
 
 --- Runs the sections. With `out`, that folder gets accuracy.html, .csv, .json and the figures.
----@param how limax.accuracy.how
----@return limax.bench_result
 function accuracy.run(how)
   if how.tune then return tune.run(how) end
   if how.champions and #how.champions > 0 then

@@ -17,9 +17,6 @@ agreement.SETTLE, agreement.DURATION, agreement.TIME_STEP = 0.05, 0.1, 1e-4
 --- forces: damped bodies stay within 4.4e-5 m on an H200; the CPU's own undamped `single` is
 --- up to 3.4e-4 m from its `double` (10x10x10, symplectic Euler). The tolerances are three to ten
 --- times what was measured.
----@param precision string
----@param scene table
----@return number
 function agreement.tolerance(precision, scene)
   if precision == "double" then return 2e-14 end
   if not scene.ground then return 1.1e-5 end

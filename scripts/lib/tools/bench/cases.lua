@@ -30,9 +30,6 @@ local function duration_of(count) return math.min(1e4, math.max(20, math.floor(1
 ---@field free fun()
 
 --- Creates a case and warms it up.
----@param materials limax.materials
----@param how limax.bench.how
----@return limax.bench.case
 function cases.endless(materials, how)
   local population = bodies.population(materials, how.lattice, how.count)
   local simulation = engine.simulation(population, materials, engine.scene(how.scene), {

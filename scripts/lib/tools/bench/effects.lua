@@ -83,8 +83,6 @@ local function count(rows, list, say)
   end
 end
 
----@param how limax.bench_how
----@return limax.bench_result
 function effects.run(how)
   local materials = engine.materials "paper"
   local device = how.device

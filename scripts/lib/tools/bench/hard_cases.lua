@@ -122,7 +122,6 @@ function hard_cases.suite(kind)
 end
 
 --- All cases, in the order of tests/suites/hard.
----@return limax.hard_case[]
 function hard_cases.all()
   local folder = host.home .. "/tests/suites/hard"
   local names = host.file.list(folder)

@@ -9,14 +9,11 @@ local instructions = {}
 -- So many that the 5e4 instructions of the call itself are less than 0.5 %.
 local STEPS = 640
 
----@return boolean
 function instructions.available()
   return os.execute "command -v valgrind >/dev/null 2>&1" == 0
 end
 
 --- Instructions of one step of a full body of 5x5x5 voxels. Takes seconds.
----@param scene table
----@return number
 function instructions.per_step(scene)
   local pipe = assert(io.popen(table.concat({ "valgrind --tool=callgrind",
     "--callgrind-out-file=/dev/null --toggle-collect='limax_simulation_advance*'",

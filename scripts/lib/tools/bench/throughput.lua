@@ -160,8 +160,6 @@ local function on_cpu(how)
   }
 end
 
----@param how limax.bench_how
----@return limax.bench_result
 function throughput.run(how)
   local result = how.device.kind == "cuda" and gpu.run(how) or on_cpu(how)
   whole_runs(how, result.rows)

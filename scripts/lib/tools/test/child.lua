@@ -136,7 +136,6 @@ function methods:read(events, whole)
 end
 
 --- Whether it has ended; then `status` is set.
----@return boolean
 function methods:is_over()
   self.status = (source.read(self.base .. ".rc") or ""):match "^(%d+)\n"
   if not self.status then return false end
@@ -145,13 +144,11 @@ function methods:is_over()
 end
 
 --- Whether it reported everything and exited as `limax test` does.
----@return boolean
 function methods:ended_well()
   return self.ended and (self.status == "0" or self.status == "1") or false
 end
 
 --- Sends it a signal.
----@param name string
 function methods:signal(name)
   local pid = (source.read(self.base .. ".pid") or ""):match "%d+"
   if pid then os.execute(("kill -%s %s 2>/dev/null"):format(name, pid)) end

@@ -21,8 +21,6 @@ local function bits_of(number)
 end
 
 --- A value in full precision.
----@param value any
----@return string
 function compare.shown(value)
   if type(value) == "number" then return ("%.17g"):format(value) end
   if type(value) == "string" then return (("%q"):format(value):gsub("\\\n", "\\n")) end
@@ -86,9 +84,6 @@ local function walk(expected, got, path, excess, list)
 end
 
 --- Where two values are not equal; NaN equals NaN.
----@param expected any
----@param got any
----@return limax.difference[]
 function compare.equal(expected, got)
   return walk(expected, got, "", function(a, b)
     return not (a == b or (a ~= a and b ~= b)) and math.huge or nil
@@ -96,9 +91,6 @@ function compare.equal(expected, got)
 end
 
 --- Where two values do not have the same bits.
----@param expected any
----@param got any
----@return limax.difference[]
 function compare.same_bits(expected, got)
   return walk(expected, got, "", function(a, b)
     local same = a == b
@@ -126,8 +118,6 @@ function compare.near(expected, got, tolerance)
 end
 
 --- The difference to show: the first of the largest excess.
----@param differences limax.difference[]
----@return limax.difference
 function compare.worst(differences)
   local worst = differences[1]
   for _, difference in ipairs(differences) do
@@ -137,8 +127,6 @@ function compare.worst(differences)
 end
 
 --- "expected 1, got 2; difference 1, relative 1" of one difference.
----@param difference limax.difference
----@return string
 function compare.text(difference)
   local place = difference.path == "" and "" or difference.path .. ": "
   local expected, got = difference.expected, difference.got

@@ -71,7 +71,6 @@ function methods:finish() self:write(1) end
 
 --- A reporter that writes the file at the end, and an empty one before the tests run: a path that
 --- cannot be written fails early, and no results of an earlier run remain.
----@param path string
 function junit.reporter(path)
   local self = setmetatable({ path = path, files = {} }, methods)
   self:write(2)

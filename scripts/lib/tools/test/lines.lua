@@ -10,8 +10,6 @@ methods.__index = methods
 
 --- A text of valid UTF-8, which JSON and XML need: if a message has other bytes, each run of bytes
 --- beyond ASCII becomes a question mark.
----@param text string
----@return string
 function lines.valid_text(text)
   if pcall(host.json.encode, text) then return text end
   return (text:gsub("[\128-\255]+", "?"))
@@ -50,7 +48,6 @@ function methods:finish(counts)
 end
 
 --- A reporter that writes them.
----@param write fun(text: string)
 function lines.reporter(write) return setmetatable({ write = write }, methods) end
 
 return lines

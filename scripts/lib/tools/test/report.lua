@@ -161,7 +161,6 @@ end
 function tap:finish() end
 
 --- TAP version 13.
----@param write fun(text: string)
 function report.tap(write) return setmetatable({ write = write }, tap) end
 
 -- ---- several at a time -------------------------------------------------------------------------
@@ -176,7 +175,6 @@ for _, event in ipairs { "begin", "file", "start", "result", "finish" } do
 end
 
 --- Passes all events to several reporters.
----@param reporters table[]
 function report.all(reporters) return setmetatable(reporters, both) end
 
 return report

@@ -71,8 +71,6 @@ local function without_exit(protect, ...)
 end
 
 --- "SUITE: TEST", for --only and --filter.
----@param instance limax.test_instance
----@return string
 function runner.title(instance) return ("%s: %s"):format(instance.suite, instance.label) end
 
 -- s that a file may take to load
@@ -128,8 +126,6 @@ function runner.load(path, longest)
 end
 
 --- The files of the paths; of a folder its .lua files, sorted.
----@param paths string[]
----@return string[]
 function runner.files(paths)
   local files = {}
   for _, path in ipairs(paths) do
@@ -158,9 +154,6 @@ end
 local LONG = "full"
 
 --- Whether an instance is among the chosen.
----@param instance limax.test_instance
----@param choice limax.test_choice
----@return boolean
 function runner.chosen(instance, choice)
   local name = runner.title(instance)
   if #choice.only > 0 then
@@ -219,10 +212,6 @@ local function prepare(instance)
   return nil, { status = failed and "failed" or "skipped", text = reason }
 end
 
----@param file limax.suite_file
----@param instance limax.test_instance
----@param state limax.test_file_state
----@return limax.test_result
 function runner.run(file, instance, state)
   local started = host.clock()
   local device, result = prepare(instance)

@@ -59,14 +59,11 @@ function methods:aside(make)
   return value, separate
 end
 
----@param hashes string[]
 function methods:add(hashes)
   for _, hash in ipairs(hashes) do table.insert(self.hashes, hash) end
 end
 
 --- The hash of everything so far and of the test's own table; nil of nothing.
----@param added table|nil
----@return string|nil
 function methods:hash(added)
   if not added and #self.hashes == 0 then return nil end
   return host.sha256(host.json.encode { added = added, simulated = host.json.array(self.hashes) })

@@ -48,7 +48,6 @@ local function write(path, text)
 end
 
 --- Makes the folder, or says why not, before hours are spent.
----@param path string
 function pages.folder(path)
   local made, message = host.file.mkdir(path)
   if not made then failure.raise(1, "--out: " .. message) end

@@ -89,10 +89,6 @@ function trial.options(subject, setting, record)
 end
 
 --- A simulation of a subject, every robot placed.
----@param subject limax.accuracy.subject
----@param options table
----@param device limax.device
----@return limax.simulation
 function trial.simulation(subject, options, device)
   local simulation =
     engine.simulation(subject.population, subject.materials, subject.scene, options, device)
@@ -105,8 +101,6 @@ function trial.simulation(subject, options, device)
 end
 
 --- Positions of the masses of robot 1, flat, m.
----@param simulation limax.simulation
----@return number[]
 function trial.positions(simulation)
   local flat = {}
   for _, row in ipairs((simulation:state(1)):table()) do

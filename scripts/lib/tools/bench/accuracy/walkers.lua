@@ -49,9 +49,6 @@ function walkers.experiment(case, changes)
 end
 
 --- The first generation of an experiment, expressed and not simulated yet.
----@param experiment limax.experiment
----@param device limax.device
----@return limax.population.scored
 function walkers.random(experiment, device)
   return evolve.start(experiment, { device = device, say = silent }):generations()()
 end

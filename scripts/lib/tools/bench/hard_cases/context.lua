@@ -53,10 +53,6 @@ function methods:near(what, got, expected, allowed)
 end
 
 --- Fails unless every number of two lists of vectors is near.
----@param what string
----@param got number[][]
----@param expected number[][]
----@param atol number|table
 function methods:near_rows(what, got, expected, atol)
   if #got ~= #expected then fail("%s: %d rows, expected %d", what, #got, #expected) end
   for i, row in ipairs(expected) do
@@ -76,17 +72,11 @@ function methods:at_most(what, got, most)
 end
 
 --- Fails unless got >= least.
----@param what string
----@param got number
----@param least number
 function methods:at_least(what, got, least)
   if not (got >= least) then fail("%s is %.6g; at least %.6g is expected", what, got, least) end
 end
 
 --- Fails unless both have the same bits; compares tables element by element.
----@param what string
----@param got any
----@param expected any
 function methods:same_bits(what, got, expected)
   if type(expected) ~= "table" then
     if got ~= expected then
@@ -99,8 +89,6 @@ function methods:same_bits(what, got, expected)
 end
 
 --- Fails unless `call` raises a message that contains `pattern`.
----@param pattern string
----@param call fun()
 function methods:raises(pattern, call)
   local fine, message = pcall(call)
   if fine then fail("nothing was raised where %q was expected", pattern) end
@@ -108,7 +96,6 @@ function methods:raises(pattern, call)
 end
 
 --- A text printed beside the verdict.
----@param pattern string
 function methods:note(pattern, ...) self.notes[#self.notes + 1] = pattern:format(...) end
 
 -- ---- bodies -------------------------------------------------------------------------------------
@@ -201,8 +188,6 @@ function Run:ground_force()
   return sum
 end
 
----@param robot integer|nil
----@return limax.outcome
 function Run:outcome(robot) return self.simulation:outcome(robot or 1) end
 
 --- Weight of robot 1 under the engine's gravity.
@@ -217,12 +202,8 @@ function Run:moved(axis)
   return outcome.center_end[axis] - outcome.center_start[axis]
 end
 
----@param kind string
----@param robot integer|nil
----@return number[][]
 function Run:trace(kind, robot) return self.simulation:trace(robot or 1, kind):table() end
 
----@param steps integer
 function Run:advance(steps) self.simulation:advance(1e6, steps) end
 
 local function place(run)
@@ -268,8 +249,6 @@ end
 --- invariants: `diverges`, reasons for which robot 1 must diverge; `may_diverge`, reasons for which
 --- a robot may; `energy = false` where the energy may rise; `center = false` where the centre of
 --- mass and the angular momentum are unknown.
----@param spec table
----@return limax.hard_cases.run
 function methods:run(spec)
   local run = self:prepare(spec)
   run.simulation:run()

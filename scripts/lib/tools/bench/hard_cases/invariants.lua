@@ -25,8 +25,6 @@ local function all_in(scene, effects)
 end
 
 --- Whether the energy of a spec's runs must not rise.
----@param spec table
----@return boolean
 function invariants.passive(spec)
   return spec.energy ~= false and all_in(spec.scene, PASSIVE) and not spec.diverges
 end
@@ -61,8 +59,6 @@ end
 
 --- Motion at the start, where the centre of mass is predicted. Scripts do not see the masses, so
 --- that needs equal ones.
----@param run limax.hard_cases.run
----@return table|nil
 function invariants.start(run)
   local spec, masses = run.spec, run.simulation.masses[1]
   if spec.center == false or not all_in(spec.scene, INTERNAL) or (spec.settle or 0) > 0
@@ -176,8 +172,6 @@ local function check_done(c, run, robot)
 end
 
 --- Checks a run that has ended and sets `run.verdict`.
----@param c limax.hard_cases.context
----@param run limax.hard_cases.run
 function invariants.check(c, run)
   local spec = run.spec
   run.verdict = "holds"

@@ -151,8 +151,6 @@ function statics.solve(matrix, right)
 end
 
 --- Fixes the coordinates for which `held(mass, axis)` is true.
----@param matrix number[][]
----@param held fun(mass: integer, axis: integer): boolean
 function statics.hold(matrix, held)
   for i = 1, #matrix do
     if held(math.floor((i - 1) / 3) + 1, (i - 1) % 3 + 1) then
