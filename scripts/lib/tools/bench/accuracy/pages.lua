@@ -81,7 +81,7 @@ local function html_table(result)
   return table.concat(parts)
 end
 
--- Where and by what it was measured.
+-- The machine and build of the measurement.
 local function about(device)
   local facts, environment = device:describe(), host.environment()
   local on = facts.gpus and ("%d x %s"):format(#facts.gpus, facts.gpus[1].name)
@@ -94,16 +94,16 @@ end
 local function draw(folder, section, result, about_machine, made)
   local texts = {}
   for _, name in ipairs(FIGURES[section] or {}) do
-    local given = figures[name](result)
-    given.foot = ("%s. %s (%s)"):format(given.title, given.subtitle, about_machine)
-    given.height, given.columns = given.height or HEIGHT, given.columns or 2
-    local text = figure.draw("svg", given, WIDTH)
+    local plot = figures[name](result)
+    plot.foot = ("%s. %s (%s)"):format(plot.title, plot.subtitle, about_machine)
+    plot.height, plot.columns = plot.height or HEIGHT, plot.columns or 2
+    local text = figure.draw("svg", plot, WIDTH)
     texts[#texts + 1] = text
-    write(("%s/%s.svg"):format(folder, given.name), text)
+    write(("%s/%s.svg"):format(folder, plot.name), text)
     -- twice the pixels, for screens and slides
-    write(("%s/%s.png"):format(folder, given.name), figure.draw("png", given, WIDTH, { zoom = 2 }))
-    made[#made + 1] = given.name .. ".svg"
-    made[#made + 1] = given.name .. ".png"
+    write(("%s/%s.png"):format(folder, plot.name), figure.draw("png", plot, WIDTH, { zoom = 2 }))
+    made[#made + 1] = plot.name .. ".svg"
+    made[#made + 1] = plot.name .. ".png"
   end
   return texts
 end

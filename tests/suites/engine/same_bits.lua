@@ -1,0 +1,150 @@
+--- same_bits.lua: on one machine a simulation always gives the same bits, however a population is
+--- divided, on the CPU and on GPUs. SI units.
+
+local bodies = require "limax.tools.bench.bodies"
+local engine = require "limax.engine"
+local device_cases = require "support.device_cases"
+
+local suite = require("limax.test").suite "same bits"
+
+local materials = engine.materials "paper"
+local begin, hollow = device_cases.begin, device_cases.hollow
+local ALL = bodies.ALL
+
+-- Everything that a robot's simulation produced.
+local function results(simulation, robot)
+  local positions, velocities = simulation:state(robot)
+  local all = { outcome = simulation:outcome(robot), positions = positions:table(),
+    velocities = velocities:table(), traces = {} }
+  for kind in pairs(simulation.record) do
+    all.traces[kind] = simulation:trace(robot, kind):table()
+  end
+  return all
+end
+
+local WALK = { scene = function() return ALL end, options = { duration = 0.06, settle = 0.02 } }
+
+-- Runs twice, in slices, and with the state read in between.
+local function check_slices(t, case, population, precision)
+  local function run(slice, read)
+    local simulation = begin(case, population, { precision = precision }, t.device)
+    repeat
+      local progress = simulation:advance(0, slice)
+      if read then simulation:state(1) end
+    until progress.finished
+    return simulation
+  end
+  local whole = run(1e6)
+  for _, other in ipairs { run(1e6), run(37), run(251, true) } do
+    for robot = 1, population.count do
+      t:same_bits(results(other, robot), results(whole, robot))
+    end
+  end
+end
+
+for _, case in ipairs(device_cases.list) do
+  suite:test(case.name .. ": again and in slices", { devices = "all",
+    precisions = { "compensated", "double" } }, function(t)
+    for i, lattice in ipairs(case.lattices) do
+      -- the CPU has one kernel
+      if i == 1 or t.device.kind ~= "cpu" then
+        check_slices(t, case, (case.make or hollow)(lattice), t.precision)
+      end
+    end
+  end)
+end
+
+for _, edge in ipairs { 5, 8 } do
+  local lattice = { edge, edge, edge }
+  -- the CPU has one kernel
+  local devices = edge == 5 and "all" or "cuda"
+  local function named(text) return ("%s: %dx%dx%d"):format(text, edge, edge, edge) end
+
+  suite:test(named "again and in slices", { devices = devices, precisions = "all" }, function(t)
+    check_slices(t, WALK, hollow(lattice), t.precision)
+  end)
+
+  suite:test(named "alone and in a large population", { devices = devices }, function(t)
+    -- more than a GPU holds at once
+    local count = t.device.kind == "cpu" and 16 or edge == 5 and 4096 or 600
+    local function run(population, mask)
+      local simulation = engine.simulation(population, materials, engine.scene(ALL),
+        { time_step = 1e-4, duration = 0.06, settle = 0.02, record = { energy = 50 } }, t.device,
+        mask)
+      simulation:run()
+      return simulation
+    end
+    local population = bodies.population(materials, lattice, count)
+    local many = run(population)
+    for _, robot in ipairs { 1, count / 2 + 1, count } do
+      local one = results(run(bodies.population(materials, lattice, 1, { first = robot })), 1)
+      t:same_bits(results(many, robot), one)
+      local mask = {}
+      for i = 1, count do mask[i] = i == robot end
+      t:same_bits(results(run(population, mask), robot), one)
+    end
+  end)
+
+  suite:test(named "a robot that diverges does not affect others", { devices = devices },
+    function(t)
+      local population = bodies.population(materials, lattice, 5)
+      local calm = begin(WALK, population, {}, t.device)
+      local shaken = begin(WALK, population, {}, t.device)
+      local positions = (shaken:state(3)):table()
+      local velocities = (select(2, shaken:state(2))):table()
+      for _, p in ipairs(positions) do
+        for axis = 1, 3 do p[axis] = 20 * p[axis] end
+      end
+      for _, v in ipairs(velocities) do v[3] = 2000 end
+      shaken:place(3, positions)
+      shaken:place(2, nil, velocities)
+      calm:run()
+      shaken:run()
+      for robot, reason in pairs { [2] = "speed", [3] = "stretch" } do
+        local outcome = shaken:outcome(robot)
+        t:equal({ outcome.status, outcome.reason }, { "diverged", reason })
+      end
+      for _, robot in ipairs { 1, 4, 5 } do
+        t:equal(shaken:outcome(robot).status, "done")
+        t:same_bits(results(shaken, robot), results(calm, robot))
+      end
+    end)
+
+  suite:test(named "a robot that moves too far in a step is coarse", { devices = devices,
+    precisions = "all" }, function(t)
+    local thrown = begin(WALK, bodies.population(materials, lattice, 3),
+      { precision = t.precision }, t.device)
+    -- a tenth of an edge in a step of 0.1 ms is 100 m/s
+    for robot, speed in ipairs { 0, 80, 120 } do
+      local velocities = (select(2, thrown:state(robot))):table()
+      for _, v in ipairs(velocities) do v[3] = speed end
+      thrown:place(robot, nil, velocities)
+    end
+    thrown:run()
+    for robot, coarse in ipairs { false, false, true } do
+      local outcome = thrown:outcome(robot)
+      t:equal({ outcome.status, outcome.coarse }, { "done", coarse })
+    end
+  end)
+end
+
+suite:test("simulations that advance together keep their bits", { devices = "all" }, function(t)
+  local list, alone = {}, {}
+  for k = 1, 3 do
+    local population = bodies.population(materials, { 4, 4, 4 }, 4, { first = 10 * k })
+    list[k], alone[k] = begin(WALK, population, {}, t.device), begin(WALK, population, {}, t.device)
+    alone[k]:run()
+  end
+  local finished
+  repeat
+    finished = true
+    for _, progress in ipairs(engine.advance_together(list, 0.02)) do
+      finished = finished and progress.finished
+    end
+  until finished
+  for k = 1, 3 do
+    for robot = 1, 4 do t:same_bits(results(list[k], robot), results(alone[k], robot)) end
+  end
+end)
+
+return suite

@@ -1,0 +1,133 @@
+--- device_cases.lua: scenes by which devices are compared: blocks, drag, self-collision, every
+--- effect. SI units.
+
+local bodies = require "limax.tools.bench.bodies"
+local engine = require "limax.engine"
+
+local device_cases = {}
+
+local materials = engine.materials "paper"
+
+---@class limax.device_case
+---@field name string
+---@field scene fun(size: number[]): table of a body of this size, m
+---@field lattices integer[][] one for each kind of kernel: a block of threads, a cluster, the grid
+---@field options table of the simulation
+---@field make nil|fun(lattice: integer[]): limax.population
+---@field place nil|fun(simulation: limax.simulation)
+
+local ALL = bodies.ALL
+
+local function with(more)
+  local scene = {}
+  for _, part in ipairs { ALL, more } do
+    for name, value in pairs(part) do scene[name] = value end
+  end
+  return scene
+end
+
+--- Three bodies with holes.
+function device_cases.hollow(lattice)
+  return bodies.population(materials, lattice, 3, { hollow = true })
+end
+
+-- One body of soft tissue with voxels where `is_there(x, y, z)`, from 0.
+local function shaped(is_there)
+  return function(lattice)
+    local population, voxels = engine.population { lattice = lattice, count = 1 }, {}
+    for z = 0, lattice[3] - 1 do
+      for y = 0, lattice[2] - 1 do
+        for x = 0, lattice[1] - 1 do voxels[#voxels + 1] = is_there(x, y, z) and 3 or 0 end
+      end
+    end
+    population:set_body(1, voxels)
+    population:check(materials, { require_muscle = false })
+    return population
+  end
+end
+
+-- Moves the two legs of a body towards each other, at 3 m/s.
+local function clap(simulation)
+  local positions, velocities = simulation:state(1)
+  positions, velocities = positions:table(), velocities:table()
+  for i, p in ipairs(positions) do
+    if p[3] > 0.15 then velocities[i][1] = p[1] < 0.2 and 3 or -3 end
+  end
+  simulation:place(1, nil, velocities)
+end
+
+-- Puts everything within a few edges, so that masses have more partners than a list has room for.
+local function crumple(simulation)
+  local positions = (simulation:state(1)):table()
+  for i, p in ipairs(positions) do
+    positions[i] = { 0.3 * p[1] + 1e-3 * (i % 7), 0.3 * p[2] + 1e-3 * (i % 5),
+      p[3] + 1e-3 * (i % 11) }
+  end
+  simulation:place(1, positions)
+end
+
+local FLAT = { 40, 15, 1 }
+
+---@type limax.device_case[]
+device_cases.list = {
+  { name = "a body that hits a block", lattices = { { 3, 2, 2 }, { 5, 5, 5 }, { 10, 9, 8 }, FLAT },
+    options = { velocity = { 2, 0.3, 0 }, duration = 0.03 }, scene = function(size)
+      return with { block = { position = { size[1] + 0.01, -0.05, 0 },
+        size = { 0.3, size[2], 0.2 }, velocity = { 0, 0.5, 0 } } }
+    end },
+  { name = "a block that lands on a body", lattices = { { 4, 3, 2 }, { 10, 9, 8 }, FLAT },
+    options = { duration = 0.03 }, scene = function(size)
+      return with { block = { position = { 0.05, 0.05, size[3] + 0.002 },
+        size = { 0.35, 0.25, 0.1 }, velocity = { 0.4, 0.1, -1 }, spin = { 0.1, 0.2, 1 },
+        mass = 3 } }
+    end },
+  -- the robot's own origin follows
+  { name = "a block that is carried far", lattices = { { 3, 3, 2 }, FLAT },
+    options = { velocity = { 150, 0, 0 }, duration = 0.04 }, scene = function(size)
+      return { gravity = true, damping = true, block = { position = { 0.05, 0.05, size[3] - 1e-3 },
+        size = { 0.2, 0.2, 0.2 }, velocity = { 150, 0, 0 }, spin = { 0, 1, 3 } } }
+    end },
+  { name = "every effect", lattices = { { 4, 4, 3 }, { 10, 10, 3 }, FLAT },
+    options = { velocity = { 2, 0.3, 0.1 }, duration = 0.03 }, scene = function(size)
+      return with { drag = { density = 10 }, self_collision = true,
+        block = { position = { size[1] + 0.02, 0, 0.005 }, size = { 0.2, 0.3, 0.3 } },
+        wind = { velocity = { 1, 0, 0 }, drag = 0.01 },
+        planes = { { normal = { -1, 0, 0.3 }, offset = -6 },
+          { normal = { 0, 1, 0 }, offset = -0.1 } },
+        boxes = { from = { 0.2, -1, -1 }, to = { 0.6, 2, 0.01 } } }
+    end },
+  { name = "a swimming body", lattices = { { 1, 1, 1 }, { 4, 3, 2 }, { 5, 5, 5 }, { 12, 3, 9 } },
+    options = { velocity = { 1.5, -0.5, 0.3 }, duration = 0.05 }, scene = function()
+      return { damping = true, actuation = { frequency = 5 },
+        gravity = { acceleration = { 0, 0, -0.5 } },
+        drag = { density = 200, current = { 0.5, -0.3, 0.1 } } }
+    end },
+  { name = "legs that clap", lattices = { { 4, 1, 5 } }, options = { duration = 0.08 },
+    scene = function() return { damping = true, self_collision = true } end, place = clap,
+    make = shaped(function(x, _, z) return z == 0 or x == 0 or x == 3 end) },
+  { name = "a crumpled sheet", lattices = { { 6, 5, 1 } }, options = { duration = 0.01 },
+    scene = function() return { damping = true, self_collision = true } end, place = crumple,
+    make = shaped(function() return true end) },
+}
+
+--- A simulation of a case that records what devices are compared by.
+---@param case limax.device_case
+---@param population limax.population
+---@param how { precision: string|nil, integrator: string|nil }
+---@param device limax.device
+---@return limax.simulation
+function device_cases.begin(case, population, how, device)
+  local size = {}
+  for axis = 1, 3 do size[axis] = 0.1 * population.lattice[axis] end
+  local scene = case.scene(size)
+  local options = { time_step = 1e-4, settle = 0.01, precision = how.precision,
+    integrator = how.integrator or "leapfrog", record = { center_of_mass = 100, position = 50,
+      velocity = 50, energy = 100, strain = 100, contact = scene.ground and 100,
+      block = scene.block and 200 } }
+  for name, value in pairs(case.options) do options[name] = value end
+  local simulation = engine.simulation(population, materials, engine.scene(scene), options, device)
+  if case.place then case.place(simulation) end
+  return simulation
+end
+
+return device_cases
