@@ -300,21 +300,7 @@ for name, method in pairs(methods) do
   end
 end
 
----@class limax.test_setting
----@field name string of the test
----@field suite string
----@field file string
----@field device limax.device|nil
----@field threads integer|nil
----@field precision string|nil
----@field integrator string|nil
----@field seed integer|nil
----@field fixtures table<string, limax.test_fixture>
----@field state limax.test_file_state
----@field witness limax.test_witness
-
--- What a file's tests share.
----@class limax.test_file_state
+---@class limax.test_file_state what the tests of a file share
 ---@field update limax.golden_update|nil
 ---@field goldens table<string, string> the test that owns each golden of the file
 ---@field recorded table<string, boolean> goldens that this run has recorded
@@ -329,7 +315,7 @@ function context.file_state(update)
     closing = {} }
 end
 
----@param fields limax.test_setting
+---@param fields table those of limax.test_context, and fixtures, state and witness
 ---@return limax.test_context
 function context.new(fields)
   fields.notes, fields.folders, fields.made, fields.closing = {}, {}, {}, {}
