@@ -1,5 +1,5 @@
-// abi.h: what tests of the C ABI share: handles that free themselves, a refusal with its text, and
-// two small bodies on the ground.
+// abi.h: helpers for tests of the C ABI: handles that free themselves, checks of an expected error,
+// and two small bodies on the ground.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -24,7 +24,7 @@ using scene = handle<limax_scene, limax_scene_free>;
 using simulation = handle<limax_simulation, limax_simulation_free>;
 using encoding = handle<limax_encoding, limax_encoding_free>;
 
-// A status together with what the text must contain.
+// Checks a status and that the error text contains `part`.
 inline void check_refused(limax_status status, limax_status expected, const char* part) {
     CHECK(status == expected);
     const std::string text = limax_error_text();

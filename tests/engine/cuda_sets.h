@@ -1,5 +1,5 @@
-// cuda_sets.h: which kernel the engine asks for, for a scene on a lattice and a pretended GPU, and
-// what a compiler makes of it. No GPU is needed.
+// cuda_sets.h: which kernel the engine asks for, for a scene on a lattice and a fake GPU, and
+// how to compile it. No GPU is needed.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -16,12 +16,12 @@
 
 namespace limax::test {
 
-// What a block of such a GPU has of shared memory, bytes.
+// Shared memory of a block on a GPU of this capability, bytes.
 inline int shared_memory_of(int capability) {
     return capability < 80 ? 65536 : capability < 90 ? 166912 : 232448;
 }
 
-// All that a kernel may have, and of them those that act along springs and on single masses.
+// All effects, and those that act along springs and on single masses.
 inline constexpr unsigned every_effect = (1u << effects::all::count) - 1;
 inline constexpr unsigned every_local_effect =
     every_effect & ~(effects::face_bits | effects::meeting_bits | effects::solid_bits);
@@ -43,7 +43,7 @@ inline simulation_setup setup_of(unsigned mask, int precision, int integrator,
         if (mask >> i & 1u) setup.scene.add(effect_entries()[i].name);
     return setup;
 }
-// A stage's setup with bodies that count as checked.
+// A stage's setup with bodies marked as checked.
 inline simulation_setup checked_setup(const stage& bodies) {
     simulation_setup setup = bodies.copy();
     const int32_t size[3] = {setup.grid.nx, setup.grid.ny, setup.grid.nz};
@@ -56,8 +56,8 @@ inline simulation_setup checked_setup(const stage& bodies) {
     return setup;
 }
 
-// A machine whose GPU is pretended and on which no kernel may come from anywhere: so each is asked
-// for in vain, by its title.
+// A machine with a fake GPU on which no kernel may be loaded: the error names the kernel that was
+// asked for.
 class asking_machine {
 public:
     explicit asking_machine(int capability = 90)
@@ -103,7 +103,7 @@ inline std::string compiled(const cuda::compiler& nvrtc, const cuda::kernel_set&
     return nvrtc.compile(set.text(), cuda::kernel_headers(), architecture, options, log);
 }
 
-// Tests that compile for minutes: LIMAX_TESTS=full runs them too, -ts=full --no-skip them alone.
+// Tests that compile for minutes: LIMAX_TESTS=full runs them too, -ts=full --no-skip only them.
 inline bool skips_long_tests() {
     // NOLINTNEXTLINE(concurrency-mt-unsafe): before any thread
     const char* which = std::getenv("LIMAX_TESTS");

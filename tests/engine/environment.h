@@ -1,4 +1,4 @@
-// environment.h: an environment variable that a test may set, as it was before at the test's end.
+// environment.h: an environment variable that a test may set; restored at the end of the test.
 #pragma once
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// failure.h: the text of a refusal, with its status checked.
+// failure.h: the message of an expected error, whose status is checked.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -9,7 +9,7 @@
 
 namespace limax::test {
 
-// What `body` says when it fails, which must be with `status`; "no failure" if it does not.
+// The message with which `body` fails, which must have `status`; "no failure" if it succeeds.
 template <class Body>
 std::string failure(limax_status status, const Body& body) {
     try {

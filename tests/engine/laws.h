@@ -1,5 +1,5 @@
-// laws.h: which headers are laws, and a kernel that calls every one of them, for the tests of what
-// compiles where.
+// laws.h: which headers are laws, and a kernel that calls all of them, for the tests that compile
+// laws.
 #pragma once
 
 #include <algorithm>
@@ -28,8 +28,8 @@ inline std::string including(const std::vector<std::string>& names) {
     return text;
 }
 
-// Device code with every law in it, each effect's in both precisions. An effect that is new comes
-// in by itself.
+// Device code that calls every law, those of effects in both precisions. New effects are included
+// automatically.
 inline const char* const kernel_of_every_law = R"(
 using namespace limax;
 

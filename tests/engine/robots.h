@@ -1,4 +1,4 @@
-// robots.h: small populations to try things on, and two ways of cutting work.
+// robots.h: small populations for tests, and two ways to run a parallel loop.
 #pragma once
 
 #include <cstring>
