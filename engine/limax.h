@@ -286,7 +286,7 @@ typedef struct limax_field_info {
     const char* note;
     int32_t components; /* 1, 3 for a vector, 0 for a table: see limax_scene_set_heights */
     int32_t whole;      /* 1: whole numbers only */
-    double minimum; /* of each component, inclusive */
+    double minimum;     /* of each component, inclusive */
     double maximum;
     double value[3]; /* the default */
 } limax_field_info;

@@ -1,5 +1,5 @@
 --- mating.lua: which robots of a scored generation are copied, which become parents, and the
---- records of the next generation. The indices of a script's selection or own loop are checked here.
+--- records of the next generation. Indices from a script's selection or own loop are checked here.
 
 local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
