@@ -56,7 +56,7 @@ const char* limax_version(void);
 /* Text of the last failure on this thread; empty before the first. Valid until the next failing
  * call. */
 const char* limax_error_text(void);
-/* Bytes that live handles hold outside any garbage collector's sight. */
+/* Bytes that all handles hold, on this machine and on its GPUs. */
 uint64_t limax_bytes_held(void);
 
 /* Asks every running and future call to stop at its next whole step. Safe in a signal handler. */
@@ -69,14 +69,14 @@ int32_t limax_interrupted(void);
 typedef struct limax_device limax_device;
 
 /* `name` is "auto", "cpu" or "cuda". `threads` is 1 to 1024, or 0 for one per core this process may
- * use. `isa` picks the CPU passes: null for the best, or "x86-64-v4", "x86-64-v3", "baseline" (same
- * bits, other speeds). */
+ * use. `isa` picks the CPU passes: null for the fastest, or "x86-64-v4", "x86-64-v3", "baseline",
+ * which give the same bits. */
 limax_status limax_device_create(const char* name, int32_t threads, const char* isa,
                                  limax_device** out);
 void limax_device_free(limax_device* device);
-/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda; of a CUDA device
- * gpus, nvrtc and kernel_cache too, and gpus_too_old where there are some. Lives as long as the
- * handle. */
+/* JSON object: kind, threads, isa, isa_available, cpu, compiler, build, cuda; a CUDA
+ * device adds gpus, nvrtc and kernel_cache, and gpus_too_old where there are some. Valid until the
+ * handle is freed. */
 const char* limax_device_describe(const limax_device* device);
 
 /* ---- materials ------------------------------------------------------------------------------- */
@@ -118,7 +118,7 @@ limax_status limax_materials_get(const limax_materials* materials, int32_t index
  * material, range checked. */
 limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
                                  double value);
-/* Unit, legal range and source of a field: strings live as long as the handle. */
+/* Unit, range and source of a field. Strings are valid until the handle is freed. */
 limax_status limax_materials_field(const limax_materials* materials, const char* field,
                                    const char** unit, double* minimum, double* maximum,
                                    const char** source);
@@ -149,7 +149,7 @@ const double* limax_encoding_matrix(const limax_encoding* encoding); /* B, [feat
 /* cos rows, then sin rows, [2 m][voxel] */
 const float* limax_encoding_features(const limax_encoding* encoding);
 
-/* ---- random numbers: functions of their arguments alone (Philox4x32-10) ---------------------- */
+/* ---- random numbers: functions of their arguments only (Philox4x32-10) ----------------------- */
 
 typedef enum limax_stream {
     LIMAX_STREAM_ENCODING = 1,
@@ -162,7 +162,7 @@ typedef enum limax_stream {
 
 typedef struct limax_random_key {
     uint64_t seed;
-    uint32_t repetition; /* its lower 24 bits count */
+    uint32_t repetition; /* only the lower 24 bits are used */
     uint32_t stream;     /* limax_stream */
     uint32_t generation;
     uint32_t individual;
@@ -170,7 +170,7 @@ typedef struct limax_random_key {
 
 double limax_random_uniform(const limax_random_key* key, uint32_t draw); /* in [0, 1), 53 bits */
 double limax_random_normal(const limax_random_key* key, uint32_t draw);  /* N(0, 1) */
-/* 0 to n - 1, no value favoured by more than n / 2^64; 0 for n = 0. */
+/* 0 to n - 1, each with the same probability to within n / 2^64; 0 for n = 0. */
 uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw, uint32_t n);
 
 /* ---- population: genomes and bodies ---------------------------------------------------------- */
@@ -195,17 +195,16 @@ typedef struct limax_body {
     uint64_t hash; /* of lattice and voxels: equal bodies have equal hashes */
 } limax_body;
 
-/* `encoding` may be null: then the population has no genomes and its bodies are written by hand.
- * Refuses a lattice whose robots would not fit this machine's memory, and says what it would need.
- *  */
+/* `encoding` may be null: then the population has no genomes and the caller writes the bodies.
+ * LIMAX_OUT_OF_MEMORY for robots that would not fit this machine's memory, with the size. */
 limax_status limax_population_create(const int32_t lattice[3], int32_t count,
                                      const limax_encoding* encoding, limax_population** out);
 void limax_population_free(limax_population* population);
 int32_t limax_population_count(const limax_population* population);
-/* Views into the population, alive until it is freed. A writer of genomes calls express, one of
- * bodies calls check. Where a GPU expresses or breeds, the population lives there from then on: the
- * call fetches what is not here yet, and once the GPU has written again only another call has what
- * counts. Null, and a text, if that fails. */
+/* Views into the population, valid until it is freed. After writing genomes call express, after
+ * writing bodies call check. Once a GPU has expressed or bred, it stores the population: each call
+ * then copies the current data to the host, and views of earlier calls are out of date after the
+ * next change on the GPU. Null, with an error text, if the copy fails. */
 float* limax_population_genomes(
     limax_population* population); /* [robot][gene], null without an encoding */
 uint8_t* limax_population_voxels(
@@ -213,14 +212,14 @@ uint8_t* limax_population_voxels(
 float* limax_population_weights(
     limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
 const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
-/* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it
- * leaves a GPU's genomes there, for nobody can write to them. */
+/* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it does
+ * not move the population off the GPU. */
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out);
 
 /* The voxels of a robot as text: a letter for each, from `letters` [16] by material index, lines
  * along x, an empty line between layers, the lowest first; ends in a zero. `out` holds
- * (nx + 1) ny nz + nz characters. Like the genomes' copy it leaves a GPU's bodies there. */
+ * (nx + 1) ny nz + nz characters. It does not move the population off the GPU. */
 limax_status limax_population_text(const limax_population* population, int32_t robot,
                                    const char* letters, char* out);
 
@@ -232,15 +231,15 @@ limax_status limax_population_initialize(limax_population* population, int32_t f
 limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
                                       limax_device* device, int32_t first, int32_t count);
-/* Counts and validity of bodies written by hand; nothing is removed. Refuses material indices and
- * weights out of range. */
+/* Counts and validity of bodies that the caller wrote; nothing is removed. Refuses material indices
+ * and weights out of range. */
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
                                     int32_t require_muscle, int32_t first, int32_t count);
 
 typedef struct limax_breeding {
     double mutation_rate;  /* per gene, 0 to 1 */
     double mutation_scale; /* standard deviation of a mutation, 0 to 100 */
-    double crossover_rate; /* chance of a gene to come from the second parent, 0 to 1 */
+    double crossover_rate; /* probability that a gene comes from the second parent, 0 to 1 */
     uint64_t seed;
     uint32_t repetition;
     uint32_t generation; /* of the children */
@@ -275,9 +274,10 @@ typedef struct limax_scene limax_scene;
 typedef struct limax_effect_info {
     const char* name;
     const char* summary;
-    const char* needs; /* comma-separated names of effects, one of which must be there; or empty */
+    const char*
+        needs; /* comma-separated names of effects, one of which the scene must have; or empty */
     int32_t fields;
-    int32_t instances; /* how often a scene may have it */
+    int32_t instances; /* how many a scene may have */
 } limax_effect_info;
 
 typedef struct limax_field_info {
@@ -300,10 +300,10 @@ limax_status limax_option_field(const char* group, int32_t field, limax_field_in
 
 limax_status limax_scene_create(limax_scene** out);
 void limax_scene_free(limax_scene* scene);
-/* Adds an effect with its defaults; adding it more often than it may be there is an error. The
- * order never matters, nor does that of several instances of an effect. */
+/* Adds an effect with its defaults; more instances than allowed are an error. The order of effects
+ * and of instances does not matter. */
 limax_status limax_scene_add(limax_scene* scene, const char* effect);
-/* Sets a field of an effect that was added, of its latest instance. */
+/* Sets a field of an effect that was added, of its last instance. */
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count);
 /* Sets a field that is a table of heights, [nx][ny], from 2 x 2 to 512 x 512; it is copied. */
@@ -320,12 +320,12 @@ typedef struct limax_script_parameter {
 /* Adds an effect that a text describes, under a name of letters, digits and _: the force on every
  * mass, N, in the language of engine/README.md. The error of a text names its line. `bound` holds
  * the largest stiffness, N/m, and damping, N s/m, that the force gives a mass, 0 to 1e9 each; null
- * where that is not known, and then a simulation needs a fixed time step. At most 8 for a scene;
- * their order never matters. */
+ * where they are unknown: then a simulation needs a fixed time step. At most 8 for a scene; their
+ * order does not matter. */
 limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
                                     const limax_script_parameter* parameters, int32_t count,
                                     const double* bound);
-/* Says whether every effect has one of those that it needs. */
+/* Checks that every effect has one of those that it needs. */
 limax_status limax_scene_check(const limax_scene* scene);
 
 /* ---- simulation ------------------------------------------------------------------------------ */
@@ -361,7 +361,7 @@ typedef enum limax_trace_kind {
      * positive into the body; CPU only */
     LIMAX_TRACE_LEDGER = 6,
     LIMAX_TRACE_BLOCK = 7, /* [sample][7]: centre of the rigid block, m; quaternion w, x, y, z that
-                            * turns its own axes into the world's; CPU only */
+                            * turns its own axes into the world's */
     LIMAX_TRACE_KINDS = 8
 } limax_trace_kind;
 
@@ -372,8 +372,8 @@ typedef struct limax_simulation_options {
     int32_t record[8]; /* samples per second of each limax_trace_kind, 0 for none, at most 100000 */
     double duration;   /* s from t = 0, when actuation starts, to the end; up to 1e6 */
     double settle;     /* s before t = 0, without actuation */
-    /* s; 0 takes bound_fraction of each body's own bound, and at most what moves no mass farther
-     * than a tenth of an edge in a step at the speed that start and drop give it */
+    /* s; 0 takes bound_fraction of each body's own bound, but no more than keeps every mass from
+     * moving more than a tenth of an edge in a step at its largest initial or drop speed */
     double time_step;
     double bound_fraction; /* used when time_step is 0; 0.9 for `auto` */
     double time_step_most; /* s; cap used when time_step is 0, 1e-9 to 1; 0 for none */
@@ -413,8 +413,8 @@ typedef struct limax_outcome {
     double time_step_bound; /* s: the closed-form bound of this body, integrator and scene */
     int32_t masses;
     int32_t springs;
-    /* 1 if a mass was seen to move farther than a tenth of an edge in one step: the step is coarse
-     * for what happens. Looked for every 64 steps and at the end, not in between. */
+    /* 1 if a mass moved more than a tenth of an edge in one step: the time step is coarse for this
+     * motion. Checked every 64 steps and at the end only. */
     int32_t coarse;
     int32_t reserved;
     double mass;             /* kg */
@@ -439,49 +439,50 @@ typedef struct limax_outcome {
 } limax_outcome;
 
 typedef struct limax_progress {
-    int32_t done;        /* robots that have ended, whatever their status */
-    int32_t robots;      /* robots in the mask */
-    int32_t finished;    /* 1 when nothing is left to do */
-    int32_t interrupted; /* 1 when limax_interrupt() cut this call short; the state is whole */
-    double steps;        /* robot steps done so far */
+    int32_t done;     /* robots that have ended, whatever their status */
+    int32_t robots;   /* robots in the mask */
+    int32_t finished; /* 1 when nothing is left to do */
+    int32_t
+        interrupted; /* 1 when limax_interrupt() ended this call early; the state is consistent */
+    double steps;    /* robot steps done so far */
     double steps_total;
     double spring_steps; /* springs times steps done so far */
 } limax_progress;
 
 /* Copies the bodies of `population` (checked or expressed) and prepares to simulate the robots
  * whose mask is not 0 (a null mask means all). Fixed time steps that do not divide the sample
- * interval are refused, with the nearest that does. */
+ * interval are refused; the error names the nearest that does. */
 limax_status limax_simulation_create(const limax_population* population,
                                      const limax_materials* materials, const limax_scene* scene,
                                      const limax_simulation_options* options, const uint8_t* mask,
                                      limax_device* device, limax_simulation** out);
 void limax_simulation_free(limax_simulation* simulation);
 /* Whole steps for about `seconds` of wall time, or at most `steps` steps of each robot if `steps`
- * is above 0. Slicing changes no bit. */
+ * is above 0. Results do not depend on how a run is divided. */
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out);
 /* Whole steps of `count` simulations for about `seconds` in all, so that small ones share a GPU:
- * those on a GPU run at the same time, those on the CPU one after the other. Each may be there
+ * those on a GPU run at the same time, those on the CPU one after the other. Each may occur
  * once. `out` is [count]. */
 limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
                                        double seconds, limax_progress* out);
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation); /* [robot] */
-/* One robot's trace: samples so far, values per sample, and the data, [sample][width]; alive until
+/* One robot's trace: samples so far, values per sample, and the data, [sample][width]; valid until
  * `_free`. Null data and 0 samples for a robot that was not simulated; LIMAX_INVALID_ARGUMENT if
  * the kind is not recorded. */
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width);
 /* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass], of a robot that is simulated;
- * alive until `_free`. */
+ * valid until `_free`. */
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites);
-/* Puts the masses of one robot where and as fast as given, [mass][3] each, in m and m/s, before its
- * first step; either may be null. A mass that the scene holds takes no velocity. */
+/* Sets positions and velocities of the masses of one robot, [mass][3] each, m and m/s, before its
+ * first step; either may be null. A mass that the scene holds gets no velocity. */
 limax_status limax_simulation_place(limax_simulation* simulation, int32_t robot,
                                     const double* positions, const double* velocities);
 /* Current state of one robot, world coordinates, each [mass][3]; either may be null. Robots are
  * prepared when they are first stepped, placed or asked for their state: from then on their outcome
- * knows mass, bound and time step. */
+ * has mass, bound and time step. */
 limax_status limax_simulation_state(const limax_simulation* simulation, int32_t robot,
                                     double* positions, double* velocities);
 
@@ -491,11 +492,11 @@ enum { LIMAX_BLOCK_STATE = 13 };
  * velocity (rad/s, in the world). LIMAX_INVALID_ARGUMENT in a scene without the effect `block`. */
 limax_status limax_simulation_block(const limax_simulation* simulation, int32_t robot, double* out);
 
-/* JSON object: what the steps of this simulation run on: `device`, and for cpu `passes`, for cuda
+/* JSON object: what runs the steps of this simulation: `device`, and for cpu `passes`, for cuda
  * `path`, `effects`, `precision`, `origin` of the kernel (ahead of time, cached, compiled) and the
- * `seconds` that took, `form` (made for many robots of a multiprocessor, for one alone, or for any
- * lattice), `made_for` if it was made for more effects, `architecture`, `threads`, `registers`,
- * `spilled` (bytes), `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Alive until the
+ * `seconds` that took, `form` (made for many robots of a multiprocessor, for a single one, or for
+ * any lattice), `made_for` if it was made for more effects, `architecture`, `threads`, `registers`,
+ * `spilled` (bytes), `shared_bytes`, `blocks_of_multiprocessor`, `instructions`. Valid until the
  * next call for this simulation. */
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out);
 

@@ -100,7 +100,7 @@ simulation_setup make_setup(const population& population, const material_table& 
                             const uint8_t* mask, const device& device);
 
 // Whether the population's genomes and bodies are where the device keeps its own.
-inline bool lives_on(const limax::population& population, const limax::device& device) {
+inline bool is_stored_on(const limax::population& population, const limax::device& device) {
     return population.home() && device.houses(*population.home());
 }
 

@@ -9,14 +9,14 @@ namespace {
 
 using limax::api::changing;
 using limax::api::guard;
-using limax::api::lives_on;
+using limax::api::is_stored_on;
 using limax::api::reading;
 using limax::api::require;
 using limax::api::value_or;
 
 // Moves a population to where the device keeps its own: for the CPU, back to the host.
 void settle(const limax::population& population, limax::device& device) {
-    if (!population.code() || lives_on(population, device)) return;
+    if (!population.code() || is_stored_on(population, device)) return;
     population.move_to(device.reside(population.code(), population.count()));
 }
 

@@ -120,13 +120,13 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
         require(text, "text");
         limax::require_range("count", count, 0, limax::scripted::most_registers, "");
         if (count > 0) require(parameters, "parameters");
-        std::vector<limax::scripted::parameter> given;
+        std::vector<limax::scripted::parameter> values;
         for (int32_t i = 0; i < count; ++i) {
             require(parameters[i].name, "a parameter's name");
-            given.push_back({parameters[i].name, parameters[i].components, {}});
-            std::copy(parameters[i].value, parameters[i].value + 3, given.back().value);
+            values.push_back({parameters[i].name, parameters[i].components, {}});
+            std::copy(parameters[i].value, parameters[i].value + 3, values.back().value);
         }
-        scene->it.add_script(name, text, given, bound);
+        scene->it.add_script(name, text, values, bound);
     });
 }
 limax_status limax_scene_check(const limax_scene* scene) {

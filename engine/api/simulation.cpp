@@ -16,7 +16,7 @@ using limax::fail;
 using limax::format;
 using limax::api::changing;
 using limax::api::guard;
-using limax::api::lives_on;
+using limax::api::is_stored_on;
 using limax::api::make_setup;
 using limax::api::reading;
 using limax::api::require;
@@ -32,25 +32,25 @@ using limax::api::value_or;
     return use;
 }
 
-// Holds several simulations; refuses one that is null, given twice or in use.
+// Holds several simulations; refuses one that is null, listed twice or in use.
 [[nodiscard]] std::vector<std::unique_lock<std::shared_mutex>> using_each(
     limax_simulation* const* simulations, int32_t count) {
-    std::vector<const limax_simulation*> given(simulations, simulations + count);
-    std::sort(given.begin(), given.end(), std::less<>());
+    std::vector<const limax_simulation*> sorted(simulations, simulations + count);
+    std::sort(sorted.begin(), sorted.end(), std::less<>());
     // a null comes first
-    if (!given.empty()) require(given.front(), "a simulation");
-    if (std::adjacent_find(given.begin(), given.end()) != given.end())
-        fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is given twice");
+    if (!sorted.empty()) require(sorted.front(), "a simulation");
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+        fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is listed twice");
     std::vector<std::unique_lock<std::shared_mutex>> uses;
-    uses.reserve(given.size());
-    for (const limax_simulation* simulation : given)
+    uses.reserve(sorted.size());
+    for (const limax_simulation* simulation : sorted)
         uses.push_back(changing(simulation, "a simulation"));
     return uses;
 }
 
-// Whether bodies that a device made can go to a simulation unseen: all are described, and their
-// materials are of the table.
-bool known_to_fit(const limax::population& population, const limax::material_table& materials) {
+// Whether bodies on a device can be simulated without copying them to the host: all are described,
+// and their materials are in the table.
+bool all_fit(const limax::population& population, const limax::material_table& materials) {
     for (int32_t i = 0; i < population.count(); ++i) {
         const limax_body& body = population.bodies()[i];
         if (body.status == LIMAX_BODY_UNKNOWN) return false;
@@ -60,14 +60,14 @@ bool known_to_fit(const limax::population& population, const limax::material_tab
     return true;
 }
 
-// Refuses bodies on the host that are not what their last check said.
+// Refuses bodies on the host that changed since their last check.
 void check_bodies(const limax::simulation_setup& setup, const limax::material_table& materials) {
     const int64_t voxels = setup.grid.voxels();
     for (int32_t i = 0; i < setup.count; ++i) {
         if (!setup.mask[i]) continue;
         const limax_body& body = setup.bodies[i];
         if (body.status == LIMAX_BODY_UNKNOWN)
-            fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no known body: it must be expressed "
+            fail(LIMAX_INVALID_ARGUMENT, format("robot %d has no body: it must be expressed "
                                                 "or checked before it is simulated",
                                                 i + 1));
         if (body.status == LIMAX_BODY_VALID &&
@@ -104,7 +104,7 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
     setup.count = population.count();
     setup.bodies.assign(population.bodies(), population.bodies() + setup.count);
     for (int32_t i = 0; i < setup.count; ++i) setup.mask.push_back(mask ? mask[i] != 0 : 1);
-    if (lives_on(population, device) && known_to_fit(population, materials))
+    if (is_stored_on(population, device) && all_fit(population, materials))
         setup.resident = population.bodies_at_home();
     if (!setup.resident) {
         const int64_t voxels = setup.grid.voxels() * setup.count;

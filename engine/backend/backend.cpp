@@ -35,10 +35,9 @@ void require_smooth(const scene& scene) {
             rough += (rough.empty() ? "" : " and ") + std::string(E::name);
     });
     if (!rough.empty())
-        fail(
-            LIMAX_INVALID_ARGUMENT,
-            format("integrator: rk4 integrates smooth scenes alone; the scene has %s; use leapfrog",
-                   rough.c_str()));
+        fail(LIMAX_INVALID_ARGUMENT,
+             format("integrator: rk4 integrates smooth scenes only; the scene has %s; use leapfrog",
+                    rough.c_str()));
 }
 
 }  // namespace
@@ -142,7 +141,7 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
                         script.name.c_str()));
         if (options.record[LIMAX_TRACE_LEDGER])
             fail(LIMAX_INVALID_ARGUMENT,
-                 format("record.ledger: the ledger of energy has no account of scripted effects; "
+                 format("record.ledger: the energy ledger does not support scripted effects; "
                         "the scene has '%s'",
                         script.name.c_str()));
     }
@@ -155,12 +154,12 @@ void check_options(const limax_simulation_options& options, const scene& scene) 
 void check_beyond_cpu(const limax_simulation_options& options) {
     if (options.integrator == LIMAX_RK4 || options.integrator == LIMAX_XPBD)
         fail(LIMAX_INVALID_ARGUMENT,
-             format("integrator: %s runs on the cpu alone; use device 'cpu' or the integrator "
+             format("integrator: %s runs on the cpu only; use device 'cpu' or the integrator "
                     "leapfrog",
                     options.integrator == LIMAX_RK4 ? "rk4" : "xpbd"));
     if (options.record[LIMAX_TRACE_LEDGER])
         fail(LIMAX_INVALID_ARGUMENT,
-             "record.ledger: the ledger of energy is kept on the cpu alone; use device 'cpu'");
+             "record.ledger: the energy ledger exists on the cpu only; use device 'cpu'");
 }
 
 }  // namespace limax

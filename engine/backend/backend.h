@@ -32,7 +32,7 @@ struct simulation_setup {
     std::vector<limax_body> bodies;  // [robot]
     std::vector<uint8_t> mask;       // robots to simulate, [robot]
 
-    // Sees to it that the host has voxels and weights. From any thread.
+    // Makes sure that the host has voxels and weights. From any thread.
     void fetch_bodies() const {
         static std::mutex mutex;
         const std::lock_guard lock(mutex);
@@ -47,7 +47,7 @@ struct simulation_setup {
 
 // Refuses options outside their ranges, naming the field, and what the scene does not allow.
 void check_options(const limax_simulation_options& options, const scene& scene);
-// Refuses what the CPU alone does, for every other device.
+// Refuses what only the CPU supports.
 void check_beyond_cpu(const limax_simulation_options& options);
 
 // What becomes known of robot `index` before it is prepared: skipped, invalid or running.
@@ -69,7 +69,7 @@ public:
     // Of a robot's rigid block, [LIMAX_BLOCK_STATE]; refuses a scene without one.
     virtual void block(int32_t robot, double* out);
     // The same for several simulations at once: enqueue() may send about `seconds` of work to a
-    // device and return at once, collect() waits for it and says how far things are. Each
+    // device and return at once, collect() waits for it and returns the progress. Each
     // enqueue() is followed by one collect(). Here all is done in collect().
     virtual void enqueue(double seconds) { enqueued_seconds_ = seconds; }
     virtual limax_progress collect() { return advance(enqueued_seconds_, 0); }

@@ -1,5 +1,5 @@
 // bound.h: how long a step may be, of one mass: the laws behind the automatic time step, which any
-// device may evaluate mass by mass. Includes laws alone. SI units.
+// device may evaluate mass by mass. Includes laws only. SI units.
 //
 // Linearise about any pose in which every spring is at least half its rest length: a spring's
 // stiffness block then has norm at most k, so by Gershgorin's theorem on M^-1 K and M^-1 C each
@@ -27,7 +27,7 @@
 //   times k). One alone keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
 //   of 26 equal ones on a mass with W + G = q each keeps 1 / (1 + q / 26), and walkers keep their
 //   order (scripts/ACCURACY.md) up to q = 8:
-//       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs alone.
+//       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs only.
 //   Whatever else acts on a mass is explicit there and bounds the step as in symplectic Euler.
 // It is a result about the frozen linear system in every such pose, not about switching contacts:
 // the run-time guard stays.

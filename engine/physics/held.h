@@ -1,4 +1,4 @@
-// held.h: which masses of a body a scene holds where they start. A law; includes laws alone. m.
+// held.h: which masses of a body a scene holds where they start. A law; includes laws only. m.
 #pragma once
 
 #include "physics/effects/all.h"

@@ -54,7 +54,7 @@ LIMAX_LAW R drift(R position, R velocity, R dt, R& lost) {
 }
 
 // Where a slope leads in h from where the step started, which compensation knows better than
-// `start` says.
+// `start`.
 template <class R>
 LIMAX_LAW R lead(R start, R slope, R h, R lost) {
     return start + fma(h, slope, -lost);

@@ -1,5 +1,5 @@
 // measure.h: what is read off a body: sums over masses and springs in ascending order, in double,
-// so that no vector width and no thread changes a bit. SI units.
+// so that results do not depend on vector width or threads. SI units.
 #pragma once
 
 #include "body/springs.h"

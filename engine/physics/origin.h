@@ -1,6 +1,6 @@
 // origin.h: what happens to a robot between steps that decides its bits on every device: how often
 // it is looked at, what counts as coarse there, and the robot's own origin, which follows its
-// centre of mass so that fp32 resolves as much anywhere as at 0. Laws; includes portable.h alone.
+// centre of mass so that fp32 resolves as much anywhere as at 0. Laws; includes portable.h only.
 // SI units.
 #pragma once
 

@@ -1,6 +1,6 @@
 // rigid_body.h: laws of a rigid solid that turns about its centre of mass: its frame, its inertia,
 // its free turning. Its state is where it points and its angular momentum in the world, which no
-// step changes where nothing acts. Laws; includes laws alone. SI units, doubles.
+// step changes where nothing acts. Laws; includes laws only. SI units, doubles.
 //
 // Products and sums are rounded one by one: a machine whose compiler has no fused multiply-add at
 // hand would call a library for each.

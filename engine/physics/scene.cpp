@@ -101,9 +101,8 @@ void scene::set(const std::string& effect, const std::string& name, const double
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s.%s is a table of heights, not a number", place.c_str(), name.c_str()));
         if (count != field.components)
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("%s.%s has %d components, %d were given", place.c_str(), name.c_str(),
-                        field.components, count));
+            fail(LIMAX_INVALID_ARGUMENT, format("%s.%s has %d components, got %d", place.c_str(),
+                                                name.c_str(), field.components, count));
         for (int c = 0; c < count; ++c)
             require_range((place + "." + name).c_str(), values[c], field.minimum, field.maximum,
                           field.unit);
@@ -126,7 +125,7 @@ void scene::set_heights(const std::string& effect, const std::string& name, cons
     for (int f = 0; f < entry.field_count; ++f)
         if (name == entry.fields[f].name && entry.fields[f].components == effects::table_of_heights)
             field = &entry.fields[f];
-    if (!field) fail(LIMAX_INVALID_ARGUMENT, format("%s is no table of heights", place.c_str()));
+    if (!field) fail(LIMAX_INVALID_ARGUMENT, format("%s is not a table of heights", place.c_str()));
     if (!has(index))
         fail(LIMAX_INVALID_ARGUMENT,
              format("%s is set, but the scene does not name '%s'", place.c_str(), effect.c_str()));

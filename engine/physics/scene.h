@@ -37,7 +37,7 @@ struct scripted_effect {
 
 class scene {
 public:
-    scene();  // springs alone
+    scene();  // only springs
 
     // Adds an effect with its defaults; one that may be there several times gets an instance more.
     void add(const std::string& effect);
@@ -59,12 +59,12 @@ public:
     int instances(int effect) const { return int(given_[effect].size()); }
     // Components of all fields of an instance of an effect, one after the other; the defaults of an
     // effect that is not there. Instances are sorted by their values, so that the order of adding
-    // changes no bit.
+    // does not affect results.
     const double* values(int effect, int instance = 0) const {
         return has(effect) ? sorted_[effect][instance].data() : defaults_[effect].data();
     }
 
-    // Sorted by their names, so that the order of adding changes no bit.
+    // Sorted by their names, so that the order of adding does not affect results.
     const std::vector<scripted_effect>& scripts() const { return scripts_; }
     // What all of them add to the bound of a mass.
     effects::stiffness_damping script_bound() const;

@@ -1,6 +1,6 @@
 // solid.h: laws of the rigid block of one robot: what it and the body's masses do to each other,
 // what fixed contacts do to its corners, and its part of a step of leapfrog and symplectic Euler.
-// In double for every precision. Laws; includes laws alone. SI units; places from the robot's own
+// In double for every precision. Laws; includes laws only. SI units; places from the robot's own
 // origin.
 //
 // What a mass gets from the block, rounded as the mass holds it, the block gets with the other
@@ -203,9 +203,9 @@ LIMAX_LAW vector slip_of(const touch& at, const vector& relative) {
 }
 
 // The most that friction may do to what touches over h, N s, from how that moved relative to the
-// block before this step's forces: static friction holds what rested, kinetic friction alone
+// block before this step's forces: static friction holds what was at rest, kinetic friction only
 // stops what slips, as in friction.h. What breaks away does so against static friction for a step,
-// since only sweeps can tell whether contacts hold together what one of them does not.
+// since only sweeps can show whether contacts hold together what one of them does not.
 LIMAX_LAW double friction_limit(const friction_params& friction, const block_params& law,
                                 const moment& moment, const touch& at, const vector& before,
                                 double inverse_mass, double h) {
@@ -297,7 +297,7 @@ LIMAX_LAW void drift(state& block, const vector& inertia, double dt, bool predic
     block.now = block.next;
 }
 
-// ---- what is told of it ----
+// ---- what is recorded ----
 
 // Of its centre, m/s, and angular velocity, rad/s. `between`: half way between the velocities
 // before and after the kick, as leapfrog has them.

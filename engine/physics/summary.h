@@ -1,5 +1,5 @@
-// summary.h: what a whole trace says in one number, sample by sample in ascending order, so that
-// every device gives the same bits. Laws; includes portable.h alone. SI units.
+// summary.h: a whole trace in one number, sample by sample in ascending order, so that every
+// device gives the same bits. Laws; includes portable.h only. SI units.
 #pragma once
 
 #include "base/portable.h"

@@ -126,7 +126,7 @@ public:
                 passes.widen(masses.count, springs.force[axis], masses.force[axis]);
     }
 
-    // What springs alone need goes back.
+    // Frees what only springs need.
     void release_springs() { rounded_ = array<F>(); }
 
 private:

@@ -1,4 +1,4 @@
-// device.cpp: the CPU as a device: its threads, its passes, and what it says of itself.
+// device.cpp: the CPU as a device: its threads, its passes and its description.
 #include "backend/cpu/device.h"
 
 #include <sched.h>

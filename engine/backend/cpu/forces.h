@@ -34,7 +34,7 @@ public:
             if constexpr (bool(E::hooks & effects::hook_meet))
                 if (in.has(index)) {
                     const double edge = body.rest[0];
-                    meetings_ = std::make_unique<self_contacts<S>>(
+                    self_contacts_ = std::make_unique<self_contacts<S>>(
                         body, params_of<E, double>().reach * edge, edge);
                 }
         });
@@ -79,7 +79,7 @@ public:
         return {moment<double>(tick), per_second(tick - step, tick), per_second(tick, tick + step)};
     }
 
-    // Fills the forces on the robot's masses, which lie and move as `seen` says.
+    // Fills the forces on the robot's masses, whose state is `seen`.
     void evaluate(const mass_arrays<S>& seen, int64_t tick) {
         columns_.show_springs(passes_, seen);
         clear(columns_.springs.force, seen.count);
@@ -116,29 +116,29 @@ public:
     }
 
     // Stored between masses that meet, J.
-    double energy_of_meetings() {
+    double energy_of_pairs() {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
-        each_meeting<S>(masses.position, masses.predicted,
-                        [&]<class E>(E, const auto& params, auto, auto, const auto& found) {
-                            sum += double(E::stored(params, found.state));
-                        });
+        each_pair<S>(masses.position, masses.predicted,
+                     [&]<class E>(E, const auto& params, auto, auto, const auto& found) {
+                         sum += double(E::stored(params, found.state));
+                     });
         return sum;
     }
     // What they do beyond that to masses that move at `velocity`, W.
-    double power_of_meetings(const S* const velocity[3]) {
+    double power_of_pairs(const S* const velocity[3]) {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
-        each_meeting<S>(masses.position, masses.predicted,
-                        [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
-                            auto at_rest = found.state;
-                            at_rest.rate = 0;
-                            const double beyond = double(E::meet(params, found.state)) -
-                                                  double(E::meet(params, at_rest));
-                            for (int axis = 0; axis < 3; ++axis)
-                                sum += beyond * double(found.normal[axis]) *
-                                       (double(velocity[axis][b]) - double(velocity[axis][a]));
-                        });
+        each_pair<S>(masses.position, masses.predicted,
+                     [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                         auto at_rest = found.state;
+                         at_rest.rate = 0;
+                         const double beyond = double(E::meet(params, found.state)) -
+                                               double(E::meet(params, at_rest));
+                         for (int axis = 0; axis < 3; ++axis)
+                             sum += beyond * double(found.normal[axis]) *
+                                    (double(velocity[axis][b]) - double(velocity[axis][a]));
+                     });
         return sum;
     }
 
@@ -217,7 +217,7 @@ private:
             if (const auto node = passes.node[active.index])
                 if (with_contacts || !passes.press[active.index]) node(seen, active.params);
         for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
-        each_meeting<S>(
+        each_pair<S>(
             seen.position, seen.predicted,
             [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
                 const S push = E::meet(params, found.state);
@@ -240,17 +240,18 @@ private:
         const double world[3] = {0, 0, 0};
         return E::template make<R>(scene_.values(effects::index_of<E>), world);
     }
-    // Calls visit(effect, params, near, far, meeting) for masses of the body that meet.
+    // Calls visit(effect, params, near, far, pair) for masses of the body that meet.
     template <class R, class Visit>
-    void each_meeting(const S* const position[3], const S* const velocity[3], const Visit& visit) {
-        if (!meetings_) return;
+    void each_pair(const S* const position[3], const S* const velocity[3], const Visit& visit) {
+        if (!self_contacts_) return;
         effects::for_each([&]<class E>(E) {
             if constexpr (bool(E::hooks & effects::hook_meet))
                 if (scene_.has(effects::index_of<E>)) {
                     const auto params = params_of<E, R>();
-                    meetings_->each(position, velocity, [&](auto a, auto b, const auto& found) {
-                        visit(E{}, params, a, b, found);
-                    });
+                    self_contacts_->each(position, velocity,
+                                         [&](auto a, auto b, const auto& found) {
+                                             visit(E{}, params, a, b, found);
+                                         });
                 }
         });
     }
@@ -285,7 +286,7 @@ private:
     double origin_[3] = {0, 0, 0};  // the robot's own, m
     effects::actuation::clock clock_{};
     std::vector<active_effect> active_;
-    std::unique_ptr<self_contacts<S>> meetings_;  // null where no effect needs them
+    std::unique_ptr<self_contacts<S>> self_contacts_;  // null where no effect needs them
     rigid_block<S>* block_ = nullptr;
     work_ledger<S>* ledger_ = nullptr;
 };

@@ -1,5 +1,5 @@
 // kick_drift.h: the order of a step of leapfrog and of symplectic Euler: forces at x_n and t_n,
-// kick, impulses, drift. physics/integrator.h says what each velocity is. SI units.
+// kick, impulses, drift. physics/integrator.h explains what each velocity is. SI units.
 #pragma once
 
 #include <utility>

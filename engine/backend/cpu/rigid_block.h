@@ -54,7 +54,7 @@ public:
             });
     }
 
-    // Adds to the forces on the masses, which lie and move as `seen` says, and finds those on the
+    // Adds to the forces on the masses, whose state is `seen`, and finds those on the
     // block.
     void evaluate(const mass_arrays<S>& seen) {
         moment_ = solid::moment_of(block_, inertia_);
@@ -110,7 +110,7 @@ public:
             });
     }
 
-    // Friction between the corners and what they stand on.
+    // Friction between the corners and what they touch.
     void rub_contacts(double h) {
         const auto still = [](const solid::touch&) { return vector{0, 0, 0}; };
         rub(

@@ -20,7 +20,7 @@ namespace {
 // Sites moved between looks at the clock and the stop flag: well under a millisecond.
 constexpr int64_t sites_per_look = 16384;
 
-// The steps of a robot with this body, and what its outcome says of them.
+// The steps of a robot with this body, and their outcome.
 schedule planned(const simulation_setup& setup, const spring_body& body, limax_outcome& outcome) {
     outcome.time_step_bound =
         time_step_bound(body, setup.scene, limax_integrator(setup.options.integrator));

@@ -72,7 +72,7 @@ private:
         add_spring_powers(state_.body, scene, seen,
                           state_.forces.muscles_around(ticks_ * since, ticks_), now, muscles_ahead);
         add_node_powers(state_.body, scene, seen, now);
-        now.of[work_contact_damping] += state_.forces.power_of_meetings(velocity.data());
+        now.of[work_contact_damping] += state_.forces.power_of_pairs(velocity.data());
         if (state_.block) {
             now.of[work_contact_damping] +=
                 state_.block->contact_power(velocity.data(), between(step));
@@ -127,7 +127,7 @@ private:
     void record_energy(int64_t step, double* out) {
         const energies energy = energy_now(step, velocity_at(step));
         out[0] = energy.kinetic;
-        out[1] = energy.elastic + state_.forces.energy_of_meetings();
+        out[1] = energy.elastic + state_.forces.energy_of_pairs();
         out[2] = energy.gravitational;
         out[3] = energy.power;
     }
@@ -135,13 +135,13 @@ private:
     void record_ledger(int64_t step, double* out) {
         const velocities velocity = velocity_at(step);
         const energies energy = energy_now(step, velocity);
-        const double in_meetings = state_.forces.energy_of_meetings();
+        const double in_pairs = state_.forces.energy_of_pairs();
         const double in_contacts =
-            in_meetings + contact_energy<S>(state_.body, state_.setup.scene,
-                                            {state_.columns.masses.position, velocity.data(),
-                                             velocity.data(), state_.origin});
+            in_pairs + contact_energy<S>(state_.body, state_.setup.scene,
+                                         {state_.columns.masses.position, velocity.data(),
+                                          velocity.data(), state_.origin});
         out[0] = energy.kinetic;
-        out[1] = energy.elastic + in_meetings - in_contacts;
+        out[1] = energy.elastic + in_pairs - in_contacts;
         out[2] = in_contacts;
         out[3] = energy.gravitational;
         if (state_.block) {

@@ -42,7 +42,7 @@ struct robot_state {
     robot_state(const robot_state&) = delete;
     robot_state& operator=(const robot_state&) = delete;
 
-    // Puts the masses elsewhere, at rest or as fast as given, as robot::place says.
+    // Puts the masses elsewhere, at rest or with velocities, as in robot::place.
     void place(const double* positions, const double* velocities) {
         for (int32_t i = 0; i < 3 * body.masses; ++i)
             if ((positions && !std::isfinite(positions[i])) ||
@@ -72,7 +72,7 @@ struct robot_state {
             }
     }
 
-    // Moves the robot's own origin after it: a function of this robot alone.
+    // Moves the robot's own origin after it: a function of this robot only.
     void recenter() {
         std::array<double, 3> moved = {0, 0, 0};
         mass_arrays<S>& masses = columns.masses;

@@ -4,7 +4,7 @@
 // Pairs that may come within reach are listed with a margin, from a sorted grid of cells; the list
 // holds until a mass has moved half the margin, so that it never lacks a pair that is within reach.
 // Pairs lie in ascending order of their sites, and one that is out of reach adds nothing: when the
-// list was made changes no bit.
+// list was made does not affect results.
 #pragma once
 
 #include <algorithm>
@@ -46,8 +46,8 @@ public:
 
     // Calls visit(near, far, place) for every pair within reach of masses that lie and move as
     // `seen` says, near below far; `place` is the law's state and the unit vector from near to far.
-    struct meeting {
-        effects::meeting_state<S> state;
+    struct pair {
+        effects::pair_state<S> state;
         S normal[3];
     };
     template <class Visit>
@@ -64,7 +64,7 @@ public:
             if (!(squared < S(reach_ * reach_))) continue;
             const distance<S> apart = contact_distance(squared);
             const separation<S> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
-            meeting found{{}, {n.x, n.y, n.z}};
+            pair found{{}, {n.x, n.y, n.z}};
             found.state.depth = S(reach_) - apart.length;
             found.state.rate = dot(w, n);
             found.state.reduced_mass = near.weight * far.weight / (near.weight + far.weight);

@@ -67,7 +67,7 @@ limax_progress cpu_simulation::advance(double seconds, int64_t steps) {
                            std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6)));
     std::atomic<std::size_t> next{0};
-    // with a number of steps every unfinished robot gets them, whatever the clock says
+    // with a number of steps every unfinished robot gets them, whatever the time
     const auto time_left = [&] { return steps > 0 || std::chrono::steady_clock::now() < until; };
     team_->run_on_all([&](int thread) {
         while (time_left() && !interrupted()) {

@@ -18,7 +18,7 @@ public:
     // Velocities at t_n, [3][site] where there is a mass; as good as they are known where step n
     // has not `begun`.
     virtual void velocity_now(int64_t step, bool begun, S* const out[3]) const = 0;
-    // There is no next step: what only steps need goes back.
+    // There is no next step: frees what only steps need.
     virtual void release() {}
 };
 

@@ -1,5 +1,5 @@
 // xpbd.h: the order of a step of XPBD: a kick by what is explicit, one sweep over the springs, the
-// kick again with their forces, impulses, contacts one by one, drift. physics/integrator.h says
+// kick again with their forces, impulses, contacts one by one, drift. physics/integrator.h explains
 // what a spring does in it, xpbd_passes.inl in which order they come. SI units.
 #pragma once
 

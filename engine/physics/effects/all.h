@@ -74,7 +74,7 @@ inline constexpr unsigned face_bits = bits_with(all{}, hook_face);
 inline constexpr unsigned meeting_bits = bits_with(all{}, hook_meet);
 inline constexpr unsigned solid_bits = bits_with(all{}, hook_solid);
 
-// How often a scene may have an effect: as it says itself, or once.
+// How many instances of an effect a scene may have; one if it does not state it.
 template <class E>
 LIMAX_LAW constexpr int find_most_instances() {
     if constexpr (requires { E::most_instances; })
@@ -140,7 +140,7 @@ constexpr bool hooks_match() {
     constexpr bool has_hold = requires(vector<double> x) {
         bool(E::holds(E::template make<double>(nullptr, nullptr), x));
     };
-    constexpr bool has_meet = requires(meeting_state<float> s) {
+    constexpr bool has_meet = requires(pair_state<float> s) {
         E::meet(E::template make<float>(nullptr, nullptr), s);
         E::stored(E::template make<float>(nullptr, nullptr), s);
         E::template make<float>(nullptr, nullptr).reach;

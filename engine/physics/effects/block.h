@@ -39,7 +39,7 @@ struct block {
     // Where a field's components begin among the values.
     static constexpr int at_position = 3, at_velocity = 9, at_spin = 12;
 
-    // Share of the block that a corner bears: of the four that it stands on.
+    // Share of the block that a corner carries: it stands on four.
     static constexpr double corner_share = 0.25;
 
     template <class R>

@@ -10,7 +10,7 @@
 // the mean of their velocities now, the sum of g/(4 m_i) over the faces of a corner is at most 1/2.
 // One axis after the other, that leaves at least half of every motion relative to the fluid and
 // turns none around. A half, since leapfrog's forces read velocities of the step before:
-// F h = m w/2 has the derivative m, which is the largest damping that leapfrog bears.
+// F h = m w/2 has the derivative m, the largest damping for which leapfrog is stable.
 #pragma once
 
 #include "physics/effects/contact.h"

@@ -16,11 +16,11 @@
 //   slip     vector<R> slip(params, normal, push, inverse_mass, before, velocity, h): the velocity
 //            after the impulse of a contact across its normal, which never reverses what it
 //            opposes, m/s; `before` is the one before this step's forces. Asked for each contact in
-//            turn, after all other impulses, and leaves the velocity alone where `push` is 0
+//            turn, after all other impulses, and does not change the velocity where `push` is 0
 //   hold     bool holds(params, start): whether the mass that starts there, m from the body's
 //            lowest corner, stays there whatever acts on it
-//   meet     R meet(params, meeting): the push that parts two masses of the body's surface that
-//            neither a spring nor a chain of two joins, N, and R stored(params, meeting): its
+//   meet     R meet(params, pair): the push that separates two masses of the body's surface that
+//            neither a spring nor a chain of two joins, N, and R stored(params, pair): its
 //            energy, J; params have a `reach` in edges, beyond which neither is asked for
 //   solid    surface_point solid(params, place): how deep in a rigid solid a place in its own frame
 //            lies and the normal there, and R parts(params, depth, rate, mass): the push that parts
@@ -33,10 +33,10 @@
 // `params<R> make(values, origin)`, which takes them from the components of all fields, one after
 // the other, and from the robot's own origin in the world (m). Where any of them depends on that
 // origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
-// An effect that a scene may have several times says so in `most_instances`; all its laws know one
-// instance, whose params are made anew where the origin moves. `const char* problem(values)` says
-// what is wrong with values that are each within range. An effect whose params have a `height_table
-// table` is given the scene's. engine/README.md shows a whole one.
+// An effect that a scene may have several times states it in `most_instances`; all its laws know
+// one instance, whose params are made again when the origin moves. `const char* problem(values)`
+// says what is wrong with values that are each within range. An effect whose params have a
+// `height_table table` is given the scene's. engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An
@@ -119,7 +119,7 @@ struct face_state {
 
 // Two masses that no spring joins, within reach of each other.
 template <class R>
-struct meeting_state {
+struct pair_state {
     R depth;         // reach less their distance, m
     R rate;          // d distance / dt, m/s
     R reduced_mass;  // kg

@@ -39,7 +39,7 @@ struct self_collision {
     }
 
     template <class R>
-    LIMAX_LAW static R meet(const params<R>& p, const meeting_state<R>& s) {
+    LIMAX_LAW static R meet(const params<R>& p, const pair_state<R>& s) {
         const R damping = R(2) * p.damping_ratio * square_root(p.stiffness * s.reduced_mass);
         const R push = larger(p.stiffness * s.depth - damping * s.rate, R(0));
         return s.depth > R(0) ? push : R(0);
@@ -47,7 +47,7 @@ struct self_collision {
 
     // k d^2 / 2 while d > 0, J.
     template <class R>
-    LIMAX_LAW static R stored(const params<R>& p, const meeting_state<R>& s) {
+    LIMAX_LAW static R stored(const params<R>& p, const pair_state<R>& s) {
         return s.depth > R(0) ? R(0.5) * p.stiffness * s.depth * s.depth : R(0);
     }
 

@@ -52,7 +52,7 @@ struct terrain {
     }
 
     // A coordinate in cells, held within the table: which cell, where in it (0 to 1), and whether
-    // the surface may slope along it. What is no number counts as 0.
+    // the surface may slope along it. NaN counts as 0.
     template <class R>
     struct cell {
         int32_t index;

@@ -77,7 +77,7 @@ private:
 
     int depth_ = 0;
     program program_;
-    // numbered as constant() says
+    // numbered as by constant()
     std::vector<instruction> steps_;
     std::map<std::string, value> names_;
     std::map<std::string, bool> fixed_;  // names that no statement may change
@@ -116,31 +116,31 @@ reader::reader(const std::string& place, const std::string& text,
     for (const char* word : words_of_vectors) own_words_[word] = true;
     const int16_t zero = constant(0);
     names_["f"] = {true, zero, zero, zero};
-    for (const parameter& given : parameters) {
-        if (!is_name(given.name))
+    for (const parameter& input : parameters) {
+        if (!is_name(input.name))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s: a parameter's name is letters, digits and _, not '%.60s'",
-                        place.c_str(), given.name.c_str()));
-        if (names_.count(given.name) || own_words_.count(given.name))
+                        place.c_str(), input.name.c_str()));
+        if (names_.count(input.name) || own_words_.count(input.name))
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s: no parameter can be called '%s': the name is taken", place.c_str(),
-                        given.name.c_str()));
-        if (given.components != 1 && given.components != 3)
+                        input.name.c_str()));
+        if (input.components != 1 && input.components != 3)
             fail(LIMAX_INVALID_ARGUMENT,
                  format("%s: parameter '%s' has %d components; it must be 1 or 3", place.c_str(),
-                        given.name.c_str(), given.components));
-        for (int c = 0; c < given.components; ++c)
-            if (!std::isfinite(given.value[c]))
+                        input.name.c_str(), input.components));
+        for (int c = 0; c < input.components; ++c)
+            if (!std::isfinite(input.value[c]))
                 fail(LIMAX_INVALID_ARGUMENT,
-                     format("%s: parameter '%s' is not finite", place.c_str(), given.name.c_str()));
-        const bool vector = given.components == 3;
-        value held{vector, constant(given.value[0]), 0, 0};
+                     format("%s: parameter '%s' is not finite", place.c_str(), input.name.c_str()));
+        const bool vector = input.components == 3;
+        value held{vector, constant(input.value[0]), 0, 0};
         if (vector) {
-            held.y = constant(given.value[1]);
-            held.z = constant(given.value[2]);
+            held.y = constant(input.value[1]);
+            held.z = constant(input.value[2]);
         }
-        names_[given.name] = held;
-        fixed_[given.name] = true;
+        names_[input.name] = held;
+        fixed_[input.name] = true;
     }
     advance();
 }
@@ -185,7 +185,7 @@ void reader::statement() {
         refuse_read(
             format("unknown name '%s'; a new one begins with 'real' or 'vec'", name.c_str()));
     } else if (fixed_.count(name)) {
-        refuse_read(format("'%s' is given and cannot be changed", name.c_str()));
+        refuse_read(format("'%s' is an input and cannot be changed", name.c_str()));
     }
     value& target = names_[name];
     int16_t* component = nullptr;
@@ -361,30 +361,30 @@ value reader::primary() {
 
 value reader::call(const std::string& name) {
     need("(");
-    std::vector<value> given;
-    do given.push_back(expression());
+    std::vector<value> arguments;
+    do arguments.push_back(expression());
     while (take(","));
     need(")");
     const auto takes = [&](std::size_t count) {
-        if (given.size() != count)
+        if (arguments.size() != count)
             refuse_read(format("%s takes %zu %s, not %zu", name.c_str(), count,
-                               count == 1 ? "value" : "values", given.size()));
+                               count == 1 ? "value" : "values", arguments.size()));
     };
     for (const function& known : functions) {
         if (name != known.name) continue;
         takes(std::size_t(known.operands));
-        for (const value v : given) need_number(v, name);
-        return number(known.what, given[0], given.size() > 1 ? given[1] : value{});
+        for (const value v : arguments) need_number(v, name);
+        return number(known.what, arguments[0], arguments.size() > 1 ? arguments[1] : value{});
     }
     takes(name == "vec" ? 3 : name == "length" ? 1 : 2);
     if (name == "vec") {
-        for (const value v : given) need_number(v, name);
-        return {true, given[0].x, given[1].x, given[2].x};
+        for (const value v : arguments) need_number(v, name);
+        return {true, arguments[0].x, arguments[1].x, arguments[2].x};
     }
-    for (const value v : given) need_vector(v, name);
-    if (name == "length") return number(operation::root, dot(given[0], given[0]));
-    if (name == "dot") return dot(given[0], given[1]);
-    const value a = given[0], b = given[1];
+    for (const value v : arguments) need_vector(v, name);
+    if (name == "length") return number(operation::root, dot(arguments[0], arguments[0]));
+    if (name == "dot") return dot(arguments[0], arguments[1]);
+    const value a = arguments[0], b = arguments[1];
     const auto minor = [&](int16_t p, int16_t q, int16_t r, int16_t s) {
         return emit(operation::subtract, emit(operation::multiply, p, q),
                     emit(operation::multiply, r, s));

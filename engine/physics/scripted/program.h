@@ -34,7 +34,7 @@ struct parameter {
 bool is_name(const std::string& text);
 
 // Reads a law, a few assignments in the manner of C; README.md has the language. `place` names it
-// in messages, which tell the line and refuse every word that is not of the language.
+// in messages, which state the line and refuse every word that is not in the language.
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters);
 

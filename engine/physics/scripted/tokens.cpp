@@ -1,4 +1,4 @@
-// tokens.cpp: reads the text of a scripted effect token by token; whatever is no token of the
+// tokens.cpp: reads the text of a scripted effect token by token; whatever is not a token of the
 // language is refused.
 #include "physics/scripted/tokens.h"
 
@@ -77,9 +77,10 @@ void token_reader::advance() {
                 text_.compare(next_, std::char_traits<char>::length(sign), sign) == 0)
                 last = next_ + std::char_traits<char>::length(sign);
         if (last == next_)
-            refuse(first > ' ' && first < 127
-                       ? format("'%c' is no sign of this language", first)
-                       : format("byte %d is no sign of this language", int(uint8_t(first))));
+            refuse(
+                first > ' ' && first < 127
+                    ? format("'%c' is not a character of this language", first)
+                    : format("byte %d is not a character of this language", int(uint8_t(first))));
         now_.kind = token::sign;
     }
     now_.text = text_.substr(next_, last - next_);

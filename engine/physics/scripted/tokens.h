@@ -25,11 +25,11 @@ public:
     token_reader(const std::string& place, const std::string& text);
 
 protected:
-    // Refuses the text for what stands at this place, with its line.
+    // Refuses the text because of the token here, with its line.
     [[noreturn]] void refuse(const std::string& problem) const;
     // Refuses it for what was read before this place, whose line may be an earlier one.
     [[noreturn]] void refuse_read(const std::string& problem) const;
-    // What stands at this place, for messages.
+    // The token here, for messages.
     std::string here() const {
         return now_.kind == token::end ? "the end of the text" : "'" + now_.text + "'";
     }

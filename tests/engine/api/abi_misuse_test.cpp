@@ -143,7 +143,7 @@ TEST_CASE("advancing several simulations refuses the same one twice") {
     limax_progress progress[2];
     limax_simulation* const twice[2] = {stage.run, stage.run};
     check_refused(limax_simulations_advance(twice, 2, 0.1, progress), LIMAX_INVALID_ARGUMENT,
-                  "given twice");
+                  "listed twice");
     check_refused(limax_simulations_advance(twice, -1, 0.1, progress), LIMAX_INVALID_ARGUMENT,
                   "count is -1");
     CHECK(limax_simulations_advance(twice, 0, 0.1, progress) == LIMAX_OK);

@@ -205,7 +205,7 @@ TEST_CASE("faces are stored only where an effect needs them, and RK4 refuses the
     body.effects({"drag"});
     body.setup.options.integrator = LIMAX_RK4;
     CHECK_THROWS_WITH_AS(check_options(body.setup.options, body.setup.scene),
-                         "integrator: rk4 integrates smooth scenes alone; the scene has drag; use "
+                         "integrator: rk4 integrates smooth scenes only; the scene has drag; use "
                          "leapfrog",
                          error);
 }

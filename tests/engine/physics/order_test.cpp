@@ -140,22 +140,22 @@ TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name"
     CHECK_NOTHROW(check_options(options, scene));
     scene.add("ground");
     CHECK_THROWS_WITH_AS(check_options(options, scene),
-                         "integrator: rk4 integrates smooth scenes alone; the scene has ground; "
+                         "integrator: rk4 integrates smooth scenes only; the scene has ground; "
                          "use leapfrog",
                          error);
     scene.add("friction");
     CHECK_THROWS_WITH_AS(check_options(options, scene),
-                         "integrator: rk4 integrates smooth scenes alone; the scene has ground "
+                         "integrator: rk4 integrates smooth scenes only; the scene has ground "
                          "and friction; use leapfrog",
                          error);
     CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
-                         "integrator: rk4 runs on the cpu alone; use device 'cpu' or the "
+                         "integrator: rk4 runs on the cpu only; use device 'cpu' or the "
                          "integrator leapfrog",
                          error);
     options.integrator = LIMAX_XPBD;
     CHECK_NOTHROW(check_options(options, scene));
     CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
-                         "integrator: xpbd runs on the cpu alone; use device 'cpu' or the "
+                         "integrator: xpbd runs on the cpu only; use device 'cpu' or the "
                          "integrator leapfrog",
                          error);
     options.integrator = LIMAX_LEAPFROG;
@@ -165,7 +165,7 @@ TEST_CASE("RK4 refuses contact, impulses and devices other than the CPU by name"
     options.record[LIMAX_TRACE_LEDGER] = 20;
     CHECK_NOTHROW(check_options(options, scene));
     CHECK_THROWS_WITH_AS(check_beyond_cpu(options),
-                         "record.ledger: the ledger of energy is kept on the cpu alone; use "
+                         "record.ledger: the energy ledger exists on the cpu only; use "
                          "device 'cpu'",
                          error);
 }

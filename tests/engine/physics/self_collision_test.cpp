@@ -45,7 +45,7 @@ void clap(simulation& simulation, const stage& body, double speed) {
 TEST_CASE("the repulsion of two masses is the gradient of their energy and never attracts") {
     const self_collision::params<double> p{2e3, 0.1, 1.0};
     const auto at = [](double depth, double rate) {
-        return effects::meeting_state<double>{depth, rate, 0.05};
+        return effects::pair_state<double>{depth, rate, 0.05};
     };
     const double h = 1e-6, depth = 0.03;
     const double slope = (self_collision::stored(p, at(depth + h, 0)) -

@@ -165,7 +165,7 @@ TEST_CASE("a table of heights is checked") {
               out.set_heights("terrain", "heights", heights, 2, 3);
           }).find("scene.terrain.heights[2][3] is 1001") == 0);
     CHECK(refused([&] { out.set_heights("terrain", "spacing", heights, 2, 2); }) ==
-          "scene.terrain.spacing is no table of heights");
+          "scene.terrain.spacing is not a table of heights");
     CHECK(refused([&] { out.set("terrain", "heights", heights, 1); }) ==
           "scene.terrain.heights is a table of heights, not a number");
     out.set_heights("terrain", "heights", heights, 2, 2);

@@ -65,15 +65,15 @@ steps:test("RK4 integrates smooth scenes on the CPU", function(t)
   local reference = ends("rk4", 1e-4)
   t:near(ends("rk4", 5e-4):table()[5], reference:table()[5], { atol = 1e-8 })
   t:near(ends("leapfrog", 1e-5):table()[5], reference:table()[5], { atol = 1e-8 })
-  t:raises("rk4 integrates smooth scenes alone; the scene has ground and friction; use leapfrog",
+  t:raises("rk4 integrates smooth scenes only; the scene has ground and friction; use leapfrog",
     function() walker:simulate { integrator = "rk4" } end)
 end)
 
 steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } }, function(t)
   local scene = limax.scenes.air()
-  t:raises("rk4 runs on the cpu alone",
+  t:raises("rk4 runs on the cpu only",
     function() walker:simulate { scene = scene, integrator = "rk4", device = t.device } end)
-  t:raises("the ledger of energy is kept on the cpu alone",
+  t:raises("the energy ledger exists on the cpu only",
     function() walker:simulate { scene = scene, record = { ledger = 50 }, device = t.device } end)
 end)
 

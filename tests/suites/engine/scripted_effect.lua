@@ -144,9 +144,9 @@ end)
 
 local REFUSED = {
   { "f = strngth * x;", "line 1: unknown name 'strngth'" }, { "f = system(1);", "'system'" },
-  { "\nf = vec(1, 2);", "line 2: vec takes 3 values, not 2" }, { 'f = "x";', "'\"' is no sign" },
-  { "#include <stdio.h>\nf = x;", "'#' is no sign" }, { "f = x \\ 2;", "'\\' is no sign" },
-  { "x = f;", "'x' is given" }, { "f = 1;", "'f' is a vector" }, { "", "never sets the force" },
+  { "\nf = vec(1, 2);", "line 2: vec takes 3 values, not 2" }, { 'f = "x";', "'\"' is not a character" },
+  { "#include <stdio.h>\nf = x;", "'#' is not a character" }, { "f = x \\ 2;", "'\\' is not a character" },
+  { "x = f;", "'x' is an input" }, { "f = 1;", "'f' is a vector" }, { "", "never sets the force" },
   { "real a = 1; real a = 2; f = x;", "the name 'a' is taken" }, { "f = x * v;", "dot and cross" },
   { "real dot = 1; f = x;", "taken" }, { "f = x + 1;", "added" }, { "f = 1 / x;", "divided" },
   { "f = q;", "unknown name 'q'" }, { "real r = r; f = x;", "unknown name 'r'" },
@@ -154,7 +154,7 @@ local REFUSED = {
   { "f = x.w;", "a vector has x, y and z" }, { "f = m.x;", "no components" },
   { "f = x * 1..2;", "expected ';'" }, { "f = 12ab * x;", "cannot be read" },
   { "asm(\"\"); f = x;", "unknown name 'asm'" }, { "for (;;) f = x;", "unknown name 'for'" },
-  { "f = `x`;", "no sign" }, { "f = x; { }", "no sign" }, { "f = \195\164;", "byte 195" },
+  { "f = `x`;", "not a character" }, { "f = x; { }", "not a character" }, { "f = \195\164;", "byte 195" },
   { "f = " .. ("("):rep(1000) .. "x" .. (")"):rep(1000) .. ";", "levels" },
   { "f = x" .. (" + x"):rep(1000) .. ";", "more than 2000" },
   { "f = x;" .. (" "):rep(20000), "bytes long" },

@@ -129,7 +129,7 @@ std::optional<std::string> kernel_cache::load(const hash128& key) {
             damage = "its checksum is wrong";
     }
     if (!damage) return std::string(bytes);
-    // where it cannot be removed, store() will say what is wrong with the folder
+    // if it cannot be removed, store() will report the folder
     std::error_code ignored;
     fs::remove(path, ignored);
     note(said_damaged_, format("the kernel cache's file %s is damaged (%s); the kernel is made "

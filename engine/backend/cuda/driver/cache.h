@@ -1,5 +1,5 @@
 // cache.h: compiled kernels on disk, so that each is compiled once per user and not once per run.
-// Nothing that is wrong with the cache ever stops a run. Includes std alone.
+// A problem with the cache never stops a run. Includes std only.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class hash128 {
 public:
     // Parts are kept apart: ("a", "bc") and ("ab", "c") differ.
     hash128& add(std::string_view part);
-    // The hash of these bytes alone, as published.
+    // The published hash of these bytes.
     static hash128 of(std::string_view bytes);
 
     std::string hex() const;  // 32 digits
@@ -47,8 +47,8 @@ public:
     std::optional<std::string> load(const hash128& key);
     void store(const hash128& key, std::string_view bytes);
 
-    // What a user should know and has not been told: one sentence each, and each kind of trouble
-    // only once for a cache.
+    // Notes for the user since the last call, one sentence each. Each kind of problem is noted
+    // once per cache.
     std::vector<std::string> take_notes();
 
 private:

@@ -50,7 +50,7 @@ struct compiler::functions {
             fail(LIMAX_INTERNAL, format("NVRTC: %s failed while compiling a kernel: %s", call,
                                         get_error_string(result)));
     }
-    // What a compilation printed; empty also where NVRTC does not tell.
+    // What a compilation printed; empty also where NVRTC has no log.
     std::string log_of(nvrtcProgram program) const {
         std::size_t size = 0;  // counts the ending zero
         if (get_program_log_size(program, &size) != NVRTC_SUCCESS || size == 0) return "";
@@ -96,7 +96,7 @@ const compiler* compiler::get(std::string* why) {
         const compiler* found = nullptr;
         attempt() {
             for (const std::string& path : places()) {
-                // a folder without it is no news beside the loader's own search
+                // not worth a reason: the folder does not have it
                 if (path.front() == '/' && access(path.c_str(), F_OK) != 0) continue;
                 std::string reason;
                 found = open(path.c_str(), &reason).release();

@@ -1,4 +1,4 @@
-// compiler.h: NVRTC, the compiler for kernels, opened at run time. Includes std alone.
+// compiler.h: NVRTC, the compiler for kernels, opened at run time. Includes std only.
 #pragma once
 
 #include <memory>

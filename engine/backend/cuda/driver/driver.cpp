@@ -1,6 +1,7 @@
 // driver.cpp: opens the CUDA driver, asks it for the GPUs, and turns what it refuses into texts.
 #include "backend/cuda/driver/driver.h"
 
+#include <algorithm>
 #include <cctype>
 
 namespace limax::cuda {
@@ -13,111 +14,78 @@ constexpr const char* driver_library = "libcuda.so.1";
 constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contained = CUresult(226),
                    error_tensor_memory_leak = CUresult(721);
 
-// What a person can do about an error: a clause without a capital and a full stop.
-const char* remedy_for(CUresult result) {
-    switch (int(result)) {
-        case CUDA_ERROR_OUT_OF_MEMORY:
-            return "simulate fewer robots at once, or end other programs that hold the GPU's "
-                   "memory";
-        case CUDA_ERROR_NO_DEVICE:
-        case CUDA_ERROR_INVALID_DEVICE:
-            return "see which GPUs nvidia-smi lists and what CUDA_VISIBLE_DEVICES lets through";
-        case CUDA_ERROR_STUB_LIBRARY:
-            return "the libcuda.so.1 found is the toolkit's stub and no driver: take its folder "
-                   "out of LD_LIBRARY_PATH";
-        case CUDA_ERROR_SYSTEM_DRIVER_MISMATCH:
-            return "the driver's library and its kernel module differ in version, often after an "
-                   "update: reboot";
-        case CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE:
-            return "this GPU does not work with a compatibility package: install a newer driver";
-        case CUDA_ERROR_SYSTEM_NOT_READY:
-            return "wait for the system's GPU services, such as nvidia-fabricmanager, or start "
-                   "them";
-        case CUDA_ERROR_DEVICE_UNAVAILABLE:
-            return "another program holds the GPU for itself: end it, or choose another GPU with "
-                   "CUDA_VISIBLE_DEVICES";
-        case CUDA_ERROR_NOT_PERMITTED:
-        case CUDA_ERROR_OPERATING_SYSTEM:
-            return "see whether this user, or this container, may open /dev/nvidia*";
-        case CUDA_ERROR_NO_BINARY_FOR_GPU:
-        case CUDA_ERROR_INVALID_IMAGE:
-        case CUDA_ERROR_INVALID_PTX:
-            return "the GPU needs compute capability 7.5 or newer, and a driver at least as new as "
-                   "the CUDA that the kernel was compiled with";
-        case error_call_requires_newer_driver:
-        case CUDA_ERROR_UNSUPPORTED_PTX_VERSION:
-        case CUDA_ERROR_JIT_COMPILER_NOT_FOUND: return "update the NVIDIA driver";
-        case CUDA_ERROR_JIT_COMPILATION_DISABLED: return "unset CUDA_DISABLE_PTX_JIT";
-        case CUDA_ERROR_LAUNCH_TIMEOUT:
-            return "a display hangs on this GPU and its watchdog ends long kernels: use a GPU "
-                   "without a display, or end the desktop";
-        case CUDA_ERROR_ILLEGAL_ADDRESS:
-        case CUDA_ERROR_MISALIGNED_ADDRESS:
-        case CUDA_ERROR_INVALID_ADDRESS_SPACE:
-        case CUDA_ERROR_INVALID_PC:
-        case CUDA_ERROR_ILLEGAL_INSTRUCTION:
-        case CUDA_ERROR_HARDWARE_STACK_ERROR:
-        case CUDA_ERROR_LAUNCH_FAILED:
-        case CUDA_ERROR_ASSERT:
-        case error_tensor_memory_leak:
-            return "this is a defect of limax: please report it with what "
-                   "'compute-sanitizer limax run ...' prints";
-        case CUDA_ERROR_ECC_UNCORRECTABLE:
-        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
-        case error_contained:
-            return "the GPU's hardware failed: see 'nvidia-smi -q -d ECC', reset the GPU or use "
-                   "another one, and resume the run";
-        case CUDA_ERROR_MPS_CONNECTION_FAILED:
-        case CUDA_ERROR_MPS_RPC_FAILURE:
-        case CUDA_ERROR_MPS_SERVER_NOT_READY:
-        case CUDA_ERROR_MPS_MAX_CLIENTS_REACHED:
-        case CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED:
-        case CUDA_ERROR_MPS_CLIENT_TERMINATED:
-            return "see the log of the CUDA MPS server, or run without it";
-        case CUDA_ERROR_DEINITIALIZED:
-        case CUDA_ERROR_CONTEXT_IS_DESTROYED:
-            return "the GPU's context has ended: start the program again";
-        case CUDA_ERROR_UNKNOWN:
-            return "see the kernel's log (dmesg) for messages of the NVIDIA driver";
-        default: return "this is a defect of limax: please report it with this text";
-    }
+// Errors with the same status and the same remedy, a clause without a capital and a full stop.
+struct known_errors {
+    std::vector<int> results;
+    limax_status status;
+    const char* remedy;
+};
+
+const known_errors& known(CUresult result) {
+    static const known_errors list[] = {
+        {{CUDA_ERROR_OUT_OF_MEMORY},
+         LIMAX_OUT_OF_MEMORY,
+         "simulate fewer robots at once, or end other programs that use the GPU's memory"},
+        {{CUDA_ERROR_NO_DEVICE, CUDA_ERROR_INVALID_DEVICE, CUDA_ERROR_DEVICE_NOT_LICENSED},
+         LIMAX_NO_DEVICE,
+         "see which GPUs nvidia-smi lists and whether CUDA_VISIBLE_DEVICES hides them"},
+        {{CUDA_ERROR_STUB_LIBRARY},
+         LIMAX_NO_DEVICE,
+         "the libcuda.so.1 found is the toolkit's stub, not a driver: remove its folder from "
+         "LD_LIBRARY_PATH"},
+        {{CUDA_ERROR_SYSTEM_DRIVER_MISMATCH},
+         LIMAX_NO_DEVICE,
+         "the driver's library and its kernel module differ in version, often after an update: "
+         "reboot"},
+        {{CUDA_ERROR_SYSTEM_NOT_READY},
+         LIMAX_NO_DEVICE,
+         "wait for the system's GPU services, such as nvidia-fabricmanager, or start them"},
+        {{CUDA_ERROR_DEVICE_UNAVAILABLE},
+         LIMAX_NO_DEVICE,
+         "another program has exclusive use of the GPU: end it, or choose another GPU with "
+         "CUDA_VISIBLE_DEVICES"},
+        {{CUDA_ERROR_NOT_PERMITTED, CUDA_ERROR_OPERATING_SYSTEM},
+         LIMAX_NO_DEVICE,
+         "see whether this user, or this container, may open /dev/nvidia*"},
+        {{CUDA_ERROR_NO_BINARY_FOR_GPU, CUDA_ERROR_INVALID_IMAGE, CUDA_ERROR_INVALID_PTX},
+         LIMAX_NO_DEVICE,
+         "the GPU needs compute capability 7.5 or newer, and a driver at least as new as the CUDA "
+         "that the kernel was compiled with"},
+        {{error_call_requires_newer_driver, CUDA_ERROR_UNSUPPORTED_PTX_VERSION,
+          CUDA_ERROR_JIT_COMPILER_NOT_FOUND, CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE},
+         LIMAX_NO_DEVICE,
+         "update the NVIDIA driver"},
+        {{CUDA_ERROR_JIT_COMPILATION_DISABLED}, LIMAX_NO_DEVICE, "unset CUDA_DISABLE_PTX_JIT"},
+        {{CUDA_ERROR_LAUNCH_TIMEOUT},
+         LIMAX_NO_DEVICE,
+         "a display is attached to this GPU and its watchdog ends long kernels: use a GPU without "
+         "a "
+         "display, or end the desktop"},
+        {{CUDA_ERROR_ECC_UNCORRECTABLE, CUDA_ERROR_NVLINK_UNCORRECTABLE, error_contained},
+         LIMAX_NO_DEVICE,
+         "the GPU's hardware failed: see 'nvidia-smi -q -d ECC', use another GPU, and resume the "
+         "run"},
+        {{CUDA_ERROR_MPS_CONNECTION_FAILED, CUDA_ERROR_MPS_RPC_FAILURE,
+          CUDA_ERROR_MPS_SERVER_NOT_READY, CUDA_ERROR_MPS_MAX_CLIENTS_REACHED,
+          CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED, CUDA_ERROR_MPS_CLIENT_TERMINATED},
+         LIMAX_NO_DEVICE,
+         "see the log of the CUDA MPS server, or run without it"},
+        {{CUDA_ERROR_UNKNOWN},
+         LIMAX_INTERNAL,
+         "see the kernel's log (dmesg) for messages of the NVIDIA driver"},
+        // last: every other error
+        {{},
+         LIMAX_INTERNAL,
+         "this is a defect of limax: please report it with what 'compute-sanitizer limax run ...' "
+         "prints"}};
+    const known_errors* found = list;
+    while (!found->results.empty() && std::find(found->results.begin(), found->results.end(),
+                                                int(result)) == found->results.end())
+        ++found;
+    return *found;
 }
 
-limax_status status_of(CUresult result) {
-    switch (int(result)) {
-        case CUDA_ERROR_OUT_OF_MEMORY: return LIMAX_OUT_OF_MEMORY;
-        case CUDA_ERROR_STUB_LIBRARY:
-        case error_call_requires_newer_driver:
-        case CUDA_ERROR_DEVICE_UNAVAILABLE:
-        case CUDA_ERROR_NO_DEVICE:
-        case CUDA_ERROR_INVALID_DEVICE:
-        case CUDA_ERROR_DEVICE_NOT_LICENSED:
-        case CUDA_ERROR_INVALID_IMAGE:
-        case CUDA_ERROR_NO_BINARY_FOR_GPU:
-        case CUDA_ERROR_INVALID_PTX:
-        case CUDA_ERROR_UNSUPPORTED_PTX_VERSION:
-        case CUDA_ERROR_JIT_COMPILER_NOT_FOUND:
-        case CUDA_ERROR_JIT_COMPILATION_DISABLED:
-        case CUDA_ERROR_ECC_UNCORRECTABLE:
-        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
-        case error_contained:
-        case CUDA_ERROR_LAUNCH_TIMEOUT:
-        case CUDA_ERROR_NOT_PERMITTED:
-        case CUDA_ERROR_OPERATING_SYSTEM:
-        case CUDA_ERROR_SYSTEM_NOT_READY:
-        case CUDA_ERROR_SYSTEM_DRIVER_MISMATCH:
-        case CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE:
-        case CUDA_ERROR_MPS_CONNECTION_FAILED:
-        case CUDA_ERROR_MPS_RPC_FAILURE:
-        case CUDA_ERROR_MPS_SERVER_NOT_READY:
-        case CUDA_ERROR_MPS_MAX_CLIENTS_REACHED:
-        case CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED:
-        case CUDA_ERROR_MPS_CLIENT_TERMINATED: return LIMAX_NO_DEVICE;
-        default: return LIMAX_INTERNAL;
-    }
-}
-
-// Functions whose versions differ in behaviour alone: an older driver's one does as well.
+// Functions whose versions differ in behaviour only: that of an older driver works too.
 bool any_version_does(const std::string& function) {
     return function == "cuEventElapsedTime" || function == "cuDeviceGetUuid";
 }
@@ -187,7 +155,7 @@ std::string driver::load(const char* library) {
     // the version first: it explains why a function is missing
     if (!library_.find("cuDriverGetVersion", driver_get_version) ||
         driver_get_version(&version_) != CUDA_SUCCESS)
-        return format("%s does not tell its version: it is no NVIDIA driver", library);
+        return format("%s does not report its version: it is not an NVIDIA driver", library);
     if (version_ < oldest_driver)
         return format("the NVIDIA driver is for CUDA %s; CUDA %s or newer is needed: update it",
                       version_text(version_).c_str(), version_text(oldest_driver).c_str());
@@ -195,7 +163,8 @@ std::string driver::load(const char* library) {
         return format("the NVIDIA driver for CUDA %s has no %s: update it",
                       version_text(version_).c_str(), missing.c_str());
     if (const CUresult result = init(0); result != CUDA_SUCCESS)
-        return "the NVIDIA driver does not start: " + describe(result) + ": " + remedy_for(result);
+        return "the NVIDIA driver does not start: " + describe(result) + ": " +
+               known(result).remedy;
     try {
         int count = 0;
         check(device_get_count(&count), "cuDeviceGetCount", "counting the GPUs");
@@ -208,7 +177,7 @@ std::string driver::load(const char* library) {
     }
     if (!gpus_.empty()) return "";
     if (old_gpus_.empty())
-        return std::string("the NVIDIA driver shows no GPU: ") + remedy_for(CUDA_ERROR_NO_DEVICE);
+        return std::string("the NVIDIA driver shows no GPU: ") + known(CUDA_ERROR_NO_DEVICE).remedy;
     const gpu& old = old_gpus_.front();
     return format("GPU %d (%s) has compute capability %d.%d; %d.%d or newer is needed", old.ordinal,
                   old.name.c_str(), old.capability / 10, old.capability % 10,
@@ -239,10 +208,10 @@ std::string driver::describe(CUresult result) const {
 }
 
 void driver::refuse(CUresult result, const char* call, const std::string& doing) const {
-    std::string remedy = remedy_for(result);
+    std::string remedy = known(result).remedy;
     remedy[0] = char(std::toupper(static_cast<unsigned char>(remedy[0])));
     if (sticky(result)) remedy += ". Only a new process can use this GPU again";
-    throw cuda_error(status_of(result),
+    throw cuda_error(known(result).status,
                      format("CUDA: %s failed while %s: %s. %s", call, doing.c_str(),
                             describe(result).c_str(), remedy.c_str()),
                      result);

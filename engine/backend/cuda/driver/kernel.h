@@ -18,7 +18,7 @@ struct kernel_set {
 
     // What is compiled: a line "#define NAME VALUE" for each, then the include of the entry.
     std::string text() const;
-    // "step LIMAX_EFFECTS=63 LIMAX_NX=5 ...", the same for equal sets alone.
+    // "step LIMAX_EFFECTS=63 LIMAX_NX=5 ...", equal for equal sets only.
     std::string title() const;
     // The set of a title, whose defines may come in any order.
     static kernel_set of_title(const std::string& title);
@@ -60,8 +60,8 @@ std::shared_ptr<const kernel_binary> make_binary(const kernel_set& set, int capa
                                                  const allowed_origins& allowed,
                                                  kernel_cache& cache);
 
-// The same with the user's cache, once per process: later calls get what the first one got. What
-// the cache has to tell goes to stderr. From any thread.
+// The same with the user's cache, once per process: later calls get what the first one got. Notes
+// of the cache go to stderr. From any thread.
 std::shared_ptr<const kernel_binary> binary_of(const kernel_set& set, int capability,
                                                const allowed_origins& allowed = {});
 

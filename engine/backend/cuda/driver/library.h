@@ -1,5 +1,5 @@
 // library.h: a shared library that is looked for at run time, so that one binary starts with and
-// without it. Includes std and dlfcn.h alone.
+// without it. Includes std and dlfcn.h only.
 #pragma once
 
 #include <dlfcn.h>

@@ -1,9 +1,8 @@
-// memory.h: what lives on one GPU, each with an owner: its context, streams, events, memory, and
-// host memory that the GPU can read at full speed. Sizes in elements where T says of what, else in
-// bytes.
+// memory.h: owners of the objects of one GPU: its context, streams, events, memory, and host
+// memory that the GPU can read at full speed. Sizes are in elements of T, else in bytes.
 //
-// An owner keeps a pointer to its context, which must live longer. Every function here makes the
-// context current on the calling thread for as long as it works.
+// An owner keeps a pointer to its context, which must outlive it. Every function here makes the
+// context current on the calling thread while it works.
 #pragma once
 
 #include <atomic>
@@ -20,7 +19,7 @@ std::atomic<uint64_t>& gpu_bytes_held();
 class context {
 public:
     // Refuses (LIMAX_NO_DEVICE) an ordinal that is not one of driver.gpus(), and
-    // (LIMAX_INVALID_ARGUMENT) a LIMAX_CUDA_MEMORY that is no number of GB above 0.
+    // (LIMAX_INVALID_ARGUMENT) a LIMAX_CUDA_MEMORY that is not a positive number of GB.
     context(const driver& driver, int ordinal);
     context(const context&) = delete;
     ~context();

@@ -47,7 +47,7 @@ kernel_module::kernel_module(const context& context, std::shared_ptr<const kerne
     : context_(context), binary_(std::move(binary)) {
     const auto here = context_.current();
     const driver& api = context_.api();
-    // PTX is compiled by the driver, which tells here what it does not like
+    // PTX is compiled by the driver, which logs its errors here
     char log[4096] = "";
     CUjit_option options[] = {CU_JIT_ERROR_LOG_BUFFER, CU_JIT_ERROR_LOG_BUFFER_SIZE_BYTES};
     // NOLINTNEXTLINE(performance-no-int-to-ptr): the driver takes numbers in the place of pointers

@@ -1,5 +1,5 @@
-// block_memory.h: what the threads of a block share: masses as springs see them, and the sums
-// of their forces by cell. Includes scene.h alone. SI units.
+// block_memory.h: what the threads of a block share: masses as springs read them, and the sums of
+// their forces by cell. Includes scene.h only. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/cells.h"
@@ -7,7 +7,7 @@
 
 namespace limax::cuda {
 
-// Two of a real, as wide as one access of shared memory likes them.
+// Two of a real, for wide accesses of shared memory.
 template <class R>
 struct wide;
 template <>
@@ -53,7 +53,7 @@ struct corner_columns {
     }
 };
 
-// What a mass keeps to itself and registers are too scarce for between two steps, by place.
+// The state of a mass that only its own thread reads, by place.
 template <int count>
 struct private_columns {
     static constexpr bool holds_velocity = sizeof(mass_real) == 8;

@@ -1,5 +1,5 @@
-// cells.h: how the springs of a lattice are dealt out so that each is computed once. Includes laws
-// alone.
+// cells.h: how the springs of a lattice are assigned to cells so that each is computed once.
+// Includes laws only.
 //
 // Every site is the lowest corner of a cell. A whole cell is a cube of eight corners and owns 13
 // springs: the three edges at its lowest corner, both diagonals of its three low faces, its four

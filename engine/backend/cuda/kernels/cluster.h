@@ -1,6 +1,6 @@
 // cluster.h: the blocks of a cluster, which read and write each other's shared memory (compute
-// capability 9.0 and newer). With a cluster of one block nothing of it is left. Includes
-// portable.h alone.
+// capability 9.0 and newer). With a cluster of one block no instruction is left. Includes
+// portable.h only.
 //   LIMAX_CLUSTER  blocks
 #pragma once
 
@@ -18,7 +18,7 @@ __device__ inline int cluster_rank() {
     return int(rank);
 }
 
-// Waits until all threads of all blocks have come here; what they wrote before is then visible.
+// A barrier of all threads of all blocks; what they wrote before is visible after it.
 __device__ inline void meet_cluster() {
     if constexpr (cluster_blocks == 1) {
         __syncthreads();

@@ -1,5 +1,5 @@
-// describe.h: voxels to bodies: the largest component stays, the rest is emptied, and what stays is
-// counted. One block per robot. Integers alone, so no order of threads changes a bit.
+// describe.h: voxels to bodies: keeps the largest component, empties the rest, and counts what is
+// left. One block per robot. Integers only, so results do not depend on the order of threads.
 //
 // Components are sets of voxels linked to a lower one of the set (M. Jaiganesh, M. Burtscher, "A
 // high-performance connected components implementation for GPUs", HPDC 2018): the lowest is the
@@ -19,7 +19,7 @@ struct describe_memory {
     uint64_t hash;
 };
 
-// While sets are joined, every look at a link is an atomic operation, as every change is.
+// While sets are joined, every read of a link is an atomic operation, as every change is.
 __device__ inline int32_t link_of(int32_t* link, int32_t voxel) {
     return atomicOr(link + voxel, 0);
 }
@@ -45,7 +45,7 @@ __device__ inline void join_sets(int32_t* link, int32_t one, int32_t other) {
         const int32_t high = larger(one, other), low = smaller(one, other);
         const int32_t found = atomicMin(link + high, low);
         if (found == high) return;
-        // someone else linked `high` first: all three are one set
+        // another thread linked `high` first: all three are one set
         one = found;
         other = low;
     }

@@ -1,6 +1,6 @@
-// faces.h: laws on the exposed faces of a robot: faces are computed once each and their impulses
-// gathered by their corners, axis by axis, as on the CPU. Where masses and impulses lie is the
-// caller's. SI units.
+// faces.h: laws on the exposed faces of a robot: each face is computed once and its corners
+// gather the impulses, axis by axis, as on the CPU. The caller decides where masses and impulses
+// are stored. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/scene.h"
@@ -71,8 +71,8 @@ __device__ inline void take_impulses(mass_real velocity[3], mass_real inverse_ma
 }
 
 // The impulses of all effects on faces. push(effect, axis) finds those on the corners of every
-// face, take(axis) gives them to the masses and shows their velocities; wait() until all of the
-// robot's threads are there.
+// face, take(axis) adds them to the masses and publishes their velocities; wait() is a barrier of
+// the robot's threads.
 template <class Push, class Take, class Wait>
 __device__ inline void each_face_law(const Push& push, const Take& take, const Wait& wait) {
     effects::for_each([&]<class E>(E effect) {

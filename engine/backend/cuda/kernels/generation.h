@@ -1,6 +1,6 @@
-// generation.h: what host and device tell each other about the work between two simulations:
+// generation.h: what host and device exchange about the work between two simulations:
 // genomes, their bodies, how much they differ. Plain structs of fixed layout, read by both.
-// Includes laws alone. Pointers to robots are to the first one of a launch.
+// Includes laws only. Pointers to robots are to the first one of a launch.
 #pragma once
 
 #include "body/lattice.h"

@@ -9,8 +9,8 @@
 // SI units.
 #pragma once
 
+#include "backend/cuda/kernels/contact_pairs.h"
 #include "backend/cuda/kernels/loop.h"
-#include "backend/cuda/kernels/meetings.h"
 #include "backend/cuda/kernels/tile_faces.h"
 #include "backend/cuda/kernels/tiles.h"
 
@@ -31,7 +31,7 @@ struct grid_robot {
     unsigned* const arrived;
     // velocities after the kick; where laws act on faces then impulses on their corners
     mass_real* const after;
-    const robot_meetings meeting;
+    const contact_pairs pairs;
     scene_params params;
     mass_real dt;        // s
     int event = 0;       // of this launch
@@ -54,7 +54,7 @@ struct grid_robot {
           exchange(all.exchange + robot * (2 * exchanged * sites())),
           arrived(all.arrived + robot),
           after(all.after + robot * (6 * sites())),
-          meeting(meetings_of(launch, grid, robot)),
+          pairs(pairs_of(launch, grid, robot)),
           params(launch.params) {}
 
     // ---- where things are ----
@@ -252,7 +252,7 @@ struct grid_robot {
                 recall(m, site, shared.at.load(in_window));
                 effects::vector<mass_real> met{};
                 if constexpr (meets)
-                    met = force_of_meetings(meeting, launch, site, [&](int other) {
+                    met = force_of_pairs(pairs, launch, site, [&](int other) {
                         return exchanged_corner(grid, seen, other);
                     });
                 kick_mass(m, force_on(at, shared), met, push(site, m), params, moment, now.h,
@@ -321,7 +321,7 @@ struct grid_robot {
         } else {
             finish_mass(m, next_velocity, dt, now.share());
             show(m, site, 1 - side);
-            if constexpr (meets) moved |= meeting.moved(site, corner_of(m));
+            if constexpr (meets) moved |= pairs.moved(site, corner_of(m));
         }
         store_mass(m, state + site, sites());
     }
@@ -330,20 +330,19 @@ struct grid_robot {
     __device__ void begin_step(int64_t step) {
         if (thread == 0) shared.now = moment_at(launch, shared.record, step);
         if constexpr (meets)
-            if (moved)
-                atomicMax(launch.meetings.moved + robot, static_cast<unsigned long long>(step));
+            if (moved) atomicMax(launch.pairs.moved + robot, static_cast<unsigned long long>(step));
         wait();
         side = 1 - side;
         // a block ahead may have set a later step: then lists are made once too often
         if constexpr (meets)
-            if (__ldcg(launch.meetings.moved + robot) > static_cast<unsigned long long>(listed))
+            if (__ldcg(launch.pairs.moved + robot) > static_cast<unsigned long long>(listed))
                 list_contacts(step);
     }
 
     __device__ void list_contacts(int64_t step) {
         const spring_real* const seen = half(side);
         each_mass([&](int site, int) {
-            meeting.list(site, [&](int other) { return exchanged_corner(grid, seen, other); });
+            pairs.list(site, [&](int other) { return exchanged_corner(grid, seen, other); });
         });
         listed = step;
     }

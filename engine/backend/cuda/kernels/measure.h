@@ -1,6 +1,6 @@
-// measure.h: samples that need more than the step kernel has at hand: positions, velocities,
-// energies, strains of robots that paused for them. One block per robot; sums in an order that
-// depends on the lattice alone. Compiled for one scene (scene.h). SI units.
+// measure.h: samples that the step kernel does not take: positions, velocities, energies, strains
+// of robots that paused for them. One block per robot; sums in an order that depends on the lattice
+// only. Compiled for one scene (scene.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/surface.h"
@@ -72,7 +72,7 @@ __device__ inline void each_spring(const measured_robot& robot, const Visit& vis
 }
 
 // This thread's part of what is stored between masses that meet, J.
-__device__ inline double energy_of_meetings(const measured_robot& robot) {
+__device__ inline double energy_of_pairs(const measured_robot& robot) {
     using namespace effects;
     const site_grid grid(robot.launch.grid);
     const body_surface body{
@@ -89,9 +89,9 @@ __device__ inline double energy_of_meetings(const measured_robot& robot) {
                     if (far <= near) return true;
                     const separation<double> e = robot.between(near, far);
                     if (dot(e, e) < reach * reach && !body.joined(near, far)) {
-                        meeting_state<double> found{};
+                        pair_state<double> found{};
                         found.depth = reach - square_root(dot(e, e));
-                        sum += E::stored(meeting_params<double, E>(robot.launch.scene), found);
+                        sum += E::stored(pair_params<double, E>(robot.launch.scene), found);
                     }
                     return true;
                 });
@@ -155,7 +155,7 @@ __device__ inline void measure_energy(const measured_robot& robot, double* out,
             }
         });
     }
-    if constexpr (meets) elastic += energy_of_meetings(robot);
+    if constexpr (meets) elastic += energy_of_pairs(robot);
     double* const value[4] = {&kinetic, &elastic, &gravitational, &power};
     for (int i = 0; i < 4; ++i) {
         const double sum = over_block(*value[i], false, part);

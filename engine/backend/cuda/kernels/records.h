@@ -1,5 +1,5 @@
-// records.h: what host and device tell each other about robots and launches: plain structs of fixed
-// layout, read by both. Includes laws alone. SI units.
+// records.h: what host and device exchange about robots and launches: plain structs of fixed
+// layout, read by both. Includes laws only. SI units.
 #pragma once
 
 #include "body/spring_laws.h"
@@ -141,7 +141,7 @@ struct mass_params<R, effects::list<E...>> : params_slot<R, E>... {
 
 // Masses of a robot's surface that are, or soon may be, within reach of each other. Null in a scene
 // where none meet.
-struct meeting_lists {
+struct pair_lists {
     const int32_t* surface;     // sites of the masses of the surface, ascending, then -1s,
                                 // [robot][site]
     int32_t* partners;          // [robot][1 + most_partners][site]: how many, then their sites
@@ -152,8 +152,8 @@ struct meeting_lists {
 // Partners of a mass that have room in a list. One that has more looks through the whole surface.
 inline constexpr int most_partners = 24;
 
-// The rigid block of one robot: put in its place by the host, moved by the step kernel. Names say
-// "solid" where "block" would be one of threads.
+// The rigid block of one robot: put in its place by the host, moved by the step kernel. It is
+// called "solid" in names, since a block is also one of threads.
 struct solid_record {
     solid::state block;
     solid::moment moment;  // at the step under way
@@ -201,7 +201,7 @@ struct step_launch {
                               // [robot][parameter][direction][site]
     R* state;                 // [robot][column][site]: see state_column
     const float* faces;       // as in prepare_launch
-    meeting_lists meetings;
+    pair_lists pairs;
     double* samples[sample_kinds];
     int64_t most;    // steps of each robot in the slice; 0 to go on with the slice under way
     double rest[3];  // L0 of edges, face diagonals and space diagonals, m
@@ -259,7 +259,7 @@ struct prepare_launch {
     R* state;
     float* faces;      // kg, mass of the lightest corner of each exposed face, 0 where no face is
                        // exposed, [robot][axis][site]; null in a scene without laws on faces
-    int32_t* surface;  // as in meeting_lists
+    int32_t* surface;  // as in pair_lists
     lattice grid;
     int32_t summed;   // stiffness is the sum over a spring's owners
     int32_t effects;  // bits of the scene's, which the kernel's include
@@ -278,7 +278,7 @@ struct measure_launch {
     const float* mass;
     const float* springs;
     const R* state;
-    const int32_t* surface;  // as in meeting_lists
+    const int32_t* surface;  // as in pair_lists
     double* samples[sample_kinds];
     lattice grid;
     double rest[3];
@@ -301,7 +301,7 @@ struct summarize_launch {
     int32_t count;  // of `ended`
 };
 
-// Columns of a robot's state: three axes each, in this order; the last two in `compensated` alone.
+// Columns of a robot's state: three axes each, in this order; the last two in `compensated` only.
 enum state_column {
     column_position = 0,
     column_velocity = 3,

@@ -1,13 +1,12 @@
-// run.h: what happens between the steps of a run, however many threads and blocks share it: limits,
-// the origin that follows the centre of mass, marks, samples, the next step that needs any of it.
-// SI units.
+// run.h: what happens between the steps of a run: limits, the origin that follows the centre of
+// mass, marks, samples, the next event. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/scene.h"
 
 namespace limax::cuda {
 
-// The last is no divergence.
+// The last is not a divergence.
 enum limit : int { limit_nonfinite = 1, limit_speed = 2, limit_stretch = 4, limit_coarse = 8 };
 inline constexpr int limits_of_divergence = limit_nonfinite | limit_speed | limit_stretch;
 
@@ -50,7 +49,7 @@ __device__ inline int64_t stop_of(const launch_arguments& launch, robot_record& 
     return stop;
 }
 
-// Is the centre of mass wanted at this step?
+// Whether the centre of mass is needed at this step.
 __device__ inline bool center_wanted(const robot_record& record, int64_t step) {
     return step % check_interval == 0 || step == record.settle_steps ||
            step == middle_step(record) || step == record.steps ||
@@ -58,7 +57,7 @@ __device__ inline bool center_wanted(const robot_record& record, int64_t step) {
 }
 
 // A mass's part of the centre of mass along an axis, `share` of the robot's mass times its place,
-// as two words: 2^-32 m, and what is left in 2^-64 m.
+// as two words: 2^-32 m, and the rest in 2^-64 m.
 __device__ inline void add_to_center(int64_t words[2], double share, double place) {
     const double scaled = share * place * 0x1p32;
     const int64_t whole = static_cast<int64_t>(scaled);
@@ -69,9 +68,9 @@ __device__ inline double center_of(const int64_t words[2]) {
     return (static_cast<double>(words[0]) + static_cast<double>(words[1]) * 0x1p-32) * 0x1p-32;
 }
 
-// Where the origin goes, and what else hangs on the centre of mass: marks and samples. `sums` are
-// those of sum_over_masses. Returns whether the origin moved, by `shift`. Of several blocks that
-// keep the same record one `writes` the samples.
+// Moves the origin, and notes what else depends on the centre of mass: marks and samples. `sums`
+// are those of sum_over_masses. Returns whether the origin moved, by `shift`. Of several blocks
+// that keep the same record one `writes` the samples.
 __device__ inline bool note_center(const launch_arguments& launch, robot_record& record,
                                    int64_t step, const int64_t sums[block_sums], double shift[3],
                                    bool writes) {
@@ -116,7 +115,7 @@ __device__ inline void shift_mass(mass_state& m, const double shift[3]) {
                                                        m.lost_position[axis]);
 }
 
-// The next step after `step` at which anything but a step is due, `stop` at the latest.
+// The next event after `step`, `stop` at the latest.
 __device__ inline int64_t next_event(const robot_record& record, int64_t step, int64_t stop) {
     // the half kick of n = 0 lasts one step
     int64_t next = step == 0 ? 1 : (step / check_interval + 1) * check_interval;
@@ -141,7 +140,7 @@ __device__ inline effects::actuation::moment<spring_real> moment_at(const launch
         record.time_step);
 }
 
-// What scripted effects are told of a step.
+// What scripted effects read of a step.
 __device__ inline scripted_moment scripted_moment_at(const robot_record& record, int64_t step) {
     return {record.origin, double(step - record.settle_steps) * record.time_step};
 }

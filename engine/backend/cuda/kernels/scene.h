@@ -1,5 +1,5 @@
 // scene.h: what a kernel is compiled for, and how the laws of its effects meet springs and masses.
-// An effect that the scene lacks is never instantiated. Includes laws alone. SI units.
+// An effect that the scene lacks is never instantiated. Includes laws only. SI units.
 //   LIMAX_EFFECTS    bits of the scene's effects
 //   LIMAX_PRECISION  limax_precision
 //   LIMAX_LEAPFROG   1 or 0

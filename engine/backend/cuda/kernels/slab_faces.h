@@ -1,4 +1,4 @@
-// slab_faces.h: laws on faces where masses lie in shared memory (slabs.h). SI units.
+// slab_faces.h: laws on faces where masses are in shared memory (slabs.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/slabs.h"
@@ -10,7 +10,7 @@ __device__ inline effects::vector<mass_real> vector_at(const mass_real (&column)
     return {column[0][place], column[1][place], column[2][place]};
 }
 
-// Shows a mass's velocity after the kick to the faces that it is a corner of.
+// Publishes a mass's velocity after the kick for the faces that it is a corner of.
 __device__ inline void show_velocity(const mass_real velocity[3], int place, block_memory& shared) {
     const int below = place_below(place);
     for (int along = 0; along < 3; ++along) {

@@ -1,12 +1,12 @@
-// slabs.h: how a robot lies in the shared memory of a block, or of a cluster of blocks that share
-// the lattice in slabs along z: its places, cells and masses there, what the blocks show each
-// other, sums over all masses. Compiled with the defines of step.h. SI units.
+// slabs.h: how a robot is stored in the shared memory of a block, or of a cluster of blocks that
+// share the lattice in slabs along z: places, cells, masses, data exchanged between blocks, sums
+// over all masses. Compiled with the defines of step.h. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/block_memory.h"
 #include "backend/cuda/kernels/cluster.h"
+#include "backend/cuda/kernels/contact_pairs.h"
 #include "backend/cuda/kernels/faces.h"
-#include "backend/cuda/kernels/meetings.h"
 #include "backend/cuda/kernels/run.h"
 #include "backend/cuda/kernels/springs.h"
 
@@ -16,13 +16,13 @@ constexpr int sites = site_grid(lattice{}).count();
 constexpr int places = LIMAX_PLANE * LIMAX_LAYERS;
 constexpr int threads = LIMAX_THREADS, warps = threads / 32;
 LIMAX_LAW constexpr int rounds(int items, int at_once) { return (items + at_once - 1) / at_once; }
-// Warps take slots in turn. A round that has a cube keeps parameters for one on every thread.
+// Warps take slots round by round. In a round with a cube every thread has room for its parameters.
 constexpr int cell_rounds = rounds(LIMAX_CUBE_SLOTS + LIMAX_RIM_SLOTS, warps);
 constexpr int cube_rounds = rounds(LIMAX_CUBE_SLOTS, warps);
 constexpr int rim_rounds = cell_rounds - cube_rounds;
 constexpr int mass_rounds = rounds(LIMAX_MASS_SLOTS, warps);
 
-// How far a corner lies from its cell in shared memory.
+// Offset of a corner from its cell in shared memory.
 LIMAX_LAW constexpr int corner_place(int number) {
     return (number & 1) + (number >> 1 & 1) * LIMAX_ROW + (number >> 2) * LIMAX_PLANE;
 }
@@ -41,15 +41,15 @@ __device__ inline int site_at(int place) {
     return grid.at(in_layer % LIMAX_ROW, in_layer / LIMAX_ROW,
                    place / LIMAX_PLANE + first_layer(cluster_rank()));
 }
-// Whether a place lies on the low side of the lattice across an axis; axes count on from 2 to 0.
+// Whether a place is on the low side of the lattice across an axis; axis 3 is 0 again.
 __device__ inline bool is_lowest(int axis, int place) {
     const int in_layer = place % LIMAX_PLANE;
     return axis % 3 == 0   ? in_layer % LIMAX_ROW == 0
            : axis % 3 == 1 ? in_layer < LIMAX_ROW
                            : place < LIMAX_PLANE && cluster_rank() == 0;
 }
-// The masses of a block's lowest layer are also the topmost that the block below sees: how far
-// their places there lie from those here, 0 for a mass that no other block sees.
+// The masses of a block's lowest layer are also the topmost of the block below: offset of their
+// places there from those here, 0 for a mass that no other block has.
 __device__ inline int place_below(int place) {
     if (cluster_blocks == 1) return 0;
     const int rank = cluster_rank();
@@ -57,8 +57,8 @@ __device__ inline int place_below(int place) {
     return (first_layer(rank) - first_layer(rank - 1)) * LIMAX_PLANE;
 }
 
-// Parameters of the springs of one cell: the first in registers, and those for which registers are
-// too scarce in shared memory, [spring][thread].
+// Parameters of the springs of one cell: the first in registers, the others in shared memory,
+// [spring][thread].
 template <int in_registers>
 struct spring_set {
     spring_parameters held[in_registers > 0 ? in_registers : 1];
@@ -75,13 +75,13 @@ constexpr int cube_in_memory = cube_springs - LIMAX_CUBE_HELD;
 constexpr int parameters_in_memory =
     threads * (cube_rounds * cube_in_memory + rim_rounds * rim_springs);
 
-// Where laws act on faces: velocities after the kick, and what each corner of the face whose lowest
-// corner lies at a place takes, N s.
+// Where laws act on faces: velocities after the kick, and the impulse on each corner of the face
+// whose lowest corner is at a place, N s.
 constexpr int face_places = has_faces ? places : 1;
 struct face_memory {
     mass_real after[3][face_places], impulse[3][face_places];
 };
-// Questions that any_of_robot() may be asked between two barriers.
+// What any_of_robot() may be called for between two barriers.
 enum question {
     limits_broken,
     nonfinite_found,
@@ -112,10 +112,10 @@ static_assert(sizeof(block_memory) <= LIMAX_SHARED_BYTES);
 
 // ---- cells ----
 
-// Where a cell lies. A square's or bar's axes are its lane's own.
+// Places of a cell. The axes of a square or bar differ from lane to lane.
 struct cell_place {
     int at;                     // its lowest corner; below 0 for no cell
-    int first, second;          // how far the ends of its axes lie; 0 for the second of a bar
+    int first, second;          // offsets of the ends of its axes; 0 for the second of a bar
     int first_sum, second_sum;  // the same among the sums
 };
 
@@ -176,21 +176,20 @@ __device__ inline force force_on(int place, block_memory& shared) {
     return total;
 }
 
-// Stores what all threads may read of a mass, and what no register holds until the next step.
+// Stores what all threads may read of a mass, and what registers do not keep until the next step.
 __device__ inline void publish(const mass_state& m, int place, block_memory& shared) {
     shared.at.store(place, corner_of(m));
     shared.own.store(place, m);
     if (const int below = place_below(place); below != 0)
         in_block(shared, cluster_rank() - 1).at.store(place + below, corner_of(m));
 }
-// Takes back what publish() stored.
+// Loads what publish() stored.
 __device__ inline void recall(mass_state& m, int place, const block_memory& shared) {
     shared.own.load(place, m);
     if constexpr (shares_state) take_corner(m, shared.at.load(place));
 }
 
-// This block's robot and its state, found anew at both ends of a launch so that no register holds
-// them meanwhile.
+// This block's robot and its state, computed at each use so that they occupy no register between.
 __device__ inline int64_t robot_of(const launch_arguments& launch) {
     return launch.running[blockIdx.x / cluster_blocks];
 }
@@ -198,7 +197,7 @@ __device__ inline mass_real* state_of(const launch_arguments& launch) {
     return launch.state + robot_of(launch) * (state_columns * sites);
 }
 
-// A mass of this block or another as springs see it.
+// A mass of this block or another as springs read it.
 __device__ inline corner corner_of_robot(int site, block_memory& shared) {
     if constexpr (cluster_blocks == 1) return shared.at.load(place_of(site));
     constexpr site_grid grid{lattice{}};
@@ -244,7 +243,7 @@ __device__ inline void add_over_blocks(block_memory& shared, int first, int coun
             shared.sum_of[i] = sum;
         }
 }
-// Whether any thread of any block says so.
+// Whether `value` is not 0 on any thread of any block.
 __device__ inline bool any_of_robot(block_memory& shared, question asked, int value) {
     const int here = __syncthreads_or(value);
     if constexpr (cluster_blocks == 1) return here != 0;

@@ -1,7 +1,7 @@
-// solid.h: the rigid block of a robot's scene. Each mass looks for itself whether it touches the
-// block and leaves how; one warp of the robot lists what touches in the order of the sites, and its
-// first thread takes the block's step (solid_step.h). All of it lies in global memory, so that
-// every path does the same. Compiled for one scene (scene.h). SI units.
+// solid.h: the rigid block of a robot's scene. Each mass checks whether it touches the block
+// and stores how; one warp of the robot lists the masses that touch in the order of their sites,
+// and its first thread steps the block (solid_step.h). All of it is in global memory, so that every
+// path does the same. Compiled for one scene (scene.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/run.h"
@@ -11,7 +11,7 @@ namespace limax::cuda {
 
 inline constexpr int lanes = 32;
 
-// What other blocks of the robot may have written, from the memory that all share.
+// Reads what other blocks of the robot may have written, past the first-level cache.
 template <class T>
 __device__ inline T fetched(const T& from) {
     static_assert(sizeof(T) % sizeof(double) == 0);
@@ -23,7 +23,7 @@ __device__ inline T fetched(const T& from) {
     return to;
 }
 
-// ---- what is told of it ----
+// ---- what is recorded ----
 
 // At a step of the robot, whose own origin moved by `shift` and lies at `origin`: marks and the
 // sample that is due.
@@ -69,7 +69,7 @@ __device__ inline int steps_to_event(const robot_record& record, int64_t step, i
     return steps;
 }
 
-// ---- where it lies ----
+// ---- where it is stored ----
 
 // One robot's, whose masses lie at `sites` sites. `after` are all masses' velocities after the
 // kick, [3][site].
@@ -181,7 +181,7 @@ __device__ inline void step_solid(const robot_solid& solid, const launch_argumen
     __syncwarp();
 }
 
-// Where a launch begins; `begun` between kick and drift.
+// At the begin of a launch; `begun` between kick and drift.
 __device__ inline void begin_solid(const robot_solid& solid, const launch_arguments& launch,
                                    bool begun, double dt, double share) {
     const solid_laws laws(launch.scene);

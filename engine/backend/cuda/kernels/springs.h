@@ -9,8 +9,7 @@
 
 namespace limax::cuda {
 
-// The lattice's sites along each axis: constants in a kernel for one lattice, else what its launch
-// says.
+// The lattice's sites along each axis: constants in a kernel for one lattice, else from its launch.
 struct site_grid {
 #if defined(LIMAX_NX)
     static constexpr bool known = true;
@@ -24,7 +23,7 @@ struct site_grid {
 #endif
     LIMAX_LAW constexpr int count() const { return x * y * z; }
     LIMAX_LAW constexpr int at(int i, int j, int k) const { return i + x * (j + y * k); }
-    // How far a corner lies from its cell in the lattice's numbering of sites.
+    // Offset of a corner from its cell in the numbering of sites.
     LIMAX_LAW constexpr int corner(int number) const {
         return at(number & 1, number >> 1 & 1, number >> 2);
     }
@@ -62,7 +61,7 @@ LIMAX_LAW spring_real rest_length(const launch_arguments& launch, int kind) {
 
 // Forces of a cube's springs. `set[i]` has the parameters of its spring i, load(c) reads corner c,
 // store(c, force) takes the sum on it. Each corner is read once and its sum stored as soon as it is
-// complete, so that few are at hand at a time.
+// complete, so that few are in registers at a time.
 template <class Set, class Load, class Store>
 __device__ inline void cube_forces(const launch_arguments& launch, const Set& set,
                                    const effects::actuation::moment<spring_real>& now,
@@ -116,7 +115,7 @@ LIMAX_LAW bool stretched(float stiffness, const corner& a, const corner& b,
     return stiffness > 0.0f && !(squared <= longest * longest);
 }
 
-// Is a spring of this cube, or of this rim cell, beyond the limit?
+// Whether a spring of this cube, or of this rim cell, is longer than the limit.
 template <class Set, class Load>
 __device__ inline bool cube_stretched(const launch_arguments& launch, const Set& set,
                                       const Load& load) {

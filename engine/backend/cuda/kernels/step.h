@@ -54,9 +54,9 @@ struct block_robot {
         return solid_of(launch, robot_of(launch), sites,
                         launch.solids.after + robot_of(launch) * 3 * sites);
     }
-    __device__ robot_meetings contacts() const {
+    __device__ contact_pairs contacts() const {
         constexpr site_grid grid{lattice{}};
-        return meetings_of(launch, grid, robot_of(launch));
+        return pairs_of(launch, grid, robot_of(launch));
     }
     // Waits for all threads of the robot.
     __device__ void wait() const { meet_cluster(); }
@@ -203,10 +203,10 @@ struct block_robot {
         // before any mass moves
         effects::vector<mass_real> met[mass_rounds] = {};
         if constexpr (meets) {
-            const robot_meetings meeting = contacts();
+            const contact_pairs pairs = contacts();
             each_mass([&](int k) {
-                met[k] = force_of_meetings(meeting, launch, site_at(mass_place[k]),
-                                           [&](int site) { return corner_of_robot(site, shared); });
+                met[k] = force_of_pairs(pairs, launch, site_at(mass_place[k]),
+                                        [&](int site) { return corner_of_robot(site, shared); });
             });
         }
         meet_cluster();
@@ -312,10 +312,10 @@ struct block_robot {
     }
 
     __device__ void list_contacts() {
-        const robot_meetings meeting = contacts();
+        const contact_pairs pairs = contacts();
         each_mass([&](int k) {
-            meeting.list(site_at(mass_place[k]),
-                         [&](int site) { return corner_of_robot(site, shared); });
+            pairs.list(site_at(mass_place[k]),
+                       [&](int site) { return corner_of_robot(site, shared); });
         });
     }
 

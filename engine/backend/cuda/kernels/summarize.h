@@ -1,4 +1,4 @@
-// summarize.h: what the traces of robots that have ended say in one number each: a thread per
+// summarize.h: one number for each trace of robots that have ended, a thread per
 // robot. SI units.
 #pragma once
 

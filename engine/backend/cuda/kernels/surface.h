@@ -22,7 +22,7 @@ __device__ inline int direction_between(int x, int y, int z) {
 struct body_surface {
     site_grid grid;
     const float* stiffness;  // of springs, [direction][site]
-    const int32_t* surface;  // as in meeting_lists
+    const int32_t* surface;  // as in pair_lists
 
     __device__ bool has_spring(int near, int x, int y, int z) const {
         const int far = near + grid.at(x, y, z);
@@ -51,7 +51,7 @@ struct body_surface {
         return false;
     }
 
-    // Calls visit(site) for every mass of the surface, in ascending order, until it says false.
+    // Calls visit(site) for every mass of the surface, in ascending order, until it returns false.
     template <class Visit>
     __device__ void each_of_surface(const Visit& visit) const {
         for (int i = 0; i < grid.count(); ++i) {
@@ -72,16 +72,16 @@ struct body_surface {
     }
 };
 
-// The parameters of an effect between masses; none of them hangs on the robot's origin.
+// The parameters of an effect between masses; none of them depends on the robot's origin.
 template <class R, class E>
-__device__ inline typename E::template params<R> meeting_params(const scene_values& scene) {
+__device__ inline typename E::template params<R> pair_params(const scene_values& scene) {
     const double world[3] = {0, 0, 0};
     return E::template make<R>(scene.of(effects::index_of<E>), world);
 }
 // The distance within which an effect's masses meet, m.
 template <class E>
 __device__ inline double reach_of(const scene_values& scene, double edge) {
-    return meeting_params<double, E>(scene).reach * edge;
+    return pair_params<double, E>(scene).reach * edge;
 }
 
 }  // namespace limax::cuda

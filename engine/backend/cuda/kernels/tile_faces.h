@@ -1,4 +1,4 @@
-// tile_faces.h: laws on faces where masses lie in tiles in global memory (tiles.h). SI units.
+// tile_faces.h: laws on faces where masses are in tiles in global memory (tiles.h). SI units.
 #pragma once
 
 #include "backend/cuda/kernels/faces.h"
@@ -12,7 +12,7 @@ struct tile_faces {
     const site_grid& grid;
     const float* masses;
     const float* lightest;    // of the corners of the face across each axis, kg, [3]
-    const spring_real* seen;  // masses as springs see them
+    const spring_real* seen;  // masses as springs read them
     mass_real* after;         // velocities after the kick, [3]
     mass_real* impulse;       // on each corner of the face whose lowest corner a site is, N s, [3]
 

@@ -1,5 +1,5 @@
-// tiles.h: how a lattice that no block could hold lies in tiles in global memory: its places, what
-// blocks show each other of their masses, where they meet, the forces of springs on the masses of a
+// tiles.h: how a lattice that is too large for a block is stored in tiles in global memory: places,
+// the exchange of masses between blocks, their barrier, the forces of springs on the masses of a
 // tile. Compiled with the defines of grid.h. SI units.
 #pragma once
 
@@ -18,10 +18,10 @@ constexpr int window = window_x * window_y * window_z;
 // Its cells begin one site before it.
 constexpr int cells_x = tile_x + 1, cells_y = tile_y + 1, cells_z = tile_z + 1;
 constexpr int tile_cells = cells_x * cells_y * cells_z;
-// Values of a mass that its springs see.
+// Values of a mass that its springs read.
 constexpr int exchanged = shares_velocity ? 6 : 3;
-// Whether what forces read of a velocity must be kept besides: then the columns of the next
-// velocity, which only the end of a slice needs, hold it.
+// Whether the velocity that forces read must be stored too: then it is in the columns of the next
+// velocity, which only the end of a slice needs.
 constexpr bool keeps_prediction = leapfrog && !(shares_state && shares_velocity);
 
 struct tile_memory {
@@ -73,7 +73,7 @@ __device__ inline void each_site(const site_grid& grid, int tile, const Visit& v
     }
 }
 
-// Other blocks write what is read here: the reads go to the memory that all share.
+// Other blocks write what is read here: the reads bypass the first-level cache.
 __device__ inline corner exchanged_corner(const site_grid& grid, const spring_real* column,
                                           int site) {
     const int sites = grid.count();
@@ -101,7 +101,7 @@ __device__ inline void exchange_corner(const site_grid& grid, spring_real* colum
     }
 }
 
-// Waits until all blocks of the robot have come here; what they wrote before is then visible.
+// A barrier of all blocks of the robot; what they wrote before is visible after it.
 __device__ inline void meet(unsigned* arrived, int blocks) {
     __syncthreads();
     if (blocks == 1) return;
@@ -117,8 +117,8 @@ __device__ inline void meet(unsigned* arrived, int blocks) {
     __syncthreads();
 }
 
-// Parameters of a cube's springs. They never change and lie far away, so most are asked for at once
-// and early; registers do not suffice for all, and for fewer where they also hold the lattice.
+// Parameters of a cube's springs. They never change and are in global memory, so most are loaded
+// early; registers do not suffice for all, and for fewer if they also hold the lattice.
 struct fetched_springs {
     static constexpr int early = site_grid::known ? 10 : 6;
     spring_parameters held[early];
@@ -172,8 +172,8 @@ struct tile_cell {
     }
 };
 
-// Forces on the masses of a tile, of all springs that end in it. Asks for the first parameters,
-// then for the masses around, then waits for both.
+// Forces on the masses of a tile, of all springs that end in it. Loads the first
+// parameters, then the masses of the window.
 __device__ inline void tile_forces(const site_grid& grid, const launch_arguments& launch,
                                    const float* columns, const spring_real* seen, int tile,
                                    tile_memory& shared) {
@@ -198,7 +198,7 @@ __device__ inline void tile_forces(const site_grid& grid, const launch_arguments
                 shared.sum.store(c * tile_masses + cell.in_tile + tile_corner(c), sum);
         };
         if (cell.at.inside(grid)) {
-            // A spring to a corner that does not exist has no stiffness, and is given no length.
+            // A spring to a corner that does not exist has no stiffness, and gets no length.
             cube_forces(
                 launch, springs, shared.now,
                 [&](int c) {
@@ -207,7 +207,7 @@ __device__ inline void tile_forces(const site_grid& grid, const launch_arguments
                 },
                 store);
         } else {
-            // a mass on the lattice's low side is no corner of such a cell
+            // a mass on the lattice's low side is not a corner of such a cell
 #pragma unroll
             for (int c = 0; c < corners; ++c) store(c, {});
         }

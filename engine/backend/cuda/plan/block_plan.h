@@ -1,5 +1,5 @@
 // block_plan.h: how a lattice is laid out over the threads and the shared memory of a block. A
-// function of lattice, precision and effects alone, so that no population changes a bit.
+// function of lattice, precision and effects only: results do not depend on the population.
 #pragma once
 
 #include <array>
@@ -61,7 +61,7 @@ struct block_shape {
 };
 
 // How many robots share a multiprocessor: many keep it busy with few warps each; one alone has as
-// many warps as it has slots, so that its step is short. No bit hangs on it.
+// many warps as it has slots, so that its step is short. Results do not depend on it.
 enum class company { many, alone };
 
 // Null where the plan's part of a robot is too large for a block with `most_shared_bytes`.

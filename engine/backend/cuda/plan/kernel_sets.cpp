@@ -35,7 +35,8 @@ std::string names_of_effects(unsigned mask) {
 }
 
 // Effects that a kernel may have and a scene lack: with these values, and with springs that have no
-// damping and no amplitude, they change no bit. Null for an effect that cannot be silenced.
+// damping and no amplitude, they do not change results. Null for an effect that cannot be
+// silenced.
 const double* silent_values(int effect) {
     using namespace effects;
     // a plane far below everything; no acceleration; no friction; any frequency
@@ -68,7 +69,7 @@ std::vector<unsigned> covering_masks(unsigned wanted) {
 }
 
 // What a scene's scripted effects are in the kernels that step robots and that prepare them. Their
-// parameters stand in the text: another value is another kernel.
+// parameters are in the text: another value needs another kernel.
 void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
     if (scene.scripts().empty()) return;
     std::vector<const scripted::program*> laws;
@@ -108,7 +109,7 @@ step_launch<R> scene_kernels::step_arguments() const {
     }
     launch.max_speed = setup.options.max_speed;
     launch.max_stretch = setup.options.max_stretch;
-    // who owns the memory says where they lie
+    // the owner of the memory sets the addresses
     launch.scene.heights = setup.scene.heights();
     launch.scene.heights.heights = nullptr;
     effects::for_each([&]<class E>(E) {
@@ -227,6 +228,67 @@ int scene_kernels::blocks_of_robot(unsigned robots) const {
     return std::clamp(int(blocks_at_once_ / robots), 1, grid_.tiles);
 }
 
+// Chooses the path, and the shape of its blocks.
+void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
+    // The path depends on no effect except those on faces, which need more memory: it is chosen
+    // for all other effects together.
+    const kernel_needs needs{setup_->options.precision, spring_columns,
+                             damped || has_faces || meets, has_faces};
+    const kernel_needs most{setup_->options.precision, 4, true, has_faces};
+    const std::size_t shared = device.shared_memory_of_block;
+    const int most_cluster =
+        std::min(device.clusters ? most_blocks_of_cluster : 1, std::max(1, setup_->grid.nz));
+    on_grid_ = true;
+    const bool grid_path = form_ == kernel_form::any_lattice || grid_path_asked_for();
+    for (int cluster = 1; cluster <= most_cluster && on_grid_ && !grid_path; ++cluster) {
+        const int layers = (setup_->grid.nz + cluster - 1) / cluster;
+        if (int64_t(setup_->grid.nx) * setup_->grid.ny * layers > most_cubes_of_block) continue;
+        const auto candidate = plans.of(setup_->grid, cluster);
+        if (!shape_block(*candidate, most, shared)) continue;
+        on_grid_ = false;
+        plan = candidate;
+        const auto many = shape_block(*plan, needs, shared);
+        shape_ = form_ == kernel_form::alone
+                     ? shape_block(*plan, needs, shared, company::alone).value_or(*many)
+                     : *many;
+    }
+    if (on_grid_)
+        grid_ = form_ == kernel_form::any_lattice ? shape_any_grid(setup_->grid, needs)
+                                                  : shape_grid(setup_->grid, needs, shared);
+}
+
+// Adds what follows from lattice and path to the defines of the kernel that steps robots.
+void scene_kernels::define_shape(kernel_set& step) const {
+    const auto define = [&](const char* name, auto value) {
+        step.defines.emplace(name, std::to_string(value));
+    };
+    if (form_ != kernel_form::any_lattice) {
+        define("LIMAX_NX", setup_->grid.nx);
+        define("LIMAX_NY", setup_->grid.ny);
+        define("LIMAX_NZ", setup_->grid.nz);
+    }
+    if (on_grid_) {
+        define("LIMAX_TILE_X", grid_.tile[0]);
+        define("LIMAX_TILE_Y", grid_.tile[1]);
+        define("LIMAX_TILE_Z", grid_.tile[2]);
+        define("LIMAX_THREADS", grid_.threads);
+        define("LIMAX_BLOCKS", grid_.blocks);
+        define("LIMAX_SHARED_BYTES", grid_.shared_bytes);
+    } else {
+        define("LIMAX_ROW", plan->row);
+        define("LIMAX_PLANE", plan->plane);
+        define("LIMAX_CLUSTER", plan->cluster);
+        define("LIMAX_LAYERS", plan->layers);
+        define("LIMAX_CUBE_SLOTS", plan->cube_slots);
+        define("LIMAX_RIM_SLOTS", plan->rim_slots);
+        define("LIMAX_MASS_SLOTS", plan->mass_slots);
+        define("LIMAX_THREADS", shape_.threads);
+        define("LIMAX_BLOCKS", shape_.blocks);
+        define("LIMAX_CUBE_HELD", shape_.cube_held);
+        define("LIMAX_SHARED_BYTES", shape_.shared_bytes);
+    }
+}
+
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
                            block_plans& plans, gpu_place& place) {
     const context& gpu = place.gpu;
@@ -246,70 +308,18 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
                         setup.grid.ny, setup.grid.nz, names_of_effects(setup.scene.mask()).c_str(),
                         name_of_precision(setup.options.precision));
 
-    // The path hangs on no effect but one on faces, which needs more memory: it is chosen for all
-    // others.
-    const kernel_needs needs{setup.options.precision, out.spring_columns,
-                             out.damped || out.has_faces || out.meets, out.has_faces};
-    const kernel_needs most{setup.options.precision, 4, true, out.has_faces};
-    const std::size_t shared = gpu.device().shared_memory_of_block;
-    const int most_cluster =
-        std::min(gpu.device().clusters ? most_blocks_of_cluster : 1, std::max(1, setup.grid.nz));
-    out.on_grid_ = true;
-    const bool grid_path = form == kernel_form::any_lattice || grid_path_asked_for();
-    for (int cluster = 1; cluster <= most_cluster && out.on_grid_ && !grid_path; ++cluster) {
-        const int layers = (setup.grid.nz + cluster - 1) / cluster;
-        if (int64_t(setup.grid.nx) * setup.grid.ny * layers > most_cubes_of_block) continue;
-        const auto plan = plans.of(setup.grid, cluster);
-        if (!shape_block(*plan, most, shared)) continue;
-        out.on_grid_ = false;
-        out.plan = plan;
-        const auto many = shape_block(*plan, needs, shared);
-        out.shape_ = form == kernel_form::alone
-                         ? shape_block(*plan, needs, shared, company::alone).value_or(*many)
-                         : *many;
-    }
-    if (out.on_grid_)
-        out.grid_ = form == kernel_form::any_lattice ? shape_any_grid(setup.grid, needs)
-                                                     : shape_grid(setup.grid, needs, shared);
+    out.choose_path(plans, gpu.device());
 
-    const auto number = [](auto value) { return std::to_string(value); };
     const std::map<std::string, std::string> of_scene = {
-        {"LIMAX_EFFECTS", number(mask)},
-        {"LIMAX_PRECISION", number(setup.options.precision)},
-        {"LIMAX_LEAPFROG", number(setup.options.integrator == LIMAX_LEAPFROG ? 1 : 0)}};
-    kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, measure{"measure", of_scene};
+        {"LIMAX_EFFECTS", std::to_string(mask)},
+        {"LIMAX_PRECISION", std::to_string(setup.options.precision)},
+        {"LIMAX_LEAPFROG", setup.options.integrator == LIMAX_LEAPFROG ? "1" : "0"}};
+    kernel_set step{out.on_grid_ ? "grid" : "step", of_scene}, prepare{"prepare", of_scene},
+        measure{"measure", of_scene};
     if (const uint64_t code = instances_code(setup.scene))
-        step.defines.emplace("LIMAX_INSTANCES", number(code));
-    kernel_set prepare{"prepare", of_scene};
+        step.defines.emplace("LIMAX_INSTANCES", std::to_string(code));
     add_scripts(setup.scene, step, prepare);
-    const auto define = [&](const char* name, auto value) {
-        step.defines.emplace(name, number(value));
-    };
-    if (form != kernel_form::any_lattice) {
-        define("LIMAX_NX", setup.grid.nx);
-        define("LIMAX_NY", setup.grid.ny);
-        define("LIMAX_NZ", setup.grid.nz);
-    }
-    if (out.on_grid_) {
-        define("LIMAX_TILE_X", out.grid_.tile[0]);
-        define("LIMAX_TILE_Y", out.grid_.tile[1]);
-        define("LIMAX_TILE_Z", out.grid_.tile[2]);
-        define("LIMAX_THREADS", out.grid_.threads);
-        define("LIMAX_BLOCKS", out.grid_.blocks);
-        define("LIMAX_SHARED_BYTES", out.grid_.shared_bytes);
-    } else {
-        define("LIMAX_ROW", out.plan->row);
-        define("LIMAX_PLANE", out.plan->plane);
-        define("LIMAX_CLUSTER", out.plan->cluster);
-        define("LIMAX_LAYERS", out.plan->layers);
-        define("LIMAX_CUBE_SLOTS", out.plan->cube_slots);
-        define("LIMAX_RIM_SLOTS", out.plan->rim_slots);
-        define("LIMAX_MASS_SLOTS", out.plan->mass_slots);
-        define("LIMAX_THREADS", out.shape_.threads);
-        define("LIMAX_BLOCKS", out.shape_.blocks);
-        define("LIMAX_CUBE_HELD", out.shape_.cube_held);
-        define("LIMAX_SHARED_BYTES", out.shape_.shared_bytes);
-    }
+    out.define_shape(step);
     out.step_ = kernels.load(step);
     out.step_->allow_shared_memory("limax_advance",
                                    out.on_grid_ ? out.grid_.shared_bytes : out.shape_.shared_bytes);

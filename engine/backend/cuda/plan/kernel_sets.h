@@ -23,7 +23,7 @@ public:
     int state_columns = 0;   // of a robot's state
     std::shared_ptr<const block_plan> plan;
 
-    // Arguments with everything that follows from the scene alone.
+    // Arguments with everything that follows from the scene.
     template <class R>
     step_launch<R> step_arguments() const;
     template <class R>
@@ -95,6 +95,8 @@ private:
     friend scene_kernels load_kernels(const simulation_setup&, unsigned, kernel_form, block_plans&,
                                       gpu_place&);
 
+    void choose_path(block_plans& plans, const gpu& device);
+    void define_shape(kernel_set& step) const;
     int blocks_of_robot(unsigned robots) const;
 
     const simulation_setup* setup_ = nullptr;
@@ -109,12 +111,12 @@ private:
 };
 
 // The kernels made for the effects of `mask`, which include the scene's, in this form. Raises
-// LIMAX_NO_DEVICE, naming the first kernel that is not to be had.
+// LIMAX_NO_DEVICE, naming the first kernel that is unavailable.
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
                            block_plans& plans, gpu_place& place);
 
 // Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
-// from lattice and precision alone. Where nothing can be compiled, kernels built with limax for
+// from lattice and precision only. Where nothing can be compiled, kernels built with limax for
 // more effects, silenced, in whatever form, serve with the same bits; where none does, it raises
 // LIMAX_NO_DEVICE, naming the scene and the kernel.
 scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, block_plans& plans,

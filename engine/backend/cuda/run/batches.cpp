@@ -1,5 +1,5 @@
-// batches.cpp: robots that a GPU has no room for all at once: they are halved until a part fits,
-// and the parts take turns, one awake at a time. No bit depends on it.
+// batches.cpp: robots that do not fit on a GPU at once: they are halved until a part fits, and the
+// parts run one at a time. Results do not depend on it.
 #include <algorithm>
 #include <chrono>
 
@@ -73,8 +73,8 @@ private:
     gpu_robots* enqueued_ = nullptr;
 };
 
-// The batch of a robot, awake, alone. One that has never been awake is halved as long as it does
-// not fit; one robot that does not fit is refused.
+// The batch of a robot, the only one awake. One that has never been awake is halved as long as it
+// does not fit; one robot that does not fit is refused.
 gpu_robots& robot_batches::wake_for(int32_t robot) {
     while (true) {
         const std::size_t at = batch_of(robot);

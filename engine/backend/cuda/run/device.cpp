@@ -1,4 +1,4 @@
-// device.cpp: what the GPUs of this host say of themselves, and who works for them on the host.
+// device.cpp: the description of the GPUs of this host, and the threads that serve them.
 #include "backend/cuda/run/device.h"
 
 #include <nlohmann/json.hpp>
@@ -51,7 +51,7 @@ public:
                                       int32_t count) override {
         return make_residence(team_, code, count);
     }
-    bool houses(const residence& home) const override { return lives_with(home, *team_); }
+    bool houses(const residence& home) const override { return stored_on(home, *team_); }
 
 private:
     std::unique_ptr<device> host_;

@@ -42,7 +42,7 @@ private:
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);
 
 // `threads` and `isa` are those of the host's share of the work. Refuses (LIMAX_NO_DEVICE) where
-// there is no GPU that could be used, and says why.
+// there is no usable GPU, with the reason.
 std::unique_ptr<device> make_cuda_device(int threads, const char* isa);
 
 // Why there is no CUDA device here; empty where there is one.

@@ -1,5 +1,5 @@
 // residence.cpp: launches of the kernels between two simulations. Every function waits for its
-// work, so populations need no order among themselves and a simulation may read bodies at once.
+// work, so populations need no order among themselves and a simulation may read bodies immediately.
 #include "backend/cuda/run/residence.h"
 
 #include <algorithm>
@@ -326,7 +326,7 @@ std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
     }
 }
 
-bool lives_with(const residence& home, const gpu_team& team) {
+bool stored_on(const residence& home, const gpu_team& team) {
     const auto* here = dynamic_cast<const gpu_residence*>(&home);
     return here && &here->team() == &team;
 }

@@ -1,5 +1,5 @@
-// residence.h: populations that live on a GPU: their genomes, bodies and descriptions, and the
-// kernels that make them. With several GPUs they live on the first.
+// residence.h: populations stored on a GPU: their genomes, bodies and descriptions, and the
+// kernels that make them. With several GPUs the first one stores them.
 #pragma once
 
 #include <memory>
@@ -42,6 +42,6 @@ std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
                                           int32_t count);
 
 // Whether it is on a GPU of this team.
-bool lives_with(const residence& home, const gpu_team& team);
+bool stored_on(const residence& home, const gpu_team& team);
 
 }  // namespace limax::cuda

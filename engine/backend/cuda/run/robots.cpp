@@ -76,7 +76,7 @@ private:
     void collect_slice();
     void step_robots(const step_launch<R>& launch);
     int64_t most_steps_left() const;
-    // Kinds of traces are those of limax_trace_kind: the block's stands in its own record, and no
+    // Kinds of traces are those of limax_trace_kind: the block's is in its own record, and no
     // GPU has the ledger's.
     bool takes(int32_t kind) const {
         return kind < sample_kinds || (kind == LIMAX_TRACE_BLOCK && scene_.has_solid);
@@ -127,7 +127,7 @@ private:
     device_memory<char> exchange_;  // of spring_real
     device_memory<unsigned long long> sums_;
     device_memory<unsigned> arrived_;
-    device_memory<float> faces_;  // what follows is there where the scene needs it alone
+    device_memory<float> faces_;  // these and the following only where the scene needs them
     device_memory<R> after_;
     device_memory<int32_t> surface_, partners_;
     device_memory<float> listed_at_;
@@ -186,7 +186,8 @@ void robots_on_gpu<R>::sleep() {
     release();
 }
 
-// Makes springs, masses and the first state on the GPU, from bodies that live there or are sent.
+// Makes springs, masses and the first state on the GPU, from bodies that are stored there or
+// uploaded.
 template <class R>
 pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
     prepare_launch<R> launch = scene_.template prepare_arguments<R>();

@@ -13,7 +13,7 @@ class gpu_robots {
 public:
     virtual ~gpu_robots() = default;
 
-    // Sees to it that the robots are on the GPU: at the first time makes their springs and finds
+    // Makes sure that the robots are on the GPU: at the first time makes their springs and finds
     // their time steps. Refuses (LIMAX_OUT_OF_MEMORY) what the GPU has no room for.
     virtual void wake() = 0;
     // Gives the GPU's memory back and keeps everything that wake() needs to go on, bit for bit.
@@ -39,7 +39,7 @@ public:
 };
 
 // `robots` are indices into the setup; their outcomes are written as they run. Where the GPU has no
-// room for all of them at once they take turns.
+// room for all of them at once they are processed in batches.
 std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
                                         std::shared_ptr<gpu_team> team, gpu_place& place,
                                         limax_outcome* outcomes);

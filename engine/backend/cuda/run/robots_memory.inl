@@ -57,10 +57,12 @@ void robots_on_gpu<R>::allocate(std::size_t count) {
     const auto memory = scene_.memory_of_robot();
     faces_ = device_memory<float>(gpu_, count * memory.faces, "the faces" + of_robots);
     surface_ = device_memory<int32_t>(gpu_, count * memory.surface, "the surfaces" + of_robots);
-    partners_ = device_memory<int32_t>(gpu_, count * memory.partners, "the meetings" + of_robots);
-    listed_at_ = device_memory<float>(gpu_, count * memory.listed_at, "the meetings" + of_robots);
-    moved_ =
-        device_memory<unsigned long long>(gpu_, count * memory.moved, "the meetings" + of_robots);
+    partners_ =
+        device_memory<int32_t>(gpu_, count * memory.partners, "the contact pairs" + of_robots);
+    listed_at_ =
+        device_memory<float>(gpu_, count * memory.listed_at, "the contact pairs" + of_robots);
+    moved_ = device_memory<unsigned long long>(gpu_, count * memory.moved,
+                                               "the contact pairs" + of_robots);
     moved_.clear(stream_);
     const std::string of_blocks = format("the blocks of %zu robots", count);
     solids_ = device_memory<solid_record>(gpu_, count * memory.solids, of_blocks);

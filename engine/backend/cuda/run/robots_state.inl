@@ -1,7 +1,7 @@
 // robots_state.inl: what is asked of robots on a GPU: traces, sites, states, the block, and which
 // kernel steps them; a part of robots.cpp.
 
-// Brings one kind of trace to the host, always to the same place: views of it live on.
+// Brings one kind of trace to the host, always to the same address: views of it stay valid.
 template <class R>
 void robots_on_gpu<R>::fetch_samples(int32_t kind) {
     if (!awake_ || fetched_[kind]) return;

@@ -91,7 +91,7 @@ void robots_on_gpu<R>::enqueue_slice(int64_t most) {
     launch.springs = springs_.data();
     launch.state = state_.data();
     launch.faces = faces_.data();
-    launch.meetings = {surface_.data(), partners_.data(), listed_at_.data(), moved_.data()};
+    launch.pairs = {surface_.data(), partners_.data(), listed_at_.data(), moved_.data()};
     launch.solids = {solids_.data(),        solid_marks_.data(),
                      solid_touches_.data(), solid_corners_.data(),
                      solid_after_.data(),   device_samples_[LIMAX_TRACE_BLOCK].data()};

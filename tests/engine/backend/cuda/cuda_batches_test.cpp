@@ -87,7 +87,7 @@ void check_places(Robots& some) {
 
 }  // namespace
 
-TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
+TEST_CASE("robots that do not fit on a GPU run in batches with the same results") {
     if (!kernels_available()) return;
     struct limit {
         std::size_t memory;    // of the GPU, bytes
@@ -119,7 +119,7 @@ TEST_CASE("robots that a GPU has no room for take turns and lose nothing") {
     }
 }
 
-TEST_CASE("robots take turns also where only their traces have no room") {
+TEST_CASE("robots run in batches also where only their traces do not fit") {
     if (!kernels_available()) return;
     // 10 s at 10 kHz, three numbers of 8 bytes a sample
     constexpr std::size_t trace = 100000 * 3 * 8;

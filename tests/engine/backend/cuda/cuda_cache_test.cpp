@@ -59,7 +59,7 @@ TEST_CASE("the hash is FNV-1a of 128 bits, as published") {
     CHECK(hash128::of("foobar").hex() == "343e1662793c64bf6f0d3597ba446f18");
 }
 
-TEST_CASE("a hash of parts tells where one ends") {
+TEST_CASE("a hash of parts depends on where one ends") {
     CHECK(hash128().add("ab").add("c") == hash128().add("ab").add("c"));
     CHECK(hash128().add("ab").add("c") != hash128().add("a").add("bc"));
     CHECK(hash128().add("ab") != hash128().add("ab").add(""));
@@ -67,7 +67,7 @@ TEST_CASE("a hash of parts tells where one ends") {
     CHECK(hash128().add("x").hex().size() == 32);
 }
 
-TEST_CASE("a kernel comes back as it was stored") {
+TEST_CASE("a stored kernel is loaded unchanged") {
     const scratch_folder scratch;
     const fs::path folder = scratch.path / "deep" / "limax";
     kernel_cache cache(folder.string());
@@ -85,7 +85,7 @@ TEST_CASE("a kernel comes back as it was stored") {
     CHECK(cache.take_notes().empty());
 }
 
-TEST_CASE("a damaged file is found, removed, told once and made again") {
+TEST_CASE("a damaged file is detected, removed, reported once and replaced") {
     const scratch_folder scratch;
     kernel_cache first(scratch.path.string());
     first.store(key, some_bytes());
@@ -133,7 +133,7 @@ TEST_CASE("a damaged file is found, removed, told once and made again") {
     CHECK(*first.load(key) == some_bytes());
 }
 
-TEST_CASE("a folder that cannot be written is ignored and told once") {
+TEST_CASE("a folder that is not writable is ignored and reported once") {
     // below a file there is no folder, whoever asks
     const scratch_folder scratch;
     write(scratch.path / "file", "");
@@ -179,7 +179,7 @@ TEST_CASE("the user's folder follows XDG_CACHE_HOME, then HOME") {
     CHECK(kernel_cache::users_folder() == "");
 }
 
-TEST_CASE("writers and readers at once see whole files only") {
+TEST_CASE("concurrent writers and readers see complete files only") {
     const scratch_folder scratch;
     constexpr int rounds = 50;
     std::atomic<int> wrong{0};

@@ -31,7 +31,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("this machine's driver is there, or says why not") {
+TEST_CASE("this machine's driver opens, or gives the reason") {
     std::string why;
     const driver* here = driver::get(&why);
     if (here) {
@@ -59,15 +59,15 @@ TEST_CASE("nothing of CUDA is linked") {
         CHECK_FALSE(contains(needs, library));
 }
 
-TEST_CASE("a library that is no driver is refused with the reason") {
+TEST_CASE("a library that is not a driver is refused with the reason") {
     std::string why;
     CHECK_FALSE(driver::open("liblimax-has-no-such-library.so.1", &why));
     CHECK(contains(why, "no NVIDIA driver: liblimax-has-no-such-library.so.1: "));
     CHECK_FALSE(driver::open("libm.so.6", &why));
-    CHECK(why == "libm.so.6 does not tell its version: it is no NVIDIA driver");
+    CHECK(why == "libm.so.6 does not report its version: it is not an NVIDIA driver");
 }
 
-TEST_CASE("a driver that cannot work says what to do") {
+TEST_CASE("the error of an unusable driver names the remedy") {
     limax::test::fake_driver old;
     old.version = 11080;
     CHECK(fake_machine(old).why ==
@@ -86,7 +86,7 @@ TEST_CASE("a driver that cannot work says what to do") {
     CHECK(contains(broken.why, "cuDeviceGetAttribute failed while asking what GPU 0 is"));
 }
 
-TEST_CASE("a driver's GPUs are told") {
+TEST_CASE("a driver's GPUs are described") {
     limax::test::fake_driver two;
     two.gpus = 2;
     const fake_machine machine(two);
@@ -101,7 +101,7 @@ TEST_CASE("a driver's GPUs are told") {
     CHECK(g.memory == 1000000);
 }
 
-TEST_CASE("GPUs that are too old are left out, and are none where there is no other") {
+TEST_CASE("GPUs that are too old are left out") {
     limax::test::fake_driver old;
     old.capability = 61;
     const fake_machine pascal(old);
@@ -122,7 +122,7 @@ TEST_CASE("GPUs that are too old are left out, and are none where there is no ot
     CHECK(machine.fake->contexts == 0);
 }
 
-TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
+TEST_CASE("memory is copied to the GPU and back, counted and freed") {
     const fake_machine machine;
     {
         const context gpu(*machine.api, 0);
@@ -152,7 +152,7 @@ TEST_CASE("memory goes to the GPU and back, is counted, and is given back") {
     machine.check_given_back();
 }
 
-TEST_CASE("a context is current only where it works") {
+TEST_CASE("a context is current only inside its scope") {
     const fake_machine machine;
     {
         const context gpu(*machine.api, 0);
@@ -178,7 +178,7 @@ TEST_CASE("a context is current only where it works") {
     machine.check_given_back();
 }
 
-TEST_CASE("memory that is not there is refused by size, and nothing is lost") {
+TEST_CASE("an allocation that does not fit is refused with its size") {
     const fake_machine machine;
     {
         const context gpu(*machine.api, 0);
@@ -204,7 +204,7 @@ TEST_CASE("memory that is not there is refused by size, and nothing is lost") {
     machine.check_given_back();
 }
 
-TEST_CASE("LIMAX_CUDA_MEMORY is the most that is taken of a GPU") {
+TEST_CASE("LIMAX_CUDA_MEMORY limits the memory of a GPU") {
     const limax::test::environment_variable limit("LIMAX_CUDA_MEMORY");
     const fake_machine machine;
     limit.set("0.0001");
@@ -233,7 +233,7 @@ TEST_CASE("LIMAX_CUDA_MEMORY is the most that is taken of a GPU") {
     machine.check_given_back();
 }
 
-TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
+TEST_CASE("an error names the call, the operation, the error and the remedy") {
     const fake_machine machine;
     {
         const context gpu(*machine.api, 0);
@@ -262,7 +262,7 @@ TEST_CASE("a refusal names the call, what was done, the error and the remedy") {
     machine.check_given_back();
 }
 
-TEST_CASE("errors that a context does not survive are known") {
+TEST_CASE("errors that destroy a context are recognised") {
     for (const CUresult result :
          {CUDA_ERROR_ILLEGAL_ADDRESS, CUDA_ERROR_LAUNCH_FAILED, CUDA_ERROR_LAUNCH_TIMEOUT,
           CUDA_ERROR_MISALIGNED_ADDRESS, CUDA_ERROR_ECC_UNCORRECTABLE, CUDA_ERROR_ASSERT})

@@ -67,7 +67,7 @@ struct scratch_cache {
 
 }  // namespace
 
-TEST_CASE("a set is a text, a title, and equal to its own kind") {
+TEST_CASE("a kernel set has a text and a title, and compares by value") {
     const kernel_set set{"step", {{"LIMAX_NX", "5"}, {"LIMAX_EFFECTS", "63"}}};
     CHECK(set.text() ==
           "#define LIMAX_EFFECTS 63\n#define LIMAX_NX 5\n"
@@ -79,7 +79,7 @@ TEST_CASE("a set is a text, a title, and equal to its own kind") {
     CHECK(kernel_set::of_title("step").defines.empty());
 }
 
-TEST_CASE("every embedded text is the file's, and includes embedded texts alone") {
+TEST_CASE("every embedded text equals its file, and includes embedded texts only") {
     std::set<std::string> names;
     for (const header& h : kernel_headers()) CHECK(names.insert(h.name).second);
     CHECK(names.count("base/portable.h") == 1);
@@ -117,7 +117,7 @@ TEST_CASE("NVRTC compiles for several GPUs, and instructions are counted") {
     }
 }
 
-TEST_CASE("PTX is text, and keeps product and sum apart") {
+TEST_CASE("PTX is text, without fused products and sums") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
     const std::string ptx = compiled(*nvrtc, "compute_90");
@@ -170,7 +170,7 @@ TEST_CASE("the architecture for a GPU is its own, its major version's, or PTX") 
     CHECK(nvrtc->architecture_for(20) == "");
 }
 
-TEST_CASE("bytes that are no binary have no instructions") {
+TEST_CASE("bytes that are not a binary have no instructions") {
     CHECK(instruction_count("", "small") == 0);
     CHECK(instruction_count("\x7f"
                             "ELF",
@@ -244,7 +244,7 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
     CHECK(notes == 0);
 }
 
-TEST_CASE("the process keeps a kernel that it made, also for threads at once") {
+TEST_CASE("a process compiles a kernel once, also from several threads") {
     if (!found_compiler()) return;
     std::vector<std::shared_ptr<const kernel_binary>> made(4);
     std::vector<std::thread> threads;
@@ -262,7 +262,7 @@ TEST_CASE("the process keeps a kernel that it made, also for threads at once") {
               }).find("no_such_entry") != std::string::npos);
 }
 
-TEST_CASE("kernels built with limax are found for every GPU that they run on") {
+TEST_CASE("embedded kernels are found for every GPU that they run on") {
     scratch_cache scratch;
     kernel_cache cache(scratch.folder);
     if (!has_built_kernels()) return;
@@ -293,7 +293,7 @@ TEST_CASE("kernels built with limax are found for every GPU that they run on") {
     CHECK(fs::is_empty(scratch.folder));
 }
 
-TEST_CASE("nvcc was given the text that NVRTC would be given") {
+TEST_CASE("nvcc and NVRTC compile the same text") {
     const auto lines = [](const std::string& text) {
         std::istringstream in(text);
         std::multiset<std::string> all;
@@ -310,7 +310,7 @@ TEST_CASE("nvcc was given the text that NVRTC would be given") {
     for (const auto& set : sets) CHECK(sources.count(set) >= 1);
 }
 
-TEST_CASE("LIMAX_KERNELS says where kernels may come from") {
+TEST_CASE("LIMAX_KERNELS selects the origins of kernels") {
     const limax::test::environment_variable variable("LIMAX_KERNELS");
     const auto origins = [&](const char* list) {
         variable.set(list);

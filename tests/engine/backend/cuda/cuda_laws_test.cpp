@@ -23,7 +23,7 @@ std::string compiled(const compiler& nvrtc, const std::string& text, std::string
 
 }  // namespace
 
-TEST_CASE("limax carries the text of every law") {
+TEST_CASE("the text of every law is embedded") {
     for (const std::string& law : law_headers()) {
         CAPTURE(law);
         CHECK(std::any_of(embedded_headers().begin(), embedded_headers().end(),
@@ -31,7 +31,7 @@ TEST_CASE("limax carries the text of every law") {
     }
 }
 
-TEST_CASE("every law compiles alone with NVRTC") {
+TEST_CASE("every law compiles on its own with NVRTC") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
     for (const std::string& law : law_headers()) {

@@ -23,7 +23,7 @@ constexpr allowed_origins without_cache{true, false, true};
 
 }  // namespace
 
-TEST_CASE("a module gives functions and facts, and a launch has the shape asked for") {
+TEST_CASE("a module has functions and facts, and a launch has the requested shape") {
     const fake_machine machine;
     {
         const context gpu(*machine.api, 0);
@@ -86,7 +86,7 @@ TEST_CASE("a library loads each kernel once") {
     machine.check_given_back();
 }
 
-TEST_CASE("a binary that the driver is too old for is compiled with what is here") {
+TEST_CASE("a binary that is too new for the driver is compiled again") {
     if (!has_built_kernels()) return;
     const kernel_set& set = ahead_of_time_sets().front();
     const fake_machine machine;

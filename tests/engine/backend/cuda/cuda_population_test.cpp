@@ -168,7 +168,7 @@ TEST_CASE("the kernels between two simulations compile for the oldest and a new 
         }
 }
 
-TEST_CASE("generations on the GPU have the bits of the CPU's") {
+TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
     const handle<limax_device> gpu = found_gpu();
     if (!gpu) return;
     const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);
@@ -242,7 +242,7 @@ TEST_CASE("generations on the GPU have the bits of the CPU's") {
     }
 }
 
-TEST_CASE("bodies of many components: mazes, dust and twins keep what the CPU keeps") {
+TEST_CASE("bodies of many components keep the same component as on the CPU") {
     const handle<limax_device> gpu = found_gpu();
     if (!gpu) return;
     const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);

@@ -132,7 +132,7 @@ void check_same_bits(const ended& a, const ended& b) {
 
 }  // namespace
 
-TEST_CASE("every kernel for steps that is built with limax is the one that its scene asks for") {
+TEST_CASE("every embedded step kernel is the one that its scene needs") {
     asking_machine machine;
     int steps = 0;
     for (const kernel_set& set : cuda::ahead_of_time_sets()) {
@@ -153,7 +153,7 @@ TEST_CASE("every kernel for steps that is built with limax is the one that its s
     CHECK(steps > 0);
 }
 
-TEST_CASE("without a compiler every lattice of the common scenes has a kernel") {
+TEST_CASE("without a compiler the common scenes have a kernel for every lattice") {
     asking_machine machine;
     for (const lattice& grid : {lattice{1, 1, 1}, lattice{3, 7, 2}, lattice{60, 50, 50}})
         for (const int precision : every_precision) {
@@ -210,7 +210,7 @@ TEST_CASE("the kernels of the shipped experiments are built with limax") {
         built({entry, {}});
 }
 
-TEST_CASE("a scene that no kernel serves is named") {
+TEST_CASE("the error names a scene without a kernel") {
     const fake_machine machine;
     cuda::block_plans plans;
     cuda::gpu_place none(*machine.api, 0, {false, false, false});
@@ -227,7 +227,7 @@ TEST_CASE("a scene that no kernel serves is named") {
           std::string::npos);
 }
 
-TEST_CASE("scripted effects are text of the kernels that step robots, and compile there") {
+TEST_CASE("scripted effects are compiled into the step kernels") {
     asking_machine machine;
     for (const int precision : {LIMAX_COMPENSATED, LIMAX_DOUBLE}) {
         simulation_setup setup = setup_of(walking_effects, precision, LIMAX_LEAPFROG, {5, 5, 5});
@@ -245,7 +245,7 @@ TEST_CASE("scripted effects are text of the kernels that step robots, and compil
     }
 }
 
-TEST_CASE("a block changes neither the path of a lattice nor how it lies there") {
+TEST_CASE("a block does not change the path or the plan of a lattice") {
     asking_machine machine;
     for (const lattice& grid : {lattice{1, 1, 1}, cube, lattice{8, 8, 8}, lattice{10, 10, 10},
                                 lattice{40, 15, 1}, lattice{60, 50, 50}})
@@ -279,8 +279,7 @@ TEST_CASE("the kernels of the common lattices spill little") {
             check_spills(*nvrtc, set, "sm_90");
 }
 
-TEST_CASE(
-    "every effect at once, and several times, compiles on both paths and in what serves them") {
+TEST_CASE("all effects together, some several times, compile on both paths") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
     asking_machine machine;
@@ -308,17 +307,6 @@ TEST_CASE(
 }
 
 TEST_SUITE_BEGIN("full");
-
-TEST_CASE("the kernels of all lattices, precisions and integrators spill little" *
-          doctest::skip(skips_long_tests())) {
-    const compiler* nvrtc = found_compiler();
-    if (!nvrtc) return;
-    asking_machine machine;
-    for (const int n : {1, 2, 3, 4, 5, 6, 7, 8, 10, 20, 50})
-        for (const int precision : every_precision)
-            for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG})
-                check_spills(machine, *nvrtc, precision, integrator, {n, n, n}, "sm_90");
-}
 
 TEST_CASE("the kernels of two lattices spill little on every architecture" *
           doctest::skip(skips_long_tests())) {
@@ -357,7 +345,7 @@ TEST_CASE("every effect at once compiles for every architecture, precision and i
 
 TEST_SUITE_END();
 
-TEST_CASE("a kernel built with limax and the same compiled here give the same bits") {
+TEST_CASE("an embedded kernel and the same one compiled here give the same bits") {
     if (!found_gpu() || !found_compiler()) return;
     const environment_variable origins("LIMAX_KERNELS");
     for (const kernel_set& set : cuda::ahead_of_time_sets()) {
@@ -379,7 +367,7 @@ TEST_CASE("a kernel built with limax and the same compiled here give the same bi
     }
 }
 
-TEST_CASE("an effect that never acts changes no bit") {
+TEST_CASE("an effect that never acts does not affect results") {
     const auto gpu = found_gpu();
     if (!gpu) return;
     for (const int precision : every_precision)

@@ -90,7 +90,7 @@ struct numbers {
 
 }  // namespace
 
-TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
+TEST_CASE("a kernel gives every mass the same velocity as the passes") {
     const scene scene = every_scene();
     CHECK(cuda::instances_code(scene) == uint64_t(LIMAX_INSTANCES));
     const double origin[3] = {2, -4, 6}, world[3] = {0, 0, 0}, h = 1e-4;
@@ -194,7 +194,7 @@ TEST_CASE("a kernel gives every mass the velocity that the passes give it") {
         }
 }
 
-TEST_CASE("a kernel moves the block as the CPU moves it") {
+TEST_CASE("a kernel moves the block as the CPU does") {
     scene scene = every_scene();
     // into the contacts, and turning
     const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3};

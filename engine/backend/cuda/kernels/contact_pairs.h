@@ -1,20 +1,20 @@
-// meetings.h: masses of a robot's surface that meet, though neither a spring nor a chain of two
-// joins them. Each mass lists the others that may come within reach, with a margin, in ascending
-// order of their sites; lists hold until some mass has moved half the margin, and are made by
-// looking at every other mass of the surface. When they were made changes no bit. SI units.
+// contact_pairs.h: masses of a robot's surface that meet, though neither a spring nor a chain of
+// two joins them. Each mass lists the others that may come within reach, with a margin, in
+// ascending order of their sites; lists hold until some mass has moved half the margin, and are
+// made by looking at every other mass of the surface. When they were made changes no bit. SI units.
 #pragma once
 
 #include "backend/cuda/kernels/surface.h"
 
 namespace limax::cuda {
 
-// Of an edge: a larger margin makes longer lists, a smaller one more of them.
+// Of an edge: a larger margin makes longer lists, a smaller one more frequent ones.
 inline constexpr double margin_share = 0.3;
-// Of the way that a mass may move before lists are made anew: what rounding may hide is left out.
+// Of the distance that a mass may move before lists are made again, less than 1 for rounding.
 inline constexpr double share_of_way = 0.999;
 
-// One robot's lists, [..][site]. corner_of(site) is a mass as springs see it.
-struct robot_meetings : body_surface {
+// One robot's lists, [..][site]. corner_of(site) is a mass as springs read it.
+struct contact_pairs : body_surface {
     const float* masses;
     int32_t* partners;
     float* listed_at;
@@ -40,7 +40,7 @@ struct robot_meetings : body_surface {
             });
         partners[site] = count;
     }
-    // Whether the lists no longer hold for a mass that lies at `at`.
+    // Whether the lists are out of date for a mass at `at`.
     __device__ bool moved(int site, const corner& at) const {
         const int sites = grid.count();
         const separation<float> e{float(at.x) - listed_at[site],
@@ -50,7 +50,7 @@ struct robot_meetings : body_surface {
         return !(dot(e, e) <= way * way);
     }
 
-    // Calls visit(site) for every mass that the one at `site` may meet, in ascending order.
+    // Calls visit(site) for every mass that the one at `site` may touch, in ascending order.
     template <class Visit>
     __device__ void each_partner(int site, const Visit& visit) const {
         const int count = partners[site];
@@ -67,14 +67,14 @@ struct robot_meetings : body_surface {
     __device__ mass_real weight(int site) const { return mass_real(absolute(masses[site])); }
 };
 
-__device__ inline robot_meetings meetings_of(const launch_arguments& launch, const site_grid& grid,
-                                             int64_t robot) {
+__device__ inline contact_pairs pairs_of(const launch_arguments& launch, const site_grid& grid,
+                                         int64_t robot) {
     double reach = 0;
     effects::for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_meet))
             reach = larger(reach, reach_of<E>(launch.scene, launch.rest[0]));
     });
-    const meeting_lists& lists = launch.meetings;
+    const pair_lists& lists = launch.pairs;
     const int64_t sites = grid.count();
     return {{grid, launch.springs + robot * (spring_columns * direction_count) * sites,
              lists.surface + robot * sites},
@@ -85,9 +85,9 @@ __device__ inline robot_meetings meetings_of(const launch_arguments& launch, con
             spring_real(margin_share * launch.rest[0])};
 }
 
-// Adds the push of the mass at `other` on the one at `site`, which lies and moves as `own` says.
+// Adds the push of the mass at `other` on the one at `site`, whose state is `own`.
 template <class E>
-__device__ inline void add_push(const robot_meetings& robot,
+__device__ inline void add_push(const contact_pairs& robot,
                                 const typename E::template params<mass_real>& params, int site,
                                 const corner& own, int other, const corner& there,
                                 effects::vector<mass_real>& total) {
@@ -105,26 +105,25 @@ __device__ inline void add_push(const robot_meetings& robot,
     const distance<mass_real> apart = contact_distance(squared);
     const separation<mass_real> n{e.x * apart.inverse, e.y * apart.inverse, e.z * apart.inverse};
     const mass_real one = robot.weight(site), two = robot.weight(other);
-    const effects::meeting_state<mass_real> found{reach - apart.length, dot(w, n),
-                                                  one * two / (one + two)};
+    const effects::pair_state<mass_real> found{reach - apart.length, dot(w, n),
+                                               one * two / (one + two)};
     const mass_real push = -side * E::meet(params, found);
     total.x = fma(push, n.x, total.x);
     total.y = fma(push, n.y, total.y);
     total.z = fma(push, n.z, total.z);
 }
 
-// The force on the mass at a site of all that it meets, N.
+// The force on the mass at a site of all masses that it touches, N.
 template <class CornerOf>
-__device__ inline effects::vector<mass_real> force_of_meetings(const robot_meetings& robot,
-                                                               const launch_arguments& launch,
-                                                               int site,
-                                                               const CornerOf& corner_of) {
+__device__ inline effects::vector<mass_real> force_of_pairs(const contact_pairs& robot,
+                                                            const launch_arguments& launch,
+                                                            int site, const CornerOf& corner_of) {
     effects::vector<mass_real> total{};
     effects::for_each([&]<class E>(E) {
         if constexpr (has<E> && bool(E::hooks & effects::hook_meet)) {
             robot.each_partner(site, [&](int other) {
-                add_push<E>(robot, meeting_params<mass_real, E>(launch.scene), site,
-                            corner_of(site), other, corner_of(other), total);
+                add_push<E>(robot, pair_params<mass_real, E>(launch.scene), site, corner_of(site),
+                            other, corner_of(other), total);
             });
         }
     });
