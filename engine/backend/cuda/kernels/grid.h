@@ -24,6 +24,7 @@ struct grid_robot {
     const int thread, blocks, block;
     const int64_t robot;
     const site_grid grid;
+    const int count;             // of sites
     const float* const columns;  // of springs
     const float* const masses;
     mass_real* const state;
@@ -48,6 +49,7 @@ struct grid_robot {
           block(blockIdx.x % blocks),
           robot(launch.running[blockIdx.x / blocks]),
           grid(all.grid),
+          count(grid.count()),
           columns(launch.springs + robot * (spring_columns * direction_count * sites())),
           masses(launch.mass + robot * sites()),
           state(launch.state + robot * (state_columns * sites())),
@@ -59,7 +61,7 @@ struct grid_robot {
 
     // ---- where things are ----
 
-    __device__ int sites() const { return grid.count(); }
+    __device__ int sites() const { return site_grid::known ? grid.count() : count; }
     __device__ int64_t index() const { return robot; }
     __device__ bool leads() const { return block == 0 && thread == 0; }
     __device__ robot_solid solid() const { return solid_of(launch, robot, sites(), after); }
