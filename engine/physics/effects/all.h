@@ -165,6 +165,12 @@ static_assert(
     all_hooks_match(all{}),
     "an effect declares a hook without its law (a contact's params also have stiffness and "
     "damping_ratio), or has a law that it does not declare");
+
+template <class... E>
+constexpr bool all_fields_counted(list<E...>) {
+    return ((sizeof(E::fields) / sizeof(field) == E::field_count) && ...);
+}
+static_assert(all_fields_counted(all{}), "an effect's field_count is not the number of its fields");
 #endif
 
 }  // namespace limax::effects

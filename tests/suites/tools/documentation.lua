@@ -364,6 +364,15 @@ return require("limax").experiment { name = "walk", fitness = "walk", lattice = 
   t:ok(count >= 5)
 end)
 
+-- The anchors of a page's headings, as a reader's browser makes them.
+local function anchors_of(page)
+  local anchors = {}
+  for heading in ("\n" .. source.read(page)):gmatch "\n#+ ([^\n]*)" do
+    anchors[heading:lower():gsub("[^%w%-_ ]", ""):gsub(" ", "-")] = true
+  end
+  return anchors
+end
+
 suite:test("every file that a page names exists", function(t)
   for _, page in ipairs { "engine/README.md", "engine/PERFORMANCE.md", "prompts/README.md",
     "scripts/lib/supervise/llm/README.md", "scripts/ACCURACY.md", "scripts/CONVERT.md",
@@ -374,7 +383,12 @@ suite:test("every file that a page names exists", function(t)
       t:ok(host.file.exists(base .. path) or host.file.exists(host.home .. "/" .. path),
         ("%s names %s, which does not exist"):format(page, path))
     end
-    for path in text:gmatch "%]%(([^)#:]+)%)" do check(path) end
+    for path in text:gmatch "%]%(([^)#:]+)" do check(path) end
+    for path, anchor in text:gmatch "%]%(([^)#:]*)#([^)]+)%)" do
+      local other = path == "" and host.home .. "/" .. page or base .. path
+      t:ok(anchors_of(other)[anchor], ("%s names %s#%s, which does not exist")
+        :format(page, path, anchor))
+    end
     for path in text:gmatch "`([%l_]+/[%w_/.]+)`" do
       local top = path:match "^[^/]+"
       if host.file.exists(base .. top) and top ~= "build" and top ~= "runs" then check(path) end
