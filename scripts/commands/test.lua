@@ -73,7 +73,11 @@ local function paths_of(arguments)
       failure.raise(2, ("limax's own suites are in its source tree, not in %s; name a file or "
         .. "folder: limax test FILE.lua"):format(host.home))
     end
-    for i, room in ipairs(host.file.list(suites)) do paths[i] = suites .. "/" .. room end
+    for _, room in ipairs(host.file.list(suites)) do
+      -- a folder of another version may be left there, empty
+      local folder = suites .. "/" .. room
+      if #host.file.list(folder) > 0 then paths[#paths + 1] = folder end
+    end
   end
   for _, path in ipairs(paths) do
     if not host.file.exists(path) then

@@ -168,7 +168,7 @@ static_assert(
 
 template <class... E>
 constexpr bool all_fields_counted(list<E...>) {
-    return ((sizeof(E::fields) / sizeof(field) == E::field_count) && ...);
+    return ((E::field_count == 0 || sizeof(E::fields) == E::field_count * sizeof(field)) && ...);
 }
 static_assert(all_fields_counted(all{}), "an effect's field_count is not the number of its fields");
 #endif

@@ -271,10 +271,11 @@ TEST_CASE("the effect that engine/README.md shows is a whole one") {
         fs::temp_directory_path() / ("limax-effect-" + std::to_string(getpid()));
     fs::create_directory(folder);
     // it attracts with the gradient of its energy, at most as steeply as its bound says
+    std::ofstream(folder / "magnet.h") << example;
     std::ofstream(folder / "magnet.cpp")
         << "#include \"physics/effects/all.h\"\n"
-        << example
-        << "using namespace limax::effects;\n"
+           "#include \"magnet.h\"\n"
+           "using namespace limax::effects;\n"
            "static_assert(hooks_match<magnet>());\n"
            "int main() {\n"
            "    const double values[5] = {1, 2, 3, 0.5, 0.25}, origin[3] = {2, 0, 2};\n"
