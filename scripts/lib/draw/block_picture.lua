@@ -54,7 +54,6 @@ function block_picture.spaces(corners)
 end
 
 --- Its sides, as faces of a skin whose corners follow `before` other points.
----@param before integer
 ---@return { corners: integer[], letter: string }[]
 function block_picture.faces(before)
   local faces = {}

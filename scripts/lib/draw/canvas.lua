@@ -63,8 +63,6 @@ end
 
 --- An empty canvas.
 ---@param kind "png"|"pdf"|"svg"|"pixels" pixels are four bytes each: red, green, blue, opacity
----@param width integer
----@param height integer
 ---@param options? limax.canvas.options
 ---@return limax.canvas
 function canvas.new(kind, width, height, options)
@@ -83,13 +81,11 @@ function canvas.new(kind, width, height, options)
 end
 
 --- px that a text takes along its line.
----@param text string
 ---@param style limax.draw.text
 ---@return number
 function canvas.text_width(text, style) return cairo.width(clean(text), style) end
 
 --- A text as lines that are at most so wide; a word that is wider has a line of its own.
----@param text string
 ---@param style limax.draw.text
 ---@param width number px
 ---@return string[]
@@ -123,20 +119,11 @@ function Canvas:path(points, style)
   if #points > 1 then self:outline(points, false, style) end
 end
 
----@param from number[]
----@param to number[]
----@param color string
----@param width number
 function Canvas:line(from, to, color, width)
   self:outline({ from, to }, false, { stroke = color, width = width })
 end
 
 --- A rectangle of one colour.
----@param left number
----@param top number
----@param width number
----@param height number
----@param fill string
 ---@param opacity? number
 function Canvas:box(left, top, width, height, fill, opacity)
   self:polygon({ { left, top }, { left + width, top }, { left + width, top + height },
@@ -151,7 +138,6 @@ local EDGE = 0.5
 ---@param fill string "#rrggbb"
 ---@param edges boolean[] has the k-th edge a line?
 ---@param color string of the lines
----@param width number
 ---@param opacity? number of the filling
 function Canvas:face(points, fill, edges, color, width, opacity)
   local whole = not opacity
@@ -171,9 +157,6 @@ function Canvas:face(points, fill, edges, color, width, opacity)
 end
 
 --- A text; y is its base line.
----@param x number
----@param y number
----@param text string
 ---@param style limax.draw.text
 function Canvas:text(x, y, text, style)
   text = clean(text)

@@ -33,8 +33,6 @@ function palette.of(list)
 end
 
 --- A colour darkened (share below 1) or lightened (above 1, towards white).
----@param hex string
----@param share number
 ---@return string hex
 function palette.shade(hex, share)
   local parts = {}

@@ -40,7 +40,6 @@ Sheet.__index = Sheet
 
 --- `count` moments from 0 to the end, s.
 ---@param duration number s
----@param count integer
 ---@return number[]
 function sheet.evenly(duration, count)
   local times = {}

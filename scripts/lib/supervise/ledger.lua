@@ -40,7 +40,6 @@ local is_fixed = {}
 for _, name in ipairs(fixed) do is_fixed[name] = true end
 
 --- The limits that bind proposals in a population of this size, narrowed by an experiment's ranges.
----@param population integer
 ---@param ranges? table<string, number[]> field -> { least, most }
 ---@param allowed? { hyperparameters: boolean, materials: boolean } everything if left out
 ---@return limax.limit[]
@@ -73,7 +72,6 @@ end
 
 --- The values that the largest change per generation allows, regardless of the range.
 ---@param limit limax.limit
----@param before number
 ---@param unit number of the limit's range: the first value of a stiffness, else 1
 ---@return number least
 ---@return number most
@@ -334,8 +332,6 @@ end
 
 --- Records that a script's own loop sets a parameter.
 ---@param record { entries: table[] } of `ledger.judge`
----@param field string
----@param value number
 function ledger.set(record, field, value)
   for _, entry in ipairs(record.entries) do
     if entry.field == field then

@@ -28,8 +28,6 @@ polygon.unit, polygon.cross = unit, cross
 --- The parts of a polygon in front of a plane and behind it. What leaves the plane by less than
 --- `slack` is not cut; what lies within it on both sides counts as in front.
 ---@param whole limax.picture.polygon
----@param normal number[]
----@param offset number
 ---@param slack? number m, 0 if left out
 ---@return limax.picture.polygon|nil front
 ---@return limax.picture.polygon|nil behind
@@ -99,8 +97,6 @@ end
 
 --- Where a plane cuts a polygon: two points, or nothing.
 ---@param whole limax.picture.polygon
----@param normal number[]
----@param offset number
 ---@return number[]|nil from
 ---@return number[]|nil to
 function polygon.crossing(whole, normal, offset)

@@ -82,8 +82,6 @@ function stage.new(around, axes)
 end
 
 --- Height of the ground below a place; nil without ground.
----@param along number
----@param away number
 ---@return number|nil m
 function stage.ground_height(self, along, away)
   local ground = self.ground

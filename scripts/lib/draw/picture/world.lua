@@ -46,7 +46,6 @@ local function up_of(scene)
 end
 
 --- The description of a resolved scene.
----@param scene table
 ---@return limax.world
 function world.of(scene)
   local planes, flows, forces = {}, {}, {}
@@ -86,7 +85,6 @@ end
 
 --- Is a plane a floor?
 ---@param normal number[] of length 1
----@param up number[]
 function world.is_floor(normal, up) return polygon.dot(normal, up) > FLOOR end
 
 --- The text beside a flow's arrow.

@@ -116,7 +116,6 @@ local function finish_record(record, outcome, response, redact)
 end
 
 --- The body of a request; nil and a message where JSON cannot hold it.
----@param fields table
 ---@param redact fun(text: string): string
 ---@return string|nil
 ---@return string|nil message

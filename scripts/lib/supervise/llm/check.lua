@@ -27,7 +27,6 @@ local SCHEMA = { type = "object", additionalProperties = false, required = { "mu
 
 --- Describes the endpoint that the environment names. Only with `ask` is anything sent: one short
 --- question.
----@param ask boolean
 ---@return limax.llm.check
 function check.gather(ask)
   local made, missing = client.new { budget = BUDGET }

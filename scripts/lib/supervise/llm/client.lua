@@ -286,7 +286,6 @@ function Client:state()
 end
 
 --- Continues from a checkpoint. What was learnt of another endpoint or model is left out.
----@param state table
 function Client:restore(state)
   local about = self:describe()
   self.account:restore(state.totals)

@@ -30,7 +30,6 @@ local LONGEST_ECHO = 4000
 
 --- The questions of an experiment, by its options `prompt`, `again`, `context` and
 --- `context_tokens`. Raises where a prompt is missing or cannot be read.
----@param options table
 ---@param run limax.run
 ---@return limax.llm.exchange
 function exchange.new(options, run)

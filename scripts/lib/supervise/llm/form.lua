@@ -111,7 +111,6 @@ end
 --- Learns from a refusal of a request with these fields. False where nothing can be changed.
 ---@param refusal { message: string|nil, param: string|nil }
 ---@param fields table as sent
----@return boolean
 function Form:learn(refusal, fields)
   local values = self.values
   local name = refused_field(refusal, fields, values.token_field)

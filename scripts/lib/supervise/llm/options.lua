@@ -62,7 +62,6 @@ for _, name in ipairs { "key", "api_key", "apikey", "api-key", "authorization", 
 end
 
 --- What is wrong with the options together; nil where nothing is.
----@param checked table
 ---@return string|nil message
 function options.conflict(checked)
   if checked.max_cost and not checked.price then

@@ -114,7 +114,6 @@ end
 ---@field stage string where the object was found
 
 --- Makes a proposal of what a parser returned.
----@param value any
 ---@param message string|nil
 ---@param stage string|nil
 ---@return limax.llm.parsed|nil
@@ -136,7 +135,6 @@ function parse.accept(value, message, stage)
 end
 
 --- Reads a text. Nothing in it is executed.
----@param content string
 ---@param limits limax.limit[]
 ---@return limax.llm.parsed|nil
 ---@return string|nil message

@@ -47,7 +47,6 @@ local function escape_string(inside)
 end
 
 --- A value as JSON with all special characters of its strings escaped; it reads back equal.
----@param value any
 ---@return string
 function prompt.json(value)
   local text, parts, at = host.json.encode(value), {}, 1
@@ -77,7 +76,6 @@ local function line_of(text, at)
 end
 
 --- Reads a prompt. The first line `---` separates the system's message, above it, from the user's.
----@param text string
 ---@param name string its file, for messages
 ---@return limax.llm.template|nil
 ---@return string|nil message
@@ -170,7 +168,6 @@ local function read_file(path)
 end
 
 --- Opens a prompt: a file beside the experiment, or one of limax's own in prompts/.
----@param name string
 ---@param folder string|nil of the experiment
 ---@return limax.llm.prompt_file|nil
 ---@return string|nil message
@@ -187,8 +184,6 @@ function prompt.open(name, folder)
 end
 
 --- A version that a run folder keeps.
----@param folder string
----@param sha256 string
 ---@return limax.llm.template|nil
 ---@return string|nil message
 function prompt.version(folder, sha256)

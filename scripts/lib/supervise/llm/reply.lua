@@ -18,7 +18,6 @@ local function list(value)
 end
 
 --- The JSON object of a body.
----@param body string
 ---@param content_type string|nil
 ---@return table|nil
 ---@return string|nil message
@@ -97,7 +96,6 @@ end
 
 --- The class of a refusal. The account's quota is recognised by code or type only: messages about
 --- limits per minute have the word "quota" as well.
----@param status integer
 ---@param refusal limax.llm.refusal
 ---@return "quota"|"auth"|"filter"|"context"|"http"
 function reply.class_of(status, refusal)
@@ -141,7 +139,6 @@ end
 
 --- Whether an answer holds a choice at all: then the model has run.
 ---@param value table decoded
----@return boolean
 function reply.has_choice(value) return list(value.choices)[1] ~= nil end
 
 ---@class limax.llm.reply

@@ -58,7 +58,6 @@ end
 --- Whether a failed attempt may be repeated at all.
 ---@param failure { class: string, kind: string|nil, status: integer|nil,
 --- headers: table<string, string> }
----@return boolean
 function retry.wanted(failure)
   local should_retry = failure.headers["x-should-retry"]
   if should_retry == "true" then return true end

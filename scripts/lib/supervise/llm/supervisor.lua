@@ -364,14 +364,11 @@ end
 
 --- Was a generation decided without the model because the model could not?
 ---@param outcome_source string `source` of an outcome
----@return boolean
 function supervisor.is_fallback(outcome_source)
   return outcome_source ~= "model" and outcome_source ~= "held"
 end
 
 --- Applies an outcome line to a generation.
----@param line table
----@param judge function
 ---@return table parameters
 ---@return table fields
 ---@return table record

@@ -9,7 +9,6 @@ local text = {}
 -- ---- length and control characters --------------------------------------------------------------
 
 --- The beginning of a text in UTF-8, cut between characters.
----@param value string
 ---@param longest integer bytes
 ---@return string
 function text.beginning(value, longest)
@@ -25,7 +24,6 @@ end
 local CONTROLS = { "[%c\127]+", "\194[\128-\159]", "\226\128[\168-\174]", "\226\129[\166-\169]" }
 
 --- A text as one line of UTF-8 without control characters.
----@param value string
 ---@param longest integer bytes
 ---@return string
 function text.line(value, longest)
@@ -34,7 +32,6 @@ function text.line(value, longest)
 end
 
 --- The text if it is UTF-8, else with a question mark for each byte above 127.
----@param value string
 ---@return string
 function text.utf8(value)
   return pcall(host.json.encode, value) and value or (value:gsub("[\128-\255]", "?"))

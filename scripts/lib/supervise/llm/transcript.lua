@@ -52,7 +52,6 @@ local Recorded = {}
 Recorded.__index = Recorded
 
 --- Reads the lines of a transcript; raises with file and line what is wrong with one.
----@param path string
 ---@return limax.llm.recorded
 function transcript.read(path)
   local text, message = source.read(path)
@@ -81,16 +80,12 @@ function transcript.read(path)
 end
 
 --- The outcome of a generation; nil if there is none.
----@param repetition integer
----@param generation integer
 ---@return table|nil
 function Recorded:outcome(repetition, generation)
   return self.outcomes[key_of(repetition, generation)]
 end
 
 --- The outcome of the generation that began with this request; nil if there is none.
----@param repetition integer
----@param sha256 string
 ---@return table|nil
 function Recorded:of_request(repetition, sha256)
   return self.by_request[key_of(repetition, sha256)]
@@ -118,7 +113,6 @@ end
 function Transcript:note(ok, message) self.problem = not ok and message or nil end
 
 --- Writes the lines that wait. False while they cannot be written; `problem` is the reason.
----@return boolean
 function Transcript:flush()
   if not self.path then return true end
   while self.waiting[1] do
@@ -138,10 +132,7 @@ function Transcript:append(kind, repetition, generation, line)
 end
 
 --- Adds an attempt: on disk when this returns true.
----@param repetition integer
----@param generation integer
 ---@param line table the client's record and its request
----@return boolean
 function Transcript:attempt(repetition, generation, line)
   local key = key_of(repetition, generation)
   self.attempts[key] = (self.attempts[key] or 0) + 1
@@ -150,16 +141,11 @@ function Transcript:attempt(repetition, generation, line)
 end
 
 --- Adds the outcome of a generation.
----@param repetition integer
----@param generation integer
----@param line table
----@return boolean
 function Transcript:outcome(repetition, generation, line)
   return self:append("outcome", repetition, generation, line)
 end
 
 --- Replaces the last line that waits.
----@param line table
 function Transcript:replace_waiting(line)
   self.waiting[#self.waiting] = host.json.encode(line) .. "\n"
 end

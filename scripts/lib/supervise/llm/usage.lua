@@ -16,7 +16,6 @@ local PER_MESSAGE = 4
 local LEAST_SHARE, LEAST_PROMPT = 0.4, 500
 
 --- Estimated tokens of a text.
----@param text string
 ---@return integer
 function usage.tokens(text) return math.ceil(#text / BYTES_PER_TOKEN) end
 
@@ -32,7 +31,6 @@ end
 --- Whether an endpoint cut a prompt without saying so.
 ---@param estimated integer tokens
 ---@param counted integer|nil tokens that the endpoint reports
----@return boolean
 function usage.is_cut(estimated, counted)
   return counted ~= nil and estimated >= LEAST_PROMPT and counted < LEAST_SHARE * estimated
 end

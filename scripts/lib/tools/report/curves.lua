@@ -29,8 +29,6 @@ end
 
 --- What the bands of this many repetitions show; nil where there are none: for one repetition, and
 --- for too many arms.
----@param count integer
----@param arms integer
 ---@return string|nil
 function curves.band_text(count, arms)
   if count < 2 or arms > MOST_BANDS then return nil end
@@ -143,7 +141,6 @@ end
 
 --- The value at a number of evaluations: that of the last generation that was complete by then; nil
 --- before the first.
----@param evaluations number
 ---@return number|nil
 function curves.at(points, evaluations)
   local value

@@ -59,7 +59,6 @@ function html.table(columns, rows, caption)
 end
 
 --- Something that is folded away until it is opened.
----@param summary string
 ---@param body string HTML
 ---@param open? boolean
 function html.details(summary, body, open)
@@ -69,7 +68,6 @@ end
 
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
 ---@param drawn limax.chart.inline
----@param caption string
 function html.figure(drawn, caption)
   local rows = html.table(drawn.columns, drawn.rows, caption)
   return table.concat {

@@ -142,7 +142,6 @@ end
 --- The replay of a simulated robot whose "position" was recorded.
 ---@param walked limax.scored_robot
 ---@param description limax.robot.description
----@param about string
 ---@return limax.report.replay
 function replay.of(walked, description, name, about)
   local trace, context = walked:trace "position", walked.context
