@@ -1,53 +1,98 @@
---- npy.lua: two-dimensional float32 arrays as NumPy files (format 1.0: magic, version, a Python
---- dictionary padded to 64 bytes, then the rows, little endian).
+--- npy.lua: NumPy's arrays of numbers: one in a .npy file (format 1.0), several in a .npz archive.
+
+local ffi = require "ffi"
+local bytes = require "limax.base.bytes"
+local host = require "limax.host"
 
 local npy = {}
 
-local magic = "\147NUMPY\1\0"
+local MAGIC = "\147NUMPY\1\0"
+
+-- C type of each of NumPy's types that is read.
+local C_TYPES = { ["|b1"] = "uint8_t", ["|u1"] = "uint8_t", ["|i1"] = "int8_t",
+  ["<u2"] = "uint16_t", ["<i2"] = "int16_t", ["<u4"] = "uint32_t", ["<i4"] = "int32_t",
+  ["<u8"] = "uint64_t", ["<i8"] = "int64_t", ["<f4"] = "float", ["<f8"] = "double" }
+
+---@class limax.npy.array
+---@field kind string NumPy's type, as in "<f4"
+---@field shape integer[]
+---@field count integer numbers in the array
+---@field data string little-endian, in row-major order
 
 --- The bytes before the data of a .npy file.
----@param rows integer
----@param columns integer
+---@param kind string NumPy's type: "<f4", "|u1", ...
+---@param shape integer[]
 ---@return string
-function npy.header(rows, columns)
-  local header = ("{'descr': '<f4', 'fortran_order': False, 'shape': (%d, %d), }")
-    :format(rows, columns)
+function npy.header(kind, shape)
+  local header = ("{'descr': '%s', 'fortran_order': False, 'shape': (%s%s), }"):format(kind,
+    table.concat(shape, ", "), #shape == 1 and "," or "")
   -- magic, two bytes of length, header and its newline fill a multiple of 64 bytes
-  local padding = -(#magic + 2 + #header + 1) % 64
-  header = header .. (" "):rep(padding) .. "\n"
-  return magic .. string.char(#header % 256, math.floor(#header / 256)) .. header
+  header = header .. (" "):rep(-(#MAGIC + 2 + #header + 1) % 64) .. "\n"
+  return MAGIC .. bytes.pack("uint16_t", { #header }) .. header
 end
 
 --- The bytes of a .npy file.
----@param data string little-endian float32, rows x columns
----@param rows integer
----@param columns integer
+---@param kind string NumPy's type
+---@param shape integer[]
+---@param data string|number[] in row-major order
 ---@return string
-function npy.encode(data, rows, columns)
-  assert(#data == 4 * rows * columns, "npy: the data do not fill rows x columns")
-  return npy.header(rows, columns) .. data
+function npy.encode(kind, shape, data)
+  if type(data) == "table" then data = bytes.pack(C_TYPES[kind], data) end
+  return npy.header(kind, shape) .. data
 end
 
---- Data, rows and columns of a file of `encode`; `nil, message` for anything else.
----@param bytes string
----@return string|nil data
----@return integer|string rows_or_message
----@return integer|nil columns
-function npy.decode(bytes)
-  if bytes:sub(1, #magic) ~= magic then return nil, "not a NumPy file of format 1.0" end
-  local low, high = bytes:byte(#magic + 1, #magic + 2)
-  if not high then return nil, "cut off in its header" end
-  local length = low + 256 * high
-  local header = bytes:sub(#magic + 3, #magic + 2 + length)
-  local rows, columns =
-    header:match "'descr': '<f4', 'fortran_order': False, 'shape': %((%d+), (%d+)%)"
-  if not rows then return nil, "not a two-dimensional array of little-endian float32" end
-  rows, columns = tonumber(rows), tonumber(columns)
-  local data = bytes:sub(#magic + 3 + length)
-  if #data ~= 4 * rows * columns then
-    return nil, ("holds %d bytes, its header says %d x %d float32"):format(#data, rows, columns)
+--- Reads a .npy file of numbers; `nil, message` for anything else, pickled objects included.
+---@param text string
+---@return limax.npy.array|nil
+---@return string|nil message
+function npy.decode(text)
+  if text:sub(1, #MAGIC) ~= MAGIC or #text < 10 then
+    return nil, "is not a NumPy array of format 1.0"
   end
-  return data, rows, columns
+  local offset = 10 + bytes.unpack("uint16_t", text:sub(9, 10))[1]
+  local header = text:sub(11, offset)
+  local kind = (header:match "'descr':%s*'([^']*)'" or "unknown"):gsub("^=", "<")
+  local ctype = C_TYPES[kind]
+  if not ctype then
+    return nil, ("has elements of type %q; expected bool, int, uint or float of up to 8 bytes,"
+      .. " little-endian"):format(kind:sub(1, 20))
+  end
+  if not header:find "'fortran_order':%s*False" then return nil, "is not in C (row-major) order" end
+  local shape, count = {}, 1
+  for word in (header:match "'shape':%s*%(([^()]*)%)" or "0"):gmatch "%d+" do
+    shape[#shape + 1], count = tonumber(word), count * tonumber(word)
+  end
+  if #text - offset ~= count * ffi.sizeof(ctype) then
+    return nil, ("holds %d bytes; its header states %g numbers of type %s"):format(
+      #text - offset, count, kind)
+  end
+  return { kind = kind, shape = shape, count = count, data = text:sub(offset + 1) }
+end
+
+--- The numbers of an array in row-major order.
+---@param array limax.npy.array
+---@return number[]
+function npy.numbers(array) return bytes.unpack(C_TYPES[array.kind], array.data) end
+
+--- The bytes of a .npz archive.
+---@param list { [1]: string, [2]: string }[] name and .npy bytes of each array
+---@return string
+function npy.pack(list)
+  local entries = {}
+  for i, each in ipairs(list) do entries[i] = { each[1] .. ".npy", each[2] } end
+  return host.zip.pack(entries)
+end
+
+--- The .npy bytes of a .npz archive by name, or `nil, message`.
+---@param text string
+---@return table<string, string>|nil
+---@return string|nil message
+function npy.unpack(text)
+  local entries, message = host.zip.unpack(text)
+  if not entries then return nil, message end
+  local by_name = {}
+  for _, entry in ipairs(entries) do by_name[entry[1]:gsub("%.npy$", "")] = entry[2] end
+  return by_name
 end
 
 return npy

@@ -185,8 +185,8 @@ function Folder:write_generation(written)
     self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
   end
   self:write_later(place("population", ".jsonl"), written.text)
-  self:write_later(place("population", ".npy"), npy.header(robots.count, robots.genes), genomes,
-    ffi.sizeof(genomes))
+  self:write_later(place("population", ".npy"), npy.header("<f4", { robots.count, robots.genes }),
+    genomes, ffi.sizeof(genomes))
   self:write_later(place("champions", ".json"), json(written.champion))
 
   local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
@@ -368,9 +368,9 @@ function Folder:generations(repetition, genomes_kept)
   end
   for k = math.max(1, #list - genomes_kept + 1), #list do
     local bytes, path = self:read_generation(repetition, list[k].metrics.generation, ".npy")
-    local data, message = npy.decode(bytes)
-    if not data then failure.raise(1, ("%s: %s"):format(path, tostring(message))) end
-    list[k].genomes = data
+    local array, message = npy.decode(bytes)
+    if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
+    list[k].genomes = array.data
   end
   return list
 end

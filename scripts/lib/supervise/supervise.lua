@@ -45,6 +45,11 @@ supervise.entries = {
   yoked = require "limax.supervise.yoked",
 }
 
+for name, entry in pairs(supervise.entries) do
+  assert(entry.options and (entry.make or entry.start),
+    ("supervisor %s needs options, and make or start"):format(name))
+end
+
 --- Names of the four parameters.
 supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
 

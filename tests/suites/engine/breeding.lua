@@ -81,8 +81,8 @@ end)
 
 suite:test("genomes written and read have the same bits", { seeds = { 7 } }, function(t)
   local _, children = bred(t, { mutation_rate = 0.3 })
-  local text = npy.encode(children:genomes_bytes(), COUNT, children.genes)
-  t:equal((npy.decode(text)), children:genomes_bytes())
+  local text = npy.encode("<f4", { COUNT, children.genes }, children:genomes_bytes())
+  t:equal(npy.decode(text).data, children:genomes_bytes())
 end)
 
 return suite

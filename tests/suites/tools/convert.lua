@@ -302,7 +302,7 @@ open("text.npz", "w").write("no archive")
     { "none.npz", 'has no array "body", "structure" or "arr_0"' },
     { "cut.npy", "holds 13 bytes; its header states 2 numbers" },
     { "short.npy", "elements of type" },
-    { "promise.npy", "at most 10000000 are read" },
+    { "promise.npy", "its header states 9.9998e+09 numbers" },
     { "bomb.npz", "more than 268435456 bytes when unpacked" },
     { "up.npz", "an entry names a place outside of the archive" },
     { "damaged.npz", "an entry is damaged" },

@@ -2,10 +2,10 @@
 --- body, .npz also its connections, .json a world with the cells of its objects. x stays x, up
 --- becomes z.
 
-local arrays = require "limax.tools.convert.arrays"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
+local npy = require "limax.base.npy"
 local robot_file = require "limax.robot.robot_file"
 
 local evogym = {}
@@ -64,7 +64,7 @@ local function describe(path, rows, connections, notes)
 end
 
 local function decoded(path, bytes)
-  local array, message = arrays.decode(bytes)
+  local array, message = npy.decode(bytes)
   if not array then input.refuse(path, "%s", message) end
   return array
 end
@@ -75,10 +75,10 @@ local function rows_of(path, array)
   end
   local height, width = unpack(array.shape)
   input.check_lattice(path, { width, 1, height })
-  local rows = {}
+  local rows, numbers = {}, npy.numbers(array)
   for y = 1, height do
     rows[y] = {}
-    for x = 1, width do rows[y][x] = array.data[x + (y - 1) * width] end
+    for x = 1, width do rows[y][x] = numbers[x + (y - 1) * width] end
   end
   return rows
 end
@@ -90,13 +90,13 @@ end
 
 --- Reads the array `body`, `structure` or `arr_0` of a .npz file, with its connections.
 function evogym.read_npz(path, _, notes)
-  local by_name, message = arrays.unpack(input.read(path))
+  local by_name, message = npy.unpack(input.read(path))
   if not by_name then input.refuse(path, "%s", message) end
   local found = by_name.body or by_name.structure or by_name.arr_0
   if not found then input.refuse(path, 'has no array "body", "structure" or "arr_0"') end
   local rows = rows_of(path, decoded(path, found))
   local joined = by_name.connections or by_name.arr_1
-  return describe(path, rows, joined and #decoded(path, joined).data / 2, notes)
+  return describe(path, rows, joined and decoded(path, joined).count / 2, notes)
 end
 
 --- Is this decoded JSON a world of EvoGym?

@@ -1,7 +1,7 @@
 --- stl.lua: a surface as binary STL: 80 bytes of text, the number of triangles, and for each its
 --- normal, three points and two bytes.
 
-local bytes = require "limax.tools.convert.bytes"
+local bytes = require "limax.base.bytes"
 
 local stl = {}
 

@@ -2,7 +2,7 @@
 --- file is a sequence of records, each with its length and two checksums, that hold protocol
 --- buffers: an Event with a Summary of named scalars. Steps are generations.
 
-local bytes = require "limax.tools.convert.bytes"
+local bytes = require "limax.base.bytes"
 local choice = require "limax.base.choice"
 local metrics = require "limax.tools.convert.metrics"
 

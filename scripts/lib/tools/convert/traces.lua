@@ -2,9 +2,9 @@
 --- NumPy arrays. SI units.
 
 local ffi = require "ffi"
-local arrays = require "limax.tools.convert.arrays"
 local defaults = require "limax.settings.defaults"
 local failure = require "limax.base.failure"
+local npy = require "limax.base.npy"
 local robot_file = require "limax.robot.robot_file"
 local settings = require "limax.settings.settings"
 
@@ -56,7 +56,7 @@ end
 function traces.encode(simulated)
   local context, list = simulated.context, {}
   local function add(name, kind, shape, data)
-    list[#list + 1] = { name, arrays.encode(kind, shape, data) }
+    list[#list + 1] = { name, npy.encode(kind, shape, data) }
   end
   for _, kind in ipairs(defaults.traces) do
     if (context.options.record[kind] or 0) > 0 then
@@ -75,7 +75,7 @@ function traces.encode(simulated)
   for k, name in ipairs(robot_file.weights) do add(name, "<f4", lattice, flattened(weights[k])) end
   local sites = context.simulation:sites(context.index):table()
   add("sites", "<i4", { #sites }, sites)
-  return arrays.pack(list)
+  return npy.pack(list)
 end
 
 return traces
