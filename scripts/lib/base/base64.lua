@@ -11,7 +11,6 @@ end
 
 local base64 = {}
 
----@param bytes string
 ---@return string text padded with "="
 function base64.encode(bytes)
   local parts = {}

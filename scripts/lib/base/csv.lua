@@ -15,7 +15,6 @@ local function cell(value)
 end
 
 --- One line of names, then a line for each row.
----@param columns string[]
 ---@param rows table[] values by column name
 ---@return string
 function csv.encode(columns, rows)

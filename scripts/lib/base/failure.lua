@@ -16,7 +16,6 @@ end
 
 --- Raises a failure.
 ---@param status integer exit status of a command that this ends: 2 usage or configuration, else 1
----@param message string
 ---@param place? integer|string a level as for `error`: 2 names the caller's line; or "FILE:LINE: "
 function failure.raise(status, message, place)
   if type(place) == "number" then place = place > 0 and place_of(place + 1) or nil end
@@ -26,13 +25,11 @@ end
 
 --- Raises a failure of this machine, with exit status 1.
 ---@param kind "memory"|"device"|"disk"|"defect"
----@param message string
 function failure.raise_machine(kind, message)
   fault.throw { kind = kind, status = 1, text = message }
 end
 
 --- The exit status of a failure; nil for any other error value.
----@param value any
 ---@return integer|nil
 function failure.status(value) return fault.is(value) and value.status or nil end
 
@@ -40,7 +37,6 @@ local MACHINE = { memory = true, device = true, disk = true, defect = true }
 
 --- What failed on this machine: "memory" or "disk" that is full, a "device" that is unavailable or
 --- failed, a "defect" of the engine. nil for an error that script or input caused.
----@param value any
 ---@return "memory"|"device"|"disk"|"defect"|nil
 function failure.of_machine(value)
   return fault.is(value) and MACHINE[value.kind] and value.kind or nil
@@ -84,8 +80,6 @@ end
 
 --- pcall that does not catch an interrupt. The third result of a failed call is the traceback of
 --- where the error was raised.
----@param call function
----@param ... any
 ---@return boolean ok
 ---@return any result_or_error
 ---@return any ...
@@ -94,9 +88,6 @@ function failure.attempt(call, ...)
 end
 
 --- The same with a time limit: a function that takes longer is stopped, which counts as an error.
----@param seconds number
----@param call function
----@param ... any
 ---@return boolean ok
 ---@return any result_or_error
 ---@return any ...
@@ -105,7 +96,6 @@ function failure.attempt_within(seconds, call, ...)
 end
 
 --- Raises what `failure.attempt` caught, and keeps its traceback.
----@param value any
 ---@param traceback string|nil
 function failure.raise_again(value, traceback)
   if fault.is(value) then
@@ -117,7 +107,6 @@ function failure.raise_again(value, traceback)
 end
 
 --- The traceback of an error that was raised again; nil for others.
----@param value any
 ---@return string|nil
 function failure.first_trace(value) return fault.is(value) and value.traceback or nil end
 

@@ -7,7 +7,6 @@ local schema = require "limax.engine.schema"
 local flat = {}
 
 --- A value of a configuration as text, an empty table as "{}".
----@param value any
 ---@return string|nil nil for any other table
 function flat.text(value)
   if type(value) ~= "table" then return schema.show(value) end
@@ -16,7 +15,6 @@ end
 
 --- Adds the entries of a value. Where `show` gives nil, a table is entered and anything else is
 --- left out.
----@param value any
 ---@param path string of the value, "" for none
 ---@param into table<string, any> by path
 ---@param show fun(value: any): any

@@ -42,7 +42,6 @@ function npy.encode(kind, shape, data)
 end
 
 --- Reads a .npy file of numbers; `nil, message` for anything else, pickled objects included.
----@param text string
 ---@return limax.npy.array|nil
 ---@return string|nil message
 function npy.decode(text)
@@ -70,7 +69,6 @@ function npy.decode(text)
 end
 
 --- The numbers of an array in row-major order.
----@param array limax.npy.array
 ---@return number[]
 function npy.numbers(array) return bytes.unpack(C_TYPES[array.kind], array.data) end
 
@@ -84,7 +82,6 @@ function npy.pack(list)
 end
 
 --- The .npy bytes of a .npz archive by name, or `nil, message`.
----@param text string
 ---@return table<string, string>|nil
 ---@return string|nil message
 function npy.unpack(text)

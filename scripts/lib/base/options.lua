@@ -151,7 +151,6 @@ end
 --- status 2. Switches are true or nil; `many` options are lists, possibly empty; positional
 --- arguments are arguments[1], [2], ... With --help nothing else is checked and `arguments.help` is
 --- true.
----@param command limax.command
 ---@param argv string[]
 ---@return table arguments
 function options.parse(command, argv)
@@ -198,7 +197,6 @@ function options.columns(rows)
 end
 
 --- The help page of a command.
----@param command limax.command
 ---@return string
 function options.help(command)
   local rows = {}

@@ -5,7 +5,6 @@ local host = require "limax.host"
 local shell = {}
 
 --- A word, quoted if a shell needs it.
----@param word string
 ---@return string
 function shell.quoted(word)
   if word:find "^[%w%._/=%-]+$" then return word end
@@ -13,7 +12,6 @@ function shell.quoted(word)
 end
 
 --- A path, relative if it is below the working directory, quoted if a shell needs it.
----@param path string
 ---@return string
 function shell.path(path)
   local here = host.file.absolute "."

@@ -8,12 +8,10 @@ local source = {}
 local function folder_of(path) return path:match "^(.*)/[^/]*$" or "." end
 source.folder_of = folder_of
 
----@param path string
 ---@return string
 function source.name_of(path) return path:match "([^/]*)$" end
 
 --- The whole text of a file.
----@param path string
 ---@return string|nil text
 ---@return string|nil message
 function source.read(path)
@@ -72,7 +70,6 @@ local function lines_of(text, first, last)
 end
 
 --- Lines `first` to `last` of a file.
----@param path string
 ---@param first integer
 ---@param last integer
 ---@return string|nil
@@ -82,7 +79,6 @@ function source.lines(path, first, last)
 end
 
 --- The path of a file that an experiment names: as it is, else beside the experiment.
----@param path string
 ---@param folder string|nil of the experiment
 ---@return string
 function source.beside(path, folder)
@@ -92,7 +88,6 @@ function source.beside(path, folder)
 end
 
 --- File, lines and SHA-256 of a function's text.
----@param call function
 ---@param base string|nil folder that file names are relative to
 ---@return { file: string, first_line: integer, last_line: integer, sha256: string }
 function source.of_function(call, base)
@@ -118,7 +113,6 @@ function source.place(chosen)
 end
 
 --- A copy of a value with every function replaced by its record, so that it can be written as JSON.
----@param value any
 ---@param base string|nil
 ---@return any
 function source.describe(value, base)
@@ -171,7 +165,6 @@ function source.scripts(origin, fields, named)
 end
 
 --- A deep copy of plain tables; anything else is shared.
----@param value any
 ---@return any
 function source.copy(value)
   if type(value) ~= "table" or getmetatable(value) ~= nil then return value end

@@ -25,7 +25,6 @@ function terminal.style(wish)
 end
 
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
----@param text string
 ---@return integer
 function terminal.width(text)
   local visible = text:gsub("\27%[[%d;]*m", "")
@@ -34,8 +33,6 @@ function terminal.width(text)
 end
 
 --- A text padded to `width` columns.
----@param text string
----@param width integer
 ---@param right? boolean align at the right
 ---@return string
 function terminal.pad(text, width, right)
@@ -44,21 +41,15 @@ function terminal.pad(text, width, right)
 end
 
 --- A text in one of the 256 colours, or plain.
----@param text string
 ---@param code integer
----@param style limax.terminal.style
 ---@return string
 function terminal.paint(text, code, style)
   return style.color and ("\27[38;5;%dm%s\27[0m"):format(code, text) or text
 end
 
----@param text string
----@param style limax.terminal.style
 ---@return string
 function terminal.bold(text, style) return style.color and "\27[1m" .. text .. "\27[0m" or text end
 
----@param text string
----@param style limax.terminal.style
 ---@return string
 function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\27[0m" or text end
 
@@ -67,7 +58,6 @@ function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\
 --- A table with a head: numbers aligned right, words left, two blanks between columns.
 ---@param head string[]
 ---@param rows (string|number)[][] numbers show as %.4g
----@param style limax.terminal.style
 ---@return string
 function terminal.table(head, rows, style)
   local texts, widths, right = {}, {}, {}

@@ -10,8 +10,6 @@ local user_call = {}
 user_call.SECONDS = 5
 
 --- Calls a function like `failure.attempt`.
----@param call function
----@param ... any
 ---@return boolean ok
 ---@return any result_or_error
 ---@return any ...

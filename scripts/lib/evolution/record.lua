@@ -63,7 +63,6 @@ local function remember(run, line, ledger, text, robots)
 end
 
 --- Writes a scored generation into history and folder.
----@param run limax.run
 ---@param robots limax.population.scored
 function record.write(run, robots)
   local line = metrics.measure(robots)
@@ -85,7 +84,6 @@ end
 
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
----@param run limax.run
 ---@param folder limax.run_folder
 ---@param scores_valid boolean false where the configuration changed: elites are scored again
 function record.read(run, folder, scores_valid)

@@ -17,11 +17,9 @@ local ROBOTS_PER_UNIT = 8
 local waiting = {} -- marks what together.wait yields: no script has this value
 
 --- Advances a simulation to its end, in a run of together.run.
----@param simulation limax.simulation
 function together.wait(simulation) coroutine.yield(waiting, simulation) end
 
 --- How many repetitions at a time fill a device: at least two.
----@param device limax.device
 ---@param population integer robots of one repetition
 ---@return integer
 function together.at_once(device, population)
@@ -74,7 +72,6 @@ end
 ---@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
 
 --- Runs repetitions to their ends.
----@param options limax.together.options
 function together.run(options)
   local active, left, springs, seconds = {}, { unpack(options.repetitions) }, 0, 0
 

@@ -17,7 +17,6 @@ end
 
 --- The largest possible number of generations of a repetition: with the largest share of elites,
 --- all of which keep their scores.
----@param config table
 ---@return integer
 function budget.most_generations(config)
   if not config.evaluations then return config.generations end

@@ -11,7 +11,6 @@ local suggest = require "limax.engine.suggest"
 local overrides = {}
 
 --- Splits "path=value".
----@param text string
 ---@return { path: string[], value: any, text: string }|nil
 ---@return string|nil message
 function overrides.parse(text)

@@ -70,9 +70,7 @@ end
 -- ---- describing and building --------------------------------------------------------------------
 
 --- One robot of an engine's population as a plain table.
----@param population limax.population
 ---@param i integer
----@param materials limax.materials
 ---@param edge number m
 ---@return limax.robot.description
 function robot_file.describe(population, i, materials, edge)
@@ -86,8 +84,6 @@ end
 --- Puts the body of a description into an engine's population, as its robot i.
 ---@param population limax.population of the description's lattice
 ---@param i integer
----@param description limax.robot.description
----@param materials limax.materials
 function robot_file.place(population, i, description, materials)
   local weights = {}
   for _, name in ipairs(robot_file.weights) do
@@ -97,8 +93,6 @@ function robot_file.place(population, i, description, materials)
 end
 
 --- The body of a description as an engine's population of one robot, checked.
----@param description limax.robot.description
----@param materials limax.materials
 ---@return limax.population
 function robot_file.build(description, materials)
   local population = engine.population { lattice = description.lattice, count = 1 }
@@ -203,7 +197,6 @@ end
 -- ---- files --------------------------------------------------------------------------------------
 
 --- Reads a robot file. An error raises at the user's line, with file, field, value and range.
----@param path string
 ---@return limax.robot.description
 ---@return limax.materials
 function robot_file.read(path)
@@ -220,15 +213,12 @@ function robot_file.read(path)
 end
 
 --- The text of a robot file.
----@param description limax.robot.description
 ---@return string
 function robot_file.text(description)
   return host.json.encode(description, { indent = 2 }) .. "\n"
 end
 
 --- Writes a robot file, whole or not at all.
----@param path string
----@param description limax.robot.description
 function robot_file.write(path, description)
   local ok, message = host.file.write_atomic(path, robot_file.text(description))
   if not ok then engine.fail(message) end

@@ -89,7 +89,6 @@ end
 
 --- Calls a fitness for one robot: fitness and what it returned beside it, or `nil, nil, message,
 --- excusable`. The message of an error comes with its traceback as fifth result.
----@param call function
 ---@param robot table
 ---@return number|nil fitness
 ---@return table|nil beside as `scoring.parts` takes it

@@ -38,7 +38,6 @@ history.genomes_kept = 3
 local rebuilt = setmetatable({}, { __mode = "kv" })
 
 --- One line per robot.
----@param records table[]
 ---@return string
 function history.encode(records)
   local lines = {}
@@ -47,7 +46,6 @@ function history.encode(records)
 end
 
 --- Robot records from the text of a population file.
----@param text string
 ---@param origin string file name, for messages
 ---@return table[]
 function history.decode(text, origin)

@@ -7,7 +7,6 @@ local sample = require "limax.base.statistics.sample"
 local metrics = {}
 
 --- Indices of the scored robots, best first; equal ones in index order.
----@param records table[]
 ---@return integer[]
 function metrics.rank(records)
   local ranked = {}

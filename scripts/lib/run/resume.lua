@@ -138,7 +138,6 @@ end
 
 --- Brings a folder to its last whole generation and to the configuration of now.
 ---@param folder limax.run_folder
----@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil } of the run
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it
@@ -151,9 +150,6 @@ function resume.continue(folder, experiment, options, allowed, switch)
 end
 
 --- Opens the folder of a repetition that a script computes by itself, and continues it.
----@param path string
----@param experiment limax.experiment
----@param repetition integer
 ---@param allowed boolean may configuration and script differ?
 ---@return limax.run_folder
 ---@return limax.resume.verdict

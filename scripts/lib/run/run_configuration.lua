@@ -24,7 +24,6 @@ local function copies(experiment)
 end
 
 --- The configuration that a run folder holds, and the scripts.
----@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 ---@return table config
 ---@return table[] scripts file, path, sha256, text

@@ -31,9 +31,7 @@ local run_folder = {}
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
 --- Where files of one generation lie, below the run folder.
----@param repetition integer
 ---@param kind "population"|"champions"
----@param generation integer
 ---@param ending string
 ---@return string
 function run_folder.place(repetition, kind, generation, ending)
@@ -41,7 +39,6 @@ function run_folder.place(repetition, kind, generation, ending)
 end
 
 --- The command that continues the run in a folder, ready to be pasted into a shell.
----@param path string
 ---@return string
 function run_folder.resume_command(path)
   return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
@@ -50,7 +47,6 @@ end
 function Folder:resume_command() return run_folder.resume_command(self.path) end
 
 --- Is there a run that can be continued?
----@param path string
 ---@return boolean
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 
@@ -86,7 +82,6 @@ end
 
 --- Ends the run when the disk refused; what is whole stays so.
 ---@param ok any
----@param message? string
 function Folder:check(ok, message)
   self:update_checkpoint()
   if ok then return end
@@ -115,7 +110,6 @@ function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" ..
 
 --- Writes STATUS: the state of the run.
 ---@param state "running"|"done"|"interrupted"|"failed"
----@param message? string
 function Folder:status(state, message)
   -- a run is done only with everything on disk
   if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
@@ -157,7 +151,6 @@ end
 
 --- From now on the lines of this repetition are next. All earlier repetitions must have their last
 --- generation. A folder without turns appends lines as they come.
----@param repetition integer
 function Folder:take_turn(repetition)
   self:settle()
   if not self.grown:take_turn(repetition) then return end
@@ -206,7 +199,6 @@ end
 -- ---- a new run ----------------------------------------------------------------------------------
 
 --- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
----@param name string
 ---@return string
 function run_folder.next_free(name)
   local n = 1
@@ -215,7 +207,6 @@ function run_folder.next_free(name)
 end
 
 --- Takes a new or empty folder, which `begin` makes a run.
----@param path string
 ---@return limax.run_folder
 function run_folder.take(path)
   local kind = host.file.exists(path)
@@ -230,7 +221,6 @@ function run_folder.take(path)
 end
 
 --- Writes what a run begins with into a folder that was just taken.
----@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 function Folder:begin(experiment, options)
   local config, scripts = run_configuration.of(experiment, options)
@@ -243,8 +233,6 @@ function Folder:begin(experiment, options)
 end
 
 --- Makes a new run folder.
----@param path string
----@param experiment limax.experiment
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 ---@return limax.run_folder
 function run_folder.create(path, experiment, options)
@@ -268,7 +256,6 @@ end
 -- ---- continuing a run ---------------------------------------------------------------------------
 
 --- Opens a run folder and locks it. Nothing is changed yet.
----@param path string
 ---@return limax.run_folder
 function run_folder.open(path)
   path = #path > 1 and path:gsub("/+$", "") or path
@@ -350,7 +337,6 @@ end
 ---@field genomes string|nil float32 [robot][gene], for the newest ones
 
 --- Everything that is kept of one repetition, generation by generation.
----@param repetition integer
 ---@param genomes_kept integer number of newest generations with their genomes
 ---@return limax.run_folder.generation[]
 function Folder:generations(repetition, genomes_kept)

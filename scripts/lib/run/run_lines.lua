@@ -20,7 +20,6 @@ local Lines = {}
 Lines.__index = Lines
 
 --- A repetition's own folder, below the run folder.
----@param repetition integer
 ---@return string
 function run_lines.folder_of(repetition) return ("r%02d"):format(repetition) end
 
@@ -56,7 +55,6 @@ function Lines:sizes()
 end
 
 --- Makes the empty files of a new run, or of a repetition whose lines have to wait.
----@param repetition? integer
 function Lines:create(repetition)
   for _, name in ipairs(NAMES) do self.folder:write(file_of(name, repetition), "") end
 end
@@ -84,7 +82,6 @@ end
 
 --- From now on the lines of this repetition are next. Those that waited are appended; their files
 --- stay until remove_waiting().
----@param repetition integer
 ---@return boolean whether there were any
 function Lines:take_turn(repetition)
   self.turn = repetition
@@ -99,7 +96,6 @@ function Lines:take_turn(repetition)
 end
 
 --- Removes a repetition's files of waiting lines, unless there are such lines.
----@param repetition integer
 function Lines:remove_waiting(repetition)
   if self.ahead[repetition] then return end
   for _, name in ipairs(NAMES) do

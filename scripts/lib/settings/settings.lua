@@ -118,7 +118,6 @@ end
 --- Checks, completes and converts; raises at `level` (1 is the caller of this function).
 ---@param simulation? table as in an experiment
 ---@param record? table<string, integer>
----@param level? integer
 ---@return table options for engine.simulation
 function settings.simulation_options(simulation, record, level)
   local checked, message = settings.simulation(simulation, "simulation")

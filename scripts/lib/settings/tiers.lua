@@ -57,7 +57,6 @@ local function content()
 end
 
 --- The measurements for this device and build, by tier; nil without any.
----@param device limax.device
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured(device)
   local found = content().measured[key_of(device:describe(), host.version, host.environment())]
@@ -65,7 +64,6 @@ function tiers.measured(device)
 end
 
 --- The same for a session of a run folder's environment.json.
----@param session table
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured_in(session)
   if not (session.device and session.machine and session.version) then return nil end
@@ -74,7 +72,6 @@ function tiers.measured_in(session)
 end
 
 --- Stores measurements, beside those of other devices and builds.
----@param device limax.device
 ---@param measured table<string, limax.tiers.measured>
 ---@return string|nil path
 ---@return string|nil message why it was not stored
@@ -103,7 +100,6 @@ function tiers.of(simulation)
 end
 
 --- Overrides that give an experiment a whole tier, also the parts that its script sets.
----@param name string
 ---@return string[]
 function tiers.overrides(name)
   local list = { "simulation.accuracy=" .. name }
@@ -112,7 +108,6 @@ function tiers.overrides(name)
 end
 
 --- A tier in words: "leapfrog, compensated, at most 0.0002 s".
----@param name string
 ---@return string
 function tiers.describe(name)
   local tier = defaults.tiers[name]

@@ -5,7 +5,6 @@ local holm = {}
 
 --- The adjusted p values: the k-th smallest of m is multiplied by m - k + 1, and is at most 1 and
 --- at least the adjusted value of a smaller one.
----@param list number[]
 ---@return number[]
 function holm.adjust(list)
   local order, adjusted, least = {}, {}, 0

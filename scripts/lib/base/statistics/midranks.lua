@@ -4,7 +4,6 @@
 local midranks = {}
 
 --- Twice the mid-rank of each number, from 1 for the smallest, and whether any two are equal.
----@param list number[]
 ---@return integer[] doubled
 ---@return boolean ties
 function midranks.doubled(list)

@@ -98,7 +98,6 @@ end
 --- value of the reference.
 ---@param reference (number|nil)[]
 ---@param cheap (number|nil)[]
----@param count integer
 ---@return number|nil mean nil without a pair
 ---@return number|nil relative nil if the reference is 0
 function ranking.mean_error(reference, cheap, count)

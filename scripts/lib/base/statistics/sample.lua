@@ -9,7 +9,6 @@ local function ascending(list)
 end
 
 --- The median; nil of an empty list.
----@param list number[]
 ---@return number|nil
 function sample.median(list)
   local sorted, n = ascending(list), #list
@@ -29,7 +28,6 @@ function sample.quantile(sorted, q)
 end
 
 --- The mean; nil of an empty list.
----@param list number[]
 ---@return number|nil
 function sample.mean(list)
   local sum = 0
@@ -39,7 +37,6 @@ end
 
 --- The interquartile mean: the mean without the lowest and the highest floor(n/4) values.
 --- Source: Agarwal et al., "Deep RL at the edge of the statistical precipice" (2021).
----@param list number[]
 ---@return number|nil
 function sample.interquartile_mean(list)
   local sorted, cut = ascending(list), math.floor(#list / 4)
@@ -50,7 +47,6 @@ end
 sample.LEAST_FOR_MEAN = 8
 
 --- The centre in reports: the interquartile mean of 8 values or more, else the median.
----@param list number[]
 ---@return number|nil
 ---@return "interquartile mean"|"median" name
 function sample.centre(list)

@@ -47,8 +47,6 @@ local function last_state(population, materials, precision, device)
 end
 
 --- Compares a device with the CPU, with all effects, and raises if they differ too much.
----@param materials limax.materials
----@param device limax.device
 ---@param lattices integer[][]
 ---@param precisions string[]
 ---@return table<string, string> hashes of the last state on the device, by "5x5x5 single"

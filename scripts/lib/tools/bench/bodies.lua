@@ -14,7 +14,6 @@ bodies.ALL = {
 --- pieces.
 ---@param materials limax.materials of the paper
 ---@param lattice integer[]
----@param count integer
 ---@param options { first: integer|nil, hollow: boolean|nil }|nil `first`: number of the first robot
 ---@return limax.population
 function bodies.population(materials, lattice, count, options)

@@ -105,7 +105,6 @@ local cases = {}
 
 --- Begins a suite of hard cases. The function that it returns adds one: a test on every device, and
 --- a test tagged full that runs the long version in every combination.
----@param kind string
 ---@return fun(case: limax.hard_case)
 function hard_cases.suite(kind)
   local suite = test.suite("hard cases: " .. kind)

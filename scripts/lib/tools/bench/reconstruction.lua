@@ -18,11 +18,9 @@ local function handle(value) return object.handle("reconstruction", value, getme
 
 --- Steps every robot from the start.
 ---@param robots limax.population of one shape
----@param materials limax.materials
 ---@param scene limax.scene with exactly the effects of bodies.ALL
 ---@param options table as of engine.simulation: symplectic Euler, single precision, a time step
 ---@param steps integer of each robot
----@param device limax.device
 ---@return number seconds GPU time of the steps, the least of three runs
 ---@return number[] center centre of mass of the first robot at the end, m
 function reconstruction.run(robots, materials, scene, options, steps, device)

@@ -78,7 +78,6 @@ local function simulate(list, device, values, fitness_call, functions)
 end
 
 --- The outcome of each run; a champion whose simulation fails at `publish` has none.
----@param device limax.device
 ---@param fitness_call? function the fitness of all of them, if the caller has it
 ---@return table<limax.compare.run, number>
 function outcome.measure(list, device, fitness_call)

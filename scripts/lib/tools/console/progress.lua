@@ -21,7 +21,6 @@ local between = 0.1
 ---@field write? fun(text: string) standard error if left out
 
 --- Progress over `total` generations.
----@param options limax.progress.options
 ---@return limax.progress
 function progress.new(options)
   local terminal = host.terminal()
@@ -45,7 +44,6 @@ function Progress:clear()
 end
 
 --- A line that stays, quiet or not: a warning, or what failed.
----@param text string
 function Progress:say(text)
   self:clear()
   self.write(self:paint("33", "! ") .. text .. "\n")

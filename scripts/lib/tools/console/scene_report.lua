@@ -22,7 +22,6 @@ local ENDLESS = 1e4
 --- A simulation of one body of all materials, in a scene.
 ---@param config table of an experiment: its lattice and materials
 ---@param scene table
----@param device limax.device
 ---@param options table of the simulation
 ---@return limax.simulation
 function scene_report.simulation(config, scene, device, options)
@@ -94,7 +93,6 @@ end
 --- Facts about the scene of an experiment's file. An effect's cost is the share of a step that is
 --- saved without it and without the effects that need it.
 ---@param file string
----@param device limax.device
 ---@return table facts `effects`, a list of { name, fields, cost }; `springs`, their share; `step`,
 --- s; `noise`, the relative difference of two measurements; `runs`, from simulation:describe()
 function scene_report.gather(file, device)

@@ -154,7 +154,6 @@ end
 ---@field device? string|limax.device for the film strip
 
 --- Shows the end of a run, and writes champion.svg into its folder.
----@param folder string
 ---@param options? limax.summary.options
 function summary.show(folder, options)
   options = options or {}

@@ -29,14 +29,11 @@ local function failure_of(record)
 end
 
 --- Keeps the first message of a fitness that failed from the warnings of a run.
----@param text string
 function Tally:add_warning(text)
   self.fitness_message = self.fitness_message or text:match "gets no score: ([^\n]+)"
 end
 
 --- Adds one generation's records. An elite was counted when it was bred.
----@param repetition integer
----@param records table[]
 function Tally:add(repetition, records)
   for _, record in ipairs(records) do
     if record.origin ~= "elite" then self.robots = self.robots + 1 end

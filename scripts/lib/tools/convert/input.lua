@@ -13,7 +13,6 @@ input.MAX_BYTES = 128 * 2 ^ 20
 input.MAX_VOXELS = 1e6
 
 --- Ends the command with an error about a file. Control characters are not printed.
----@param pattern string
 function input.refuse(path, pattern, ...)
   failure.raise(2, ("%s: %s"):format(path, (pattern:format(...):gsub("%c", "?"))))
 end
@@ -35,7 +34,6 @@ function input.read(path)
 end
 
 --- Calls a function; an error of it ends the command with the name of the file.
----@param call function
 function input.about(path, call, ...)
   local succeeded, value = failure.attempt(call, ...)
   if succeeded then return value end

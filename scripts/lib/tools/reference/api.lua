@@ -128,7 +128,6 @@ local function table_classes()
 end
 
 --- The fields of `scene` or `record`, which many tables have.
----@param name string
 ---@return limax.api.option[]|nil
 function api.nested(name)
   for _, option in ipairs(experiment_fields.list()) do
@@ -137,7 +136,6 @@ function api.nested(name)
 end
 
 --- The names that the table of one argument of a function may hold.
----@param entry limax.api.entry
 ---@param argument integer
 ---@return limax.api.option[]
 function api.options(entry, argument)
@@ -189,7 +187,6 @@ function api.tables()
 end
 
 --- The entries of a name: the whole one, or its last part.
----@param name string
 ---@return limax.api.entry[]
 function api.find(name)
   local whole, parts = {}, {}

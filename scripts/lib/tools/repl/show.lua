@@ -197,7 +197,6 @@ function show.value(value, style)
 end
 
 --- The text of several values: in one line, separated by tabs, or one per line.
----@param ... any
 function show.values(count, ...)
   local texts, style, separator = {}, terminal.style(), "\t"
   for i = 1, count do

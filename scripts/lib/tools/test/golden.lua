@@ -42,7 +42,6 @@ end
 
 --- Path of a golden.
 ---@param suite_file string path of the suite's file
----@param name string
 ---@return string
 function golden.path(suite_file, name)
   local folder, stem = suite_file:match "^(.*)/([^/]*)$"

@@ -108,7 +108,6 @@ end
 --- Plain lines; the last is `N passed, N failed, N skipped`.
 ---@param quiet boolean|nil only failures, and the last line
 ---@param write fun(text: string)
----@param style limax.terminal.style
 function report.plain(quiet, write, style)
   return setmetatable({ quiet = quiet, write = write, style = style, times = {},
     failed_files = {}, only = {} }, plain)

@@ -88,7 +88,6 @@ end
 
 --- Loads one file. What it requires from its own folder is unloaded afterwards, so that files do
 --- not affect each other.
----@param path string
 ---@param longest? number s that it may take, 60 if absent
 ---@return limax.suite_file
 function runner.load(path, longest)

@@ -109,10 +109,8 @@ local function draw(folder, section, result, about_machine, made)
 end
 
 --- Writes the folder.
----@param folder string
 ---@param result limax.bench_result with `sections`
 ---@param sections string[]
----@param device limax.device
 ---@param say fun(text: string)
 function pages.write(folder, result, sections, device, say)
   local foot, made = about(device), {}

@@ -51,7 +51,6 @@ trial.CPU_ONLY = "CPU only"
 --- Why the engine refuses a simulation with these options; nil if it does not.
 ---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
 ---@param options table as engine.simulation takes them
----@param device limax.device
 ---@return string|nil
 function trial.refusal(subject, options, device)
   local fine, value = failure.attempt(engine.simulation, subject.population, subject.materials,
@@ -67,8 +66,6 @@ end
 
 --- The same, "CPU only" if the CPU supports what this device does not.
 ---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
----@param options table
----@param device limax.device
 ---@return string|nil
 function trial.brief_refusal(subject, options, device)
   local why = trial.refusal(subject, options, device)
@@ -77,8 +74,6 @@ function trial.brief_refusal(subject, options, device)
 end
 
 --- Options of a subject under a setting.
----@param subject limax.accuracy.subject
----@param setting limax.accuracy.setting
 ---@param record table<string, integer>|nil
 ---@return table
 function trial.options(subject, setting, record)
@@ -120,9 +115,6 @@ function trial.rms(a, b)
 end
 
 --- Tries a setting: at least two runs, then more until `effort` is spent.
----@param subject limax.accuracy.subject
----@param setting limax.accuracy.setting
----@param device limax.device
 ---@param effort { seconds: number, runs: integer }|nil wall time and runs at most; one run if left
 --- out
 ---@return limax.accuracy.trial
@@ -160,7 +152,6 @@ local RK4_STEP = 1e-5
 ---@field name string
 
 --- The reference of a subject: RK4 in double without contact, else leapfrog in double.
----@param subject limax.accuracy.subject
 ---@param time_step number s, of leapfrog
 ---@return limax.accuracy.reference
 function trial.reference(subject, time_step)

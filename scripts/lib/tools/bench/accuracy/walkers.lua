@@ -36,7 +36,6 @@ walkers.CASES = {
 local function silent() end
 
 --- An experiment of scripts/experiments with overrides.
----@param case limax.accuracy.case
 ---@param changes string[] further overrides
 ---@return limax.experiment
 function walkers.experiment(case, changes)
@@ -54,8 +53,6 @@ function walkers.random(experiment, device)
 end
 
 --- The last generation of an experiment, and the wall time of simulating all of them, s.
----@param experiment limax.experiment
----@param device limax.device
 ---@return limax.population.scored
 ---@return number seconds
 function walkers.evolved(experiment, device)

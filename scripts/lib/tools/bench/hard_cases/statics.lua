@@ -44,7 +44,6 @@ function statics.box(lattice, edge)
 end
 
 --- Undeformed positions of the masses.
----@param box limax.hard_cases.box
 ---@param edge number m
 ---@return number[][]
 function statics.positions(box, edge)
@@ -62,7 +61,6 @@ local function vector(positions, spring)
 end
 
 --- Forces of the springs on each mass, N.
----@param box limax.hard_cases.box
 ---@param stiffness number N/m
 ---@param positions number[][]
 ---@return number[][]
@@ -81,7 +79,6 @@ function statics.forces(box, stiffness, positions)
 end
 
 --- Energy of the springs, J.
----@param box limax.hard_cases.box
 ---@param stiffness number N/m
 ---@param positions number[][]
 ---@param scale number|nil of the rest lengths
@@ -96,7 +93,6 @@ function statics.energy(box, stiffness, positions, scale)
 end
 
 --- The tangent stiffness -dF/dx, dense, one row per axis of each mass.
----@param box limax.hard_cases.box
 ---@param stiffness number N/m
 ---@param positions number[][]
 ---@return number[][]
