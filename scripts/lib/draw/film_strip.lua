@@ -1,5 +1,5 @@
---- film_strip.lua: a robot's walk as one SVG: six poses from the side, and below them the whole way
---- with the path of the centre of mass.
+--- film_strip.lua: a robot's walk as one SVG: six poses from the side, and below them the whole
+--- walk with the path of the centre of mass.
 
 local engine = require "limax.engine"
 local host = require "limax.host"

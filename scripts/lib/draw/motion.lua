@@ -1,6 +1,6 @@
 --- motion.lua: what pictures need of a robot's motion: poses at some times, the path, the skin.
---- World points are turned to { along the way, away from the eye, up }, m; up is against gravity,
---- so that a slope is seen as one.
+--- World points are turned to { along the path, away from the viewer, up }, m; up is against
+--- gravity, so that a slope is seen as one.
 
 local block_picture = require "limax.draw.block_picture"
 local defaults = require "limax.settings.defaults"
@@ -12,9 +12,9 @@ local world = require "limax.draw.picture.world"
 
 local motion = {}
 
--- A way shorter than this share of a body's length has no direction.
-local LEAST_WAY = 0.05
--- s: without ground the eye's height is the mean of the body's over this time before and after a
+-- A displacement shorter than this share of a body's length has no direction.
+local LEAST_DISPLACEMENT = 0.05
+-- s: without ground the viewer's height is the mean of the body's over this time before and after a
 -- pose, half a period of the default muscles
 local CALM = 0.25
 -- m: anchors hold what is nearer to their box than this; see engine/physics/effects/anchors.h
@@ -41,16 +41,16 @@ local ENOUGH = 20
 ---@field world limax.world
 ---@field stage limax.picture.stage the same, turned
 ---@field note string|nil what is not drawn, and why
----@field start number m along the way
+---@field start number m along the path
 
--- Directions of along, away and up in the world. Along is level, in the direction `way`; x where
--- that is too short.
-local function axes_of(way, least, up)
+-- Directions of along, away and up in the world. Along is level, in the direction of the
+-- displacement; x where that is too short.
+local function axes_of(displacement, least, up)
   local function level(v)
     local rise = polygon.dot(v, up)
     return { v[1] - rise * up[1], v[2] - rise * up[2], v[3] - rise * up[3] }
   end
-  local along = level(way)
+  local along = level(displacement)
   if polygon.dot(along, along) < least ^ 2 then along = level { 1, 0, 0 } end
   along = polygon.unit(along)
   return { along, polygon.cross(up, along), up }
@@ -142,15 +142,15 @@ function motion.faces(robot)
   return skin.faces(robot.body.voxel, mass_at), sites
 end
 
--- What does not move: the body's skin and colours, and the world along this way.
-local function film_of(robot, way, least)
+-- What does not move: the body's skin and colours, and the world along this direction.
+local function film_of(robot, displacement, least)
   local around, materials = world.of(robot.context.scene), robot.context.materials:table().materials
   local faces, sites = motion.faces(robot)
   local used = {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
   return { materials = materials, colors = palette.of(materials), used = used, world = around,
     held = motion.held(robot, sites), faces = faces,
-    stage = stage.new(around, axes_of(way, least, around.up)) }
+    stage = stage.new(around, axes_of(displacement, least, around.up)) }
 end
 
 --- Everything that pictures draw of a robot whose "position" was recorded.
@@ -158,7 +158,7 @@ end
 ---@return limax.motion.film
 function motion.of(robot, times)
   local trace, block = robot:trace "position", block_trace(robot)
-  local film = film_of(robot, robot:displacement(), LEAST_WAY * robot:length())
+  local film = film_of(robot, robot:displacement(), LEAST_DISPLACEMENT * robot:length())
   local turn = film.stage.turn
   film.path, film.poses = path_of(robot, trace, turn), {}
   for k, wanted in ipairs(times) do

@@ -1,6 +1,6 @@
 --- sheet.lua: pictures of robots: rows of poses side by side with their times, a scale bar, wind
---- and current, and below a legend of the colours. Film strips have a heading and the whole way
---- too.
+--- and current, and below a legend of the colours. Film strips have a heading and the whole
+--- path too.
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
@@ -36,7 +36,7 @@ Sheet.__index = Sheet
 ---@field names string[]|nil of each film
 ---@field title string|nil heading at the left
 ---@field facts string|nil heading at the right
----@field track boolean|nil the whole way of the first film, and distances below its poses
+---@field track boolean|nil the whole path of the first film, and distances below its poses
 
 --- `count` moments from 0 to the end, s.
 ---@param duration number s

@@ -5,13 +5,13 @@ local polygon = require "limax.draw.picture.polygon"
 
 local skin = {}
 
---- How far a metre away from the eye moves a point to the right and up in oblique projection.
+--- How far a metre away from the viewer moves a point to the right and up in oblique projection.
 skin.recede_x, skin.recede_y = 0.36, 0.22
 
 --- Colour of the lines between the faces of a body.
 skin.ink = "#ffffff"
 
--- Direction to the light, of length 1: from the left, from above, from the eye's side.
+-- Direction to the light, of length 1: from the left, from above, from the viewer's side.
 local light = { -0.40, -0.45, 0.80 }
 
 -- The six sides of a voxel: where the neighbour is, and the four corners, counter-clockwise seen
@@ -61,25 +61,23 @@ end
 ---@return number
 function skin.brightness(normal) return 0.80 + 0.28 * polygon.dot(normal, light) end
 
---- The faces that look at the eye.
+--- The faces that face the viewer.
 ---@param faces { corners: integer[], letter: string }[]
 ---@param positions number[][] of the masses
 ---@param colors table<string, limax.color> by letter
----@param sight number[] away from the eye
+---@param sight number[] away from the viewer
 ---@param held? table<integer, boolean> masses that anchors hold: edges between two are "held"
 ---@return limax.picture.polygon[]
 function skin.visible(faces, positions, colors, sight, held)
   held = held or {}
   local list = {}
   for _, face in ipairs(faces) do
-    local p, edges, one, other = {}, {}, {}, {}
+    local p, edges = {}, {}
     for k, corner in ipairs(face.corners) do
       p[k] = positions[corner]
       edges[k] = held[corner] and held[face.corners[k % 4 + 1]] and "held" or true
     end
-    -- a quad need not be flat: its normal is that of its diagonals
-    for c = 1, 3 do one[c], other[c] = p[3][c] - p[1][c], p[4][c] - p[2][c] end
-    local normal = polygon.cross(one, other)
+    local normal = polygon.quad_normal(p)
     if polygon.dot(normal, sight) < 0 then
       local brightness = skin.brightness(polygon.unit(normal))
       list[#list + 1] = { points = p, edges = edges,

@@ -103,7 +103,7 @@ suite:test("no wait and no attempt exceeds the budget", function(t)
     body = "" } })
   _, failure = ask:ask(MESSAGES)
   t:equal({ failure.class, failure.seconds, #notes.requests }, { "http", 0, 1 })
-  -- what a generation has left is the caller's to say
+  -- the caller sets what a generation has left
   ask, notes = stage({}, { completion "x" })
   _, failure = ask:ask(MESSAGES, { budget = 0 })
   t:equal({ failure.class, failure.attempts, #notes.requests }, { "budget", 0, 0 })

@@ -10,8 +10,8 @@ local flow = {}
 -- within these lengths
 local TIME = 0.03
 local SHORTEST, LONGEST = 2.2, 3.2
--- a flow that is seen under less than this share of its length goes along the line of sight: a ring
--- with a dot when it comes towards the eye, with a cross when it goes away
+-- a flow that appears shorter than this share of its length goes along the line of sight: a ring
+-- with a dot if it comes towards the viewer, with a cross if it goes away
 local END_ON, RING = 0.15, 0.75
 -- length of an arrow's head, half its width, and the width of the shaft
 local HEAD, BARB, SHAFT = 1.2, 0.5, 0.22

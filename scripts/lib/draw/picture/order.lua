@@ -65,7 +65,7 @@ end
 
 --- An order of what does not move.
 ---@param items limax.picture.item[] whole ones first
----@param sight number[] away from the eye
+---@param sight number[] away from the viewer
 ---@return limax.picture.order
 function order.new(items, sight)
   return setmetatable({ sight = sight, root = build(items) }, Order)
@@ -81,11 +81,11 @@ local function push(node, face)
   if behind then push(node.behind, behind) end
 end
 
---- Adds a face that looks at the eye.
+--- Adds a face that is turned to the viewer.
 function Order:add(face) push(self.root, face) end
 
 --- Sorts polygons by the mean depth of their corners, the farthest first.
----@param sight number[] away from the eye
+---@param sight number[] away from the viewer
 function order.by_depth(list, sight)
   for k, each in ipairs(list) do
     local sum = 0

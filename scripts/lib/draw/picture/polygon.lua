@@ -25,6 +25,26 @@ end
 local function unit(a) return scaled(a, 1 / math.sqrt(dot(a, a))) end
 polygon.unit, polygon.cross = unit, cross
 
+--- The normal, of any length, of a quad that need not be flat: that of its diagonals.
+function polygon.quad_normal(points)
+  local one, other = {}, {}
+  for c = 1, 3 do
+    one[c], other[c] = points[3][c] - points[1][c], points[4][c] - points[2][c]
+  end
+  return cross(one, other)
+end
+
+--- Least and most coordinates of points, and the function that adds a point.
+function polygon.bounds(dimensions)
+  local low, high = {}, {}
+  for c = 1, dimensions do low[c], high[c] = math.huge, -math.huge end
+  return low, high, function(point)
+    for c = 1, dimensions do
+      low[c], high[c] = math.min(low[c], point[c]), math.max(high[c], point[c])
+    end
+  end
+end
+
 --- The parts of a polygon in front of a plane and behind it. What leaves the plane by less than
 --- `slack` is not cut; what lies within it on both sides counts as in front.
 ---@param whole limax.picture.polygon

@@ -48,17 +48,9 @@ local function from_middle(pose, p)
   return { p[1] - pose.middle[1], p[2] - pose.middle[2], p[3] - pose.base }
 end
 
-local function bounds(dimensions)
-  local low, high = {}, {}
-  for c = 1, dimensions do low[c], high[c] = math.huge, -math.huge end
-  return low, high, function(at)
-    for c = 1, dimensions do low[c], high[c] = math.min(low[c], at[c]), math.max(high[c], at[c]) end
-  end
-end
-
 -- How far the bodies of all poses, and the block where it is near, reach around the middle.
 local function reach_of(film)
-  local low, high, take = bounds(3)
+  local low, high, take = polygon.bounds(3)
   for _, pose in ipairs(film.poses) do
     for _, p in ipairs(pose.points) do take(from_middle(pose, p)) end
   end
@@ -96,7 +88,7 @@ end
 function scene.frame(film, view, width, count, options)
   local low, high = reach_of(film)
   local slab = slab_of(film, low, high)
-  local least, most, take = bounds(2)
+  local least, most, take = polygon.bounds(2)
   local function hold(p) take { view.project(p) } end
   for _, pose in ipairs(film.poses) do
     for _, p in ipairs(pose.points) do hold(from_middle(pose, p)) end
@@ -134,10 +126,10 @@ function scene.rescale(frame, scale)
   frame.scale, frame.height = scale, math.ceil(frame.tall * scale + frame.head * frame.text)
 end
 
--- Lines across the way on a flat piece: one every 0.1 m and a darker one every 0.5 m show the
+-- Lines across the path on a flat piece: one every 0.1 m and a darker one every 0.5 m show the
 -- distance.
 local function draw_rules(canvas, piece, place)
-  local least, most, take = bounds(1)
+  local least, most, take = polygon.bounds(1)
   for _, p in ipairs(piece.points) do take(p) end
   for k = math.ceil(least[1] * 10), math.floor(most[1] * 10) do
     local from, to = polygon.crossing(piece, { 1, 0, 0 }, k / 10)

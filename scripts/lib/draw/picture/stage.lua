@@ -53,7 +53,7 @@ local function spaces_of(low, high, turn)
   return spaces
 end
 
---- A world as it is seen along the way.
+--- A world as it is seen along the path.
 ---@param axes number[][] along, away and up in the world
 ---@return limax.picture.stage
 function stage.new(around, axes)
@@ -112,7 +112,7 @@ local function look_of(normal, hex, ink)
   return { fill = palette.shade(hex, skin.brightness(normal)), ink = ink }
 end
 
--- Adds those sides of a solid that look at the eye.
+-- Adds those sides of a solid that face the viewer.
 local function add_solid(items, spaces, context, hex, ink)
   for k, space in ipairs(spaces) do
     if dot(space.normal, context.sight) < -1e-9 then
@@ -131,7 +131,7 @@ local function direction(down, around)
   return { math.sin(tilt) * math.cos(turned), math.sin(tilt) * math.sin(turned), math.cos(tilt) }
 end
 
--- Adds the facets of a sphere that look at the eye. Their plane goes through its centre: whatever
+-- Adds the facets of a sphere that face the viewer. Their plane goes through its centre: whatever
 -- is outside of the sphere and in front of that plane is not hidden by it.
 local function add_sphere(items, sphere, within, context)
   local facets, c, r = {}, sphere.center, sphere.radius
@@ -186,7 +186,7 @@ function stage.sheets(self, slab)
 end
 
 --- What of the world is seen in a slab, and the block where it is at that moment.
----@param sight number[] away from the eye
+---@param sight number[] away from the viewer
 ---@param block? limax.picture.space[]
 ---@param block_hex? string
 ---@return limax.picture.item[] items for order.new

@@ -18,23 +18,18 @@ local dot = polygon.dot
 
 -- What the corners of a slab's floor span in the world.
 local function footprint(stage, slab)
-  local low, high = { math.huge, math.huge }, { -math.huge, -math.huge }
+  local low, high, add_corner = polygon.bounds(2)
   for _, along in ipairs { slab.low[1], slab.high[1] } do
     for _, away in ipairs { slab.low[2], slab.high[2] } do
-      local p = stage.back { along, away, slab.low[3] }
-      for c = 1, 2 do low[c], high[c] = math.min(low[c], p[c]), math.max(high[c], p[c]) end
+      add_corner(stage.back { along, away, slab.low[3] })
     end
   end
   return low, high
 end
 
--- Adds a piece with four corners, counter-clockwise seen from outside, if it looks at the eye.
+-- Adds a piece with four corners, counter-clockwise seen from outside, if it faces the viewer.
 local function add(patches, points, edges, within, sight)
-  local one, other = {}, {}
-  for c = 1, 3 do
-    one[c], other[c] = points[3][c] - points[1][c], points[4][c] - points[2][c]
-  end
-  local normal = polygon.cross(one, other)
+  local normal = polygon.quad_normal(points)
   if dot(normal, normal) == 0 or dot(normal, sight) >= 0 then return end
   patches[#patches + 1] = polygon.within({ points = points, edges = edges,
     look = { fill = palette.shade(world.soil, skin.brightness(polygon.unit(normal))),
@@ -66,7 +61,7 @@ local function add_walls(patches, stage, slab, step, floor, sight)
 end
 
 -- Patches as slices along the ground, the farthest first; the plane of each is where it begins. In
--- a slice the terrain is painted first, since the eye looks from above.
+-- a slice the terrain is painted first, since the viewer looks from above.
 local function slices_of(patches, sight, thickness)
   order.by_depth(patches, sight)
   local length = math.sqrt(sight[1] ^ 2 + sight[2] ^ 2)
@@ -92,10 +87,10 @@ local function slices_of(patches, sight, thickness)
   return slices
 end
 
---- Pieces that look at the eye. Where heights are finer than a picture can show some are left out;
+--- Pieces that face the viewer. Where heights are finer than a picture can show some are left out;
 --- where they are coarse the surface between them is followed.
 ---@param within limax.picture.space[] the slab; its first four sides are upright
----@param sight number[] away from the eye
+---@param sight number[] away from the viewer
 ---@return limax.picture.item[]
 function terrain.items(stage, slab, within, sight)
   local field, low, high = stage.terrain, footprint(stage, slab)

@@ -1,9 +1,10 @@
---- track.lua: the whole way of a robot from beside, true to scale: the world, outlines of its
+--- track.lua: the whole path of a robot from the side, true to scale: the world, outlines of its
 --- poses, and the path of its centre of mass.
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
 local motion = require "limax.draw.motion"
+local polygon = require "limax.draw.picture.polygon"
 local scene = require "limax.draw.picture.scene"
 local skin = require "limax.draw.skin"
 local stage = require "limax.draw.picture.stage"
@@ -17,27 +18,22 @@ local GHOST, LINE = "#7d8b99", "#6b655b"
 local MOST, RULER = 176, 22
 -- px between the ruler's numbers, about
 local STEP = 90
--- patches of terrain along the way
+-- patches of terrain along the path
 local PATCHES = 30
 
 -- The least and most that points reach along, away and up.
 local function span_of(film)
-  local low, high = { math.huge, math.huge, math.huge }, { -math.huge, -math.huge, -math.huge }
-  local function reach(points)
-    for _, p in ipairs(points) do
-      for c = 1, 3 do low[c], high[c] = math.min(low[c], p[c]), math.max(high[c], p[c]) end
-    end
-  end
+  local low, high, add = polygon.bounds(3)
   for _, pose in ipairs(film.poses) do
-    reach(pose.points)
-    reach(pose.block)
+    for _, p in ipairs(pose.points) do add(p) end
+    for _, p in ipairs(pose.block) do add(p) end
   end
-  reach(film.path)
+  for _, p in ipairs(film.path) do add(p) end
   return low, high
 end
 
 --- The extent of a track: as wide as there is room, at a scale of at most `scale` px/m, so that a
---- short way is a short figure.
+--- short path is a short figure.
 ---@param room number px, its width
 ---@param scale number px/m
 ---@return { low: number[], high: number[], scale: number, height: integer } m; px/m; px

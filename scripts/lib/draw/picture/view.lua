@@ -6,9 +6,9 @@ local view = {}
 
 ---@class limax.picture.view
 ---@field project fun(p: number[]): number, number right and up, m
----@field sight number[] direction away from the eye: points along it fall on each other
+---@field sight number[] direction away from the viewer: points along it coincide on the page
 ---@field shadow boolean is the ground seen, so that a shadow shows?
----@field short number what a metre along the way takes on the page, m
+---@field short number what a metre along the path takes on the page, m
 
 local HALF, THIRD, SIXTH = math.sqrt(1 / 2), math.sqrt(2 / 3), math.sqrt(1 / 6)
 -- the profile looks down a little, so that floors are not edge-on

@@ -38,9 +38,9 @@ local FLOOR = 0.5
 
 -- Against gravity, where that is upwards at all.
 local function up_of(scene)
-  local stands = scene.ground or scene.planes or scene.terrain or scene.boxes
+  local solid = scene.ground or scene.planes or scene.terrain or scene.boxes
   local g = scene.gravity and scene.gravity.acceleration
-  if not stands or not g or g[3] >= 0 then return { 0, 0, 1 } end
+  if not solid or not g or g[3] >= 0 then return { 0, 0, 1 } end
   local up = polygon.unit { -g[1], -g[2], -g[3] }
   return math.acos(math.min(up[3], 1)) < LEVEL and { 0, 0, 1 } or up
 end

@@ -61,7 +61,7 @@ end
 ---@field plain boolean|nil any text will do
 ---@field probe boolean|nil is it the breaker's?
 
---- The fields of a request but for its model.
+--- The fields of a request except its model.
 ---@param wish limax.llm.wish
 ---@return table
 function Form:fields(wish)

@@ -3,8 +3,8 @@
 --- string, table, math and json.
 ---
 --- A model may think aloud, put the object into a fence or prose, and repeat the example before it
---- answers. So the object may be anywhere, and the last one with a known field counts. Nothing is
---- repaired: text that is truncated or not JSON is ignored as a whole.
+--- answers. So the object may be anywhere, and the last one with a field that may be set counts.
+--- Nothing is repaired: text that is truncated or not JSON is ignored as a whole.
 
 -- luacheck: read_globals json
 
@@ -91,20 +91,20 @@ local function is_object(value)
   return type(value) == "table" and value ~= json.null and not json.is_array(value)
 end
 
-local function has_known(value, known)
-  for name in pairs(known) do
+local function has_field(value, fields)
+  for name in pairs(fields) do
     if value[name] ~= nil then return true end
   end
   return false
 end
 
--- The object with known fields: itself, or the only one inside that has some.
-local function candidate(value, known)
+-- The object with fields that may be set: itself, or the only one inside that has some.
+local function candidate(value, fields)
   if not is_object(value) then return nil end
-  if has_known(value, known) then return value end
+  if has_field(value, fields) then return value end
   local found
   for _, inner in pairs(value) do
-    if is_object(inner) and has_known(inner, known) then
+    if is_object(inner) and has_field(inner, fields) then
       if found then return nil end
       found = inner
     end
@@ -113,9 +113,9 @@ local function candidate(value, known)
 end
 
 return function(text, limits)
-  local known = { materials = true }
+  local fields = { materials = true }
   for _, limit in ipairs(limits) do
-    if not limit.material then known[limit.field] = true end
+    if not limit.material then fields[limit.field] = true end
   end
   text = text:gsub("^\239\187\191", "")
   if #text > LONGEST then
@@ -125,7 +125,7 @@ return function(text, limits)
   local list, problem = objects(answer)
   if not list then return nil, problem end
   for k = #list, 1, -1 do
-    local proposal = candidate(list[k].value, known)
+    local proposal = candidate(list[k].value, fields)
     if proposal then
       local around = answer:sub(1, list[k].from - 1) .. answer:sub(list[k].to + 1)
       local stage = "prose"

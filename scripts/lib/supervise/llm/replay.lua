@@ -98,7 +98,7 @@ function Replay:find(step)
     if recorded then
       failure.raise(1, ("replay: the question of generation %d, repetition %d, differs from that in"
         .. " %s (SHA-256 %.12s, there %.12s): the experiment, the prompt or the build has changed;"
-        .. ' match = "generation" takes its answers nevertheless'):format(generation, repetition,
+        .. ' match = "generation" uses its answers anyway'):format(generation, repetition,
         self.path, request.messages_sha256, recorded.asks[1].messages_sha256 or "none"))
     end
   end

@@ -92,7 +92,7 @@ local function draw_robots(shown, kind, millimetres)
     { title = "Robots of generation 0 and of the last", millimetres = millimetres })
 end
 
--- Where the middles of the robots were: along their way, away from the eye, up, m.
+-- Where the middles of the robots were: along their path, away from the viewer, up, m.
 local function robots_csv(shown)
   local rows = {}
   for _, each in ipairs(shown) do

@@ -1,5 +1,5 @@
 --- shape.lua: the types of the fields in the files of a run folder. A folder may come from another
---- version, or from anybody: a field of another type counts as absent, so that the rest is still
+--- version, or from anyone: a field of another type counts as absent, so that the rest is still
 --- reported.
 
 local host = require "limax.host"
