@@ -46,6 +46,10 @@ function schema.refuse(path, expected, value, count)
   fault.raise(select(2, refused(path, expected, value, count)))
 end
 
+--- The rule of a value that is checked where it is used.
+---@param value any
+function schema.any(value) return value end
+
 --- Checks a value that must be there; raises at the user's line.
 ---@param rule schema.rule
 ---@param value any

@@ -7,6 +7,7 @@ local csv = require "limax.base.csv"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
 local exit_usage = 2
@@ -20,16 +21,9 @@ local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter
 -- Half a minute on two cores.
 local DEFAULT_CASES = 1024
 
-local function write(path, text)
-  local written, message = host.file.write_atomic(path, text)
-  if not written then failure.raise(1, message) end
-end
-
 local function run(arguments)
   local name = arguments[1]
-  local known = false
-  for _, each in ipairs(BENCHES) do known = known or each == name end
-  if not known then
+  if not choice.contains(BENCHES, name) then
     failure.raise(exit_usage, ('unknown bench "%s"%s'):format(name, suggest.ending(name, BENCHES)))
   end
   local fine, device =
@@ -68,8 +62,10 @@ local function run(arguments)
   result.schema = "limax.bench/1"
   result.bench = name
   result.environment = host.environment()
-  if arguments.json then write(arguments.json, host.json.encode(result, { indent = 2 }) .. "\n") end
-  if arguments.csv then write(arguments.csv, csv.encode(result.columns, result.rows)) end
+  if arguments.json then
+    source.write(arguments.json, host.json.encode(result, { indent = 2 }) .. "\n")
+  end
+  if arguments.csv then source.write(arguments.csv, csv.encode(result.columns, result.rows)) end
   return result.failed and 1 or 0
 end
 

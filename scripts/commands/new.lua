@@ -36,9 +36,7 @@ function command.run(arguments)
     source.read(("%s/scripts/lib/tools/new/%s.lua"):format(host.home, kind))
   if not text then failure.raise(1, message) end
   text = text:gsub("%f[%w]NAME%f[%W]", name)
-  local written
-  written, message = host.file.write_atomic(path, text)
-  if not written then failure.raise(1, message) end
+  source.write(path, text)
   local words = arguments.suite and "test %s --update-golden" or "run %s"
   print(("wrote %s; next: %s %s"):format(path, shell.program(),
     words:format(shell.quoted(path))))

@@ -9,6 +9,7 @@ local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
+local source = require "limax.base.source"
 local view = require "limax.draw.picture.view"
 
 local command = {
@@ -99,11 +100,6 @@ local function check_size(drawn, panels, frames_at_once)
   end
 end
 
-local function write(path, bytes)
-  local written, message = host.file.write_atomic(path, bytes)
-  if not written then failure.raise(1, message) end
-end
-
 -- Calls `take` with the pixels of each frame.
 local function each_frame(arguments, film, drawn, take)
   for k = 1, #film.poses do
@@ -115,14 +111,14 @@ end
 local function gif(arguments, film, drawn)
   local list = {}
   each_frame(arguments, film, drawn, function(bytes) list[#list + 1] = bytes end)
-  write(arguments.out, host.image.gif(drawn.width, drawn.height, list, 100 / FRAMES))
+  source.write(arguments.out, host.image.gif(drawn.width, drawn.height, list, 100 / FRAMES))
 end
 
 -- ffmpeg reads the frames from a pipe and writes a file beside, which is then renamed.
 local function mp4(arguments, film, drawn)
   local part = arguments.out .. ".part.mp4"
   -- fails early if the folder cannot be written
-  write(part, "")
+  source.write(part, "")
   -- if ffmpeg fails its file is removed, and `cat` reads the remaining frames
   local pipe = assert(io.popen(("ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgba -s %dx%d -r %d"
     .. " -i - -pix_fmt yuv420p -movflags +faststart %s || rm -f %s; cat >/dev/null"):format(
@@ -177,7 +173,7 @@ function command.run(arguments)
   elseif ending == "mp4" then
     mp4(arguments, film, drawn)
   else
-    write(arguments.out, drawn:render(ending, { title = arguments[1], dpi = arguments.dpi,
+    source.write(arguments.out, drawn:render(ending, { title = arguments[1], dpi = arguments.dpi,
       transparent = arguments.transparent }))
   end
   io.stdout:write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), drawn.width,

@@ -2,10 +2,10 @@
 
 local failure = require "limax.base.failure"
 local figures = require "limax.tools.report.figures"
-local host = require "limax.host"
 local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
+local source = require "limax.base.source"
 
 local command = {
   summary = "write one page about runs: curves, robots in 3D, parameters, lineage, cost",
@@ -41,8 +41,7 @@ function command.run(arguments)
   end
   local path = arguments.out or folders[1].path .. "/report.html"
   local text = page.text(folders, options)
-  local written, message = host.file.write_atomic(path, text)
-  if not written then failure.raise(1, message) end
+  source.write(path, text)
   io.stdout:write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))
   return 0
 end

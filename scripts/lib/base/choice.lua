@@ -10,14 +10,28 @@ local choice = {}
 ---@class limax.choice.entry
 ---@field options? table<string, schema.rule>
 
---- Keys of a table as a sorted list.
----@param t table<string, any>
----@return string[]
+--- Keys of a table as a sorted list: numbers, then the others by their text.
+---@param t table
+---@return any[]
 function choice.sorted_keys(t)
   local keys = {}
   for key in pairs(t) do keys[#keys + 1] = key end
-  table.sort(keys)
+  table.sort(keys, function(a, b)
+    local a_number, b_number = type(a) == "number", type(b) == "number"
+    if a_number and b_number then return a < b end
+    if a_number ~= b_number then return a_number end
+    return tostring(a) < tostring(b)
+  end)
   return keys
+end
+
+--- Is a value in a list?
+---@return boolean
+function choice.contains(list, value)
+  for _, each in ipairs(list) do
+    if each == value then return true end
+  end
+  return false
 end
 
 --- Reads a name, or { name, option = value }; raises at the user's line.

@@ -1,6 +1,7 @@
 --- source.lua: where Lua functions are defined. A run folder records each function of an experiment
 --- as file, lines and SHA-256 of those lines, and copies the script files.
 
+local failure = require "limax.base.failure"
 local host = require "limax.host"
 
 local source = {}
@@ -21,6 +22,12 @@ function source.read(path)
   file:close()
   if not text then return nil, path .. ": cannot be read" end
   return text
+end
+
+--- Writes a file, complete or not at all; a failure ends the command.
+function source.write(path, bytes)
+  local written, message = host.file.write_atomic(path, bytes)
+  if not written then failure.raise(1, message) end
 end
 
 -- Is this file part of limax itself?

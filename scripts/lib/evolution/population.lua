@@ -214,11 +214,8 @@ function population.simulate_again(robots, mask, materials, options)
   return again, simulation, seconds
 end
 
-local function unchecked(value) return value end
-
--- Values are checked where they are used.
-local breed_fields = schema.fields { parents = unchecked, elites = unchecked,
-  mutation_rate = unchecked, mutation_scale = unchecked, crossover_rate = unchecked }
+local breed_fields = schema.fields { parents = schema.any, elites = schema.any,
+  mutation_rate = schema.any, mutation_scale = schema.any, crossover_rate = schema.any }
 
 --- Ends this generation (metrics, history, files) and breeds the next one, if the experiment has
 --- one. `parents` holds a pair of indices per offspring and `elites` the robots that are copied;

@@ -38,13 +38,10 @@ local run = { methods = Run }
 ---@field on_generation? fun(entry: limax.generation, seconds: table) after each generation
 ---@field live_prompts? boolean read a model's prompts again before each generation
 
-local function unchecked(value) return value end
-
--- Values are checked where they are used.
-local start_fields = schema.fields { repetition = unchecked, device = unchecked,
-  threads = unchecked, out = unchecked, resume = schema.boolean(false),
-  changed = schema.boolean(false), folder = unchecked, say = unchecked, on_progress = unchecked,
-  wait = unchecked, on_generation = unchecked, live_prompts = unchecked }
+local start_fields = schema.fields { repetition = schema.any, device = schema.any,
+  threads = schema.any, out = schema.any, resume = schema.boolean(false),
+  changed = schema.boolean(false), folder = schema.any, say = schema.any, on_progress = schema.any,
+  wait = schema.any, on_generation = schema.any, live_prompts = schema.any }
 
 --- Checks the options of limax.start.
 ---@param options? limax.run.options

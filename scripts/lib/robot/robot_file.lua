@@ -122,8 +122,6 @@ local function schema_rule(value, path)
   return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(value))
 end
 
-local function unchecked(value) return value end
-
 local weight = schema.number { value = 1, unit = "1", minimum = 0, maximum = 1,
   reason = "the material's own number" }
 local count = schema.number { unit = "", minimum = 0, maximum = 2 ^ 53, integer = true }
@@ -141,7 +139,7 @@ local rules = {
   materials = required(table_rule, "a table of materials"),
   scene = table_rule,
   simulation = table_rule,
-  fitness = unchecked,
+  fitness = schema.any,
   score = function(value, path) return value and number(value, path) end,
   outcome = table_rule,
   id = function(value, path) return value and count(value, path) end,

@@ -10,21 +10,19 @@ local schema = require "limax.engine.schema"
 
 local robot_of_genome = {}
 
-local function unchecked(value) return value end
-
 local defined = defaults.fields
 local individual = { value = 1, unit = "of the initial population", minimum = 1, maximum = 1e6,
   integer = true }
 
 local rules = schema.fields {
-  genome = unchecked,
+  genome = schema.any,
   lattice = schema.list(schema.number(defined.experiment.lattice),
     { count = 3, default = { 5, 5, 5 }, expected = "a list { nx, ny, nz } of voxels" }),
-  materials = unchecked,
+  materials = schema.any,
   edge = schema.number(defined.simulation.edge),
   features = genome_rules.features, sigma = genome_rules.sigma, hidden = genome_rules.hidden,
   initial_scale = genome_rules.initial_scale,
-  seed = unchecked,
+  seed = schema.any,
   repetition = schema.number(defined.experiment.repetitions, 1),
   individual = schema.number(individual),
 }

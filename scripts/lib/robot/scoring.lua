@@ -2,6 +2,7 @@
 --- error or a value that is not a number stops the run: the script is wrong. In later ones, and for
 --- NaN or infinity always, only that robot fails; more than a tenth of a generation stops the run.
 
+local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
@@ -13,18 +14,6 @@ local scoring = {}
 scoring.most_failed = 0.1
 
 local function is_finite(value) return value == value and math.abs(value) < math.huge end
-
--- Keys of a table, numbers before names, so that the first message is the same in every process.
-local function sorted_keys(beside)
-  local keys = {}
-  for key in pairs(beside) do keys[#keys + 1] = key end
-  table.sort(keys, function(a, b)
-    if type(a) == "number" and type(b) == "number" then return a < b end
-    if type(a) ~= type(b) then return type(a) == "number" end
-    return tostring(a) < tostring(b)
-  end)
-  return keys
-end
 
 -- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
 local function fault(key, number, count)
@@ -61,7 +50,8 @@ local function complaint(value, beside)
   end
   local count, is_faulty = #(beside or {}), false
   for key, number in pairs(beside or {}) do is_faulty = is_faulty or fault(key, number, count) end
-  for _, key in ipairs(is_faulty and sorted_keys(beside) or {}) do
+  -- sorted, so that the first message is the same in every process
+  for _, key in ipairs(is_faulty and choice.sorted_keys(beside) or {}) do
     local message, excusable = fault(key, beside[key], count)
     if message then return message, excusable end
   end

@@ -4,9 +4,8 @@
 
 local canvases = require "limax.draw.canvas"
 local csv = require "limax.base.csv"
-local failure = require "limax.base.failure"
-local host = require "limax.host"
 local panel = require "limax.draw.chart.panel"
+local source = require "limax.base.source"
 
 local figure = {}
 
@@ -119,10 +118,7 @@ end
 ---@param spec { name: string, csv: string|nil }
 ---@param draw? fun(kind: string, millimetres: number): string figure.draw if left out
 function figure.write(folder, spec, draw)
-  local function write(name, text)
-    local written, message = host.file.write_atomic(folder .. "/" .. name, text)
-    if not written then failure.raise(1, message) end
-  end
+  local function write(name, text) source.write(folder .. "/" .. name, text) end
   for _, millimetres in ipairs(figure.WIDTHS) do
     for _, kind in ipairs { "svg", "pdf" } do
       write(("%s-%d.%s"):format(spec.name, millimetres, kind),

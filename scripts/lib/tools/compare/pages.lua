@@ -4,6 +4,7 @@
 local failure = require "limax.base.failure"
 local figures = require "limax.tools.compare.figures"
 local host = require "limax.host"
+local source = require "limax.base.source"
 local tables = require "limax.tools.compare.tables"
 
 local pages = {}
@@ -19,8 +20,7 @@ function pages.write(folder, result, list, outcomes)
   texts["compare.csv"], texts["compare.json"] = tables.csv(result), tables.json(result)
   texts["compare.tex"] = tables.latex(result)
   for name, text in pairs(texts) do
-    local written, wrong = host.file.write_atomic(folder .. "/" .. name, text)
-    if not written then failure.raise(1, wrong) end
+    source.write(folder .. "/" .. name, text)
   end
 end
 

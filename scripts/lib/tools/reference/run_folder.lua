@@ -1,6 +1,7 @@
 --- run_folder.lua: the tables of scripts/RUN_FOLDER.md that the engine and the settings describe:
 --- Scene, Simulation and Record.
 
+local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
@@ -36,13 +37,11 @@ local function scene()
 end
 
 local function simulation()
-  local rows, names = {}, {}
+  local rows = {}
   for i, word in ipairs(WORDS) do
     rows[i] = row(word[1], "", word[2]:format("`" .. table.concat(word[3], "`, `") .. "`"))
   end
-  for name in pairs(defaults.fields.simulation) do names[#names + 1] = name end
-  table.sort(names)
-  for _, name in ipairs(names) do
+  for _, name in ipairs(choice.sorted_keys(defaults.fields.simulation)) do
     local field = defaults.fields.simulation[name]
     rows[#rows + 1] = row(name, field.unit,
       OPTIONAL[name] and ("*optional*: %s; absent for a number"):format(field.note) or field.note)

@@ -3,6 +3,7 @@
 
 local annotations = require "limax.tools.reference.annotations"
 local api = require "limax.tools.reference.api"
+local choice = require "limax.base.choice"
 
 local stub = {}
 
@@ -40,14 +41,12 @@ end
 
 -- Every class and alias of limax, and the methods of those that have a group.
 local function add_types(lines)
-  local comments, names, groups, written = {}, {}, {}, {}
+  local comments, groups, written = {}, {}, {}
   for name, class in pairs(annotations.classes()) do comments[name] = class.lines end
   for name, comment in pairs(annotations.aliases()) do comments[name] = comment end
   comments.limax, comments["limax.engine"] = nil, nil
-  for name in pairs(comments) do names[#names + 1] = name end
-  table.sort(names)
   for _, group in ipairs(api.groups()) do groups[group.class or ""] = group end
-  for _, name in ipairs(names) do
+  for _, name in ipairs(choice.sorted_keys(comments)) do
     lines[#lines + 1] = ""
     -- one comment may hold several classes
     if not written[comments[name]] then add_comment(lines, comments[name]) end

@@ -4,6 +4,7 @@
 local array_text = require "limax.tools.repl.array_text"
 local body = require "limax.robot.body"
 local body_picture = require "limax.draw.body_picture"
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local kind = require "limax.tools.repl.kind"
 local terminal = require "limax.base.terminal"
@@ -38,26 +39,12 @@ end
 
 local short
 
--- The keys of a table: numbers in order, then the others by their text.
-local function sorted_keys(value)
-  local keys = {}
-  for key in pairs(value) do keys[#keys + 1] = key end
-  table.sort(keys, function(a, b)
-    if type(a) == "number" and type(b) == "number" then return a < b end
-    if type(a) ~= type(b) and (type(a) == "number" or type(b) == "number") then
-      return type(a) == "number"
-    end
-    return tostring(a) < tostring(b)
-  end)
-  return keys
-end
-
 -- The entries of a table as texts: the list, then the other keys, sorted.
 local function entries_of(value, depth, seen)
   local texts, listed = {}, #value
   for i = 1, math.min(listed, MAX_FIELDS) do texts[i] = short(value[i], depth + 1, seen) end
   local rest = {}
-  for _, key in ipairs(sorted_keys(value)) do
+  for _, key in ipairs(choice.sorted_keys(value)) do
     local in_list = type(key) == "number" and key >= 1 and key <= listed and key % 1 == 0
     if not in_list then rest[#rest + 1] = key end
   end

@@ -1,6 +1,7 @@
 --- axes.lua: the matrix of a test: the devices, precisions, integrators, numbers of threads and
 --- seeds that it names, and one instance for each combination.
 
+local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local suggest = require "limax.engine.suggest"
@@ -38,9 +39,7 @@ local function check(axis, what, value)
   if expected then
     engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
   end
-  local known = not axis.all
-  for _, each in ipairs(axis.all or {}) do known = known or each == value end
-  if not known then
+  if axis.all and not choice.contains(axis.all, value) then
     engine.fail(("%s: unknown %s %q%s"):format(axis.option, axis.field, value,
       suggest.ending(value, axis.all)))
   end

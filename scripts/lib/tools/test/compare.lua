@@ -1,6 +1,7 @@
 --- compare.lua: compares numbers, tables and views element by element and describes differences.
 
 local ffi = require "ffi"
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 
 local compare = {}
@@ -28,23 +29,12 @@ function compare.shown(value)
   return tostring(value)
 end
 
--- Keys of both tables, sorted by type and value.
+-- Keys of both tables, sorted.
 local function keys_of(a, b)
-  local seen, keys = {}, {}
-  for _, source in ipairs { a, b } do
-    for key in pairs(source) do
-      if not seen[key] then
-        seen[key] = true
-        keys[#keys + 1] = key
-      end
-    end
-  end
-  table.sort(keys, function(x, y)
-    if type(x) ~= type(y) then return type(x) < type(y) end
-    if type(x) == "number" or type(x) == "string" then return x < y end
-    return tostring(x) < tostring(y)
-  end)
-  return keys
+  local keys = {}
+  for key in pairs(a) do keys[key] = true end
+  for key in pairs(b) do keys[key] = true end
+  return choice.sorted_keys(keys)
 end
 
 local function step(path, key)

@@ -47,9 +47,7 @@ local function checked(what, options, known)
   options = options or {}
   if type(options) ~= "table" then fail(what .. ": expected a table of options") end
   for _, name in ipairs(choice.sorted_keys(options)) do
-    local found = false
-    for _, each in ipairs(known) do found = found or each == name end
-    if not found then
+    if not choice.contains(known, name) then
       fail(("%s: unknown option %q%s"):format(what, name, suggest.ending(name, known)))
     end
     local value = options[name]

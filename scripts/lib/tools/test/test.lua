@@ -79,9 +79,7 @@ local function read_arguments(self, method, name, options, call, known)
   expect(type(options) == "table", what .. ": options", "a table", options)
   expect(type(call) == "function", what, "a function", call)
   for _, option in ipairs(choice.sorted_keys(options)) do
-    local found = false
-    for _, each in ipairs(known) do found = found or each == option end
-    if not found then
+    if not choice.contains(known, option) then
       engine.fail(("%s: unknown option %q%s"):format(what, option, suggest.ending(option, known)))
     end
   end

@@ -8,6 +8,7 @@ local figure = require "limax.draw.chart.figure"
 local figures = require "limax.tools.bench.accuracy.figures"
 local host = require "limax.host"
 local shell = require "limax.base.shell"
+local source = require "limax.base.source"
 
 local pages = {}
 
@@ -40,11 +41,6 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; }
 local function escaped(value)
   local entities = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
   return (tostring(value):gsub("[&<>\"]", entities))
-end
-
-local function write(path, text)
-  local written, message = host.file.write_atomic(path, text)
-  if not written then failure.raise(1, message) end
 end
 
 --- Makes the folder, or says why not, before hours are spent.
@@ -99,9 +95,10 @@ local function draw(folder, section, result, about_machine, made)
     plot.height, plot.columns = plot.height or HEIGHT, plot.columns or 2
     local text = figure.draw("svg", plot, WIDTH)
     texts[#texts + 1] = text
-    write(("%s/%s.svg"):format(folder, plot.name), text)
+    source.write(("%s/%s.svg"):format(folder, plot.name), text)
     -- twice the pixels, for screens and slides
-    write(("%s/%s.png"):format(folder, plot.name), figure.draw("png", plot, WIDTH, { zoom = 2 }))
+    source.write(("%s/%s.png"):format(folder, plot.name),
+      figure.draw("png", plot, WIDTH, { zoom = 2 }))
     made[#made + 1] = plot.name .. ".svg"
     made[#made + 1] = plot.name .. ".png"
   end
@@ -127,11 +124,11 @@ function pages.write(folder, result, sections, device, say)
       html_table(section))
   end
   parts[#parts + 1] = "</body></html>\n"
-  write(folder .. "/accuracy.html", table.concat(parts, "\n"))
-  write(folder .. "/accuracy.csv", csv.encode(result.columns, result.rows))
+  source.write(folder .. "/accuracy.html", table.concat(parts, "\n"))
+  source.write(folder .. "/accuracy.csv", csv.encode(result.columns, result.rows))
   local document = { schema = "limax.bench/1", bench = "accuracy",
     environment = host.environment(), columns = result.columns, rows = result.rows }
-  write(folder .. "/accuracy.json", host.json.encode(document, { indent = 2 }) .. "\n")
+  source.write(folder .. "/accuracy.json", host.json.encode(document, { indent = 2 }) .. "\n")
   say(("\n%s: accuracy.html, accuracy.csv, accuracy.json, %s"):format(shell.path(folder),
     table.concat(made, ", ")))
 end
