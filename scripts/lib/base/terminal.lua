@@ -24,6 +24,13 @@ function terminal.style(wish)
   return style
 end
 
+--- The text if it is UTF-8, else with a question mark for each byte above 127.
+---@param text string
+---@return string
+function terminal.utf8(text)
+  return pcall(host.json.encode, text) and text or (text:gsub("[\128-\255]", "?"))
+end
+
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
 ---@return integer
 function terminal.width(text)

@@ -3,8 +3,8 @@
 --- inch, x to the right and y downwards.
 
 local cairo = require "limax.draw.cairo"
-local host = require "limax.host"
 local svg = require "limax.draw.svg"
+local terminal = require "limax.base.terminal"
 
 local canvas = {}
 
@@ -47,9 +47,7 @@ local classes = {}
 -- Text that XML and Cairo can hold: control characters become question marks, and so do the letters
 -- of a name that is not UTF-8, which a folder's may be.
 local function clean(text)
-  text = tostring(text)
-  if not pcall(host.json.encode, text) then text = text:gsub("[\128-\255]", "?") end
-  return (text:gsub("[%z\1-\31\127]", "?"):gsub("\239\191[\190\191]", "?"))
+  return (terminal.utf8(tostring(text)):gsub("[%z\1-\31\127]", "?"):gsub("\239\191[\190\191]", "?"))
 end
 
 local function class_of(methods)

@@ -5,6 +5,7 @@ local base64 = require "limax.base.base64"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local reply = require "limax.supervise.llm.reply"
+local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
 local usage = require "limax.supervise.llm.usage"
 
@@ -104,7 +105,7 @@ local function finish_record(record, outcome, response, redact)
   record.x_request_id = header "x-request-id"
   record.curl, record.curl_kind = response.curl and short(redact(response.curl)), response.kind
   record.raw_body_truncated = response.kind == "size"
-  if text.utf8(outcome.body) == outcome.body then
+  if terminal.utf8(outcome.body) == outcome.body then
     record.raw_body = outcome.body
   else
     record.raw_body_base64 = base64.encode(outcome.body)

@@ -5,6 +5,7 @@
 local choice = require "limax.base.choice"
 local host = require "limax.host"
 local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
 
 local parse = {}
@@ -139,7 +140,7 @@ end
 ---@return limax.llm.parsed|nil
 ---@return string|nil message
 function Parser:read(content, limits)
-  if text.utf8(content) ~= content then return nil, "the answer is not UTF-8" end
+  if terminal.utf8(content) ~= content then return nil, "the answer is not UTF-8" end
   local ok, value, message, stage = host.sandbox { source = self.source, name = self.name,
     text = content, limits = limits }
   if not ok then return nil, "the parser failed: " .. text.line(value, LONGEST_REASON) end

@@ -11,6 +11,7 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local parse = require "limax.supervise.llm.parse"
 local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
 local transcript = require "limax.supervise.llm.transcript"
 local user_call = require "limax.base.user_call"
@@ -93,7 +94,7 @@ end
 -- Called by the client for each attempt, before its answer is read.
 function Session:record(attempt)
   local line, asking = source.copy(attempt), self.asking
-  line.raw_body = line.raw_body and text.utf8(line.raw_body)
+  line.raw_body = line.raw_body and terminal.utf8(line.raw_body)
   line.endpoint = self.client:describe().endpoint
   line.ask, line.template_sha256 = asking.purpose, asking.request.template_sha256
   line.messages_sha256, line.parser_sha256 = asking.request.messages_sha256, self.parser.sha256

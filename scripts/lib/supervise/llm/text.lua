@@ -2,7 +2,7 @@
 --- characters, without the key.
 
 local base64 = require "limax.base.base64"
-local host = require "limax.host"
+local terminal = require "limax.base.terminal"
 
 local text = {}
 
@@ -28,13 +28,7 @@ local CONTROLS = { "[%c\127]+", "\194[\128-\159]", "\226\128[\168-\174]", "\226\
 ---@return string
 function text.line(value, longest)
   for _, control in ipairs(CONTROLS) do value = value:gsub(control, " ") end
-  return text.beginning(text.utf8(value), longest)
-end
-
---- The text if it is UTF-8, else with a question mark for each byte above 127.
----@return string
-function text.utf8(value)
-  return pcall(host.json.encode, value) and value or (value:gsub("[\128-\255]", "?"))
+  return text.beginning(terminal.utf8(value), longest)
 end
 
 -- ---- the key ------------------------------------------------------------------------------------

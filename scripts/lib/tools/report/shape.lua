@@ -2,7 +2,7 @@
 --- version, or from anyone: a field of another type counts as absent, so that the rest is still
 --- reported.
 
-local host = require "limax.host"
+local terminal = require "limax.base.terminal"
 
 local shape = {}
 
@@ -31,8 +31,7 @@ end
 local function word(value)
   if type(value) ~= "string" then return nil end
   -- the name of a folder may not be UTF-8, as pages and figures must be
-  if not pcall(host.json.encode, value) then value = value:gsub("[\128-\255]", "?") end
-  return (value:gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
+  return (terminal.utf8(value):gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
 end
 shape.word = word
 
