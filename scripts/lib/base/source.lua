@@ -24,6 +24,15 @@ function source.read(path)
   return text
 end
 
+--- The value of a JSON file.
+---@return any nil where the file is missing or damaged
+---@return string|nil message
+function source.read_json(path)
+  local text, message = source.read(path)
+  if not text then return nil, message end
+  return host.json.decode(text, path)
+end
+
 --- Writes a file, complete or not at all; a failure ends the command.
 function source.write(path, bytes)
   local written, message = host.file.write_atomic(path, bytes)

@@ -50,12 +50,6 @@ function Folder:resume_command() return run_folder.resume_command(self.path) end
 ---@return boolean
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 
-local function read_json(path)
-  local text, message = source.read(path)
-  if not text then return nil, message end
-  return host.json.decode(text, path)
-end
-
 -- A folder that this process locks; then what its checkpoint states.
 local function locked(path, config)
   local lock, message = host.file.lock(path)
@@ -63,7 +57,7 @@ local function locked(path, config)
   local self = setmetatable({ path = path, config = config, lock = lock,
     writer = host.file.writer(), pending = {}, jobs = {}, genomes = {} }, Folder)
   if host.file.exists(path .. "/checkpoint") then
-    self.checkpoint, message = read_json(path .. "/checkpoint")
+    self.checkpoint, message = source.read_json(path .. "/checkpoint")
     if not self.checkpoint then failure.raise(1, tostring(message)) end
   end
   self.grown = run_lines.new(self, self.checkpoint)
@@ -259,7 +253,7 @@ end
 ---@return limax.run_folder
 function run_folder.open(path)
   path = #path > 1 and path:gsub("/+$", "") or path
-  local config, message = read_json(path .. "/config.json")
+  local config, message = source.read_json(path .. "/config.json")
   if not config then
     failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
   end

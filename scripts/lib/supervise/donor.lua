@@ -31,9 +31,7 @@ donor.options = {
 local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(options.run, text)) end
 
 local function json_of(options, name)
-  local text, message = source.read(options.run .. "/" .. name)
-  local value
-  if text then value, message = host.json.decode(text, options.run .. "/" .. name) end
+  local value, message = source.read_json(options.run .. "/" .. name)
   if value == nil then fail(options, "is not a run folder: " .. tostring(message)) end
   return value
 end

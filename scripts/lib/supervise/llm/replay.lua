@@ -21,12 +21,8 @@ local function raise(text, ...) failure.raise(2, 'supervisor "replay": ' .. text
 
 -- The recorded run's options that determine the questions.
 local function recorded_options(folder, options)
-  local path = folder .. "/config.json"
-  local text, message = source.read(path)
-  local config = text and host.json.decode(text, path)
-  if not config then
-    raise("%s is not a run folder: %s", folder, message or "config.json is broken")
-  end
+  local config, message = source.read_json(folder .. "/config.json")
+  if not config then raise("%s is not a run folder: %s", folder, message) end
   local recorded = type(config.supervisor) == "table" and config.supervisor or {}
   local merged = { prompt = options.prompt }
   for _, name in ipairs { "context", "context_tokens" } do

@@ -67,8 +67,7 @@ function robots.simulate(list, options)
     local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
       and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
     local fine, walked, why, description = failure.attempt(function()
-      local text, message = source.read(path)
-      local value = text and host.json.decode(text, path)
+      local value, message = source.read_json(path)
       if not value then return nil, tostring(message) end
       local simulated, reason = motion.simulate(robot.of(value), { device = options.device })
       return simulated, reason, value

@@ -40,13 +40,6 @@ runs.STUDY = "study.json"
 ---@field environment table
 ---@field runs limax.report.run[] those that have a generation
 
--- The value of a JSON file; nil, message where it is missing or damaged.
-local function json_of(path)
-  local text, message = source.read(path)
-  if not text then return nil, message end
-  return host.json.decode(text, path)
-end
-
 -- Adds the whole lines of a file to `by_repetition`. A last line without its end is being written.
 local function add_lines(path, kind, by_repetition)
   local text, count = source.read(path), 0
@@ -81,13 +74,13 @@ local function lines_of(path, kind)
 end
 
 --- Is this path a run folder?
-function runs.is_folder(path) return host.file.exists(path .. "/config.json") == "file" end
+runs.is_folder = run_folder.is_run
 
 --- A run folder as it is now.
 ---@return limax.report.folder
 function runs.read(path)
   path = #path > 1 and path:gsub("/+$", "") or path
-  local config, message = json_of(path .. "/config.json")
+  local config, message = source.read_json(path .. "/config.json")
   if not config then
     failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
   end
@@ -97,8 +90,8 @@ function runs.read(path)
   end
   config = shape.config(config)
   local folder = { path = path, config = config, runs = {},
-    status = shape.status(json_of(path .. "/STATUS")),
-    environment = shape.environment(json_of(path .. "/environment.json")) }
+    status = shape.status(source.read_json(path .. "/STATUS")),
+    environment = shape.environment(source.read_json(path .. "/environment.json")) }
   folder.status.state = folder.status.state or "unknown"
   local metrics, ledger = lines_of(path, "metrics"), lines_of(path, "ledger")
   local timing = lines_of(path, "timing")
@@ -117,7 +110,7 @@ end
 -- be done.
 local function add_study(list, word, whole)
   local path, missing = word .. "/" .. runs.STUDY, 0
-  local study, message = json_of(path)
+  local study, message = source.read_json(path)
   if type(study) ~= "table" or type(study.runs) ~= "table" then
     failure.raise(2, message or path .. ": expected an object with a list of runs")
   end
@@ -213,7 +206,7 @@ end
 ---@return string|nil message
 function runs.description(run, line)
   local path = runs.champion(run, line)
-  local value, message = json_of(path)
+  local value, message = source.read_json(path)
   if value == nil then return nil, message end
   value, message = robot_file.check(value)
   if not value then return nil, ("%s: %s"):format(path, message) end
