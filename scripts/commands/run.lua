@@ -80,7 +80,7 @@ local function hold(session, folder)
   return folder
 end
 
--- Opens a run folder at its last whole generation. Returns its experiment.
+-- Opens a run folder at its last complete generation. Returns its experiment.
 local function reopen(session, arguments)
   session.path = arguments.resume
   local folder = hold(session, run_folder.open(arguments.resume))
@@ -105,23 +105,23 @@ local function reopen(session, arguments)
   return experiment
 end
 
--- Notes which repetitions are whole, and lists those to compute.
+-- Notes which repetitions are complete, and lists those to compute.
 local function plan(session, config)
   session.first, session.last = session.only or 1, session.only or config.repetitions
   if session.last > config.repetitions then
     failure.raise(2, ("--repetition %d: the experiment has %d"):format(session.only,
       config.repetitions))
   end
-  session.generations, session.whole, session.left = 0, {}, {}
+  session.generations, session.complete, session.left = 0, {}, {}
   local evaluations = {}
   for _, line in ipairs(session.folder and session.folder:lines "metrics" or {}) do
     local r = line.repetition
     session.generations = session.generations + 1
     evaluations[r] = (evaluations[r] or 0) + line.evaluations
-    session.whole[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
+    session.complete[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
   end
   for r = session.first, session.last do
-    if not session.whole[r] then table.insert(session.left, r) end
+    if not session.complete[r] then table.insert(session.left, r) end
   end
 end
 
@@ -144,11 +144,11 @@ end
 
 -- ---- the run ------------------------------------------------------------------------------------
 
--- The first repetition that is not whole writes its lines next.
-local function take_turn(session)
+-- The first repetition that is not complete writes its lines next.
+local function let_next_write(session)
   for repetition = session.first, session.last do
-    session.folder:take_turn(repetition)
-    if not session.whole[repetition] then return end
+    session.folder:append_lines_of(repetition)
+    if not session.complete[repetition] then return end
   end
 end
 
@@ -160,7 +160,7 @@ local function compute(session, experiment, options, first_run)
       session.tally:add(repetition, history.decode(generation.text, "population"))
     end
   end
-  take_turn(session)
+  let_next_write(session)
   together.run { repetitions = session.left, at_once = session.at_once,
     on_progress = options.on_progress,
     begin = function(repetition)
@@ -172,8 +172,8 @@ local function compute(session, experiment, options, first_run)
       return run
     end,
     ended = function(repetition)
-      session.whole[repetition] = true
-      take_turn(session)
+      session.complete[repetition] = true
+      let_next_write(session)
     end }
 end
 

@@ -98,7 +98,7 @@ local function next_generation(run, robots, choice)
     timing = { supervise = supervised - began, breed = host.clock() - supervised } })
 end
 
--- Ends the newest generation: scores it if need be, records it once, and breeds the next one.
+-- Ends the newest generation: scores it if it has no score, records it once, and breeds the next.
 local function finish_generation(run, robots, choice)
   if robots ~= run.population or run.upcoming ~= nil then return end
   if not robots.scored_with then robots:score() end
@@ -152,7 +152,7 @@ function Run:finish()
     for robots in self:generations() do robots:simulate():score():breed() end
   end)
   if not fine then
-    -- every whole generation is on disk before anybody handles the error
+    -- every complete generation is on disk before the error is handled
     if self.folder then self.folder.writer:wait() end
     failure.raise_again(value, trace)
   end

@@ -29,7 +29,7 @@ local run = { methods = Run }
 ---@field threads? integer
 ---@field out? string a new folder that keeps the generations
 ---@field resume? boolean continue what `out` holds, if it is there: the loop's first population
---- is then the last whole one, with its scores
+--- is then the last complete one, with its scores
 ---@field changed? boolean with `resume`: continue although script or configuration differ
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) receives warnings; standard error if left out
@@ -143,7 +143,7 @@ end
 ---@return limax.materials
 function Run:materials_with(fields) return materials.with(self.first_materials, fields) end
 
---- Reads what a folder holds of this repetition: the loop begins with its last whole generation.
+--- Reads what a folder holds of this repetition: the loop begins with its last complete generation.
 ---@param folder limax.run_folder
 ---@param scores_valid boolean false where the configuration changed: elites are scored again
 function Run:restore(folder, scores_valid) record.read(self, folder, scores_valid) end

@@ -136,7 +136,7 @@ end
 function fitness.height(robot) return robot:height() end
 
 --- Weight times distance per joule of the muscles: the inverse of a cost of transport, 1. The cost
---- includes `idle_power`, else a body that hardly moves divides two tiny numbers.
+--- includes `idle_power`, else a body that barely moves divides two tiny numbers.
 ---@param robot limax.scored_robot
 ---@param options? { idle_power?: number } W/kg
 ---@return number

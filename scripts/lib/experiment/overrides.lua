@@ -3,6 +3,7 @@
 --- materials are named by name or letter (`materials.bone.stiffness`); values are JSON if they
 --- parse, else text.
 
+local choice = require "limax.base.choice"
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
@@ -69,7 +70,7 @@ local function entered(holder, key, resolved)
   return value
 end
 
--- Entries of a table of materials beside the materials themselves.
+-- Entries of a table of materials besides the materials themselves.
 local of_table = { schema = true, name = true, note = true, fields = true, materials = true }
 
 local material_fields = { "name", "letter", "kind", "stiffness", "mass_per_site", "damping_ratio",
@@ -87,9 +88,8 @@ local function material_path(materials, path)
     return nil, ("materials: there is no material %q%s"):format(path[2],
       suggest.ending(path[2], names))
   end
-  local field, is_known = path[3], false
-  for _, name in ipairs(material_fields) do is_known = is_known or name == field end
-  if field and not is_known then
+  local field = path[3]
+  if field and not choice.contains(material_fields, field) then
     return nil, ("materials.%s.%s: unknown field%s"):format(path[2], field,
       suggest.ending(field, material_fields))
   end

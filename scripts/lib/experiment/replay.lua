@@ -37,9 +37,9 @@ function Robot:replay(options)
     engine.fail "replay: its fitness is a function of a script: replay { fitness = that_function }"
   end
   if spec ~= nil and replayed.status == "done" then
-    local beside
-    replayed.fitness, beside = fitness.get(spec).call(replayed)
-    replayed.cases, replayed.measures = scoring.parts(beside)
+    local extra
+    replayed.fitness, extra = fitness.get(spec).call(replayed)
+    replayed.cases, replayed.measures = scoring.parts(extra)
   end
   return replayed, description.score
 end

@@ -28,7 +28,7 @@ local function device_of(device)
   return devices[device]
 end
 
--- The robot's own settings with those of `options` in their place.
+-- The robot's own settings, overridden by those of `options`.
 local function merged_settings(description, options)
   local simulation, own = {}, description.simulation or {}
   for _, name in ipairs(simulation_fields) do simulation[name] = own[name] end
@@ -39,7 +39,7 @@ local function merged_settings(description, options)
   for _, name in ipairs(simulation_fields) do
     if options[name] ~= nil then simulation[name] = options[name] end
   end
-  -- a cap or a share of the bound means nothing beside a fixed step
+  -- a cap or a share of the bound has no effect with a fixed step
   if type(options.time_step) == "number" then
     simulation.bound_fraction, simulation.time_step_most = nil, nil
   end

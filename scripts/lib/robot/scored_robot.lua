@@ -307,9 +307,7 @@ end
 ---@param kind string
 ---@return any view
 function methods:trace(kind)
-  local is_trace = false
-  for _, name in ipairs(defaults.traces) do is_trace = is_trace or name == kind end
-  if not is_trace then
+  if not choice.contains(defaults.traces, kind) then
     fail("trace: unknown name %s%s", schema.show(kind), suggest.ending(kind, defaults.traces))
   end
   if not is_recorded(self, kind) then

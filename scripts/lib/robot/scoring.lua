@@ -36,7 +36,7 @@ end
 
 -- What is wrong with a fitness's results; nil if right. NaN and infinity are `excusable`: they come
 -- from a robot, not from the script.
-local function complaint(value, beside)
+local function complaint(value, extra)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
   elseif value ~= value then
@@ -44,27 +44,27 @@ local function complaint(value, beside)
     return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
   elseif not is_finite(value) then
     return "the fitness returned " .. tostring(value), true
-  elseif beside ~= nil and type(beside) ~= "table" then
-    return "the fitness's second result is " .. schema.show(beside)
+  elseif extra ~= nil and type(extra) ~= "table" then
+    return "the fitness's second result is " .. schema.show(extra)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
-  local count, is_faulty = #(beside or {}), false
-  for key, number in pairs(beside or {}) do is_faulty = is_faulty or fault(key, number, count) end
+  local count, is_faulty = #(extra or {}), false
+  for key, number in pairs(extra or {}) do is_faulty = is_faulty or fault(key, number, count) end
   -- sorted, so that the first message is the same in every process
-  for _, key in ipairs(is_faulty and choice.sorted_keys(beside) or {}) do
-    local message, excusable = fault(key, beside[key], count)
+  for _, key in ipairs(is_faulty and choice.sorted_keys(extra) or {}) do
+    local message, excusable = fault(key, extra[key], count)
     if message then return message, excusable end
   end
 end
 
 --- The parts of a fitness's second result: the list of cases and the named measures; nil for an
 --- empty one.
----@param beside table|nil
+---@param extra table|nil
 ---@return number[]|nil cases
 ---@return table<string, number>|nil measures
-function scoring.parts(beside)
+function scoring.parts(extra)
   local cases, measures = {}, {}
-  for key, number in pairs(beside or {}) do
+  for key, number in pairs(extra or {}) do
     if type(key) == "number" then cases[key] = number else measures[key] = number end
   end
   return #cases > 0 and cases or nil, next(measures) and measures or nil
@@ -77,27 +77,27 @@ local function misspelt(message)
   return nearest and (" (did you mean robot:%s?)"):format(nearest) or ""
 end
 
---- Calls a fitness for one robot: fitness and what it returned beside it, or `nil, nil, message,
---- excusable`. The message of an error comes with its traceback as fifth result.
+--- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
+--- of an error comes with its traceback as fifth result.
 ---@param robot table
 ---@return number|nil fitness
----@return table|nil beside as `scoring.parts` takes it
+---@return table|nil extra as `scoring.parts` takes it
 ---@return string|nil message
 ---@return boolean|nil excusable
 ---@return string|nil trace
 function scoring.call(call, robot)
-  local ok, value, beside = failure.attempt(call, robot)
+  local ok, value, extra = failure.attempt(call, robot)
   -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
     local slip = misspelt(value)
     -- the traceback begins with the message
-    local trace = tostring(beside):gsub("^[^\n]*", function(line) return line .. slip end)
+    local trace = tostring(extra):gsub("^[^\n]*", function(line) return line .. slip end)
     return nil, nil, "the fitness failed: " .. tostring(value) .. slip, false, trace
   end
-  local message, excusable = complaint(value, beside)
+  local message, excusable = complaint(value, extra)
   if message then return nil, nil, message, excusable end
-  return value, beside
+  return value, extra
 end
 
 ---@class scoring.request
@@ -116,10 +116,10 @@ function scoring.score(request)
   local failed = 0
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
-      local value, beside, message, excusable, trace =
+      local value, extra, message, excusable, trace =
         scoring.call(request.call, request.robots[i])
       record.fitness = value
-      record.cases, record.measures = scoring.parts(beside)
+      record.cases, record.measures = scoring.parts(extra)
       if message then
         if request.generation == 0 and not excusable then
           failure.raise(1, ("robot %s of the first generation: %s"):format(record.id,

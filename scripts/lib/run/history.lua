@@ -1,6 +1,6 @@
 --- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
---- except genomes of older generations and traces: an old entry keeps the text of its population
---- file and builds the robots from it on demand.
+--- except traces and the genomes of older generations: an old entry keeps the text of its
+--- population file and builds the robots from it on demand.
 
 local host = require "limax.host"
 

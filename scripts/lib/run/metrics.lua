@@ -1,5 +1,5 @@
 --- metrics.lua: one line of numbers per generation, over the robots that were scored. It holds no
---- clock, so that two runs can be compared byte for byte.
+--- times, so that two runs can be compared byte for byte.
 
 local diversity = require "limax.run.diversity"
 local sample = require "limax.base.statistics.sample"
@@ -44,8 +44,8 @@ local function count_problems(records)
   return failed, coarse
 end
 
--- Of each number that the fitness named beside the score: the champion's, and mean, least and most
--- over the scored robots that have it. nil where it named none.
+-- Of each number that the fitness returned besides the score: the champion's, and mean, least and
+-- most over the scored robots that have it. nil if it returned none.
 local function measures_of(records, champion)
   local measures, sums, counts = {}, {}, {}
   for _, record in ipairs(records) do
@@ -62,7 +62,7 @@ local function measures_of(records, champion)
 end
 
 --- The metrics of a scored population: best, mean, median, worst and quantiles of the fitness,
---- diversity, failures, champion, and what the fitness named beside its score.
+--- diversity, failures, champion, and what the fitness returned besides its score.
 ---@param population table a scored population
 ---@return table
 function metrics.measure(population)

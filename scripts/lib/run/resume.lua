@@ -1,6 +1,5 @@
---- resume.lua: continuing a run folder: what differs between the configuration and scripts that
---- made it and those of now, which differences are refused, and whether the old scores still mean
---- the same.
+--- resume.lua: continuing a run folder: how its configuration and scripts differ from the current
+--- ones, which differences are refused, and whether the old scores are still valid.
 
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
@@ -17,10 +16,10 @@ local function set(...)
   return members
 end
 
--- Under another one of these, the genomes and bodies on disk are meaningless.
+-- If one of these changes, the genomes and bodies on disk are meaningless.
 local fixed_fields = set("genome", "lattice", "population", "seed")
 
--- Changing these leaves the meaning of a score as it was.
+-- Changing these does not affect scores.
 local unscored_fields = set("breeding", "evaluations", "generations", "name", "not_in_paper",
   "repetitions", "selection", "supervision", "supervisor")
 
@@ -107,10 +106,10 @@ end
 
 ---@class limax.resume.verdict
 ---@field changed boolean does anything differ?
----@field text string what, one line per difference
----@field scores_valid boolean do old scores still mean the same?
+---@field text string one line per difference
+---@field scores_valid boolean are old scores still valid?
 
--- Compares a run folder with the experiment of now. Refuses what cannot be continued (status 2):
+-- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of genome, lattice, population or seed always.
 local function judge(folder, config, scripts, allowed, switch)
   local list, lines, scores_valid = {}, {}, true
@@ -136,7 +135,7 @@ local function judge(folder, config, scripts, allowed, switch)
   return { changed = #lines > 0, text = text, scores_valid = scores_valid }
 end
 
---- Brings a folder to its last whole generation and to the configuration of now.
+--- Cuts a folder to its last complete generation and stores the current configuration.
 ---@param folder limax.run_folder
 ---@param options { repetition: integer|nil, overrides: string[]|nil } of the run
 ---@param allowed boolean may configuration and script differ?

@@ -1,4 +1,4 @@
---- run_folder.lua: one execution, one folder. Files are replaced whole and lines appended whole,
+--- run_folder.lua: one execution, one folder. Files are replaced and lines appended as a unit,
 --- the checkpoint last: whenever a run is killed, everything up to the generation of the checkpoint
 --- is on disk, and anything beyond it is cut when the run continues. The files of a generation are
 --- written while the next one is simulated.
@@ -17,7 +17,7 @@ local source = require "limax.base.source"
 ---@field path string
 ---@field config table
 ---@field checkpoint table|nil repetition, generation and file sizes of the last generation that is
---- whole on disk
+--- complete on disk
 ---@field writer limax.host.writer writes files asynchronously, in order
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
@@ -30,7 +30,7 @@ local run_folder = {}
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
---- Where files of one generation lie, below the run folder.
+--- The path of a file of one generation in the run folder.
 ---@param kind "population"|"champions"
 ---@param ending string
 ---@return string
@@ -74,23 +74,23 @@ function Folder:update_checkpoint()
   end
 end
 
---- Ends the run when the disk refused; what is whole stays so.
+--- Ends the run after a disk error; complete generations stay on disk.
 ---@param ok any
 function Folder:check(ok, message)
   self:update_checkpoint()
   if ok then return end
-  local whole = "no generation is on disk yet"
+  local state = "no generation is on disk yet"
   if self.checkpoint then
-    whole = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
+    state = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
   end
-  failure.raise_machine("disk", message .. "; " .. whole)
+  failure.raise_machine("disk", message .. "; " .. state)
 end
 
 -- Waits until everything is on disk.
 function Folder:settle() self:check(self.writer:wait()) end
 
--- Writes a file at once, after all that was to be written before it.
+-- Writes a file at once, after all that is still to be written.
 function Folder:write(name, text)
   self:settle()
   self:check(host.file.write_atomic(self.path .. "/" .. name, text))
@@ -133,7 +133,7 @@ function Folder:write_environment(device)
   self:write("environment.json", json(environment))
 end
 
--- Writes a checkpoint: everything written so far is whole. Returns its job.
+-- Writes a checkpoint: everything written so far is complete. Returns its job.
 function Folder:write_checkpoint(repetition, generation)
   local bytes, ahead = self.grown:sizes()
   local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
@@ -143,18 +143,18 @@ function Folder:write_checkpoint(repetition, generation)
   return job
 end
 
---- From now on the lines of this repetition are next. All earlier repetitions must have their last
---- generation. A folder without turns appends lines as they come.
-function Folder:take_turn(repetition)
+--- Appends the lines of this repetition from now on. All earlier repetitions must have their last
+--- generation. Until the first call, lines are appended as they come.
+function Folder:append_lines_of(repetition)
   self:settle()
-  if not self.grown:take_turn(repetition) then return end
+  if not self.grown:append_lines_of(repetition) then return end
   self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
   self:settle()
   self.grown:remove_waiting(repetition)
 end
 
---- Writes a whole generation asynchronously, its checkpoint last. Raises what the disk refused of
---- an earlier one.
+--- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
+--- earlier one.
 ---@param written table metrics, ledger, seconds, supervision, text, engine, champion
 ---@return number seconds that the run waited
 function Folder:write_generation(written)
@@ -275,7 +275,7 @@ function Folder:clean(below, last)
   end
 end
 
--- Removes files of generations after the last whole one of each repetition.
+-- Removes files of generations after the last complete one of each repetition.
 function Folder:remove_unfinished()
   local last = {}
   for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
@@ -291,10 +291,10 @@ function Folder:remove_unfinished()
   end
 end
 
---- Cuts everything beyond the last whole generation. Where configuration or scripts changed, the
+--- Cuts everything beyond the last complete generation. Where configuration or scripts changed, the
 --- former ones are kept as config-N.json and scripts-N.
----@param config table configuration of now
----@param scripts table[] scripts of now
+---@param config table the current configuration
+---@param scripts table[] the current scripts
 ---@param changed boolean
 function Folder:continue(config, scripts, changed)
   self.grown:cut()

@@ -1,6 +1,7 @@
 --- run_lines.lua: the files of a run folder that grow by one line per generation. They hold one
 --- repetition after the other, also where repetitions advance together: lines of a later
---- repetition wait in files of its own. The checkpoint of the folder states how far each is whole.
+--- repetition wait in files of its own. The checkpoint of the folder states how many bytes of each
+--- are complete.
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
@@ -13,7 +14,7 @@ local NAMES = { "metrics", "ledger", "timing" }
 
 ---@class limax.run_lines
 ---@field folder limax.run_folder
----@field turn integer|nil the repetition whose lines are next; nil: lines of any
+---@field current integer|nil the repetition whose lines are appended; nil: those of any
 ---@field bytes table<string, integer> whole bytes of the files of all repetitions
 ---@field ahead table<integer, table<string, integer>> the same of a repetition's waiting lines
 local Lines = {}
@@ -70,7 +71,7 @@ end
 ---@param value table with the `repetition` that it belongs to
 function Lines:append(name, value)
   local repetition = value.repetition
-  if not self.turn or repetition == self.turn then
+  if not self.current or repetition == self.current then
     repetition = nil
   elseif not self.ahead[repetition] then
     self.folder:make_folder(run_lines.folder_of(repetition))
@@ -80,11 +81,11 @@ function Lines:append(name, value)
   self:append_text(name, repetition, host.json.encode(value) .. "\n")
 end
 
---- From now on the lines of this repetition are next. Those that waited are appended; their files
+--- Appends the lines of this repetition from now on. Those that waited are appended; their files
 --- stay until remove_waiting().
 ---@return boolean whether there were any
-function Lines:take_turn(repetition)
-  self.turn = repetition
+function Lines:append_lines_of(repetition)
+  self.current = repetition
   if not self.ahead[repetition] then return false end
   for _, name in ipairs(NAMES) do
     local text, message = source.read(self.folder.path .. "/" .. file_of(name, repetition))

@@ -39,10 +39,10 @@ local function falling(config)
   if down <= 0 or not scene.ground then return nil end
   local height, speed = simulation.position[3] - scene.ground.height, simulation.velocity[3]
   local time = (speed + math.sqrt(speed * speed + 2 * down * math.max(0, height))) / down
-  local whole = simulation.settle + simulation.duration
-  if height <= 0 or time <= whole then return nil end
+  local run_time = simulation.settle + simulation.duration
+  if height <= 0 or time <= run_time then return nil end
   return ("simulation.position: from %.4g m above scene.ground a body falls for %.4g s, and a run"
-    .. " takes %.4g s: it never lands"):format(height, time, whole)
+    .. " takes %.4g s: it never lands"):format(height, time, run_time)
 end
 
 --- Notes with field, value and consequence.

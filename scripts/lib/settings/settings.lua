@@ -9,7 +9,7 @@ local settings = {}
 
 local fields = defaults.fields.simulation
 
---- What a tier sets, and a newly named tier sets anew.
+--- What a tier sets, and what an override that names a tier resets.
 settings.of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
 
 -- A field that a tier sets when the script does not: absent stays absent.

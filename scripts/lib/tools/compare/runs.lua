@@ -26,7 +26,7 @@ function runs.read(words)
   local list = {}
   for _, folder in ipairs(folders.read_all(words, true)) do
     if folder.status.state ~= "done" then
-      failure.raise(2, ("%s is not done (%s); only whole runs are compared"):format(folder.path,
+      failure.raise(2, ("%s is not done (%s); only complete runs are compared"):format(folder.path,
         folder.status.state))
     end
     for _, run in ipairs(folder.runs) do

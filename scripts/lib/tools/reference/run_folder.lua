@@ -54,7 +54,7 @@ local function record()
   return { ("| %s | Hz | of the trace of that name |"):format(names) }
 end
 
---- The page with these tables made anew.
+--- The page with these tables regenerated.
 ---@return string
 function run_folder.text()
   local text = assert(source.read(host.home .. "/" .. run_folder.path))

@@ -42,10 +42,10 @@ end
 function History:shorten(entries)
   local lines = {}
   for i = #entries - MAX_ENTRIES + 1, #entries do lines[#lines + 1] = encode(entries[i]) .. "\n" end
-  local beside = self.path .. ".part"
-  host.file.remove(beside)
-  local done, message = host.file.append(beside, table.concat(lines), true)
-  if done then done, message = host.file.rename(beside, self.path) end
+  local part = self.path .. ".part"
+  host.file.remove(part)
+  local done, message = host.file.append(part, table.concat(lines), true)
+  if done then done, message = host.file.rename(part, self.path) end
   if not done then self:give_up(message) end
 end
 

@@ -100,7 +100,7 @@ end
 function plan.donor_of(repetition, repetitions) return repetition % repetitions + 1 end
 
 --- All cells, donors before the cells that read them, repetition by repetition, so that a study
---- that is stopped has whole repetitions.
+--- that is stopped has complete repetitions.
 function plan.cells(arms, repetitions)
   local list, cell_of, donor = {}, {}, donor_arm(arms)
   for _, arm in ipairs(arms) do cell_of[arm.name] = {} end

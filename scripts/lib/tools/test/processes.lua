@@ -7,8 +7,8 @@ local host = require "limax.host"
 
 local processes = {}
 
--- between two looks at the processes
-local LOOK = 0.02
+-- s between polls of the processes
+local POLL_INTERVAL = 0.02
 -- beyond its limit, after which a test is ended from outside
 local GRACE = 2
 -- between the interrupt and the kill; a process that cannot handle the interrupt ends itself after
@@ -49,7 +49,7 @@ end
 -- Reports the test during which a process ended, and starts another one for the remaining tests.
 function run:ended(process)
   local now, left = process.now, {}
-  -- the test beyond its limit has returned, and the signal met the next one
+  -- the test beyond its limit has returned, and the signal reached the next one
   if process.hung and now ~= process.hung then now = nil end
   for _, instance in ipairs(process.instances) do
     if process.open[instance] and not (now and now.instance == instance) then
@@ -121,7 +121,7 @@ local function stop(running)
   for _, one in ipairs(running) do
     while one.process and host.clock() - began < 2 * PATIENCE and not one.process:is_over() do
       if host.clock() - began > PATIENCE then one.process:signal "KILL" end
-      host.wait(LOOK)
+      host.wait(POLL_INTERVAL)
     end
   end
 end
@@ -164,7 +164,7 @@ function processes.run_all(plan, options, reporter)
         if running[1].process then break end
         table.remove(running, 1)
       end
-      if #running > 0 then host.wait(LOOK) end
+      if #running > 0 then host.wait(POLL_INTERVAL) end
     end
   end)
   stop(running)

@@ -2,6 +2,7 @@
 --- matrix, and runs the chosen ones in the order of the file or in a shuffled one.
 
 local axes = require "limax.tools.test.axes"
+local choices = require "limax.base.choice"
 local context = require "limax.tools.test.context"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
@@ -155,12 +156,7 @@ local LONG = "full"
 --- Whether an instance is among the chosen.
 function runner.chosen(instance, choice)
   local name = runner.title(instance)
-  if #choice.only > 0 then
-    for _, title in ipairs(choice.only) do
-      if title == name then return true end
-    end
-    return false
-  end
+  if #choice.only > 0 then return choices.contains(choice.only, name) end
   local filter = choice.filter
   if filter and not name:find(filter, 1, true) and not name:find(filter) then return false end
   local has = {}
