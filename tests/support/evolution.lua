@@ -1,6 +1,7 @@
 --- evolution.lua: a small experiment and its run, for the suites of the evolution loop.
 
 local limax = require "limax"
+local source = require "limax.base.source"
 
 local evolution = {}
 
@@ -33,6 +34,15 @@ function evolution.run(folder, fields)
   for name, value in pairs(fields or {}) do options[name] = value end
   limax.start(evolution.small(options), { out = folder, say = evolution.silent }):finish()
   return folder
+end
+
+--- Checks that these files of two run folders have the same bytes.
+---@param names string[]
+function evolution.same_files(t, got, expected, names)
+  for _, name in ipairs(names) do
+    t:ok(t:ok(source.read(got .. "/" .. name)) == source.read(expected .. "/" .. name),
+      ("%s/%s differs"):format(got, name))
+  end
 end
 
 return evolution

@@ -2,6 +2,7 @@
 --- asks only for missing ones, and gives the bytes of an uninterrupted run.
 
 local engine = require "limax.engine"
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local process = require "support.process"
 local source = require "limax.base.source"
@@ -64,13 +65,6 @@ local limax, completes = process.ends, process.completes
 local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
   "r02/population/g0019.npy", "r02/population/g0019.jsonl" }
 
-local function same_run(t, got, expected)
-  for _, name in ipairs(SAME) do
-    t:ok(t:ok(source.read(got .. "/" .. name)) == source.read(expected .. "/" .. name),
-      name .. " differs from the uninterrupted run's")
-  end
-end
-
 -- Requests on disk, and how many of them differ.
 local function asked(folder)
   local list, distinct, seen = 0, 0, {}
@@ -107,7 +101,7 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
       end
     until status == 0
     t:ok(kills > 2, "the run should be killed a few times")
-    same_run(t, folder .. "/broken", folder .. "/whole")
+    evolution.same_files(t, folder .. "/broken", folder .. "/whole", SAME)
     -- a question is repeated only if a kill hit the generation that it was asked for
     local all, distinct = asked(folder)
     t:equal(distinct, uninterrupted)
@@ -120,7 +114,7 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     assert(host.file.write_atomic(folder .. "/again.lua", text))
     completes(t, folder, { "run", "again.lua", "--out", "again", "--set", "name=talk",
       unpack(on_cpu) })
-    same_run(t, folder .. "/again", folder .. "/whole")
+    evolution.same_files(t, folder .. "/again", folder .. "/whole", SAME)
     t:equal(asked(folder), all)
   end)
 

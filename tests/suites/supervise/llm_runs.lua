@@ -2,6 +2,7 @@
 --- to its budgets, replays without the server to the byte, and the key is in none of its files.
 
 local client = require "limax.supervise.llm.client"
+local evolution = require "support.evolution"
 local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
@@ -48,13 +49,6 @@ local function search(t, folder)
   return files
 end
 
-local function same_files(t, one, other, names)
-  for _, name in ipairs(names) do
-    t:ok(t:ok(source.read(one .. "/" .. name)) == source.read(other .. "/" .. name),
-      name .. " differs")
-  end
-end
-
 local function compare_transcript(t, folder)
   local page = field_page.read "scripts/RUN_FOLDER.md"
   field_page.compare_transcript(t, source.read(folder .. "/transcript.jsonl"),
@@ -93,7 +87,7 @@ suite:test("a run with a different fault in each generation", { limit = 300 }, f
   t:ok(search(t, done.folder) > #names)
   t:ok(not played.leaks(done.output), done.output)
   local again = talker.run(t, { "replay", run = done.folder }, { generations = #names + 1 })
-  same_files(t, again.folder, done.folder, { "metrics.jsonl", "ledger.jsonl" })
+  evolution.same_files(t, again.folder, done.folder, { "metrics.jsonl", "ledger.jsonl" })
 end)
 
 local EXPERIMENT = [[
@@ -123,7 +117,7 @@ suite:test("a dead endpoint costs its budgets once, not in each repetition",
     -- 21st and the 41st) probed
     t:equal(run("apart", "--apart"), { questions = 3, probes = 4 })
     t:equal(run("together", "--together"), { questions = 3, probes = 3 })
-    same_files(t, folder .. "/together", folder .. "/apart", { "metrics.jsonl" })
+    evolution.same_files(t, folder .. "/together", folder .. "/apart", { "metrics.jsonl" })
     server:close()
   end)
 
@@ -144,7 +138,8 @@ suite:test("the shipped experiment runs, replays as its file says, and shows no 
     for generation = 1, 3 do t:equal(ledger[generation + 1].source, "model") end
     process.completes(t, folder, { "run", script, "--out", "again", "--set",
       'supervisor=["replay"]', "--set", "supervisor.run=live", unpack(small) })
-    same_files(t, folder .. "/again", folder .. "/live", { "metrics.jsonl", "ledger.jsonl" })
+    evolution.same_files(t, folder .. "/again", folder .. "/live",
+      { "metrics.jsonl", "ledger.jsonl" })
   end)
 
 suite:test("without an endpoint no run begins", { limit = 30 }, function(t)

@@ -1,6 +1,7 @@
 --- llm_supervisor.lua: runs that a language model supervises, from prompt to transcript and replay.
 --- A client of the suite's own replaces the model.
 
+local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local source = require "limax.base.source"
@@ -114,13 +115,6 @@ end
 local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0011.jsonl",
   "r01/population/g0011.npy" }
 
-local function same_run(t, got, expected)
-  for _, name in ipairs(SAME) do
-    local text = t:ok(source.read(got .. "/" .. name))
-    t:ok(text == source.read(expected .. "/" .. name), name .. " differs")
-  end
-end
-
 local LONG = { generations = 12 }
 
 suite:test("a replay gives the bytes of the recorded run and asks no model", { limit = 60 },
@@ -131,7 +125,7 @@ suite:test("a replay gives the bytes of the recorded run and asks no model", { l
     t:ok(sets.model and sets.rules, "the model should be used, and not always")
     for _, match in ipairs { "request", "generation" } do
       local again = run(t, { "replay", run = recorded.folder, match = match }, LONG)
-      same_run(t, again.folder, recorded.folder)
+      evolution.same_files(t, again.folder, recorded.folder, SAME)
       t:ok(not host.file.exists(again.folder .. "/transcript.jsonl"))
       local config = host.json.decode(source.read(again.folder .. "/config.json"))
       t:equal(config.supervisor.name, "replay")
@@ -148,7 +142,7 @@ suite:test("a question asked in several generations gets the answer of each",
     local outcomes = of_kind(recorded, "outcome")
     t:equal(outcomes[1].asks[1].messages_sha256, outcomes[11].asks[1].messages_sha256)
     local again = run(t, { "replay", run = recorded.folder }, LONG)
-    same_run(t, again.folder, recorded.folder)
+    evolution.same_files(t, again.folder, recorded.folder, SAME)
   end)
 
 suite:test("a replay that asks another question, or runs longer, ends with the reason",

@@ -7,7 +7,6 @@ local host = require "limax.host"
 local limax = require "limax"
 local ledger = require "limax.supervise.ledger"
 local run_folder = require "limax.run.run_folder"
-local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "supervise_runs"
 
@@ -132,10 +131,8 @@ suite:test("supervisors keep no state outside of the history: a resume gives the
     run:restore(folder, true)
     run:finish()
     folder:close()
-    for _, file in ipairs { "metrics.jsonl", "ledger.jsonl", "r01/population/g0005.jsonl" } do
-      t:ok(source.read(parts .. "/" .. file) == source.read(whole .. "/" .. file),
-        name .. ": " .. file)
-    end
+    evolution.same_files(t, parts, whole, { "metrics.jsonl", "ledger.jsonl",
+      "r01/population/g0005.jsonl" })
   end
 end)
 
