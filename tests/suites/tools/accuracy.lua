@@ -97,7 +97,7 @@ local SMALL_BODIES = { "lattice=[2,2,2]", "simulation.duration=0.3", "simulation
 local SIZES = {
   work_precision = TINY,
   rounding = { lattice = { 2, 2, 2 }, duration = 0.1, steps = { 5e-4, 1e-4 }, reference = 2e-5,
-    way = 0.2, way_steps = { 2e-4 }, way_reference = 5e-5, way_bodies = 2 },
+    distance = 0.2, moving_steps = { 2e-4 }, moving_reference = 5e-5, moving_bodies = 2 },
   conservation = { lattice = { 2, 2, 2 }, vibration = 1e4, spin = 1e4 },
   ranking = { cases = 1, robots = 6, generations = 2, reference = 1e-4, seconds = 0.002,
     set = SMALL_BODIES, settings = bench_ranking.settings({ "preview", "evolve" },

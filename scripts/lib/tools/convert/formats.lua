@@ -37,8 +37,8 @@ local formats = {}
 ---@field of_run? boolean written of a run, not of a robot
 ---@field options? table<string, boolean> options of the command that apply to a written file
 ---@field lost? string[] what is always lost
----@field kept? table<string, boolean> fields of a robot file beside the body that are not lost; all
---- without `lost`
+---@field kept? table<string, boolean> fields of a robot file besides the body that are not lost;
+--- all without `lost`
 
 local MILLIMETRES = 1000 -- in a metre
 
@@ -134,7 +134,7 @@ function formats.find(path, way)
   return found, endings
 end
 
--- Fields of a robot file beside the body.
+-- Fields of a robot file besides the body.
 local FIELDS = { "scene", "simulation", "fitness", "score", "outcome", "id", "generation",
   "parents", "origin" }
 

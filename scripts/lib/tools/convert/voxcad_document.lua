@@ -107,11 +107,11 @@ function document.open(path, base)
     input.refuse(path, "a .vxd has no materials: name its .vxa with --base FILE, or put it beside"
       .. " it as base.vxa")
   end
-  local whole = parse(base, "VXA")
+  local merged = parse(base, "VXA")
   for _, element in ipairs(root) do
-    if element.attributes.replace then replace(path, whole, element) end
+    if element.attributes.replace then replace(path, merged, element) end
   end
-  return whole
+  return merged
 end
 
 -- ---- losses -------------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ local IGNORED = { ["Simulator"] = true, ["VXC.Voxel"] = true,
   ["VXC.Palette.Material.Display"] = true,
   ["VXC.Palette.Material.Mechanical.Poissons_Ratio"] = true }
 
--- The value, beside 0, that has no effect.
+-- The value other than 0 that has no effect.
 local function neutral(path) return path:find "^VXC%.Lattice" and 1 or 0 end
 
 -- Does an element hold a word, or a number that has an effect?

@@ -226,13 +226,13 @@ local function sweep_panel(rows)
   return panel
 end
 
-local function way_panel(rows)
+local function moving_panel(rows)
   local panel = { curves = {}, x = { label = "time step, s", reversed = true },
     y = { label = "error of the masses' places, m" } }
   for _, row in ipairs(rows) do
     if row.duration ~= rows[1].duration and row.error then
       if row.way > 0 then
-        panel.title = ("on a way of %g m at 1 m/s, %d bodies"):format(row.way, row.bodies)
+        panel.title = ("over a distance of %g m at 1 m/s, %d bodies"):format(row.way, row.bodies)
       end
       local curve = curve_in(panel.curves, row.precision .. row.way, function()
         local curve = curve_of(row)
@@ -257,7 +257,7 @@ function figures.rounding(result)
     end
   end
   return { name = "rounding", title = "What rounding costs",
-    panels = { sweep_panel(result.rows), way_panel(result.rows) },
+    panels = { sweep_panel(result.rows), moving_panel(result.rows) },
     subtitle = "Error against the time step, shorter steps to the right. Started 1024 m away: "
       .. table.concat(same, ", ") .. "." }
 end

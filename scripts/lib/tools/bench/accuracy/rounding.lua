@@ -27,10 +27,10 @@ local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "le
 ---@field duration number s
 ---@field steps number[] s
 ---@field reference number s
----@field way number m, at 1 m/s
----@field way_steps number[] s
----@field way_reference number s
----@field way_bodies integer bodies on the way: after so many steps the rounding of one is luck
+---@field distance number m, at 1 m/s
+---@field moving_steps number[] s
+---@field moving_reference number s
+---@field moving_bodies integer after so many steps the rounding error of one is random
 
 -- m/s: a good walker's
 local WALK = 1
@@ -71,22 +71,22 @@ local function same_bits(subject, setting, start, device)
 end
 
 -- Several bodies, at rest and moving: errors are the root mean square over the bodies.
-local function long_way(size, device, rows)
+local function long_distance(size, device, rows)
   local cases = {}
-  local own = { lattice = size.lattice, count = 1, duration = size.way / WALK }
+  local own = { lattice = size.lattice, count = 1, duration = size.distance / WALK }
   for _, precision in ipairs { "single", "compensated", "mixed" } do
-    for _, time_step in ipairs(size.way_steps) do
-      for _, way in ipairs { 0, size.way } do
+    for _, time_step in ipairs(size.moving_steps) do
+      for _, way in ipairs { 0, size.distance } do
         cases[#cases + 1] = { precision = precision, time_step = time_step, way = way, sum = 0,
           status = "done" }
       end
     end
   end
   local reference_sum = 0
-  for number = 1, size.way_bodies do
+  for number = 1, size.moving_bodies do
     own.number = number
     local subject = placed(own, 0)
-    local reference = trial.reference(subject, size.way_reference)
+    local reference = trial.reference(subject, size.moving_reference)
     reference_sum = reference_sum + reference.error ^ 2
     for _, case in ipairs(cases) do
       host.raise_if_interrupted()
@@ -102,9 +102,9 @@ local function long_way(size, device, rows)
   for _, case in ipairs(cases) do
     rows[#rows + 1] = { integrator = "leapfrog", precision = case.precision, start = 0,
       way = case.way, duration = own.duration, time_step = case.time_step,
-      bodies = size.way_bodies, status = case.status,
-      error = case.status == "done" and math.sqrt(case.sum / size.way_bodies) or nil,
-      reference_error = math.sqrt(reference_sum / size.way_bodies) }
+      bodies = size.moving_bodies, status = case.status,
+      error = case.status == "done" and math.sqrt(case.sum / size.moving_bodies) or nil,
+      reference_error = math.sqrt(reference_sum / size.moving_bodies) }
   end
 end
 
@@ -139,13 +139,13 @@ function rounding.run(how)
       reference_error = reference.error,
       same_bits = same_bits(placed(options, 0), setting, 1024, device) }
   end
-  long_way(size, device, rows)
+  long_distance(size, device, rows)
   return { columns = rounding.COLUMNS, rows = rows }
 end
 
 -- Where a row's body was.
 local function place_of(row)
-  if row.way > 0 then return ("%g m on the way, %g s"):format(row.way, row.duration) end
+  if row.way > 0 then return ("moved %g m, %g s"):format(row.way, row.duration) end
   return ("%g m, %g s"):format(row.start, row.duration)
 end
 
