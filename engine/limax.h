@@ -1,26 +1,26 @@
-/* limax.h: the whole public face of the engine: opaque handles, plain structs by pointer, status
- * codes.
+/* limax.h: the public API of the engine: opaque handles, plain structs by pointer, status codes.
  *
- * A C11 header that includes only <stdint.h>. Between the two marks below it holds no preprocessor
- * line, so LuaJIT's FFI reads that text as it is. Units are SI. Arrays are row-major and their
- * shapes are written [robot][mass][3]. Indices start at 0 here; Lua shows them starting at 1.
+ * A C11 header that includes only <stdint.h>. The text between the two marks below has no
+ * preprocessor lines, so LuaJIT's FFI reads it unchanged. Units are SI. Arrays are row-major and
+ * their shapes are written [robot][mass][3]. Indices start at 0 here and at 1 in Lua.
  *
- * Every function that can fail returns a limax_status and leaves its text in limax_error_text(),
- * one text per thread. No exception crosses this face, no function here calls back, none takes or
- * returns a struct by value. Long work is cut into ranges of robots or slices of time that the
- * caller loops over, so that no call need work longer than about 50 ms; what is one piece is the
- * drawing of an encoding, the description and preparation of one robot (about 5 us per voxel) and
- * as many steps as a caller asks for by number. Pointers must not be null where nothing else is
- * said: a null is refused, and what returns no status answers 0, null or NaN to it and leaves a
- * text. Whether a pointer leads to as much memory as its comment says is the caller's word. A
- * handle that is created is owned by the caller and ended by its `_free`, which takes null.
- * Children keep what they need of their parents alive, so any order of `_free` is safe.
+ * Every function that can fail returns a limax_status and stores a message for
+ * limax_error_text(), one per thread. No function throws, calls back, or takes or returns a struct
+ * by value. Long work is split into ranges of robots or slices of time that the caller loops over,
+ * so that each call can return within about 50 ms. Not divisible are creating an encoding,
+ * preparing one robot (about 5 us per voxel) and a number of steps that the caller requests.
  *
- * Any thread may call anything. Threads may share a cpu device and encodings, and materials and
- * scenes that none of them changes; a population or a simulation is for one call at a time, and a
- * call that finds its handle in use otherwise is refused. What is not looked after: a view (a
- * pointer that a function here returns) while another thread changes what it shows, `_free` of a
- * handle that another thread uses, and one cuda device under several threads. */
+ * Pointers must not be null unless documented otherwise: a null is refused, and a function that
+ * returns no status then returns 0, null or NaN and stores a message. The caller must guarantee
+ * that arrays are as large as documented. The caller owns each handle that it creates and frees it
+ * with its `_free`, which accepts null. Children keep what they need of their parents alive, so
+ * handles may be freed in any order.
+ *
+ * All functions may be called from any thread. Threads may share a cpu device, encodings, and
+ * materials and scenes that none of them changes. A population or a simulation takes one call at a
+ * time: a call whose handle is in use by another is refused. Not checked are reading a view (a
+ * pointer returned by a function here) while another thread changes its data, freeing a handle
+ * that another thread uses, and using one cuda device from several threads. */
 #ifndef LIMAX_H
 #define LIMAX_H
 
@@ -40,8 +40,8 @@ typedef enum limax_status {
     LIMAX_INVALID_FILE =
         2,        /* a file that cannot be understood: the text names file, field, value, range */
     LIMAX_IO = 3, /* a file that cannot be read or written */
-    LIMAX_OUT_OF_MEMORY = 4, /* the text says how much was needed, where that is known */
-    LIMAX_NO_DEVICE = 5,     /* the device asked for is not to be had: the text says why */
+    LIMAX_OUT_OF_MEMORY = 4, /* the text gives the size needed, if known */
+    LIMAX_NO_DEVICE = 5,     /* the requested device is unavailable: the text gives the reason */
     LIMAX_INTERNAL = 6       /* a defect of the engine */
 } limax_status;
 
@@ -295,7 +295,7 @@ int32_t limax_effect_count(void);
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out);
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out);
 /* The numbers among the options of "simulation", "genome" and "breeding": a field for each; refuses
- * an index behind the last. */
+ * an index past the last. */
 limax_status limax_option_field(const char* group, int32_t field, limax_field_info* out);
 
 limax_status limax_scene_create(limax_scene** out);

@@ -1,7 +1,6 @@
 // bodies.cpp: materials, genomes and populations of limax.h: from a genome to a body, and breeding.
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "api/api.h"
 
@@ -188,10 +187,10 @@ limax_status limax_population_initialize(limax_population* population, int32_t f
                                          int32_t count) {
     return guard([&] {
         const auto population_use = changing(population, "population");
-        const limax::parallel_for alone = [](int n, const std::function<void(int)>& work) {
+        const limax::parallel_for in_order = [](int n, const std::function<void(int)>& work) {
             for (int i = 0; i < n; ++i) work(i);
         };
-        population->it.initialize(first, count, alone);
+        population->it.initialize(first, count, in_order);
     });
 }
 limax_status limax_population_express(limax_population* population,

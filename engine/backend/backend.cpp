@@ -24,7 +24,7 @@ void require_choice(const char* name, int value, int count) {
              format("%s is %d; it must be 0 to %d", name, value, count - 1));
 }
 
-// RK4's order is that of smooth forces, and it has no place for an impulse.
+// RK4 has its order for smooth forces only, and cannot apply impulses.
 void require_smooth(const scene& scene) {
     std::string rough;
     effects::for_each([&]<class E>(E) {

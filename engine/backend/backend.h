@@ -1,5 +1,5 @@
-// backend.h: what a device must do: express, breed, simulate. It decides which law meets which
-// element, and holds no law.
+// backend.h: the interface of a device: express, breed, simulate. A device applies laws to
+// elements; the laws themselves are in genome/ and physics/.
 #pragma once
 
 #include <memory>
@@ -50,7 +50,7 @@ void check_options(const limax_simulation_options& options, const scene& scene);
 // Refuses what only the CPU supports.
 void check_beyond_cpu(const limax_simulation_options& options);
 
-// What becomes known of robot `index` before it is prepared: skipped, invalid or running.
+// Fills the outcome of robot `index` before it is prepared: skipped, invalid or running.
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);
 
 class simulation {
@@ -88,13 +88,13 @@ public:
     virtual express_pass express() const = 0;
     virtual std::unique_ptr<simulation> simulate(simulation_setup setup) = 0;
 
-    // Room for a population of `count` robots; null where populations stay on the host: always on
-    // the CPU, and on a GPU that has no memory left for it.
+    // Device memory for a population of `count` robots; null where populations stay on the host:
+    // always on the CPU, and on a GPU without enough free memory.
     virtual std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& /*code*/,
                                               int32_t /*count*/) {
         return nullptr;
     }
-    // Whether it is one of this device's.
+    // Whether this device holds it.
     virtual bool houses(const residence& /*home*/) const { return false; }
 };
 

@@ -1,5 +1,5 @@
-// array.h: the owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and
-// counted, so that a garbage collector can be told how much memory the engine holds.
+// array.h: owner of bulk memory: move-only, zeroed, aligned for the widest vectors, and counted, so
+// that a garbage collector can take the memory held by the engine into account.
 #pragma once
 
 #include <atomic>

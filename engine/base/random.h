@@ -1,5 +1,5 @@
-// random.h: random numbers as functions of their arguments alone: Philox4x32-10, a law. No state,
-// so any order, any number of threads and any device gives the same numbers.
+// random.h: random numbers as functions of their arguments only: Philox4x32-10, a law. Without
+// state, any order, any number of threads and any device gives the same numbers.
 //
 // Source: J. Salmon, M. Moraes, R. Dror, D. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC
 // 2011: ten rounds, the multipliers and the key increments below.

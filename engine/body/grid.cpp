@@ -2,7 +2,6 @@
 #include "body/grid.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "base/error.h"
 #include "base/memory.h"

@@ -11,7 +11,7 @@
 
 namespace limax {
 
-// A property of materials: one entry of the table's `fields`. Its range lies within the range that
+// A property of materials: one entry of the table's `fields`. Its range is within the range that
 // the engine allows.
 struct material_field {
     std::string unit;

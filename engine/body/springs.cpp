@@ -39,7 +39,7 @@ void fill_springs(spring_body& out, const voxel_body& body, int index,
     const direction& d = directions[index];
     for_each_site(grid, [&](int x, int y, int z) {
         const int64_t near = grid.site(x, y, z), far = near + grid.step(d);
-        // past the last site there is no mass to read, and no spring
+        // the far end may be past the last site: then there is no spring
         const float far_mass = far < grid.sites() ? out.mass[far] : 0.0f;
         const spring_parameters spring =
             spring_between(body, x, y, z, d, out.mass[near], far_mass,

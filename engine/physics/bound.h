@@ -20,11 +20,11 @@
 //   roots none is beyond gamma, so |z| <= gamma dt. |R| <= 1 on the imaginary axis up to sqrt(8) =
 //   2.8284 (|R(iy)|^2 = 1 - y^6/72 + y^8/576) and on the negative real axis up to 2.7853; between
 //   the two the region is narrowest at an angle of 0.68 pi, where it ends at |z| = 2.6156. By the
-//   maximum principle the half disc up to there lies in it:
+//   maximum principle the half disc up to there is inside it:
 //       dt < 2.615 / max(sqrt(A), B).
 //   XPBD: springs and contacts are implicit along themselves; a long step makes them soft before it
 //   makes anything unstable (what is left is the stiffness across a strained spring, its strain
-//   times k). One alone keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
+//   times k). A single spring keeps 1 / (1 + (dt^2 k + dt c) (1/m_i + 1/m_j)) of its force, so that
 //   of 26 equal ones on a mass with W + G = q each keeps 1 / (1 + q / 26), and walkers keep their
 //   order (scripts/ACCURACY.md) up to q = 8:
 //       dt < 2 q / (B + sqrt(B^2 + 4 q A)), A and B of the springs only.

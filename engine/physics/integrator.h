@@ -9,18 +9,18 @@
 // Order two while no contact switches, one through contact.
 //
 // RK4: the classical Runge-Kutta method on (x, v), both at t_n; the slopes are (v, a). Four force
-// evaluations: at t_n, twice at t_n + dt/2, and at t_n + dt, each from where the slopes of the one
-// before lead; the step is their mean with weights 1, 2, 2, 1. Order four in smooth scenes; it has
-// no place for an impulse, and a contact that switches within a step takes the order away.
+// evaluations: at t_n, twice at t_n + dt/2, and at t_n + dt, each at the state that the previous
+// slopes lead to; the step is their mean with weights 1, 2, 2, 1. Order four in smooth scenes, less
+// where a contact switches within a step; impulses are not supported.
 //
 // XPBD (extended position-based dynamics; Macklin, Mueller and Chentanez 2016), in velocities: x
 // and v at t_n. Forces that are neither of springs nor of contacts kick whole. Then each spring, in
 // a fixed order, changes the velocities of its ends by the impulse that it has at the end of the
-// step if it acts alone: its tension at x + dt v, of the velocities so far, times reaction(). That
+// step if only it acts: its tension at x + dt v, of the velocities so far, times reaction(). That
 // is one sweep of Gauss and Seidel over the implicit Euler step. Contacts follow in the same way,
-// then x += dt v. Impulses act along the springs as they lie at x, not at x + dt v as in the paper:
-// so the sum of x cross m v, and with it the angular momentum of a free body, stays as it is;
-// along the predicted springs a stiff body spun itself up and ran off by metres. The longer the
+// then x += dt v. Impulses act along the springs at x, not at x + dt v as in the paper: this
+// conserves the sum of x cross m v, and with it the angular momentum of a free body; with the
+// directions at x + dt v a stiff body gained spin and drifted by metres. The longer the
 // step, the softer springs and contacts get and the more motion is damped. Order one.
 #pragma once
 

@@ -1,9 +1,9 @@
-// ledger.h: the books of a body's energy: what it holds at one moment, and the power of everything
-// that changes the sum. Added up in double over springs and masses in ascending order. SI units.
+// ledger.h: the energy balance of a body: its energy at one moment, and the power of everything
+// that changes it. Summed in double over springs and masses in ascending order. SI units.
 //
 // An effect on masses that stores energy has, on a mass at rest, minus that energy's gradient as
-// its force: this part only moves energy from one account to another. What it does beyond that to a
-// mass that moves, it dissipates. An effect that stores none is counted whole.
+// its force: this part only moves energy from one account to another. Any further work
+// on a moving mass is dissipation. All work of an effect that stores no energy is counted.
 #pragma once
 
 #include "physics/measure.h"
@@ -16,7 +16,7 @@ enum work_kind {
     work_damping = 1,          // dashpots along springs
     work_contact_damping = 2,  // what contacts do beyond their stored energy
     work_friction = 3,
-    work_other = 4,  // every effect that has no account of its own
+    work_other = 4,  // every other effect
     work_kinds = 5
 };
 
@@ -79,7 +79,7 @@ double contact_energy(const spring_body& body, const scene& scene, const moving_
 
 // How the rest lengths change around a moment, zero without actuation: the actuation's state, and
 // its change per second since the step before and until the next one. Differences rather than a
-// derivative, so that muscles whose ramp ends within a step cost the books no order.
+// derivative, so that muscles whose ramp ends within a step do not lower the order.
 struct muscle_motion {
     effects::actuation::moment<double> now{0, 0}, since{0, 0}, until{0, 0};
 };

@@ -8,10 +8,10 @@
 
 namespace limax {
 
-// Steps between looks at limits and origin: part of the result, so a constant.
+// Steps between checks of limits and origin: part of the result, so a constant.
 inline constexpr int check_interval = 64;
-// A mass that moves farther than this share of an edge in one step is out of its neighbourhood:
-// what it meets there, it meets too late.
+// A mass that moves farther than this share of an edge in one step may
+// detect contacts too late.
 inline constexpr double coarse_share = 0.1;
 // The speed from which on it does, m/s.
 LIMAX_LAW double coarse_speed(double edge, double time_step) {

@@ -2,8 +2,8 @@
 // its free turning. Its state is where it points and its angular momentum in the world, which no
 // step changes where nothing acts. Laws; includes laws only. SI units, doubles.
 //
-// Products and sums are rounded one by one: a machine whose compiler has no fused multiply-add at
-// hand would call a library for each.
+// Products and sums are rounded one by one: without a fused multiply-add instruction the compiler
+// would call a library function for each.
 //
 // Free turning over dt splits the energy L_k^2 / (2 I_k) of the three axes of the solid's own frame
 // into five turns, about x, y, z, y, x by dt/2, dt/2, dt, dt/2, dt/2, each of them exact: symmetric

@@ -40,13 +40,13 @@ std::string name_of_instance(int effect, std::size_t instance) {
 
 int find_effect(const std::string& name) {
     const auto& entries = effect_entries();
-    std::string known;
+    std::string names;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         if (name == entries[i].name) return static_cast<int>(i);
-        known += (known.empty() ? "" : ", ") + std::string(entries[i].name);
+        names += (names.empty() ? "" : ", ") + std::string(entries[i].name);
     }
     fail(LIMAX_INVALID_ARGUMENT,
-         format("scene: there is no effect '%s'; there are %s", name.c_str(), known.c_str()));
+         format("scene: there is no effect '%s'; there are %s", name.c_str(), names.c_str()));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ scene::scene() {
                           entry.fields[f].value + entry.fields[f].components);
         defaults_.push_back(values);
     }
-    given_.resize(defaults_.size());
+    instances_.resize(defaults_.size());
     sorted_.resize(defaults_.size());
     add(effects::springs::name);
 }
@@ -75,8 +75,8 @@ void scene::add(const std::string& effect) {
         fail(LIMAX_INVALID_ARGUMENT,
              most == 1 ? format("scene: effect '%s' is named twice", effect.c_str())
                        : format("scene.%s: at most %d of them are possible", effect.c_str(), most));
-    given_[index].push_back(defaults_[index]);
-    sorted_[index] = sorted(given_[index]);
+    instances_[index].push_back(defaults_[index]);
+    sorted_[index] = sorted(instances_[index]);
     mask_ |= 1u << index;
 }
 
@@ -87,13 +87,13 @@ void scene::set(const std::string& effect, const std::string& name, const double
     if (!has(index))
         fail(LIMAX_INVALID_ARGUMENT, format("scene.%s.%s is set, but the scene does not name '%s'",
                                             effect.c_str(), name.c_str(), effect.c_str()));
-    const std::string place = name_of_instance(index, given_[index].size() - 1);
+    const std::string place = name_of_instance(index, instances_[index].size() - 1);
     int offset = 0;
-    std::string known;
+    std::string names;
     for (int f = 0; f < entry.field_count; ++f) {
         const effects::field& field = entry.fields[f];
         if (name != field.name) {
-            known += (known.empty() ? "" : ", ") + std::string(field.name);
+            names += (names.empty() ? "" : ", ") + std::string(field.name);
             offset += field.components;
             continue;
         }
@@ -107,12 +107,12 @@ void scene::set(const std::string& effect, const std::string& name, const double
             require_range((place + "." + name).c_str(), values[c], field.minimum, field.maximum,
                           field.unit);
         // -0 becomes 0, so that equal values are equal bits
-        for (int c = 0; c < count; ++c) given_[index].back()[offset + c] = values[c] + 0.0;
-        sorted_[index] = sorted(given_[index]);
+        for (int c = 0; c < count; ++c) instances_[index].back()[offset + c] = values[c] + 0.0;
+        sorted_[index] = sorted(instances_[index]);
         return;
     }
     fail(LIMAX_INVALID_ARGUMENT, format("%s has no field '%s'; it has %s", place.c_str(),
-                                        name.c_str(), known.empty() ? "none" : known.c_str()));
+                                        name.c_str(), names.empty() ? "none" : names.c_str()));
 }
 
 void scene::set_heights(const std::string& effect, const std::string& name, const double* heights,
@@ -190,9 +190,9 @@ effects::stiffness_damping scene::script_bound() const {
 void scene::check() const {
     effects::for_each([&]<class E>(E) {
         constexpr int index = effects::index_of<E>;
-        if constexpr (requires { E::problem(given_[index][0].data()); })
-            for (std::size_t i = 0; i < given_[index].size(); ++i)
-                if (const char* problem = E::problem(given_[index][i].data()))
+        if constexpr (requires { E::problem(instances_[index][0].data()); })
+            for (std::size_t i = 0; i < instances_[index].size(); ++i)
+                if (const char* problem = E::problem(instances_[index][i].data()))
                     fail(LIMAX_INVALID_ARGUMENT,
                          format("%s: %s", name_of_instance(index, i).c_str(), problem));
         if (!has(index) || !E::needs) return;

@@ -56,7 +56,7 @@ public:
 
     bool has(int effect) const { return mask_ >> effect & 1u; }
     unsigned mask() const { return mask_; }
-    int instances(int effect) const { return int(given_[effect].size()); }
+    int instances(int effect) const { return int(instances_[effect].size()); }
     // Components of all fields of an instance of an effect, one after the other; the defaults of an
     // effect that is not there. Instances are sorted by their values, so that the order of adding
     // does not affect results.
@@ -74,10 +74,10 @@ public:
 
 private:
     unsigned mask_ = 0;
-    std::vector<std::vector<double>> defaults_;             // [effect][component]
-    std::vector<std::vector<std::vector<double>>> given_;   // [effect][instance][component]
-    std::vector<std::vector<std::vector<double>>> sorted_;  // the same
-    std::vector<float> heights_ = {0, 0, 0, 0};             // m, [x][y]
+    std::vector<std::vector<double>> defaults_;                // [effect][component]
+    std::vector<std::vector<std::vector<double>>> instances_;  // [effect][instance][component]
+    std::vector<std::vector<std::vector<double>>> sorted_;     // the same
+    std::vector<float> heights_ = {0, 0, 0, 0};                // m, [x][y]
     int heights_nx_ = 2, heights_ny_ = 2;
     std::vector<scripted_effect> scripts_;
 };

@@ -4,7 +4,7 @@
 // origin.
 //
 // What a mass gets from the block, rounded as the mass holds it, the block gets with the other
-// sign, at the mass's place, so that momentum and angular momentum lose nothing but the roundings
+// sign, at the mass's place, so that momentum and angular momentum are conserved up to the rounding
 // of the sums. Corners come in the order of their bits (x lowest), contacts in the order of
 // effects::all, masses in that of their sites.
 #pragma once
@@ -188,8 +188,8 @@ inline constexpr int most_sweeps = 32;
 // What touches rests if it slips by no more than this share of what its push over the kick could
 // stop, and at_rest of friction.h besides, which is for roundings. Sweeps leave each contact about
 // `settled` of that, and each of the others a part of theirs: ten times are above what a dozen
-// leave. They are also far below mu_k times it, so that whatever slips so slowly is stopped within
-// the step by kinetic friction as well: the share decides nothing but whether it is held after.
+// leave. They are also far below mu_k times it, so that such slow slip is stopped within the step
+// by kinetic friction as well: the share only decides whether the contact sticks afterwards.
 inline constexpr double rest_share = 10 * settled;
 
 // 1/kg of the block and what touches it together, along a slip of 1 m/s.
@@ -262,13 +262,13 @@ LIMAX_LAW void rub(const friction_params& friction, const block_params& law, sta
             const double share = inverse_mass(at);
             const vector impulse = friction_impulse(
                 law, moment, at, minus(after(at), velocity_at(moment, block.next, at.arm)), share);
-            const vector given = share > 0 ? give(at, impulse) : impulse;
-            const vector turn = cross(at.arm, given);
-            block.next.velocity = plus(block.next.velocity, -1.0 / law.mass, given);
+            const vector applied = share > 0 ? give(at, impulse) : impulse;
+            const vector turn = cross(at.arm, applied);
+            block.next.velocity = plus(block.next.velocity, -1.0 / law.mass, applied);
             block.next.spin = plus(block.next.spin, -1.0, turn);
-            rubbed = {plus(rubbed.velocity, -1.0, given), plus(rubbed.spin, -1.0, turn)};
+            rubbed = {plus(rubbed.velocity, -1.0, applied), plus(rubbed.spin, -1.0, turn)};
             const double least = settled * at.push * h;
-            changes |= inner(given, given) > least * least;
+            changes |= inner(applied, applied) > least * least;
         });
     }
 }

@@ -22,8 +22,8 @@ constexpr double most_steps = 9e18;
 // A ratio of decimal numbers is whole if it is so to this share: their rounding is about 1e-16.
 constexpr double whole_within = 1e-9, rounding = 1e-12;
 
-// The square of the speed with which what starts at a place with a velocity first meets the ground,
-// a plane or terrain, (m/s)^2.
+// The square of the speed at which a point with this start and velocity first reaches the ground, a
+// plane or terrain, (m/s)^2.
 double squared_arrival_speed(const effects::vector<double>& start, const double velocity[3],
                              const limax_simulation_options& options, const scene& scene) {
     using namespace effects;

@@ -26,9 +26,9 @@ struct schedule {
 int64_t trace_width(int32_t kind, int64_t masses);
 
 // The longest step that is not coarse (origin.h) at the speed that a body starts with or has when
-// it first meets the ground: 0.1 h / sqrt(|v|^2 + 2 |g| H), H the way of its lowest corner along
-// gravity to the ground, plane or terrain that it meets first, 0 without gravity or any of them,
-// and never farther than it falls in the whole run; for a rigid block likewise. s; infinite for a
+// it first reaches the ground: 0.1 h / sqrt(|v|^2 + 2 |g| H), H the distance of its lowest corner
+// along gravity to the first ground, plane or terrain, 0 without gravity or any of them, and at
+// most the distance that it falls in the whole run; the same for a rigid block. s; infinite for a
 // body that starts at rest on the ground.
 double accuracy_cap(const limax_simulation_options& options, const scene& scene);
 

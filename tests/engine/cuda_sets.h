@@ -1,4 +1,4 @@
-// cuda_sets.h: which kernel the engine asks for, for a scene on a lattice and a fake GPU, and
+// cuda_sets.h: the kernel that the engine selects for a scene, a lattice and a fake GPU, and
 // how to compile it. No GPU is needed.
 #pragma once
 

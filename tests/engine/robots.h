@@ -15,7 +15,7 @@ namespace limax::test {
 inline const parallel_for in_order = [](int count, const std::function<void(int)>& work) {
     for (int i = 0; i < count; ++i) work(i);
 };
-// Backwards, and every index on a thread of its own.
+// In reverse order, each index on its own thread.
 inline const parallel_for scattered = [](int count, const std::function<void(int)>& work) {
     std::vector<std::thread> threads;
     for (int i = count - 1; i >= 0; --i) threads.emplace_back([&work, i] { work(i); });

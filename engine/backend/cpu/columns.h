@@ -1,5 +1,5 @@
-// columns.h: where the masses and springs of one robot lie in memory: columns of its own, those
-// that its thread lends it for a step, and what its springs see of its masses. SI units.
+// columns.h: the memory layout of one robot's masses and springs: its own columns, the scratch of
+// its thread, and the copy of its masses that its springs read. SI units.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ public:
     void lend(mass_arrays<S>& masses, spring_arrays<F>& springs) {
         auto next = reinterpret_cast<char*>(memory_.data());
         const auto take = [&]<class R>(R*& to) {
-            to = reinterpret_cast<R*>(next) + longest_step_;  // what lies before it stays zero
+            to = reinterpret_cast<R*>(next) + longest_step_;  // memory before it stays zero
             next += (count_ + longest_step_) * int64_t(sizeof(R));
         };
         for (F*& transfer : springs.transfer) take(transfer);
@@ -42,8 +42,8 @@ private:
     array<double> memory_;
 };
 
-// State in S, forces of springs in F: S itself, or float below double for `mixed`. All masses lie
-// at 0 at first, at rest. The body must outlive it.
+// State in S, forces of springs in F: S itself, or float below double for `mixed`. All masses start
+// at 0, at rest. The body must outlive it.
 template <class S, class F, bool compensated>
 class robot_columns {
 public:

@@ -10,8 +10,8 @@ namespace limax::cpu {
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, const pass_table& passes,
                                             std::shared_ptr<thread_team> team);
 
-// `threads` 0: one per core that this process may use. `why_not_cuda` is what its description says
-// of CUDA.
+// `threads` 0: one per core that this process may use. `why_not_cuda` is the reason in its
+// description for not using CUDA.
 std::unique_ptr<device> make_cpu_device(int threads, const char* isa,
                                         const std::string& why_not_cuda = "");
 

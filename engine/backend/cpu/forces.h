@@ -143,7 +143,7 @@ public:
     }
 
     // From now on the ledger hears of impulses; it must outlive this.
-    void tell(work_ledger<S>& ledger) { ledger_ = &ledger; }
+    void set_ledger(work_ledger<S>& ledger) { ledger_ = &ledger; }
     // From now on a block takes part in every step; it must outlive this.
     void meet(rigid_block<S>& block) { block_ = &block; }
 

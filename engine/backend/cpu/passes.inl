@@ -152,16 +152,16 @@ void scripted_force(const mass_arrays<R>& shared, const scripted_law<R>& law) {
             }
         }
         const R* mass = robot.mass + first;
-        R* known_mass = at(scripted::input_mass);
+        R* input_masses = at(scripted::input_mass);
         LIMAX_LOOP
-        for (int i = 0; i < count; ++i) known_mass[i] = mass[i];
+        for (int i = 0; i < count; ++i) input_masses[i] = mass[i];
 
         R* result = at(scripted::inputs + law.constant_count);
         for (int k = 0; k < law.instruction_count; ++k, result += scripted_block) {
             const scripted::instruction step = law.instructions[k];
             operations<R>.of[int(step.what)](count, at(step.a), at(step.b), at(step.c), result);
         }
-        // a site without a mass has no force, whatever the law makes of its place
+        // a site without a mass has no force, whatever the law computes there
         for (int axis = 0; axis < 3; ++axis) {
             const R* by_law = at(law.force[axis]);
             R* force = robot.force[axis] + first;

@@ -1,4 +1,4 @@
-// rigid_block.h: the rigid block of one robot on the CPU: its state, what touches it, its books.
+// rigid_block.h: the rigid block of one robot on the CPU: its state, its contacts, its energy.
 // physics/solid.h has the laws. In double for every precision. SI units; places from the robot's
 // own origin.
 #pragma once
@@ -43,7 +43,7 @@ public:
         }
     }
 
-    // The robot's own origin has moved by `shift` and lies at `origin`.
+    // The robot's own origin has moved by `shift` and is at `origin`.
     void follow(const double origin[3], const double shift[3]) {
         solid::follow(block_, shift);
         for (fixed_contact& contact : contacts_)
@@ -123,7 +123,7 @@ public:
         solid::drift(block_, inertia_, dt, predicted, share);
     }
 
-    // ---- its part of the books, at t_n ----
+    // ---- its part of the energy balance, at t_n ----
 
     // Of its motion, as velocity() has it, J.
     double kinetic_energy(bool between) const {

@@ -1,8 +1,7 @@
-// robot.cpp: what happens to a robot around its steps: looks at its limits, marks of where it is,
-// samples, end. robot_state.h holds what it is at a moment, robot_samples.h what is recorded of it;
-// kick_drift.h, runge_kutta.h and xpbd.h the order of a step. "Begun" is the state in which a
-// step's forces at t_n are done and its masses not yet moved, where all velocities around t_n are
-// at hand.
+// robot.cpp: runs the steps of one robot: checks its limits, records its centre of mass and its
+// samples, and ends it. robot_state.h holds its state, robot_samples.h its records, and
+// kick_drift.h, runge_kutta.h and xpbd.h the order of a step. A step has "begun" when its forces at
+// t_n are computed and its masses not yet moved; all velocities around t_n are available then.
 #include "backend/cpu/robot.h"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ namespace limax::cpu {
 
 namespace {
 
-// Sites moved between looks at the clock and the stop flag: well under a millisecond.
+// Sites moved between checks of the clock and the stop flag: well under a millisecond.
 constexpr int64_t sites_per_look = 16384;
 
 // The steps of a robot with this body, and their outcome.
@@ -180,7 +179,7 @@ bool robot_run<S, F, compensated>::advance(scratch& memory, deadline until, int6
         finish_step();
     }
     samples_.all().summarize(outcome_);
-    // a robot that has ended needs no force again: most of its memory goes back
+    // no more forces are needed: most of the memory can be freed
     state_.release_springs();
     stepper_->release();
     return true;

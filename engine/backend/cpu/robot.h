@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <memory>
-#include <vector>
 
 #include "backend/backend.h"
 #include "backend/cpu/columns.h"

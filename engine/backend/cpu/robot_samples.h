@@ -1,6 +1,6 @@
 // robot_samples.h: what is recorded of one robot: a sample of each trace when it is due, and the
-// books of its energy, which are kept at every step. Both are of t_n, between the two parts of a
-// step, where all velocities around t_n are at hand. SI units.
+// energy ledger, which is updated at every step. Both are of t_n, between the two parts of a
+// step, where all velocities around t_n are available. SI units.
 #pragma once
 
 #include <algorithm>
@@ -30,14 +30,14 @@ public:
           traces_(plan, state.body.masses) {
         if (!plan.every[LIMAX_TRACE_LEDGER]) return;
         ledger_ = std::make_unique<work_ledger<S>>(state.body);
-        state.forces.tell(*ledger_);
+        state.forces.set_ledger(*ledger_);
     }
 
-    // What is to be known of step n once it has begun; nothing before t = 0.
+    // Records step n once it has begun; does nothing before t = 0.
     void take(int64_t step) {
         const int64_t since = step - plan_.settle_steps;
         if (since < 0) return;
-        if (ledger_) keep_books(step);
+        if (ledger_) update_ledger(step);
         for (int kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
             if (traces_.due(kind, since)) record(kind, step);
     }
@@ -60,7 +60,7 @@ private:
     }
 
     // Adds the works of the moment t_n to the ledger.
-    void keep_books(int64_t step) {
+    void update_ledger(int64_t step) {
         const int64_t since = step - plan_.settle_steps;
         const mass_arrays<S>& masses = state_.columns.masses;
         const scene& scene = state_.setup.scene;

@@ -1,5 +1,5 @@
-// robot_state.h: one robot's masses, springs and rigid block at a moment, and the origin of its own
-// from which they lie: how they start, are placed elsewhere, take the origin along and are read. SI
+// robot_state.h: the state of one robot: masses, springs, rigid block, and the origin that its
+// coordinates are relative to. Initial state, placement, moves of the origin and reading. SI
 // units.
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace limax::cpu {
 
-// S, F and `compensated` as in robot_columns. `setup` and `passes` must outlive it; it stays where
-// it is made, for its parts know each other.
+// S, F and `compensated` as in robot_columns. `setup` and `passes` must outlive it; it must
+// not be moved, since its parts refer to each other.
 template <class S, class F, bool compensated>
 struct robot_state {
     const simulation_setup& setup;
@@ -29,12 +29,12 @@ struct robot_state {
     double origin[3] = {0, 0, 0};           // m
 
     // The body where it starts. Muscles count time in ticks of `tick` seconds from t = 0.
-    robot_state(const simulation_setup& given, spring_body of, const pass_table& passes,
+    robot_state(const simulation_setup& shared_setup, spring_body of, const pass_table& passes,
                 double tick)
-        : setup(given),
+        : setup(shared_setup),
           body(std::move(of)),
-          columns(body, given.options.integrator == LIMAX_LEAPFROG),
-          forces(given.scene, body, passes, columns, tick) {
+          columns(body, shared_setup.options.integrator == LIMAX_LEAPFROG),
+          forces(shared_setup.scene, body, passes, columns, tick) {
         put_down();
         if (setup.scene.has(effects::index_of<effects::block>)) put_block();
         follow_origin({0, 0, 0});
@@ -105,7 +105,7 @@ struct robot_state {
             }
     }
 
-    // What only forces need goes back.
+    // Frees what only forces need.
     void release_springs() {
         for (array<float>* column :
              {&body.stiffness, &body.damping, &body.sine, &body.cosine, &body.faces})

@@ -3,8 +3,8 @@
 //
 // Pairs that may come within reach are listed with a margin, from a sorted grid of cells; the list
 // holds until a mass has moved half the margin, so that it never lacks a pair that is within reach.
-// Pairs lie in ascending order of their sites, and one that is out of reach adds nothing: when the
-// list was made does not affect results.
+// Pairs are sorted by their sites, and a pair out of reach adds nothing, so results do not depend
+// on when the list was made.
 #pragma once
 
 #include <algorithm>
@@ -44,8 +44,8 @@ public:
         listed_at_.resize(3 * surface_.size(), S(std::nan("")));
     }
 
-    // Calls visit(near, far, place) for every pair within reach of masses that lie and move as
-    // `seen` says, near below far; `place` is the law's state and the unit vector from near to far.
+    // Calls visit(near, far, place) for every pair of masses within reach, in the state
+    // `seen`, near below far; `place` is the law's state and the unit vector from near to far.
     struct pair {
         effects::pair_state<S> state;
         S normal[3];

@@ -1,5 +1,5 @@
-// simulation.cpp: many robots at once, one thread each. A robot's bits depend on nothing but
-// itself.
+// simulation.cpp: many robots in parallel, one thread each. A robot's results depend only
+// on the robot.
 #include <algorithm>
 #include <atomic>
 
@@ -67,7 +67,7 @@ limax_progress cpu_simulation::advance(double seconds, int64_t steps) {
                            std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                                std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6)));
     std::atomic<std::size_t> next{0};
-    // with a number of steps every unfinished robot gets them, whatever the time
+    // with a number of steps every unfinished robot gets them, however long it takes
     const auto time_left = [&] { return steps > 0 || std::chrono::steady_clock::now() < until; };
     team_->run_on_all([&](int thread) {
         while (time_left() && !interrupted()) {
@@ -88,20 +88,20 @@ limax_progress cpu_simulation::progress() const {
     result.done = chosen_ - static_cast<int32_t>(unfinished_.size());
     result.finished = unfinished_.empty();
     result.interrupted = interrupted();
-    double known = 0, running = 0;
+    double prepared = 0, running = 0;
     for (int32_t i = 0; i < setup_.count; ++i) {
         if (!setup_.mask[i] || setup_.bodies[i].status != LIMAX_BODY_VALID) continue;
         ++running;
         if (!robots_[i]) continue;
-        ++known;
+        ++prepared;
         const limax_outcome& outcome = outcomes_[i];
         result.steps += double(outcome.step);
         result.steps_total +=
             double(outcome.status == LIMAX_ROBOT_DIVERGED ? outcome.step : outcome.steps);
         result.spring_steps += double(outcome.step) * outcome.springs;
     }
-    // robots not yet prepared are taken to be like those that are
-    if (known > 0) result.steps_total *= running / known;
+    // assumes that the other robots take as many steps on average
+    if (prepared > 0) result.steps_total *= running / prepared;
     return result;
 }
 

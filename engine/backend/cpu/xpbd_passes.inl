@@ -1,7 +1,7 @@
-// xpbd_passes.inl: the loops of XPBD, a part of passes.inl. Springs meet in groups of which no two
-// share a mass, so that the order within a group changes nothing: half-direction by half-direction,
-// and of one first those that start at even sites along z, then at odd ones; along y where the
-// half-direction has no z, along x where it has nothing else.
+// xpbd_passes.inl: the loops of XPBD, a part of passes.inl. Springs are processed in groups in
+// which no two share a mass, so that the order within a group does not matter: one half-direction
+// after the other, first its springs that start at even sites along z, then those at odd ones
+// (along y for a half-direction without z, along x for one without y and z).
 
 // The axis along which a half-direction is cut into halves.
 LIMAX_LAW constexpr int halving_axis(const direction& d) { return d.z ? 2 : (d.y ? 1 : 0); }
@@ -11,7 +11,7 @@ LIMAX_LAW constexpr int halving_axis(const direction& d) { return d.z ? 2 : (d.y
 template <class R, bool damped, bool actuated>
 void sweep_half(const spring_arrays<R>& robot, const sweep_arrays<R>& step,
                 const actuation::moment<R>& moment, int d, int half) {
-    // e is a spring as it lies, p as it will at the velocities so far
+    // e is the spring at t_n, p the one predicted by the velocities so far
     const R *x = robot.position[0], *y = robot.position[1], *z = robot.position[2];
     const R *u = step.velocity[0], *v = step.velocity[1], *w = step.velocity[2];
     R *tx = robot.transfer[0], *ty = robot.transfer[1], *tz = robot.transfer[2];

@@ -33,7 +33,7 @@ struct actuation {
 
     LIMAX_LAW static clock make_clock(const double* values, double time_step) {
         const double turns = values[0] * time_step;
-        // the fraction of a turn alone: phase arithmetic is modulo 2^64; 2^32 twice, since 2^64 is
+        // only the fraction of a turn: phase arithmetic is modulo 2^64; 2^32 twice, since 2^64 is
         // out of range of a cast
         const double fraction = turns - static_cast<double>(static_cast<int64_t>(turns));
         const double high = fraction * 4294967296.0;

@@ -1,5 +1,5 @@
-// anchors.h: masses that stay where they start: those in a box of the body, measured where it
-// stands at the start. SI units.
+// anchors.h: masses that stay where they start: those in a box of the body, measured at
+// the start. SI units.
 //
 // A held mass has no velocity, and its inverse mass counts as 0, so that no force moves it. It
 // keeps its mass everywhere else: in the centre of mass, and in the damping of its springs, which

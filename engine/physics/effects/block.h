@@ -1,6 +1,6 @@
 // block.h: a rigid box that a robot may push, carry or fall over: six degrees of freedom, one for
-// each robot. Gravity acts on it, every fixed contact of the scene meets its corners, and masses of
-// the body that come into it are pushed out through the nearest face, while it gets the opposite.
+// each robot. Gravity acts on it, every fixed contact of the scene acts on its corners, and masses
+// of the body inside it are pushed out through the nearest face, with the opposite force on it.
 // Friction acts on both. SI units. physics/rigid_body.h holds how it turns.
 //
 // A mass at depth d > 0 below the block's surface is pushed along the normal n there by
@@ -57,7 +57,7 @@ struct block {
                 R(values[8])};
     }
 
-    // How deep in the block a place in its own frame lies, and the normal of the nearest face.
+    // The depth in the block of a place in its own frame, and the normal of the nearest face.
     template <class R>
     LIMAX_LAW static surface_point<R, vector<R>> solid(const params<R>& p, const vector<R>& place) {
         return nearest_face(p.half, place);

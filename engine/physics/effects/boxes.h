@@ -6,9 +6,9 @@
 
 namespace limax::effects {
 
-// How deep below the surface of a box with half edges `half` about 0 a place lies, and the normal
-// of the face that is nearest to it. Of faces that are equally near the upper or lower one is taken
-// first, then that along x; of two opposite ones that on the positive side.
+// The depth of a place below the surface of a box with half edges `half` about 0, and the normal of
+// the nearest face. Of equally near faces the upper or lower one is taken first, then the one along
+// x; of two opposite ones the one on the positive side.
 template <class R>
 LIMAX_LAW surface_point<R, vector<R>> nearest_face(const vector<R>& half, const vector<R>& place) {
     const R dx = half.x - absolute(place.x), dy = half.y - absolute(place.y),

@@ -1,5 +1,5 @@
-// contact.h: what every contact shares: from how deep a mass lies below a surface to the force on
-// it, its energy and its bound, and what slides along a surface. SI units.
+// contact.h: laws shared by all contacts: force, energy and bound of a mass as functions of its
+// depth below a surface, and sliding along a surface. SI units.
 //
 // A mass at depth d > 0 below a surface is pushed along the surface's unit normal n by
 //     N = max(0, k d - c v.n),   c = 2 zeta sqrt(k m):
@@ -26,7 +26,7 @@ inline constexpr bool is_contact = (E::hooks & hook_contact) != 0;
 template <class E>
 inline constexpr bool pushes_masses = (E::hooks & (hook_node | hook_contact)) != 0;
 
-// Where a mass lies relative to a surface. Direction is `up` or vector<R>.
+// The position of a mass relative to a surface. Direction is `up` or vector<R>.
 template <class R, class Direction>
 struct surface_point {
     R depth;           // m; above 0 it touches

@@ -1,16 +1,16 @@
-// effect.h: the contract of an effect. An effect is a struct in a header of its own: what it is
-// called, which hooks it needs another effect to have, its parameters with units and legal ranges,
-// and laws under the names of the hooks that it declares. May include base/ only.
+// effect.h: the contract of an effect. An effect is a struct in its own header: its name,
+// the hooks that it needs another effect to have, its parameters with units and valid ranges, and
+// laws under the names of the hooks that it declares. May include base/ only.
 //
 //   rest     R rest(moment, spring): a spring's rest length with its change, m
 //   pair     R pair(spring, tension): the tension with this force along the spring, N; positive
 //            pulls the ends together
 //   node     void node(params, node, force&): adds to the force on a mass, N
-//   contact  surface_point surface(params, position): how deep below its surface a place lies and
-//            the unit normal there, `up` or a vector. contact.h makes the push, its energy and its
-//            bound of it; params have a `stiffness` and a `damping_ratio`
+//   contact  surface_point surface(params, position): the depth of a place below its surface and
+//            the unit normal there, `up` or a vector. contact.h computes push, energy and bound
+//            from it; params have a `stiffness` and a `damping_ratio`
 //   impulse  vector<R> impulse(params, node, velocity, h): the velocity after all forces and an
-//            impulse over h that never overshoots what it drives at, m/s
+//            impulse over h that never overshoots its target, m/s
 //   face     vector<R> face(params, face, h): the impulse over h on an exposed face, N s, of which
 //            each corner takes a quarter; after all impulses on single masses, axis by axis
 //   slip     vector<R> slip(params, normal, push, inverse_mass, before, velocity, h): the velocity
@@ -21,10 +21,10 @@
 //            lowest corner, stays there whatever acts on it
 //   meet     R meet(params, pair): the push that separates two masses of the body's surface that
 //            neither a spring nor a chain of two joins, N, and R stored(params, pair): its
-//            energy, J; params have a `reach` in edges, beyond which neither is asked for
-//   solid    surface_point solid(params, place): how deep in a rigid solid a place in its own frame
-//            lies and the normal there, and R parts(params, depth, rate, mass): the push that parts
-//            a mass from it, N. physics/solid.h moves it
+//            energy, J; params have a `reach` in edges, beyond which neither is called
+//   solid    surface_point solid(params, place): the depth in a rigid solid of a place in its own
+//            frame and the normal there, and R parts(params, depth, rate, mass): the push that
+//            separates a mass from it, N. physics/solid.h moves it
 //   energy   R energy(params, node) or R energy(spring): energy stored in it, J
 //   bound    stiffness_damping bound(...): largest stiffness (N/m) and damping (N s/m) that it adds
 //            to a mass or along a spring, for the automatic time step
@@ -33,10 +33,10 @@
 // `params<R> make(values, origin)`, which takes them from the components of all fields, one after
 // the other, and from the robot's own origin in the world (m). Where any of them depends on that
 // origin, `void follow(params&, values, origin)` brings those, and no others, up to date.
-// An effect that a scene may have several times states it in `most_instances`; all its laws know
-// one instance, whose params are made again when the origin moves. `const char* problem(values)`
-// says what is wrong with values that are each within range. An effect whose params have a
-// `height_table table` is given the scene's. engine/README.md shows a whole one.
+// An effect that a scene may have several times declares `most_instances`; its laws see one
+// instance, whose params are made again when the origin moves. `const char* problem(values)`
+// reports invalid combinations of values that are each within range. If its params have a
+// `height_table table`, it is set to the scene's. engine/README.md shows a whole one.
 //
 // A hook is declared in `hooks`, and hooks_match() refuses, at compile time, a declared hook
 // without its law and a law without its declaration, so that a misspelt one cannot vanish. An

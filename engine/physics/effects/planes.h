@@ -1,8 +1,8 @@
 // planes.h: planes in any position, each with its own stiffness and damping; a tilted one is a
 // slope, two are a gorge. SI units.
 //
-// A plane is n.x = offset with n the unit vector along `normal`; what lies at n.x < offset is
-// below it and is pushed along n.
+// A plane is n.x = offset with n the unit vector along `normal`; a mass at n.x < offset
+// is below it and is pushed along n.
 #pragma once
 
 #include "physics/effects/contact.h"

@@ -1,11 +1,11 @@
-// self_collision.h: parts of a body that are no neighbours push each other apart where they come
-// near. SI units.
+// self_collision.h: parts of a body that are not neighbours push each other apart when they come
+// close. SI units.
 //
 // Every pair of masses on the body's surface that neither a spring nor a chain of two joins is a
-// contact of its own: at distance r below the reach R it is pushed apart by
+// separate contact: at distance r below the reach R it is pushed apart by
 //     N = max(0, k (R - r) - c dr/dt),   c = 2 zeta sqrt(k m_r),
 // m_r the reduced mass of the pair. With R one edge, a mass that comes up to the middle of a face
-// meets the four masses of its corners 0.7 edges away. No friction between parts.
+// touches the four masses of its corners 0.7 edges away. No friction between parts.
 #pragma once
 
 #include "physics/effects/effect.h"
@@ -23,8 +23,8 @@ struct self_collision {
         {"reach", "1", "of contact, in edges of a voxel", 1, 0.1, 1.5, {1.0, 0, 0}}};
     static constexpr int field_count = 3;
 
-    // Pairs that one mass is counted on to have at once. It meets the surface of another part,
-    // where a half ball of one edge holds at most eight sites of an undeformed lattice.
+    // Contacts per mass that the bound assumes. A half ball of one edge on the surface of another
+    // part holds at most eight sites of an undeformed lattice.
     static constexpr double most_pairs = 8.0;
 
     template <class R>

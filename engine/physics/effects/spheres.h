@@ -41,7 +41,7 @@ struct spheres {
         const vector<R> out{position.x - p.center.x, position.y - p.center.y,
                             position.z - p.center.z};
         const R squared = dot(out, out);
-        // (m)^2: below it there is no direction
+        // m^2: below it the direction is undefined
         const R tiny = R(1e-30);
         const R inverse = inverse_length(larger(squared, tiny));
         const bool centered = squared <= tiny;

@@ -1,5 +1,5 @@
-// program.h: the law of a scripted effect as a straight line of operations: no branch, no loop and
-// no address in it, so that it ends, and reaches nothing but its own numbers. SI units.
+// program.h: the law of a scripted effect as straight-line code: no branches, loops or addresses,
+// so that it always ends and accesses only its own registers. SI units.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace limax::scripted {
 
-// Numbers and operations of a law. Operands are 16 bits wide, and more than this is no longer a law
-// that a person wrote.
+// Numbers and operations of a law. Operands are 16 bits wide; the limit is far above the size of
+// hand-written laws.
 inline constexpr int most_registers = 2000;
 
 // Registers hold the inputs, then the constants, then one result after the other.

@@ -235,12 +235,12 @@ TEST_CASE("threads that share a device, materials and a scene get the bits of on
         out.assign(81, 0.0);
         if (!fine || limax_simulation_state(run, 1, out.data(), nullptr) != LIMAX_OK) out.clear();
     };
-    std::vector<double> alone, here, there;
-    end_of(alone);
-    REQUIRE(alone.size() == 81);
+    std::vector<double> expected, here, there;
+    end_of(expected);
+    REQUIRE(expected.size() == 81);
     std::thread worker([&] { end_of(there); });
     end_of(here);
     worker.join();
-    CHECK(here == alone);
-    CHECK(there == alone);
+    CHECK(here == expected);
+    CHECK(there == expected);
 }

@@ -4,9 +4,7 @@
 
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "abi.h"
 

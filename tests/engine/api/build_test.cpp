@@ -1,6 +1,7 @@
 // build_test.cpp: what only the compiler or the text of the sources can show: every marked loop is
-// vectorised, every law compiles by itself, limax.h is C, contraction is off, and includes follow
-// the order of the rooms. Laws are compiled with g++, clang++ and nvcc where these are installed.
+// vectorised, every law header is self-contained, limax.h is C, contraction is off, and includes
+// follow the order of the rooms. Laws are compiled with g++, clang++ and nvcc where these are
+// installed.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -152,7 +153,7 @@ TEST_CASE("every marked loop of the passes is vectorised for v3 and v4" *
     }
 }
 
-TEST_CASE("every law compiles by itself with g++, and all of them with clang++") {
+TEST_CASE("every law header compiles with g++, and all of them with clang++") {
     const auto check = [](const std::string& name, const std::string& arguments) {
         if (run("command -v " + name).status != 0) {
             MESSAGE("skipped: there is no ", name);

@@ -32,11 +32,11 @@ TEST_CASE("counts by owners around sites agree with count_masses and count_sprin
         lattice grid;
         unsigned one_in;  // voxels that are filled
     };
-    for (const example& given : {example{{1, 1, 1}, 1}, example{{5, 4, 3}, 2},
-                                 example{{7, 1, 2}, 3}, example{{6, 6, 6}, 8}}) {
-        const lattice& grid = given.grid;
+    for (const example& each : {example{{1, 1, 1}, 1}, example{{5, 4, 3}, 2}, example{{7, 1, 2}, 3},
+                                example{{6, 6, 6}, 8}}) {
+        const lattice& grid = each.grid;
         std::vector<uint8_t> voxels;
-        for (int64_t v = 0; v < grid.voxels(); ++v) voxels.push_back(random() % given.one_in == 0);
+        for (int64_t v = 0; v < grid.voxels(); ++v) voxels.push_back(random() % each.one_in == 0);
         int32_t masses = 0, springs = 0;
         for_each_site(grid, [&](int x, int y, int z) {
             int around = 0;

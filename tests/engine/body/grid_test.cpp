@@ -19,7 +19,7 @@ TEST_CASE("only the largest face-connected component stays") {
     };
     using body = std::vector<uint8_t>;
     CHECK(kept({5, 1, 1}, {1, 0, 2, 3, 0}) == body{0, 0, 2, 3, 0});
-    // equal sizes: the one with the lowest index, wherever its other voxels lie
+    // equal sizes: the one with the lowest index, wherever its other voxels are
     CHECK(kept({5, 1, 1}, {1, 2, 0, 3, 4}) == body{1, 2, 0, 0, 0});
     CHECK(kept({5, 1, 1}, {0, 2, 0, 3, 0}) == body{0, 2, 0, 0, 0});
     CHECK(kept({3, 2, 1}, {0, 1, 1, 2, 0, 0}) == body{0, 1, 1, 0, 0, 0});

@@ -104,7 +104,7 @@ TEST_CASE("single masses and springs have the bits of the body's columns") {
             random.setup.grid,           random.setup.voxels.data(),
             random.setup.weights.data(), materials.data(),
             random.setup.options.edge,   random.setup.options.sharing == LIMAX_SHARING_SUM};
-        // backwards, each from nothing but the voxels
+        // in reverse order, each from the voxels only
         int different = 0, springs = 0;
         for (int number = direction_count - 1; number >= 0; --number)
             for (int64_t site = law.grid.sites() - 1; site >= 0; --site) {

@@ -96,7 +96,7 @@ TEST_CASE("a correct table is read, in any order of its fields") {
     const material_table table = material_table::parse(correct, "my.json");
     CHECK(table.count() == 4);
     CHECK(table.at(3).stiffness == 1000.5);
-    // zeros where a kind has no number are no mistake, so that a table can be written out in full
+    // zeros are accepted in fields that a kind does not use, so that a table can be written in full
     const material_table full = material_table::parse(
         spoilt("\"kind\": \"empty\"", "\"kind\": \"empty\", \"stiffness\": 0, \"phase\": 0"),
         "my.json");

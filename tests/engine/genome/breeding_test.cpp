@@ -1,11 +1,10 @@
 // breeding_test.cpp: the laws of one gene: independent choices, rounding, initial genes, and that
-// each gene is a function of its own counter. Rates are tested by tests/suites/engine/breeding.lua.
+// each gene is drawn with its own counter. Rates are tested by tests/suites/engine/breeding.lua.
 #include "genome/breeding.h"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <vector>
 
 namespace {
 

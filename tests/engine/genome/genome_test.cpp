@@ -51,7 +51,7 @@ struct expressed {
 expressed express(limax::express_pass pass, const encoding& code,
                   const std::vector<float>& genome) {
     const auto count = static_cast<std::size_t>(code.grid().voxels());
-    // what lies there before must not matter
+    // previous contents must not matter
     expressed out{std::vector<uint8_t>(count, 99), std::vector<float>(3 * count, 99)};
     limax::array<float> scratch(static_cast<std::size_t>(limax::express_scratch(code.shape())));
     std::fill(scratch.begin(), scratch.end(), std::nanf(""));

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <set>
-#include <vector>
 
 #include "failure.h"
 #include "genome/breeding.h"

@@ -266,7 +266,7 @@ TEST_CASE("a tall block topples where a low one slides") {
     }
 }
 
-TEST_CASE("a block lies on a body and is carried") {
+TEST_CASE("a block resting on a body is carried") {
     for (const int precision : every_precision) {
         stage world({5, 5, 2}, 1, 4);
         world.effects({"gravity", "ground", "friction", "damping", "block"});

@@ -1,5 +1,5 @@
-// bound_test.cpp: the automatic time step: sufficient, not wasteful, and what lies beyond the true
-// limit is flagged.
+// bound_test.cpp: the automatic time step: sufficient, not wasteful, and steps beyond the true
+// limit are flagged.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -345,7 +345,7 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
     }
     const double down = 9.81;
     options.position[2] = 20;
-    // nothing to meet, then a plane 2 m below, then one that is reached along a slope
+    // no obstacle, then ground 2 m below, then with tilted gravity
     CHECK(accuracy_cap(options, falling) == HUGE_VAL);
     const double height = 18;
     drop.set("ground", "height", &height, 1);
@@ -354,7 +354,7 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
     const double tilted[3] = {down * 0.6, 0, -down * 0.8};
     slope.set("gravity", "acceleration", tilted, 3);
     CHECK(accuracy_cap(options, slope) == doctest::Approx(0.01 / std::sqrt(2 * down * 2 / 0.8)));
-    // of two planes the one that is met first
+    // of two planes the one that is reached first
     limax::scene box;
     for (const char* effect : {"gravity", "planes", "planes"}) {
         box.add(effect);
@@ -363,7 +363,7 @@ TEST_CASE("an automatic step is not coarse at the speeds of the start and of the
         box.set("planes", "offset", &offset, 1);
     }
     CHECK(accuracy_cap(options, box) == doctest::Approx(0.01 / std::sqrt(2 * down * 1)));
-    // of terrain what lies below
+    // of terrain the heights below the body
     limax::scene hill;
     for (const char* effect : {"gravity", "terrain"}) hill.add(effect);
     const double rising[4] = {17, 17, 21, 21}, spacing = 4;

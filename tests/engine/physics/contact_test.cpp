@@ -2,7 +2,6 @@
 // rests and slides, whole bodies, equal bits on every instruction set. SI units.
 #include <doctest/doctest.h>
 
-#include <cstring>
 #include <sstream>
 
 #include "stage.h"

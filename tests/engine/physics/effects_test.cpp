@@ -60,9 +60,8 @@ TEST_CASE_TEMPLATE("parameters follow the origin as if they were recomputed", R,
 }
 
 TEST_CASE_TEMPLATE(
-    "friction never reverses a slip nor adds to it, never changes what leaves or meets the "
-    "surface, "
-    "and without contact leaves the velocity alone",
+    "friction never reverses or increases slip, never changes the velocity along the normal, and "
+    "has no effect without contact",
     R, float, double) {
     draws draw;
     const double origin[3] = {0, 0, 0};

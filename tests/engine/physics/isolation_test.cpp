@@ -1,5 +1,5 @@
 // isolation_test.cpp: a robot's bits depend only on the robot itself, not on threads, slices,
-// neighbours or instruction set; a robot that diverges stops by itself and reports the reason.
+// neighbours or instruction set; only the robot that diverges stops, with the reason.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -29,7 +29,7 @@ stage walkers(int count, int precision = LIMAX_COMPENSATED, int integrator = LIM
 
 bool same_bits(const simulation& a, int i, const simulation& b, int j) {
     const limax_outcome &left = a.outcomes()[i], &right = b.outcomes()[j];
-    // bits, not values: NaN summaries are to be equal too
+    // compares bits, so that NaN summaries are equal too
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&left, &right, sizeof left) != 0) return false;
     for (const int kind : {LIMAX_TRACE_POSITION, LIMAX_TRACE_VELOCITY, LIMAX_TRACE_ENERGY}) {

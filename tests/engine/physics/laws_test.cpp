@@ -49,7 +49,7 @@ snapshot ends(const stage& body, const snapshot& start) {
 
 }  // namespace
 
-TEST_CASE("each force is -dE/dx, by itself and with others, in random bodies") {
+TEST_CASE("each force is -dE/dx, separately and combined, in random bodies") {
     // Energies are read at t = 0, forces from the first step of symplectic Euler from rest. A
     // central difference of d errs by d^2 E''' / 6 and rounds by 1e-16 E / d.
     const double d = 1e-6, dt = 1e-6;

@@ -10,9 +10,9 @@ using scripted::parameter;
 
 namespace {
 
-const std::vector<parameter> given = {{"centre", 3, {0, 0, 1}}, {"k", 1, {2, 0, 0}}};
+const std::vector<parameter> parameters = {{"centre", 3, {0, 0, 1}}, {"k", 1, {2, 0, 0}}};
 
-// Operands lie before the result that they make, and the force among all registers.
+// Operands precede their result, and the force is among the registers.
 void check_registers(const scripted::program& law) {
     int next = scripted::inputs + int(law.constants.size());
     for (const scripted::instruction& step : law.instructions) {
@@ -35,7 +35,7 @@ void check_registers(const scripted::program& law) {
 TEST_CASE("a law is compiled to operations on earlier registers") {
     const scripted::program law = scripted::compile(
         "law", "vec d = centre - x; real r = length(d); f = r > 1 ? k * d / r : cross(v, d);",
-        given);
+        parameters);
     check_registers(law);
     CHECK(law.constants.size() == 6);  // 0, the parameters, 1
 }
@@ -57,7 +57,7 @@ TEST_CASE("any text gives a program or an error that names a line") {
             text += " " + pieces[(state >> 33) % count];
         }
         try {
-            check_registers(scripted::compile("law", text, given));
+            check_registers(scripted::compile("law", text, parameters));
             ++programs;
         } catch (const error& problem) {
             CHECK(problem.status() == LIMAX_INVALID_ARGUMENT);

@@ -17,14 +17,14 @@ namespace {
 using effects::self_collision;
 
 // A hairpin: two legs of `length` voxels that stand on one foot, a gap of two voxels between them.
-stage hairpin(int length, bool meets) {
+stage hairpin(int length, bool collides) {
     stage body({4, 1, length + 1}, 1, 0);
     const lattice& grid = body.setup.grid;
     for (int x = 0; x < 4; ++x) body.setup.voxels[grid.voxel(x, 0, 0)] = 3;
     for (int z = 1; z <= length; ++z)
         for (const int x : {0, 3}) body.setup.voxels[grid.voxel(x, 0, z)] = 3;
     body.effects({"damping"});
-    if (meets) body.effects({"self_collision"});
+    if (collides) body.effects({"self_collision"});
     body.setup.options.duration = 0.5;
     return body;
 }
@@ -61,14 +61,14 @@ TEST_CASE("the repulsion of two masses is the gradient of their energy and never
 TEST_CASE("without contacts self-collision changes no bit") {
     for (const int precision : every_precision) {
         snapshot ends[2];
-        for (const bool meets : {false, true}) {
-            stage body = hairpin(3, meets);
+        for (const bool collides : {false, true}) {
+            stage body = hairpin(3, collides);
             body.setup.options.precision = precision;
             body.setup.options.time_step = 1e-4;
             const auto simulation = body.open();
             clap(*simulation, body, 0.05);
             stage::finish(*simulation);
-            ends[meets] = state_of(*simulation);
+            ends[collides] = state_of(*simulation);
         }
         CHECK(std::memcmp(ends[0].positions.data(), ends[1].positions.data(),
                           ends[0].positions.size() * sizeof(double)) == 0);

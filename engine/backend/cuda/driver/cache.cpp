@@ -37,7 +37,7 @@ hash128 checksum(const hash128& key, std::string_view bytes) {
 
 std::string reason_of_errno() { return std::generic_category().message(errno); }
 
-// Writes everything or nothing that counts; false with errno.
+// Writes all bytes; false with errno.
 bool write_all(int file, std::string_view bytes) {
     while (!bytes.empty()) {
         const ssize_t written = write(file, bytes.data(), bytes.size());
@@ -132,15 +132,15 @@ std::optional<std::string> kernel_cache::load(const hash128& key) {
     // if it cannot be removed, store() will report the folder
     std::error_code ignored;
     fs::remove(path, ignored);
-    note(said_damaged_, format("the kernel cache's file %s is damaged (%s); the kernel is made "
-                               "again",
-                               path.c_str(), damage));
+    note(reported_damaged_, format("the kernel cache's file %s is damaged (%s); the kernel is made "
+                                   "again",
+                                   path.c_str(), damage));
     return std::nullopt;
 }
 
 void kernel_cache::store(const hash128& key, std::string_view bytes) {
     if (folder_.empty())
-        return note(said_unwritable_,
+        return note(reported_unwritable_,
                     "kernels are not kept for the next run: neither XDG_CACHE_HOME nor HOME names "
                     "a folder");
     std::error_code problem;
@@ -173,14 +173,15 @@ std::vector<std::string> kernel_cache::take_notes() {
     return std::exchange(notes_, {});
 }
 
-void kernel_cache::note(bool& said, const std::string& text) {
+void kernel_cache::note(bool& reported, const std::string& text) {
     const std::lock_guard lock(mutex_);
-    if (!std::exchange(said, true)) notes_.push_back(text);
+    if (!std::exchange(reported, true)) notes_.push_back(text);
 }
 
 void kernel_cache::cannot_write(const std::string& reason) {
-    note(said_unwritable_, format("kernels are not kept for the next run: %s cannot be written: %s",
-                                  folder_.c_str(), reason.c_str()));
+    note(reported_unwritable_,
+         format("kernels are not kept for the next run: %s cannot be written: %s", folder_.c_str(),
+                reason.c_str()));
 }
 
 }  // namespace limax::cuda

@@ -53,13 +53,13 @@ public:
 
 private:
     std::string path_of(const hash128& key) const;
-    void note(bool& said, const std::string& text);
+    void note(bool& reported, const std::string& text);
     void cannot_write(const std::string& reason);
 
     const std::string folder_;
     std::mutex mutex_;  // guards what follows
     std::vector<std::string> notes_;
-    bool said_damaged_ = false, said_unwritable_ = false;
+    bool reported_damaged_ = false, reported_unwritable_ = false;
 };
 
 }  // namespace limax::cuda

@@ -50,7 +50,7 @@ struct compiler::functions {
             fail(LIMAX_INTERNAL, format("NVRTC: %s failed while compiling a kernel: %s", call,
                                         get_error_string(result)));
     }
-    // What a compilation printed; empty also where NVRTC has no log.
+    // The log of a compilation; empty if NVRTC has none.
     std::string log_of(nvrtcProgram program) const {
         std::size_t size = 0;  // counts the ending zero
         if (get_program_log_size(program, &size) != NVRTC_SUCCESS || size == 0) return "";
@@ -132,7 +132,7 @@ std::unique_ptr<const compiler> compiler::open(const char* name, std::string* wh
                     "nvrtcGetSupportedArchs");
         std::sort(made->capabilities_.begin(), made->capabilities_.end());
         if (count == 0) fail(LIMAX_INTERNAL, "it compiles for no GPU");
-        // it opens a library of its own only when it compiles, and that one may be missing
+        // NVRTC loads its builtins library when it compiles, which may be missing
         made->compile("extern \"C\" __global__ void trial() {}", {},
                       format("sm_%d", made->capabilities_.front()), {}, nullptr);
     } catch (const error& problem) {
@@ -156,16 +156,16 @@ std::string compiler::compile(const std::string& text, const std::vector<header>
                               const std::string& architecture,
                               const std::vector<std::string>& options, std::string* log) const {
     const functions& nvrtc = *nvrtc_;
-    std::vector<const char*> names, texts, words;
+    std::vector<const char*> names, texts, flags;
     for (const header& h : headers) {
         names.push_back(h.name);
         texts.push_back(h.text);
     }
     const std::string target = "--gpu-architecture=" + architecture;
-    words.push_back(target.c_str());
-    // NVRTC takes a function without a word for the host's, a lambda within device code too
-    words.push_back("--device-as-default-execution-space");
-    for (const std::string& option : options) words.push_back(option.c_str());
+    flags.push_back(target.c_str());
+    // otherwise NVRTC takes unmarked functions, even lambdas in device code, for host code
+    flags.push_back("--device-as-default-execution-space");
+    for (const std::string& option : options) flags.push_back(option.c_str());
 
     struct program {
         const functions& nvrtc;
@@ -178,14 +178,14 @@ std::string compiler::compile(const std::string& text, const std::vector<header>
                                      texts.data(), names.data()),
                 "nvrtcCreateProgram");
     const nvrtcResult result =
-        nvrtc.compile_program(program.handle, int(words.size()), words.data());
-    const std::string told = nvrtc.log_of(program.handle);
+        nvrtc.compile_program(program.handle, int(flags.size()), flags.data());
+    const std::string output = nvrtc.log_of(program.handle);
     if (result != NVRTC_SUCCESS)
         fail(LIMAX_INTERNAL,
              format("a kernel does not compile for %s with NVRTC %s: %s%s%s", architecture.c_str(),
-                    version_.c_str(), nvrtc.get_error_string(result), told.empty() ? "" : "\n",
-                    told.c_str()));
-    if (log) *log = told;
+                    version_.c_str(), nvrtc.get_error_string(result), output.empty() ? "" : "\n",
+                    output.c_str()));
+    if (log) *log = output;
 
     if (architecture.rfind("compute_", 0) == 0) {
         std::size_t size = 0;

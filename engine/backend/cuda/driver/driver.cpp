@@ -1,4 +1,4 @@
-// driver.cpp: opens the CUDA driver, asks it for the GPUs, and turns what it refuses into texts.
+// driver.cpp: opens the CUDA driver, lists its GPUs, and turns its errors into messages.
 #include "backend/cuda/driver/driver.h"
 
 #include <algorithm>
@@ -15,14 +15,14 @@ constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contai
                    error_tensor_memory_leak = CUresult(721);
 
 // Errors with the same status and the same remedy, a clause without a capital and a full stop.
-struct known_errors {
+struct error_remedy {
     std::vector<int> results;
     limax_status status;
     const char* remedy;
 };
 
-const known_errors& known(CUresult result) {
-    static const known_errors list[] = {
+const error_remedy& remedy_of(CUresult result) {
+    static const error_remedy list[] = {
         {{CUDA_ERROR_OUT_OF_MEMORY},
          LIMAX_OUT_OF_MEMORY,
          "simulate fewer robots at once, or end other programs that use the GPU's memory"},
@@ -78,7 +78,7 @@ const known_errors& known(CUresult result) {
          LIMAX_INTERNAL,
          "this is a defect of limax: please report it with what 'compute-sanitizer limax run ...' "
          "prints"}};
-    const known_errors* found = list;
+    const error_remedy* found = list;
     while (!found->results.empty() && std::find(found->results.begin(), found->results.end(),
                                                 int(result)) == found->results.end())
         ++found;
@@ -164,7 +164,7 @@ std::string driver::load(const char* library) {
                       version_text(version_).c_str(), missing.c_str());
     if (const CUresult result = init(0); result != CUDA_SUCCESS)
         return "the NVIDIA driver does not start: " + describe(result) + ": " +
-               known(result).remedy;
+               remedy_of(result).remedy;
     try {
         int count = 0;
         check(device_get_count(&count), "cuDeviceGetCount", "counting the GPUs");
@@ -177,7 +177,8 @@ std::string driver::load(const char* library) {
     }
     if (!gpus_.empty()) return "";
     if (old_gpus_.empty())
-        return std::string("the NVIDIA driver shows no GPU: ") + known(CUDA_ERROR_NO_DEVICE).remedy;
+        return std::string("the NVIDIA driver shows no GPU: ") +
+               remedy_of(CUDA_ERROR_NO_DEVICE).remedy;
     const gpu& old = old_gpus_.front();
     return format("GPU %d (%s) has compute capability %d.%d; %d.%d or newer is needed", old.ordinal,
                   old.name.c_str(), old.capability / 10, old.capability % 10,
@@ -208,10 +209,10 @@ std::string driver::describe(CUresult result) const {
 }
 
 void driver::refuse(CUresult result, const char* call, const std::string& doing) const {
-    std::string remedy = known(result).remedy;
+    std::string remedy = remedy_of(result).remedy;
     remedy[0] = char(std::toupper(static_cast<unsigned char>(remedy[0])));
     if (sticky(result)) remedy += ". Only a new process can use this GPU again";
-    throw cuda_error(known(result).status,
+    throw cuda_error(remedy_of(result).status,
                      format("CUDA: %s failed while %s: %s. %s", call, doing.c_str(),
                             describe(result).c_str(), remedy.c_str()),
                      result);

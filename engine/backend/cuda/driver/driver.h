@@ -79,8 +79,8 @@ private:
     CUresult result_;
 };
 
-// Whether the context is lost with this error: every later call fails too, memory on the GPU cannot
-// be read any more, and only a new process gets a working one.
+// Whether the context is lost with this error: every later call fails too, memory on the GPU can no
+// longer be read, and only a new process gets a working context.
 bool sticky(CUresult result);
 
 class driver {

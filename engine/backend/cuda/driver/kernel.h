@@ -65,8 +65,8 @@ std::shared_ptr<const kernel_binary> make_binary(const kernel_set& set, int capa
 std::shared_ptr<const kernel_binary> binary_of(const kernel_set& set, int capability,
                                                const allowed_origins& allowed = {});
 
-// Machine instructions of a function in a binary for compute capability 7.0 or newer, padding at
-// its end not counted; 0 for PTX, and where the bytes are no binary or hold no such function.
+// Machine instructions of a function in a binary for compute capability 7.0 or newer, without
+// padding at its end; 0 for PTX, and if the bytes are not a binary or lack the function.
 std::size_t instruction_count(std::string_view binary, std::string_view function);
 
 // What the compiler made of a function.

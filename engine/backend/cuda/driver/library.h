@@ -1,4 +1,4 @@
-// library.h: a shared library that is looked for at run time, so that one binary starts with and
+// library.h: a shared library that is loaded at run time, so that one binary runs with and
 // without it. Includes std and dlfcn.h only.
 #pragma once
 

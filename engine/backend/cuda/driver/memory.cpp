@@ -1,5 +1,5 @@
-// memory.cpp: the owners' calls. A destructor ignores what the driver answers: after a sticky error
-// nothing can be given back any more, and the error itself was raised where it showed.
+// memory.cpp: the owners' calls. Destructors ignore the driver's results: after a sticky error
+// nothing can be freed, and that error was raised where it occurred.
 #include "backend/cuda/driver/memory.h"
 
 #include <cmath>
@@ -22,7 +22,7 @@ const gpu& gpu_at(const driver& driver, int ordinal) {
                                  ordinal, driver.gpus().size()));
 }
 
-// LIMAX_CUDA_MEMORY: the most that limax takes of each GPU, in GB; all that there is without it.
+// LIMAX_CUDA_MEMORY: the most memory that limax uses on each GPU, in GB; unlimited if unset.
 double memory_limit_of_environment() {
     const char* text = secure_getenv("LIMAX_CUDA_MEMORY");
     if (!text || !*text) return HUGE_VAL;

@@ -141,7 +141,7 @@ std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set)
         if (!other_way || !refused_as_too_new(problem.result()) || !compiler::get(nullptr)) throw;
         module = made({false, allowed_.cached, allowed_.compiled});
     }
-    // of two threads that made the same, the first one's stays
+    // if two threads made the same module, the first one is kept
     const std::lock_guard lock(mutex_);
     return modules_.emplace(title, std::move(module)).first->second;
 }

@@ -1,5 +1,5 @@
-// breed.h: genomes from nothing and from two parents: one thread per gene, by the laws of
-// breeding.h, which make every gene a function of its own counter.
+// breed.h: initial genomes and children of two parents: one thread per gene, by the laws of
+// breeding.h, which draw each gene with a counter of its own.
 #pragma once
 
 #include "backend/cuda/kernels/generation.h"

@@ -300,7 +300,7 @@ struct grid_robot {
         wait();
     }
 
-    // Friction, and on to the next step.
+    // Friction, then the end of the step.
     __device__ void end_masses(const loop_state& now) {
         each_mass([&](int site, int) {
             mass_state m;

@@ -8,7 +8,7 @@
 
 namespace limax::cuda {
 
-// A scene as the law of the bound asks for it. It may have fewer effects than the kernel.
+// A scene as the law of the bound reads it. It may have fewer effects than the kernel.
 struct bounded_scene {
     const scene_values& scene;
     int32_t effects;
@@ -26,7 +26,7 @@ struct bounded_scene {
 
 using prepare_arguments = prepare_launch<mass_real>;
 
-// Whether springs go out from a mass in all directions: then it lies below the surface.
+// Whether a mass has springs in all directions: then it is inside the body.
 __device__ inline bool is_inside(const lattice& grid, const float* stiffness, int64_t site, int x,
                                  int y, int z) {
     if (x == 0 || y == 0 || z == 0 || x == grid.nx || y == grid.ny || z == grid.nz) return false;

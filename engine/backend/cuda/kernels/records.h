@@ -11,7 +11,7 @@
 namespace limax::cuda {
 
 // Kinds of samples, as in limax_trace_kind. The step kernel takes the centre of mass and the
-// contact by itself; at a step where another is due it pauses for the measure kernel.
+// contact itself; where another sample is due it pauses for the measure kernel.
 enum sample_kind {
     sample_center = 0,
     sample_position = 1,
@@ -117,8 +117,8 @@ struct cell_entry {
 };
 
 // The parameters of every effect on masses, made for an origin at 0; those of effects that a scene
-// lacks are never read. Kernels read them where they lie, in constant memory, but for what follows
-// the robot's origin. Effects that may be there several times make theirs in the kernel.
+// lacks are never read. Kernels read them directly from constant memory, except for those
+// that depend on the robot's origin. Repeatable effects make theirs in the kernel.
 template <class R, class E, bool acts = effects::acts_on_masses<E> && !effects::repeatable<E>>
 struct params_slot {};
 template <class R, class E>
@@ -149,7 +149,7 @@ struct pair_lists {
     unsigned long long* moved;  // the last step after which a mass was too far from there, [robot];
                                 // on the grid path
 };
-// Partners of a mass that have room in a list. One that has more looks through the whole surface.
+// Partners of a mass that fit in its list. A mass with more searches the whole surface.
 inline constexpr int most_partners = 24;
 
 // The rigid block of one robot: put in its place by the host, moved by the step kernel. It is
@@ -188,7 +188,7 @@ LIMAX_LAW constexpr int marks_of(int64_t sites) { return int((sites + 31) / 32);
 // Values of a sample of the block's trace: its centre and its quaternion.
 inline constexpr int solid_width = 7;
 
-// What a launch of the step kernel works on, R being the real of its masses. Columns of robots lie
+// What a launch of the step kernel works on, R being the real of its masses. Columns of robots are
 // `sites` elements apart.
 template <class R>
 struct step_launch {
@@ -238,7 +238,7 @@ enum sum_over_masses {
     grid_sums = 11
 };
 
-// What becomes known of a robot when its springs are made.
+// Results of the prepare kernel for one robot.
 struct prepared_robot {
     double total_mass;       // kg
     double time_step_bound;  // s

@@ -104,7 +104,7 @@ LIMAX_LAW void each_instance(const scene_params& params, const Visit& visit) {
 
 using launch_arguments = step_launch<mass_real>;
 
-// Brings the parameters that lie relative to the robot's own origin up to date, and makes those of
+// Brings the parameters relative to the robot's own origin up to date, and makes those of
 // effects that may be there several times.
 LIMAX_LAW void follow_origin(scene_params& params, const scene_values& scene,
                              const double* origin) {
@@ -185,7 +185,7 @@ LIMAX_LAW effects::node_state<mass_real> node_of(const mass_state& m) {
 }
 
 // The velocity after all forces and the impulses on single masses at t_n over h, without friction.
-// `met` is the force of masses that are no neighbours, `pushed` that of a solid.
+// `met` is the force of masses that are not neighbours, `pushed` that of a solid.
 LIMAX_LAW void kick_mass(mass_state& m, const force& springs, const effects::vector<mass_real>& met,
                          const effects::vector<mass_real>& pushed, const scene_params& params,
                          const scripted_moment& now, mass_real h, mass_real next_velocity[3]) {
@@ -247,7 +247,7 @@ LIMAX_LAW void begin_mass(mass_state& m, const force& springs,
     slow_mass(m, params, h, next_velocity);
 }
 
-// Whether a mass lies below the surface of any contact.
+// Whether a mass is below the surface of any contact.
 LIMAX_LAW bool touches(const mass_state& m, const scene_params& params) {
     bool found = false;
     effects::for_each([&]<class E>(E) {
@@ -272,7 +272,7 @@ LIMAX_LAW void finish_mass(mass_state& m, const mass_real next_velocity[3], mass
     }
 }
 
-// ---- between a mass and the memory it lies in ----
+// ---- loads and stores of a mass ----
 
 // As its springs see it, and what they see taken back where nothing was rounded.
 LIMAX_LAW corner corner_of(const mass_state& m) {
@@ -295,7 +295,7 @@ LIMAX_LAW void take_corner(mass_state& m, const corner& c) {
     }
 }
 
-// A mass of a robot's state, whose columns lie `stride` apart.
+// A mass of a robot's state, whose columns are `stride` elements apart.
 LIMAX_LAW void load_mass(mass_state& m, mass_real next_velocity[3], float mass,
                          const mass_real* state, int64_t stride) {
     m.mass = mass_real(mass);

@@ -10,7 +10,7 @@
 
 namespace limax::cuda {
 
-// What a law may ask for beside the mass: the robot's own origin, m, and the time, s.
+// Inputs of a law besides the mass: the robot's own origin, m, and the time, s.
 struct scripted_moment {
     const double* origin;
     double time;

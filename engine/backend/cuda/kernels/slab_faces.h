@@ -21,7 +21,7 @@ __device__ inline void show_velocity(const mass_real velocity[3], int place, blo
     }
 }
 
-// What each corner of the face across `axis` whose lowest corner lies at `place` takes. `lightest`
+// What each corner of the face across `axis` whose lowest corner is at `place` takes. `lightest`
 // is the robot's, [axis][site].
 template <class E>
 __device__ inline void push_face(E, const scene_params& params, const float* lightest, int axis,

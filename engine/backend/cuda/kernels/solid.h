@@ -25,7 +25,7 @@ __device__ inline T fetched(const T& from) {
 
 // ---- what is recorded ----
 
-// At a step of the robot, whose own origin moved by `shift` and lies at `origin`: marks and the
+// At a step of the robot, whose own origin moved by `shift` and is at `origin`: marks and the
 // sample that is due.
 __device__ inline void note_solid(solid_record& record, const robot_record& robot, int64_t step,
                                   const double shift[3], bool moved, double* samples) {

@@ -55,7 +55,7 @@ LIMAX_LAW void push_solid(solid_record& record, const scene_values& scene, const
     solid::kick(block, load, laws.block.mass, h);
     if constexpr (has<friction>) {
         const auto law = friction::make<double>(scene.of(index_of<friction>), origin);
-        solid::motion rubbed{};  // of the books, which the CPU keeps
+        solid::motion rubbed{};  // for the energy ledger, CPU only
         const auto wide = [](const vector<mass_real>& v) { return solid::vector{v.x, v.y, v.z}; };
         solid::rub(
             law, laws.block, block, moment, h, rubbed,

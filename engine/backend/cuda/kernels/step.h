@@ -273,7 +273,7 @@ struct block_robot {
         each_touching([](const mass_real& there, mass_real& here) { here = __ldcg(&there); });
     }
 
-    // Friction, and on to the next step.
+    // Friction, then the end of the step.
     __device__ void end_masses(const loop_state& now) {
         each_mass([&](int k) {
             recall(mass[k], mass_place[k], shared);

@@ -7,7 +7,7 @@
 
 namespace limax::cuda {
 
-// The direction of the spring between a site and one that lies (x, y, z) farther, each of -1 to 1.
+// The direction of the spring between a site and the one offset by (x, y, z), each -1 to 1.
 __device__ inline int direction_between(int x, int y, int z) {
     int found = 0;
     for (int d = 0; d < direction_count; ++d) {

@@ -90,8 +90,8 @@ int least_wavefronts(const slot& cells) {
     return sum;
 }
 
-// Gives each cell the lane that its bank asks for, in the first slot where that is free; what is
-// left over goes where it costs least.
+// Assigns each cell the lane of its bank, in the first slot where that lane is free, and the rest
+// to the free lanes with the lowest cost.
 std::vector<slot> deal(const std::vector<cell_entry>& cells, const layout& at) {
     std::vector<slot> slots((cells.size() + lanes - 1) / lanes, empty_slot());
     std::vector<cell_entry> left;

@@ -60,8 +60,8 @@ struct block_shape {
     std::size_t shared_bytes = 0;
 };
 
-// How many robots share a multiprocessor: many keep it busy with few warps each; one alone has as
-// many warps as it has slots, so that its step is short. Results do not depend on it.
+// How many robots share a multiprocessor: many keep it busy with few warps each; a single one
+// has as many warps as slots, so that its step is short. Results do not depend on it.
 enum class company { many, alone };
 
 // Null where the plan's part of a robot is too large for a block with `most_shared_bytes`.

@@ -1,7 +1,5 @@
-// grid_plan.cpp: tiles as large as shared memory likes them and as equal as the lattice allows.
+// grid_plan.cpp: chooses tiles that are as large as shared memory allows and nearly equal in size.
 #include "backend/cuda/plan/grid_plan.h"
-
-#include <algorithm>
 
 #include "backend/cuda/kernels/cells.h"
 #include "limax.h"

@@ -1,5 +1,5 @@
-// grid_plan.h: how a lattice that no block could hold is cut into tiles. No bit of a trajectory
-// hangs on it.
+// grid_plan.h: how a lattice too large for a block is cut into tiles. Trajectories do not depend
+// on it.
 #pragma once
 
 #include <array>

@@ -45,8 +45,8 @@ public:
                "summarizing traces", arguments);
     }
 
-    // Elements of what one robot needs besides, as step_launch and grid_launch name it; 0 where the
-    // path or the scene has no use for it.
+    // Elements of the other arrays of one robot, named as in step_launch and grid_launch; 0 where
+    // the path or the scene does not use them.
     struct robot_memory {
         std::size_t exchange = 0, sums = 0, arrived = 0, after = 0;       // on the grid path
         std::size_t faces = 0;                                            // where laws act on faces
@@ -115,10 +115,10 @@ private:
 scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_form form,
                            block_plans& plans, gpu_place& place);
 
-// Loads, and compiles where needed, what `robots` robots of this setup run on. The path follows
-// from lattice and precision only. Where nothing can be compiled, kernels built with limax for
-// more effects, silenced, in whatever form, serve with the same bits; where none does, it raises
-// LIMAX_NO_DEVICE, naming the scene and the kernel.
+// Loads, and compiles where needed, the kernels for `robots` robots of this setup. The path depends
+// on lattice and precision only. Without a compiler it falls back to kernels built with limax for
+// more effects, with the unused ones disabled, which give the same bits; if there are none, it
+// throws LIMAX_NO_DEVICE, naming the scene and the kernel.
 scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, block_plans& plans,
                          gpu_place& place);
 

@@ -41,11 +41,11 @@ private:
 
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);
 
-// `threads` and `isa` are those of the host's share of the work. Refuses (LIMAX_NO_DEVICE) where
-// there is no usable GPU, with the reason.
+// `threads` and `isa` are those of the host's share of the work. Fails with
+// LIMAX_NO_DEVICE and the reason if there is no usable GPU.
 std::unique_ptr<device> make_cuda_device(int threads, const char* isa);
 
-// Why there is no CUDA device here; empty where there is one.
+// The reason why there is no CUDA device; empty if there is one.
 std::string why_no_cuda_device();
 
 }  // namespace limax::cuda

@@ -3,7 +3,6 @@
 #include "backend/cuda/run/residence.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "backend/cuda/kernels/generation.h"

@@ -14,9 +14,9 @@ public:
     virtual ~gpu_robots() = default;
 
     // Makes sure that the robots are on the GPU: at the first time makes their springs and finds
-    // their time steps. Refuses (LIMAX_OUT_OF_MEMORY) what the GPU has no room for.
+    // their time steps. Throws LIMAX_OUT_OF_MEMORY if they do not fit.
     virtual void wake() = 0;
-    // Gives the GPU's memory back and keeps everything that wake() needs to go on, bit for bit.
+    // Frees the GPU's memory and keeps everything that wake() needs to continue bit for bit.
     virtual void sleep() = 0;
     // Steps for about `seconds`, or `steps` of each robot when above 0.
     virtual void advance(double seconds, int64_t steps) = 0;
@@ -38,8 +38,8 @@ public:
     virtual std::string describe() = 0;
 };
 
-// `robots` are indices into the setup; their outcomes are written as they run. Where the GPU has no
-// room for all of them at once they are processed in batches.
+// `robots` are indices into the setup; their outcomes are written as they run. Robots that do not
+// fit on the GPU together are processed in batches.
 std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
                                         std::shared_ptr<gpu_team> team, gpu_place& place,
                                         limax_outcome* outcomes);

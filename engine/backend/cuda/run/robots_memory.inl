@@ -1,6 +1,6 @@
-// robots_memory.inl: what robots take of a GPU's memory, and its return; a part of robots.cpp.
+// robots_memory.inl: allocation and release of GPU memory; a part of robots.cpp.
 
-// Gives back what lies on the GPU.
+// Frees all GPU memory.
 template <class R>
 void robots_on_gpu<R>::release() {
     awake_ = false;

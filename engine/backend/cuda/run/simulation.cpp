@@ -1,5 +1,5 @@
-// simulation.cpp: the robots of a simulation, shared out over the GPUs of this host. A robot's bits
-// depend on nothing but itself.
+// simulation.cpp: the robots of a simulation, distributed over the GPUs of this host. A robot's
+// results depend only on the robot.
 #include "backend/cuda/run/robots.h"
 
 namespace limax::cuda {
@@ -58,7 +58,7 @@ cuda_simulation::cuda_simulation(simulation_setup setup, std::shared_ptr<gpu_tea
                                                          *team_->places()[k], outcomes_.data()));
 }
 
-// Each GPU's part on a thread of its own; the first exception is thrown again here.
+// Runs each GPU's part on its own thread; rethrows the first exception.
 void cuda_simulation::on_all_gpus(const std::function<void(gpu_robots&)>& work) {
     team_->threads().run_on_all([&](int gpu) {
         if (gpu_robots* part = parts_[std::size_t(gpu)].get()) work(*part);

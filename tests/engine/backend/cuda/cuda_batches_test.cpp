@@ -93,12 +93,12 @@ TEST_CASE("robots that do not fit on a GPU run in batches with the same results"
         std::size_t memory;    // of the GPU, bytes
         const char* of_limax;  // LIMAX_CUDA_MEMORY
     };
-    for (const limit& given : {limit{4 * least_of_robot, ""}, limit{100000000, "0.00024"}}) {
-        CAPTURE(given.of_limax);
+    for (const limit& budget : {limit{4 * least_of_robot, ""}, limit{100000000, "0.00024"}}) {
+        CAPTURE(budget.of_limax);
         const environment_variable most("LIMAX_CUDA_MEMORY");
-        most.set(given.of_limax);
-        fake_gpus on(given.memory);
-        const std::size_t room = std::min(given.memory, std::size_t(240000));
+        most.set(budget.of_limax);
+        fake_gpus on(budget.memory);
+        const std::size_t room = std::min(budget.memory, std::size_t(240000));
         {
             const simulation_setup setup = on.setup();
             const auto some = on.make_all(setup);

@@ -1,5 +1,5 @@
-// cuda_cache_test.cpp: the kernel cache keeps what it is given, finds every damage, and never stops
-// anybody.
+// cuda_cache_test.cpp: the kernel cache stores kernels, detects damaged files, and never fails a
+// simulation.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -102,7 +102,7 @@ TEST_CASE("a damaged file is detected, removed, reported once and replaced") {
         const std::vector<std::string> notes = cache.take_notes();
         REQUIRE(notes.size() == 1);
         CHECK(notes[0].find(path.string() + " is damaged (" + reason + ")") != std::string::npos);
-        // the same trouble again is no news
+        // the same problem is not reported again
         write(path, content);
         CHECK_FALSE(cache.load(key));
         CHECK(cache.take_notes().empty());
@@ -134,7 +134,7 @@ TEST_CASE("a damaged file is detected, removed, reported once and replaced") {
 }
 
 TEST_CASE("a folder that is not writable is ignored and reported once") {
-    // below a file there is no folder, whoever asks
+    // a folder cannot be made below a file, even by root
     const scratch_folder scratch;
     write(scratch.path / "file", "");
     const std::string folder = (scratch.path / "file" / "limax").string();
@@ -187,7 +187,7 @@ TEST_CASE("concurrent writers and readers see complete files only") {
     threads.reserve(4);
     for (int t = 0; t < 4; ++t)
         threads.emplace_back([&, t] {
-            // a cache of its own, as another process has
+            // a separate cache object, as in another process
             kernel_cache cache(scratch.path.string());
             const std::string bytes(20000, char('a' + t));
             for (int i = 0; i < rounds; ++i) {

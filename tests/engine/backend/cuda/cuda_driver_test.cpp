@@ -1,5 +1,5 @@
-// cuda_driver_test.cpp: what is said where there is no driver that could be used, and, with a fake
-// one (fake/driver.cpp), that every owner gives back what it took and every refusal has its text.
+// cuda_driver_test.cpp: the messages without a usable driver, and, with a fake one
+// (fake/driver.cpp), that every owner frees what it allocated and every refusal has a message.
 #include <doctest/doctest.h>
 
 #include <cstdio>
@@ -46,7 +46,7 @@ TEST_CASE("this machine's driver opens, or gives the reason") {
     CHECK(driver::get(nullptr) == here);
 }
 
-TEST_CASE("nothing of CUDA is linked") {
+TEST_CASE("no CUDA library is linked") {
     std::FILE* pipe =
         popen(("readelf -d " + fs::read_symlink("/proc/self/exe").string()).c_str(), "r");
     REQUIRE(pipe);
@@ -165,7 +165,7 @@ TEST_CASE("a context is current only inside its scope") {
         }
         machine.api->ctx_get_current(&current);
         CHECK(current == nullptr);
-        // what one thread takes, another may give back
+        // memory may be freed by another thread
         device_memory<int> memory;
         std::thread([&] { memory = device_memory<int>(gpu, 10, "numbers"); }).join();
         CHECK(gpu.bytes_held() == 40);
@@ -185,7 +185,7 @@ TEST_CASE("an allocation that does not fit is refused with its size") {
         const device_memory<char> most(gpu, 900000, "most of it");
         try {
             const device_memory<double> more(gpu, 50000, "the springs of 7 robots");
-            FAIL("it was given");
+            FAIL("allocated more than is free");
         } catch (const cuda_error& problem) {
             CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
             CHECK(problem.result() == CUDA_ERROR_OUT_OF_MEMORY);
@@ -220,7 +220,7 @@ TEST_CASE("LIMAX_CUDA_MEMORY limits the memory of a GPU") {
         most = {};
         CHECK_NOTHROW(device_memory<char>(gpu, 100000, "all of it"));
     }
-    // an unset one, and one of nothing, is no limit
+    // unset and empty mean no limit
     limit.set("");
     CHECK_NOTHROW(device_memory<char>(context(*machine.api, 0), 900000, "most of it"));
     for (const char* wrong : {"5GB", "0", "-1", "nan", "much", " "}) {

@@ -164,8 +164,8 @@ void check_parameters(const kernel_content& content, unsigned mask) {
 }
 
 // The same, but for a sum and a product of each mass: whether a term or its negative is kept, and
-// so whether two effects can share it, is the compiler's choice, which hangs on what else needs
-// either.
+// so whether two effects can share it, is the compiler's choice, which depends on what else
+// needs either.
 void check_same(work one, const work& other, int masses) {
     CHECK(std::abs(one.sum - other.sum) <= masses);
     CHECK(std::abs(one.product - other.product) <= masses);
@@ -200,16 +200,16 @@ TEST_CASE("an effect adds to a kernel what its law needs, and leaves no trace wh
     }
 
     // Every spring in the text has one inverse length; every mass that ground reaches one root.
-    const unsigned alone = bit<effects::springs>;
-    const int springs = kernels.at(alone).all.inverse_root;
-    const int masses = added(kernels, alone, bit<ground>).root;
+    const unsigned only_springs = bit<effects::springs>;
+    const int springs = kernels.at(only_springs).all.inverse_root;
+    const int masses = added(kernels, only_springs, bit<ground>).root;
     REQUIRE(springs > 0);
     REQUIRE(masses > 0);
-    const work of_damping = added(kernels, alone, bit<damping>),
-               of_actuation = added(kernels, alone, bit<actuation>),
-               of_gravity = added(kernels, alone, bit<gravity>),
-               of_ground = added(kernels, alone, bit<ground>),
-               of_friction = added(kernels, alone | bit<ground>, bit<friction>);
+    const work of_damping = added(kernels, only_springs, bit<damping>),
+               of_actuation = added(kernels, only_springs, bit<actuation>),
+               of_gravity = added(kernels, only_springs, bit<gravity>),
+               of_ground = added(kernels, only_springs, bit<ground>),
+               of_friction = added(kernels, only_springs | bit<ground>, bit<friction>);
     // dr/dt of three differences, and c dr/dt; c is loaded
     CHECK(of_damping == work{3 * springs, 2 * springs, 3 * springs, 0, 0, of_damping.loads});
     CHECK(of_damping.loads >= springs);
@@ -230,8 +230,8 @@ TEST_CASE("an effect adds to a kernel what its law needs, and leaves no trace wh
     CHECK(of_friction.inverse_root == masses);
     CHECK(of_friction.loads == 0);
 
-    // and adds the same to whatever else is there: nothing of it is there without it. Friction acts
-    // at each contact, so that what it and a second contact add hangs on the others.
+    // and adds the same to whatever else is there: without an effect, none of its code is there.
+    // Friction acts at each contact, so what it and a second contact add depends on the others.
     effects::for_each([&]<class E>(E) {
         for (const unsigned mask : scenes(1)) {
             if (mask & bit<E> || !kernels.count(mask | bit<E>)) continue;
@@ -242,9 +242,11 @@ TEST_CASE("an effect adds to a kernel what its law needs, and leaves no trace wh
             const bool rubs = effects::is_contact<E> && (mask & bit<friction>) != 0;
             const work more = added(kernels, mask, bit<E>);
             if (rubs || (slips && __builtin_popcount(contacts) > 1))
-                CHECK(more.nowhere_below(rubs ? added(kernels, alone, bit<E>) : work{}));
+                CHECK(more.nowhere_below(rubs ? added(kernels, only_springs, bit<E>) : work{}));
             else
-                check_same(more, added(kernels, slips ? alone | contacts : alone, bit<E>), masses);
+                check_same(more,
+                           added(kernels, slips ? only_springs | contacts : only_springs, bit<E>),
+                           masses);
         }
     });
 }
@@ -283,7 +285,7 @@ TEST_CASE("no effect leaves a trace in any precision and with any integrator" *
         }
 }
 
-TEST_CASE("each effect alone, all but each and all pairs become shorter binaries" *
+TEST_CASE("single effects, all but one, and all pairs compile to shorter binaries" *
           doctest::skip(skips_long_tests())) {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;

@@ -28,7 +28,7 @@ using limax::test::has_built_kernels;
 
 namespace {
 
-// A kernel of a few instructions, and one whose rounding tells whether options arrive.
+// A kernel of a few instructions, and one whose rounding shows whether options are passed on.
 const std::string small_text =
     "#include \"scale.h\"\n"
     "extern \"C\" __global__ void small(float* x) { x[threadIdx.x] *= SCALE; }\n"
@@ -127,7 +127,7 @@ TEST_CASE("PTX is text, without fused products and sums") {
     CHECK(count(ptx, "mul.rn.f32") == 101);
     CHECK(count(ptx, "add.rn.f32") == 100);
     CHECK(instruction_count(ptx, "small") == 0);
-    // without the options the compiler contracts: the count above can tell
+    // without the options the compiler contracts, which the count above detects
     const std::string free_ptx =
         nvrtc->compile(small_text, small_headers, "compute_90", {}, nullptr);
     CHECK(count(free_ptx, "fma.rn.f32") == 100);
@@ -183,7 +183,7 @@ TEST_CASE("bytes that are not a binary have no instructions") {
     for (std::size_t length = 0; length < binary.size(); ++length)
         cut += instruction_count(binary.substr(0, length), "large") <= right;
     CHECK(cut == binary.size());
-    // whatever the head and the tables say, nothing outside is read
+    // reads stay within the bytes, whatever the header and the tables contain
     Elf64_Ehdr head;
     std::memcpy(&head, binary.data(), sizeof head);
     const std::size_t regions[3][2] = {

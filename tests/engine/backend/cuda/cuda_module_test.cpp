@@ -29,7 +29,7 @@ TEST_CASE("a module has functions and facts, and a launch has the requested shap
         const context gpu(*machine.api, 0);
         const stream queue(gpu);
         const auto binary = std::make_shared<const kernel_binary>(
-            kernel_binary{kernel_set::of_title("step LIMAX_NX=5"), "sm_90", "pretended",
+            kernel_binary{kernel_set::of_title("step LIMAX_NX=5"), "sm_90", "not an image",
                           kernel_origin::compiled, 0.1, ""});
         const kernel_module module(gpu, binary);
         CHECK(contains(failure(LIMAX_INTERNAL, [&] { module.function("absent"); }),
@@ -102,7 +102,7 @@ TEST_CASE("a binary that is too new for the driver is compiled again") {
         machine.fail_next("cuModuleLoadDataEx", CUDA_ERROR_OUT_OF_MEMORY);
         CHECK(contains(failure(LIMAX_OUT_OF_MEMORY, [&] { second.load(set); }),
                        "cuModuleLoadDataEx failed while loading kernel '" + set.title() + "' ("));
-        // and where nothing helps, the driver's reason is told
+        // if no origin works, the driver's reason is reported
         machine.fake->refused_image =
             "\x7f"
             "ELF";

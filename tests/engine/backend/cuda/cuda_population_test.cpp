@@ -38,7 +38,7 @@ handle<T> made(limax_status (*create)(Given...), Passed... arguments) {
     return handle<T>(it);
 }
 
-// Null, with the reason said, where there is no GPU.
+// Null, with a message, if there is no GPU.
 handle<limax_device> found_gpu() {
     limax_device* gpu = nullptr;
     if (limax_device_create("cuda", 0, nullptr, &gpu) != LIMAX_OK)
@@ -56,28 +56,28 @@ struct parity_case {
     int32_t materials = 5;
 };
 
-limax_encoding_options options_of(const parity_case& given) {
+limax_encoding_options options_of(const parity_case& example) {
     limax_encoding_options options{};
-    std::copy_n(given.lattice, 3, options.lattice);
-    options.features = given.features;
+    std::copy_n(example.lattice, 3, options.lattice);
+    options.features = example.features;
     options.sigma = 1;
-    options.hidden_count = int32_t(given.hidden.size());
-    std::copy(given.hidden.begin(), given.hidden.end(), options.hidden);
-    options.materials = given.materials;
+    options.hidden_count = int32_t(example.hidden.size());
+    std::copy(example.hidden.begin(), example.hidden.end(), options.hidden);
+    options.materials = example.materials;
     options.initial_scale = 2;
     options.seed = 0x123456789abcdef;
     options.repetition = 3;
     return options;
 }
 
-// One population on the CPU and one that lives on the GPU.
+// One population on the CPU and one on the GPU.
 struct pair_of_populations {
-    explicit pair_of_populations(const parity_case& given, const limax_encoding* code)
-        : count(given.count) {
+    explicit pair_of_populations(const parity_case& example, const limax_encoding* code)
+        : count(example.count) {
         for (auto* each : {&cpu, &gpu})
-            *each = made<limax_population>(limax_population_create, given.lattice, count, code);
+            *each = made<limax_population>(limax_population_create, example.lattice, count, code);
         genes = limax_encoding_genes(code);
-        voxels = given.lattice[0] * given.lattice[1] * given.lattice[2];
+        voxels = example.lattice[0] * example.lattice[1] * example.lattice[2];
     }
     void check_genomes() const {
         std::vector<float> a(std::size_t(genes) * count), b(a.size());
@@ -182,18 +182,18 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         {"20x20x20", {20, 20, 20}, 4, {12}, 9, true},
         {"a long row", {1, 1, 700}, 6, {9, 8, 7}, 10, false},
     };
-    for (const parity_case& given : cases) {
-        CAPTURE(given.name);
-        const limax_encoding_options options = options_of(given);
+    for (const parity_case& example : cases) {
+        CAPTURE(example.name);
+        const limax_encoding_options options = options_of(example);
         const auto code = made<limax_encoding>(limax_encoding_create, &options);
-        const pair_of_populations one(given, code.get()), other(given, code.get());
-        const int32_t count = given.count;
+        const pair_of_populations one(example, code.get()), other(example, code.get());
+        const int32_t count = example.count;
         std::vector<int32_t> everyone = limax::test::everyone(count), half;
         for (int32_t i = count - 1; i >= count / 2; --i) half.push_back(i);
 
         for (limax_population* robots : {one.cpu.get(), one.gpu.get()}) {
             require_done(limax_population_initialize(robots, 0, count));
-            poison(robots, one.genes, count, given.materials + 3);
+            poison(robots, one.genes, count, example.materials + 3);
         }
         const pair_of_populations *now = &one, *next = &other;
         for (uint32_t generation = 1; generation <= 3; ++generation) {
@@ -202,10 +202,10 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             const int32_t cut = generation == 2 ? count / 3 : 0;
             for (const auto& [robots, device] :
                  {std::pair{now->cpu.get(), cpu.get()}, std::pair{now->gpu.get(), gpu.get()}}) {
-                require_done(limax_population_express(robots, materials.get(), given.require_muscle,
-                                                      device, 0, cut));
-                require_done(limax_population_express(robots, materials.get(), given.require_muscle,
-                                                      device, cut, count - cut));
+                require_done(limax_population_express(robots, materials.get(),
+                                                      example.require_muscle, device, 0, cut));
+                require_done(limax_population_express(
+                    robots, materials.get(), example.require_muscle, device, cut, count - cut));
             }
             now->check_descriptions();
             now->check_diversity(everyone);
@@ -228,7 +228,7 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             now->check_diversity(half);
             std::swap(now, next);
         }
-        // first genomes of some robots, drawn where the population lives
+        // first genomes of some robots, drawn on the device of the population
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
             require_done(limax_population_initialize(robots, 1, (count + 1) / 2 - 1));
         now->check_genomes();
@@ -248,32 +248,31 @@ TEST_CASE("bodies of many components keep the same component as on the CPU") {
     const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);
     const handle<limax_materials> materials = paper_table();
     // many high frequencies make bodies of many pieces
-    for (const parity_case& given : {parity_case{"small", {6, 6, 6}, 24, {}, 60, false, 5},
-                                     parity_case{"twins", {9, 1, 1}, 12, {}, 200, false, 5},
-                                     parity_case{"large", {40, 30, 20}, 16, {}, 3, false, 5}}) {
-        CAPTURE(given.name);
-        limax_encoding_options options = options_of(given);
+    for (const parity_case& example : {parity_case{"small", {6, 6, 6}, 24, {}, 60, false, 5},
+                                       parity_case{"twins", {9, 1, 1}, 12, {}, 200, false, 5},
+                                       parity_case{"large", {40, 30, 20}, 16, {}, 3, false, 5}}) {
+        CAPTURE(example.name);
+        limax_encoding_options options = options_of(example);
         options.sigma = 20;
         const auto code = made<limax_encoding>(limax_encoding_create, &options);
-        const pair_of_populations robots(given, code.get());
+        const pair_of_populations robots(example, code.get());
         for (limax_population* each : {robots.cpu.get(), robots.gpu.get()})
-            require_done(limax_population_initialize(each, 0, given.count));
+            require_done(limax_population_initialize(each, 0, example.count));
         require_done(limax_population_express(robots.cpu.get(), materials.get(), 0, cpu.get(), 0,
-                                              given.count));
+                                              example.count));
         require_done(limax_population_express(robots.gpu.get(), materials.get(), 0, gpu.get(), 0,
-                                              given.count));
+                                              example.count));
         robots.check_descriptions();
         robots.check_bodies();
     }
 }
 
-TEST_CASE(
-    "a simulation of bodies that live on the GPU is that of bodies sent there, and keeps them") {
+TEST_CASE("device-resident bodies simulate like uploaded ones and stay on the GPU") {
     const handle<limax_device> gpu = found_gpu();
     if (!gpu) return;
     const handle<limax_materials> materials = paper_table();
-    const parity_case given{"4x3x3", {4, 3, 3}, 8, {16}, 6, false};
-    const limax_encoding_options options = options_of(given);
+    const parity_case example{"4x3x3", {4, 3, 3}, 8, {16}, 6, false};
+    const limax_encoding_options options = options_of(example);
     const auto code = made<limax_encoding>(limax_encoding_create, &options);
     const auto land = made<limax_scene>(limax_scene_create);
     for (const char* effect : {"gravity", "ground", "actuation"})
@@ -284,11 +283,11 @@ TEST_CASE(
 
     std::vector<limax_outcome> outcomes[2];
     for (const bool sent : {false, true}) {
-        const auto robots =
-            made<limax_population>(limax_population_create, given.lattice, given.count, code.get());
-        require_done(limax_population_initialize(robots.get(), 0, given.count));
-        require_done(
-            limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0, given.count));
+        const auto robots = made<limax_population>(limax_population_create, example.lattice,
+                                                   example.count, code.get());
+        require_done(limax_population_initialize(robots.get(), 0, example.count));
+        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0,
+                                              example.count));
         if (sent) REQUIRE(limax_population_voxels(robots.get()) != nullptr);
         const auto run =
             made<limax_simulation>(limax_simulation_create, robots.get(), materials.get(),
@@ -297,16 +296,16 @@ TEST_CASE(
         require_done(limax_population_initialize(robots.get(), 2, 3));
         require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 2, 3));
         std::fill_n(limax_population_genomes(robots.get()), limax_encoding_genes(code.get()), 0.0f);
-        require_done(
-            limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0, given.count));
+        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0,
+                                              example.count));
         limax_progress progress{};
         while (!progress.finished)
             require_done(limax_simulation_advance(run.get(), 1, 0, &progress));
         const limax_outcome* all = limax_simulation_outcomes(run.get());
-        outcomes[sent].assign(all, all + given.count);
+        outcomes[sent].assign(all, all + example.count);
     }
     int valid = 0;
-    for (int32_t i = 0; i < given.count; ++i) {
+    for (int32_t i = 0; i < example.count; ++i) {
         const limax_outcome &here = outcomes[0][i], &there = outcomes[1][i];
         CAPTURE(i);
         CHECK(here.status == there.status);

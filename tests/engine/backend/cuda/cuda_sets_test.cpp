@@ -1,11 +1,10 @@
-// cuda_sets_test.cpp: the kernels that scenes ask for: that the ones built with limax are among
+// cuda_sets_test.cpp: the kernels that scenes need: that the ones built with limax are among
 // them, that they spill little on every architecture, and that neither where a kernel came from nor
 // an effect that never acts changes a bit. The last two need a GPU.
 #include "cuda_sets.h"
 
 #include <algorithm>
 #include <cstring>
-#include <set>
 
 #include "backend/cuda/run/device.h"
 
@@ -59,7 +58,7 @@ int spilled(const compiler& nvrtc, const kernel_set& set, const std::string& arc
     CAPTURE(log);
     REQUIRE(log.find("Compiling entry function 'limax_advance'") < end);
     REQUIRE(end != std::string::npos);
-    // one function alone, and so one figure
+    // only one function, and so one figure
     REQUIRE(log.find(after, end + 1) == std::string::npos);
     return std::atoi(log.c_str() + log.find_last_not_of("0123456789", end - 1) + 1);
 }
@@ -138,7 +137,7 @@ TEST_CASE("every embedded step kernel is the one that its scene needs") {
     for (const kernel_set& set : cuda::ahead_of_time_sets()) {
         if (!steps_robots(set)) continue;
         ++steps;
-        // what the line of ahead_of_time.txt may say after its name
+        // the optional words of a line of ahead_of_time.txt
         std::string wanted;
         bool found = false;
         for (const cuda::kernel_form form : every_form) {
@@ -362,7 +361,7 @@ TEST_CASE("an embedded kernel and the same one compiled here give the same bits"
         CHECK(built.kernel.find("\"origin\":\"ahead of time\"") != std::string::npos);
         CHECK(compiled_here.kernel.find("\"origin\":\"compiled\"") != std::string::npos);
         check_same_bits(built, compiled_here);
-        // the comparison can tell two bodies apart
+        // the comparison distinguishes two bodies
         CHECK_FALSE(same_bits(built.states[0].positions, built.states[1].positions));
     }
 }
@@ -374,7 +373,7 @@ TEST_CASE("an effect that never acts does not affect results") {
         for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
             CAPTURE(precision);
             CAPTURE(integrator);
-            // ground lies far below, and gravity may pull with nothing
+            // the ground is far below, and gravity may be 0
             const auto run = [&](const std::vector<std::string>& names, bool weight) {
                 stage bodies = walking(setup_of(0, precision, integrator, {4, 3, 5}));
                 bodies.effects(names);

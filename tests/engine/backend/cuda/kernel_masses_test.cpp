@@ -44,14 +44,14 @@ using namespace limax::test;
 
 namespace {
 
-// Two laws whose program stands above.
+// The two laws whose program is above.
 std::vector<scripted::program> scripted_laws() {
     return {scripted::compile("pull", "f = k * m * (centre - x) / (1 + dot(x, x)) - 0.1 * v;",
                               {{"centre", 3, {0.5, -0.25, 1}}, {"k", 1, {3, 0, 0}}}),
             scripted::compile("shake", "f.z = x.z > 0.1 ? sin(7 * t) : exp(-abs(v.x));", {})};
 }
 
-// A scene of every effect, whose contacts all lie about the origin of the world.
+// A scene of every effect, whose contacts are all around the origin of the world.
 scene every_scene() {
     stage made(lattice{1, 1, 1});
     for (const effect_entry& entry : effect_entries())
@@ -67,7 +67,7 @@ scene every_scene() {
     return made.setup.scene;
 }
 
-// The same as a kernel is given it.
+// The same scene as kernel arguments.
 cuda::scene_values values_of(const scene& scene) {
     cuda::scene_values values{};
     values.heights = scene.heights();
