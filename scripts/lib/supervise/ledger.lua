@@ -108,17 +108,15 @@ local function bound(limit, before, proposed, unit)
   return value, outcome, reason
 end
 
--- A proposed value as the ledger shows it, in a form that JSON can hold.
-local function shown(value)
-  if type(value) == "number" and value == value and math.abs(value) < math.huge then
-    return value
-  end
-  if type(value) == "string" or type(value) == "boolean" then return schema.show(value) end
-  return type(value) == "number" and tostring(value) or "a " .. type(value)
-end
-
 local function is_number(value)
   return type(value) == "number" and value == value and math.abs(value) < math.huge
+end
+
+-- A proposed value as the ledger shows it, in a form that JSON can hold.
+local function shown(value)
+  if is_number(value) then return value end
+  if type(value) == "string" or type(value) == "boolean" then return schema.show(value) end
+  return type(value) == "number" and tostring(value) or "a " .. type(value)
 end
 
 -- The key of a table as an entry names it. `tostring` may raise an error, and addresses differ

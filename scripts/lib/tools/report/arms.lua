@@ -21,8 +21,8 @@ local QUESTION = { fitness = true, lattice = true, materials = true, scene = tru
 local OF_TIER = { accuracy = true, integrator = true, precision = true, time_step = true,
   bound_fraction = true, time_step_most = true }
 
--- Supervisors that read another run, which differs between repetitions of one arm.
-local READERS = { yoked = true, shuffled = true, constant_median = true, replay = true }
+--- Supervisors that repeat another run, which differs between repetitions of one arm.
+arms.REPEATS = { yoked = true, shuffled = true, constant_median = true, replay = true }
 
 -- The longest list of differing fields that a message shows.
 local MOST_SHOWN = 12
@@ -40,7 +40,7 @@ local function fields_of(run)
   local own, shared = {}, {}
   local config = source.copy(run.config)
   local supervisor = config.supervisor
-  if type(supervisor) == "table" and READERS[supervisor.name] then
+  if type(supervisor) == "table" and arms.REPEATS[supervisor.name] then
     supervisor.run, supervisor.repetition, supervisor.donor = nil, nil, run.donor
   end
   for name, value in pairs(config) do

@@ -1,6 +1,7 @@
 --- parameters.lua: the parameters generation by generation, and who set them: a marker for each
 --- proposed field of ledger.jsonl, with a colour and a shape by who proposed it.
 
+local arms = require "limax.tools.report.arms"
 local choice = require "limax.base.choice"
 local supervise = require "limax.supervise"
 
@@ -17,9 +18,6 @@ parameters.SETTERS = {
     text = "clamped, rate-limited or rejected" },
 }
 
--- Supervisors that repeat another run.
-local REPEATS = { replay = true, yoked = true, shuffled = true, constant_median = true }
-
 local function supervisor_of(config)
   local supervisor = config.supervisor
   return type(supervisor) == "table" and supervisor.name or supervisor
@@ -33,7 +31,7 @@ function parameters.setter(config, line, entry)
   local bound = entry.outcome == "clamped" or entry.outcome == "rate-limited"
     or entry.outcome == "rejected"
   if entry.outcome == "kept" or entry.applied == nil then return nil, false end
-  if REPEATS[supervisor_of(config)] then return "replayed", bound end
+  if arms.REPEATS[supervisor_of(config)] then return "replayed", bound end
   local who = line.source or line.supervisor
   if who == "model" or who == "rules" then return who, bound end
   return "other", bound
