@@ -144,7 +144,8 @@ end)
 
 local REFUSED = {
   { "f = strngth * x;", "line 1: unknown name 'strngth'" }, { "f = system(1);", "'system'" },
-  { "\nf = vec(1, 2);", "line 2: vec takes 3 values, not 2" }, { 'f = "x";', "'\"' is not a character" },
+  { "\nf = vec(1, 2);", "line 2: vec takes 3 values, not 2" },
+  { 'f = "x";', "'\"' is not a character" },
   { "#include <stdio.h>\nf = x;", "'#' is not a character" },
   { "f = x \\ 2;", "'\\' is not a character" },
   { "x = f;", "'x' is an input" }, { "f = 1;", "'f' is a vector" }, { "", "never sets the force" },

@@ -5,6 +5,7 @@
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
+local failure = require "limax.base.failure"
 local film_strip = require "limax.draw.film_strip"
 local host = require "limax.host"
 local robot = require "limax.robot.robot"
@@ -178,9 +179,12 @@ function summary.show(folder, options)
   write(plot(lines, style) .. "\n")
 
   local path = folder .. "/champion.svg"
-  local drawn, message = film_strip.write(path, last.robot, { device = options.device,
-    title = ("%s: champion of generation %d"):format(config.name, last.generation) })
-  write(("\nfilm strip  %s\n"):format(drawn and shell.path(path) or message))
+  -- a run is complete without its picture
+  local fine, drawn, message = failure.attempt(film_strip.write, path, last.robot,
+    { device = options.device,
+      title = ("%s: champion of generation %d"):format(config.name, last.generation) })
+  write(("\nfilm strip  %s\n"):format(fine and drawn and shell.path(path)
+    or tostring(fine and message or drawn)))
   write(("champion    %s\n"):format(shell.path(runs.champion(run, lines[#lines]))))
   write(("a page      %s report %s\n"):format(shell.program(), shell.path(folder)))
 
