@@ -200,6 +200,8 @@ suite:test("a key is taken out of a text in every form, whole or from its beginn
     ("Incorrect API key: %s****cdef."):format(mark))
   for length = 8, #KEY do t:equal(redact("<" .. KEY:sub(1, length) .. ">"), "<" .. mark .. ">") end
   t:equal(redact("sk-SENT sk-"), "sk-SENT sk-")
+  -- without its beginning
+  for at = 2, #KEY - 11 do t:equal(redact("****" .. KEY:sub(at)), "****" .. mark) end
   for _, form in ipairs { each(KEY, "%%%02X"), each(KEY, "%%%02x"), each(KEY, "%02x"),
     each(KEY, "\\u%04x"), KEY:gsub("/", "\\/"), "sk-SENTINEL%2F0123%2B456789%3Dabcdef",
     "sk-SENTINEL%2f0123%2b456789%3dabcdef" } do

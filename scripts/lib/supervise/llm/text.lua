@@ -39,6 +39,8 @@ text.MARK = "[key]"
 --- A shorter key is a placeholder for a server that wants a key and checks none: it is not hidden.
 --- Of a longer one, so many characters from its beginning are taken for the key ("sk-proj-****").
 text.SHORTEST_KEY = 8
+-- Characters in a row from the rest of a key that are taken for it; fewer occur by chance.
+local SHORTEST_PIECE = 12
 
 -- The letters of base64 that depend on the key only, for its three offsets in a longer text.
 local function add_base64(forms, key)
@@ -56,6 +58,7 @@ end
 -- The key as it may be written in a text: { form, length of the shortest beginning }.
 local function forms_of(key)
   local forms = { { key, text.SHORTEST_KEY } }
+  for at = 2, #key - SHORTEST_PIECE + 1 do forms[#forms + 1] = { key:sub(at), SHORTEST_PIECE } end
   local function add(pattern, format)
     local function escaped(part)
       return (part:gsub(pattern, function(character) return format:format(character:byte()) end))
@@ -102,7 +105,8 @@ local function without(value, forms)
 end
 
 --- The function that takes this key out of a text: in plain form, percent-encoded, in hexadecimal,
---- escaped as in JSON, in base64; whole, or its first 8 characters and what follows of it.
+--- escaped as in JSON, in base64; whole, or its first 8 characters and what follows of it; in plain
+--- form also any 12 characters in a row.
 ---@param key string|nil nil, or a placeholder: texts stay as they are
 ---@return fun(value: string): string
 function text.redactor(key)
