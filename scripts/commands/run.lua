@@ -73,17 +73,11 @@ local function changes_of(arguments)
   return changes
 end
 
--- Makes a folder the run's. From here on even a hard stop prints how to continue.
-local function hold(session, folder)
-  session.folder = folder
-  host.signal.on_hard_stop("continue with: " .. folder:resume_command())
-  return folder
-end
-
 -- Opens a run folder at its last complete generation. Returns its experiment.
 local function reopen(session, arguments)
   session.path = arguments.resume
-  local folder = hold(session, run_folder.open(arguments.resume))
+  local folder = run_folder.open(arguments.resume)
+  session.folder = folder
   local path, note = resume.script(folder)
   local changes = {}
   for _, list in ipairs { folder.config.run.overrides, changes_of(arguments) } do
@@ -105,23 +99,23 @@ local function reopen(session, arguments)
   return experiment
 end
 
--- Notes which repetitions are complete, and lists those to compute.
+-- Lists the repetitions that are left, and counts the generations that are done.
 local function plan(session, config)
   session.first, session.last = session.only or 1, session.only or config.repetitions
   if session.last > config.repetitions then
     failure.raise(2, ("--repetition %d: the experiment has %d"):format(session.only,
       config.repetitions))
   end
-  session.generations, session.complete, session.left = 0, {}, {}
-  local evaluations = {}
+  local evaluations, complete = {}, {}
+  session.generations, session.left = 0, {}
   for _, line in ipairs(session.folder and session.folder:lines "metrics" or {}) do
     local r = line.repetition
     session.generations = session.generations + 1
     evaluations[r] = (evaluations[r] or 0) + line.evaluations
-    session.complete[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
+    complete[r] = not budget.allows_another(config, line.generation + 1, evaluations[r])
   end
   for r = session.first, session.last do
-    if not session.complete[r] then table.insert(session.left, r) end
+    if not complete[r] then table.insert(session.left, r) end
   end
 end
 
@@ -144,14 +138,6 @@ end
 
 -- ---- the run ------------------------------------------------------------------------------------
 
--- The first repetition that is not complete writes its lines next.
-local function let_next_write(session)
-  for repetition = session.first, session.last do
-    session.folder:append_lines_of(repetition)
-    if not session.complete[repetition] then return end
-  end
-end
-
 -- Runs the repetitions that are left. `first_run` is the first of them, begun without a folder.
 local function compute(session, experiment, options, first_run)
   local folder = session.folder
@@ -160,7 +146,6 @@ local function compute(session, experiment, options, first_run)
       session.tally:add(repetition, history.decode(generation.text, "population"))
     end
   end
-  let_next_write(session)
   together.run { repetitions = session.left, at_once = session.at_once,
     on_progress = options.on_progress,
     begin = function(repetition)
@@ -170,11 +155,8 @@ local function compute(session, experiment, options, first_run)
       run.folder = folder
       run:restore(folder, session.scores_valid)
       return run
-    end,
-    ended = function(repetition)
-      session.complete[repetition] = true
-      let_next_write(session)
     end }
+  folder:sort_lines()
 end
 
 local function show_end(session, device)
@@ -230,11 +212,13 @@ local function execute(session, experiment, arguments)
   -- everything that the engine may refuse is tried before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)
   if not session.folder then
-    -- held before it is a run: Ctrl-C finds no run, or one that it can name
-    local path = arguments.out or run_folder.next_free(config.name)
-    hold(session, run_folder.take(path)):begin(experiment,
+    -- named before it is made, for Ctrl-C
+    session.path = arguments.out or run_folder.next_free(config.name)
+    session.folder = run_folder.create(session.path, experiment,
       { repetition = session.only, overrides = changes })
   end
+  -- from here on even a hard stop prints how to continue
+  host.signal.on_hard_stop("continue with: " .. run_folder.resume_command(session.path))
   session.folder:status "running"
   session.folder:write_environment(device)
   announce(session, config, device)
@@ -248,9 +232,9 @@ end
 
 -- ---- a run that did not come to its end ---------------------------------------------------------
 
-local function interrupted(session, path)
+local function interrupted(session)
+  local path = session.path
   if not path or not run_folder.is_run(path) then
-    if session.folder then session.folder:abandon() end
     io.stderr:write "interrupted; no run was begun\n"
   else
     io.stderr:write(session.done and "interrupted; every generation is done\n"
@@ -263,28 +247,27 @@ end
 -- Writes the state of the run and prints how to continue it. Nothing on disk is lost.
 local function end_early(session, value, trace)
   if session.progress then session.progress:finish() end
-  local path = session.folder and session.folder.path or session.path
-  -- a folder without a configuration is not a run
-  local folder = session.folder and run_folder.is_run(path) and session.folder
+  local folder = session.folder
   local is_interrupt = value == host.interrupt
   -- a run is done when the failure was in showing it
   if folder and session.progress and not session.done then
     failure.attempt(folder.status, folder, is_interrupt and "interrupted" or "failed",
       not is_interrupt and tostring(value) or nil)
   end
-  if is_interrupt then return interrupted(session, path) end
+  if is_interrupt then return interrupted(session) end
   local status, machine = failure.status(value), failure.of_machine(value)
+  local command_line = folder and run_folder.resume_command(folder.path)
   local repair = ""
-  if folder and host.file.exists(path .. "/checkpoint") then
+  if folder and folder.checkpoint then
     -- a repaired script differs, which resume refuses without --changed
-    repair = "\nwhen it is repaired, continue with: " .. folder:resume_command() .. " --changed"
+    repair = ("\nwhen it is repaired, continue with: %s --changed"):format(command_line)
   end
   if status == 1 and session.progress and not machine then failure.raise(1, value .. repair) end
   if status then error(value, 0) end
   if machine then
     -- nothing is wrong with the script
     io.stderr:write("limax: ", failure.bare(value), "\n",
-      folder and ("continue with: %s\n"):format(folder:resume_command()) or "")
+      folder and ("continue with: %s\n"):format(command_line) or "")
   else
     io.stderr:write("limax: ", failure.first_trace(value) or trace, repair, "\n")
   end

@@ -68,7 +68,6 @@ end
 ---@field repetitions integer[] in the order in which they begin
 ---@field at_once integer
 ---@field begin fun(repetition: integer): limax.run made with `wait = together.wait`
----@field ended fun(repetition: integer)
 ---@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
 
 --- Runs repetitions to their ends.
@@ -80,11 +79,7 @@ function together.run(options)
     active = {}
     for _, member in ipairs(members) do
       if not member.simulation then continue(member) end
-      if member.simulation then
-        active[#active + 1] = member
-      else
-        options.ended(member.repetition)
-      end
+      active[#active + 1] = member.simulation and member
     end
   end
 

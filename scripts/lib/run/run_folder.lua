@@ -1,6 +1,6 @@
---- run_folder.lua: one execution, one folder. Files are replaced and lines appended as a unit,
---- the checkpoint last: whenever a run is killed, everything up to the generation of the checkpoint
---- is on disk, and anything beyond it is cut when the run continues. The files of a generation are
+--- run_folder.lua: the folder of a run. Files are replaced and lines appended as a unit, the
+--- checkpoint last: whenever a run is killed, everything up to the generation of the checkpoint is
+--- on disk, and anything beyond it is removed when the run continues. The files of a generation are
 --- written while the next one is simulated.
 
 local ffi = require "ffi"
@@ -9,7 +9,6 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
-local run_lines = require "limax.run.run_lines"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
@@ -22,11 +21,14 @@ local source = require "limax.base.source"
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
 ---@field genomes table<integer, ffi.cdata*> of that generation, which is being written
----@field grown limax.run_lines the files that grow by a line per generation
+---@field bytes table<string, integer> length of each file that grows, as far as it is written
 local Folder = {}
 Folder.__index = Folder
 
 local run_folder = {}
+
+-- The files that grow by one line per generation.
+local GROWING = { "metrics", "ledger", "timing" }
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
@@ -35,7 +37,7 @@ local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n
 ---@param ending string
 ---@return string
 function run_folder.place(repetition, kind, generation, ending)
-  return ("%s/%s/g%04d%s"):format(run_lines.folder_of(repetition), kind, generation, ending)
+  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
 end
 
 --- The command that continues the run in a folder, ready to be pasted into a shell.
@@ -43,8 +45,6 @@ end
 function run_folder.resume_command(path)
   return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
 end
-
-function Folder:resume_command() return run_folder.resume_command(self.path) end
 
 --- Is there a run that can be continued?
 ---@return boolean
@@ -55,12 +55,13 @@ local function locked(path, config)
   local lock, message = host.file.lock(path)
   if not lock then failure.raise(1, message) end
   local self = setmetatable({ path = path, config = config, lock = lock,
-    writer = host.file.writer(), pending = {}, jobs = {}, genomes = {} }, Folder)
+    writer = host.file.writer(), pending = {}, jobs = {}, genomes = {},
+    bytes = { metrics = 0, ledger = 0, timing = 0 } }, Folder)
   if host.file.exists(path .. "/checkpoint") then
     self.checkpoint, message = source.read_json(path .. "/checkpoint")
     if not self.checkpoint then failure.raise(1, tostring(message)) end
+    self.bytes = source.copy(self.checkpoint.bytes)
   end
-  self.grown = run_lines.new(self, self.checkpoint)
   return self
 end
 
@@ -82,7 +83,8 @@ function Folder:check(ok, message)
   local state = "no generation is on disk yet"
   if self.checkpoint then
     state = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
-      :format(self.checkpoint.generation, self.checkpoint.repetition, self:resume_command())
+      :format(self.checkpoint.generation, self.checkpoint.repetition,
+        run_folder.resume_command(self.path))
   end
   failure.raise_machine("disk", message .. "; " .. state)
 end
@@ -133,24 +135,11 @@ function Folder:write_environment(device)
   self:write("environment.json", json(environment))
 end
 
--- Writes a checkpoint: everything written so far is complete. Returns its job.
-function Folder:write_checkpoint(repetition, generation)
-  local bytes, ahead = self.grown:sizes()
-  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
-    generation = generation, bytes = bytes, ahead = ahead }
-  local job = self:write_later("checkpoint", json(checkpoint))
-  table.insert(self.pending, { job = job, checkpoint = checkpoint })
-  return job
-end
-
---- Appends the lines of this repetition from now on. All earlier repetitions must have their last
---- generation. Until the first call, lines are appended as they come.
-function Folder:append_lines_of(repetition)
-  self:settle()
-  if not self.grown:append_lines_of(repetition) then return end
-  self:write_checkpoint(self.checkpoint.repetition, self.checkpoint.generation)
-  self:settle()
-  self.grown:remove_waiting(repetition)
+-- Appends the line of a generation to a file that grows.
+function Folder:append(name, line)
+  local text = host.json.encode(line) .. "\n"
+  self.writer:append(("%s/%s.jsonl"):format(self.path, name), text)
+  self.bytes[name] = self.bytes[name] + #text
 end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
@@ -169,7 +158,7 @@ function Folder:write_generation(written)
     return run_folder.place(repetition, kind, generation, ending)
   end
   for _, kind in ipairs { "population", "champions" } do
-    self:make_folder(run_lines.folder_of(repetition) .. "/" .. kind)
+    self:make_folder(source.folder_of(place(kind, "")))
   end
   self:write_later(place("population", ".jsonl"), written.text)
   self:write_later(place("population", ".npy"), npy.header("<f4", { robots.count, robots.genes }),
@@ -180,13 +169,16 @@ function Folder:write_generation(written)
     generation = generation }, {}
   for key, value in pairs(written.ledger) do ledger[key] = value end
   for key, value in pairs(written.seconds) do seconds[key] = value end
-  self.grown:append("ledger", ledger)
-  self.grown:append("metrics", written.metrics)
+  self:append("ledger", ledger)
+  self:append("metrics", written.metrics)
   seconds.write = host.clock() - began
-  self.grown:append("timing", { schema = "limax.timing/1", repetition = repetition,
+  self:append("timing", { schema = "limax.timing/1", repetition = repetition,
     generation = generation, ended = host.time(), seconds = seconds,
     supervision = written.supervision })
-  self.jobs[repetition] = self:write_checkpoint(repetition, generation)
+  local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
+    generation = generation, bytes = source.copy(self.bytes) }
+  self.jobs[repetition] = self:write_later("checkpoint", json(checkpoint))
+  table.insert(self.pending, { job = self.jobs[repetition], checkpoint = checkpoint })
   return host.clock() - began
 end
 
@@ -200,9 +192,10 @@ function run_folder.next_free(name)
   return ("runs/%s-%d"):format(name, n)
 end
 
---- Takes a new or empty folder, which `begin` makes a run.
+--- Makes a new run folder.
+---@param options { repetition: integer|nil, overrides: string[]|nil }
 ---@return limax.run_folder
-function run_folder.take(path)
+function run_folder.create(path, experiment, options)
   local kind = host.file.exists(path)
   if kind == "file" then failure.raise(2, path .. " is a file, not a folder for a run") end
   if kind == "folder" and #(host.file.list(path) or {}) > 0 then
@@ -211,40 +204,14 @@ function run_folder.take(path)
   end
   local ok, message = host.file.mkdir(path)
   if not ok then failure.raise(2, message) end
-  return locked(path)
-end
-
---- Writes what a run begins with into a folder that was just taken.
----@param options { repetition: integer|nil, overrides: string[]|nil }
-function Folder:begin(experiment, options)
   local config, scripts = run_configuration.of(experiment, options)
-  self.config = config
+  local self = locked(path, config)
   self:write_scripts(scripts)
-  self.grown:create()
+  for _, name in ipairs(GROWING) do self:write(name .. ".jsonl", "") end
   self:status "running"
   -- last: a folder with a configuration is a run
   self:write("config.json", json(config))
-end
-
---- Makes a new run folder.
----@param options { repetition: integer|nil, overrides: string[]|nil }
----@return limax.run_folder
-function run_folder.create(path, experiment, options)
-  local self = run_folder.take(path)
-  self:begin(experiment, options)
   return self
-end
-
--- Removes a file or a folder; a link is removed and not followed.
-local function remove(path)
-  if host.file.remove(path) then return end
-  for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
-  host.file.remove(path)
-end
-
---- Removes a folder that was taken and has not become a run.
-function Folder:abandon()
-  if not run_folder.is_run(self.path) then remove(self.path) end
 end
 
 -- ---- continuing a run ---------------------------------------------------------------------------
@@ -275,29 +242,28 @@ function Folder:clean(below, last)
   end
 end
 
--- Removes files of generations after the last complete one of each repetition.
+-- Removes everything after the last complete generation of each repetition.
 function Folder:remove_unfinished()
+  for _, name in ipairs(GROWING) do
+    self:check(host.file.truncate(("%s/%s.jsonl"):format(self.path, name), self.bytes[name]))
+  end
   local last = {}
   for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
   self:clean("", math.huge)
   for _, name in ipairs(host.file.list(self.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
-    if repetition then
-      for _, below in ipairs { "", "/population", "/champions" } do
-        self:clean("/" .. name .. below, last[repetition] or -1)
-      end
-      self.grown:remove_waiting(repetition)
+    for _, kind in ipairs(repetition and { "/population", "/champions" } or {}) do
+      self:clean("/" .. name .. kind, last[repetition] or -1)
     end
   end
 end
 
---- Cuts everything beyond the last complete generation. Where configuration or scripts changed, the
---- former ones are kept as config-N.json and scripts-N.
+--- Removes everything after the last complete generation. Where configuration or scripts changed,
+--- the former ones are kept as config-N.json and scripts-N.
 ---@param config table the current configuration
 ---@param scripts table[] the current scripts
 ---@param changed boolean
 function Folder:continue(config, scripts, changed)
-  self.grown:cut()
   self:remove_unfinished()
   if not changed then return end
   local n = 1
@@ -313,8 +279,34 @@ end
 
 --- All lines of metrics, ledger or timing.
 ---@param name "metrics"|"ledger"|"timing"
----@return table[]
-function Folder:lines(name) return self.grown:read(name) end
+---@return table[] lines
+---@return table<table, string> text_of each, with its end
+function Folder:lines(name)
+  local path, lines, text_of = ("%s/%s.jsonl"):format(self.path, name), {}, {}
+  local whole, message = source.read(path)
+  if not whole then failure.raise(1, message) end
+  for text in whole:gmatch "[^\n]+" do
+    local line, wrong = host.json.decode(text, path)
+    if not line then failure.raise(1, tostring(wrong)) end
+    lines[#lines + 1], text_of[line] = line, text .. "\n"
+  end
+  return lines, text_of
+end
+
+--- Sorts the lines of all generations by repetition. Repetitions that advance together append
+--- theirs in turn; sorted, the files have the same bytes as those of one repetition after another.
+function Folder:sort_lines()
+  self:settle()
+  for _, name in ipairs(GROWING) do
+    local lines, text_of = self:lines(name)
+    table.sort(lines, function(a, b)
+      if a.repetition ~= b.repetition then return a.repetition < b.repetition end
+      return a.generation < b.generation
+    end)
+    for k, line in ipairs(lines) do lines[k] = text_of[line] end
+    self:write(name .. ".jsonl", table.concat(lines))
+  end
+end
 
 -- A file of a generation.
 function Folder:read_generation(repetition, generation, ending)

@@ -120,13 +120,9 @@ local function real_runs(t)
   run_script(t, base, "wrong", PLAIN:gsub("FITNESS", "function() return {} end"),
     { "wrong.lua", "--out", "wrong" }, 1)
   run_script(t, base, "talk", TALK, { "talk.lua", "--out", "talk" }, 0)
-  -- fails in the sixth generation, when the second repetition is ahead
-  run_script(t, base, "ahead", PLAIN:gsub("FITNESS",
-    "function(robot) return robot.generation < 5 and robot:distance() or 0 / 0 end"),
-    { "ahead.lua", "--out", "ahead", "--together", "--set", "generations=6" }, 1)
   completes(t, base, { "report", "rich", "--no-robots" })
   return { rich = base .. "/rich", plain = base .. "/plain", wrong = base .. "/wrong",
-    ahead = base .. "/ahead", talk = base .. "/talk" }
+    talk = base .. "/talk" }
 end
 
 local function files_below(folder, before, list)
@@ -159,7 +155,7 @@ suite:test("a run folder has the files and fields of the page", function(t)
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
   local seen, folders = {}, real_runs(t)
-  for _, run in ipairs { "rich", "plain", "wrong", "ahead", "talk" } do
+  for _, run in ipairs { "rich", "plain", "wrong", "talk" } do
     for _, name in ipairs(files_below(folders[run])) do
       local listed = listed_as(name)
       seen[listed] = seen[listed] or {}

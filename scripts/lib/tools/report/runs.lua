@@ -8,7 +8,6 @@ local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
 local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
-local run_lines = require "limax.run.run_lines"
 local robot_file = require "limax.robot.robot_file"
 local schema = require "limax.engine.schema"
 local shape = require "limax.tools.report.shape"
@@ -40,35 +39,20 @@ runs.STUDY = "study.json"
 ---@field environment table
 ---@field runs limax.report.run[] those that have a generation
 
--- Adds the whole lines of a file to `by_repetition`. A last line without its end is being written.
-local function add_lines(path, kind, by_repetition)
-  local text, count = source.read(path), 0
-  for line in (text or ""):gmatch "([^\n]*)\n" do
+-- The whole lines of a file by repetition. A last line without its end is being written.
+local function lines_of(path, kind)
+  local file, count, by_repetition = ("%s/%s.jsonl"):format(path, kind), 0, {}
+  for line in (source.read(file) or ""):gmatch "([^\n]*)\n" do
     count = count + 1
     local value, message = host.json.decode(line)
     local repetition, generation
     if type(value) == "table" then repetition, generation = shape.place(value) end
     if not repetition then
-      failure.raise(1, ("%s, line %d: %s"):format(path, count, generation
+      failure.raise(1, ("%s, line %d: %s"):format(file, count, generation
         or message and message:gsub("^.-line 1, ", "") or "expected a JSON object"))
     end
-    local list = by_repetition[repetition] or {}
-    by_repetition[repetition] = list
-    -- a line that is being moved is in two files for a moment
-    if not list[generation + 1] then list[#list + 1] = shape[kind](value) end
-  end
-end
-
--- Lines of one kind by repetition, those included that are still in the repetition's own folder.
-local function lines_of(path, kind)
-  local by_repetition = {}
-  add_lines(("%s/%s.jsonl"):format(path, kind), kind, by_repetition)
-  for _, name in ipairs(host.file.list(path) or {}) do
-    local repetition = tonumber(name:match "^r(%d+)$")
-    if repetition then
-      add_lines(("%s/%s/%s.jsonl"):format(path, run_lines.folder_of(repetition), kind),
-        kind, by_repetition)
-    end
+    by_repetition[repetition] = by_repetition[repetition] or {}
+    table.insert(by_repetition[repetition], shape[kind](value))
   end
   return by_repetition
 end
