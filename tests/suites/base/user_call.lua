@@ -151,23 +151,3 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
     t:equal(history[2].parameters.mutation_scale, 0.12)
     t:equal(history[2].parameters.mutation_rate, 0.1)
   end)
-
-suite:test("Ctrl-C ends an endless supervisor", { limit = 120 }, function(t)
-  local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/loop.lua", [[
-local limax = require "limax"
-return limax.experiment { fitness = "distance", lattice = { 2, 2, 2 }, population = 4,
-  generations = 3, repetitions = 1, simulation = { duration = 0.06, settle = 0 },
-  supervisor = function()
-    io.stderr:write "ready\n"
-    while true do pcall(function() while true do end end) end
-  end }
-]]))
-  local child = process.start(folder, { "run", "loop.lua", "--out", "r", "-q", "--device", "cpu" })
-  child:wait_for "ready"
-  child:signal "INT"
-  local status, output, seconds = child:finish()
-  t:equal(status, 130)
-  t:ok(output:find("continue with: ", 1, true), output)
-  t:ok(seconds < process.LATE)
-end)

@@ -170,7 +170,7 @@ end
   end
 end)
 
--- An experiment whose fitness hangs in generation 2 in the way that the environment names.
+-- An experiment that hangs in generation 2, or before it is bred, as the environment names.
 local EXPERIMENT = [[
 local limax = require "limax"
 local how = os.getenv "LIMAX_TEST_HANG"
@@ -189,13 +189,17 @@ function hang.simulation(robot)
   ready()
   robot:simulate { duration = 1e5 }
 end
+local function supervisor(history)
+  if how == "supervisor" and #history == 2 then hang.pcall() end
+end
 return limax.experiment {
   lattice = { 3, 3, 3 }, population = 6, generations = 4, seed = 7,
   simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" },
   fitness = function(robot)
-    if how and robot.generation == 2 then hang[how](robot) end
+    if hang[how] and robot.generation == 2 then hang[how](robot) end
     return robot:distance()
   end,
+  supervisor = supervisor,
 }
 ]]
 
@@ -208,7 +212,7 @@ suite:test("an interrupted run resumes to the bytes of an uninterrupted one", fu
   local status, output = process.run(whole, { "run", "e.lua", "-q", "--out", "run" })
   t:ok(status == 0, output)
 
-  for _, how in ipairs { "loop", "pcall", "request", "simulation" } do
+  for _, how in ipairs { "loop", "pcall", "request", "simulation", "supervisor" } do
     local folder = t:folder()
     process.write(folder .. "/e.lua", EXPERIMENT)
     local child = process.start(folder, { "run", "e.lua", "--out", "run" },

@@ -2,7 +2,6 @@
 --- in one clear message and exit status 2 (usage, configuration) or 1 (failure), with nothing lost.
 
 local host = require "limax.host"
-local limax = require "limax"
 local process = require "support.process"
 local source = require "limax.base.source"
 
@@ -164,15 +163,6 @@ suite:test("a selection with a wrong index, one that throws", function(t)
   t:ok(done.stderr:find "continue with: [^\n]*limax run %-%-resume r", done.stderr)
 end)
 
-suite:test("bodies that cannot move", function(t)
-  local folder = t:folder()
-  write_experiment(folder, 'fitness = "distance", materials = bones', [[
-local bones = limax.engine.materials("paper"):table()
-bones.materials = { bones.materials[1], bones.materials[5] }]])
-  refuses(t, folder, { "run", "try.lua" }, 1, "none of the 6 robots can be scored")
-  t:raises("empty", function() limax.robot { voxels = ".." } end)
-end)
-
 suite:test("folders that cannot be written or are used", function(t)
   local folder = t:folder()
   write_experiment(folder)
@@ -214,54 +204,5 @@ suite:test("a full disk: one message, and whole generations stay", { limit = 60 
     t:equal(run(folder, { "run", "try.lua", "--out", "whole", "-q" }).status, 0)
     t:ok(source.read(folder .. "/r/metrics.jsonl") == source.read(folder .. "/whole/metrics.jsonl"))
   end)
-
--- Starts a run and interrupts it when `is_time(its output)`; it must end soon.
-local function interrupted(t, folder, arguments, is_time, environment)
-  local child = process.start(folder, arguments, environment)
-  child:signal_when("INT", function() return is_time(process.read(child.output)) end)
-  local status, output, seconds = child:finish()
-  t:ok(status == 130, ("status %s: %s"):format(tostring(status), output))
-  t:ok(seconds < process.LATE, ("it took %.1f s to stop"):format(seconds))
-end
-
-suite:test("Ctrl-C ends endless loops in a fitness, and the run continues to the same bytes",
-  { limit = 300 }, function(t)
-    local folder = t:folder()
-    write_experiment(folder, [[
-    fitness = function(robot)
-      if loop and robot.generation == 2 then loop() end
-      return robot:distance()
-    end]], [[
-local loops = {
-  plain = function() while true do end end,
-  protected = function() while true do pcall(function() while true do end end) end end,
-}
-for name, call in pairs(loops) do
-  loops[name] = function()
-    io.stderr:write "looping\n"
-    call()
-  end
-end
-local loop = loops[os.getenv "LOOP"] ]])
-    t:equal(run(folder, { "run", "try.lua", "-q", "--out", "whole" }).status, 0)
-    for _, kind in ipairs { "plain", "protected" } do
-      interrupted(t, folder, { "run", "try.lua", "--out", kind },
-        function(output) return output:find("looping", 1, true) end, "LOOP=" .. kind)
-      process.completes(t, folder, { "run", "--resume", kind, "-q" })
-      for _, name in ipairs { "/metrics.jsonl", "/ledger.jsonl", "/r01/population/g0003.jsonl" } do
-        t:ok(source.read(folder .. "/" .. kind .. name) == source.read(folder .. "/whole" .. name),
-          kind .. ": " .. name .. " differs")
-      end
-    end
-  end)
-
-suite:test("Ctrl-C ends a long simulation at the next step", { limit = 60 }, function(t)
-  local folder = t:folder()
-  write_experiment(folder)
-  local arguments = { "run", "try.lua", "--out", "r", "--set", "simulation.duration=100000" }
-  interrupted(t, folder, arguments, function()
-    return host.file.exists(folder .. "/r/STATUS")
-  end)
-end)
 
 return suite

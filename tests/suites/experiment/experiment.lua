@@ -1,20 +1,19 @@
 --- experiment.lua: `limax.experiment`: defaults, tiers, rounding, overrides, and one clear message
 --- for each error.
 
+local choice = require "limax.base.choice"
 local limax = require "limax"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
-local process = require "support.process"
-local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "experiment"
 
 -- A small experiment with fields changed.
 local function changed(fields)
-  local given = { fitness = "walk", lattice = { 2, 2, 2 }, population = 6, generations = 2 }
-  for name, value in pairs(fields) do given[name] = value end
-  return limax.experiment(given)
+  local all = { fitness = "walk", lattice = { 2, 2, 2 }, population = 6, generations = 2 }
+  for name, value in pairs(fields) do all[name] = value end
+  return limax.experiment(all)
 end
 
 suite:test("the shortest experiment gets every default", function(t)
@@ -91,11 +90,7 @@ suite:test("functions are recorded as file, lines and SHA-256", function(t)
   t:equal(record.last_line, record.first_line + 2)
   t:equal(#record.sha256, 64)
   t:equal(experiment.config.name, "experiment")
-  local found = false
-  for _, path in ipairs(experiment.scripts) do
-    found = found or source.name_of(path) == "experiment.lua"
-  end
-  t:ok(found, "the script itself is not among the scripts")
+  t:ok(choice.contains(experiment.scripts, experiment.origin), "it is not among its own scripts")
 end)
 
 suite:test("seeds: numbers, and digits beyond 2^53", function(t)
@@ -251,13 +246,9 @@ suite:test("valid but probably unintended settings give a note", function(t)
   t:equal(doubt { simulation = fall }, "none")
 end)
 
--- Every experiment that comes with limax and returns one.
-local function shipped(name)
-  return require("limax.base.script").run(("%s/scripts/experiments/%s.lua"):format(host.home, name))
-end
-
 suite:test("the paper's experiment states the paper's tables", function(t)
-  local config = shipped("paper").config
+  local path = host.home .. "/scripts/experiments/paper.lua"
+  local config = require("limax.base.script").run(path).config
   t:equal({ config.generations, config.population, config.repetitions }, { 100, 30, 3 })
   t:equal(config.lattice, { 5, 5, 5 })
   t:equal(config.breeding, { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
@@ -279,26 +270,6 @@ suite:test("the paper's experiment states the paper's tables", function(t)
     end
   end
   t:ok(#config.not_in_paper >= 16)
-end)
-
-suite:test("shipped experiments resolve, and their step divides their samples", function(t)
-  for _, name in ipairs { "paper", "walk", "jump", "swim", "stairs", "climb", "grip", "carry" } do
-    local experiment = shipped(name):override { "population=2", "generations=1" }
-    local run = limax.start(experiment, { say = function() end, device = "cpu" })
-    t:ok(run.first_step > 1e-5 and run.first_step < 1e-2, name)
-  end
-end)
-
-suite:test("shipped scripts that run by themselves do", { limit = 60 }, function(t)
-  local folder = host.home .. "/scripts/experiments/"
-  local done = process.ends(t:folder(), { folder .. "by_hand.lua" })
-  t:ok(done.status == 0 and done.stderr == "", done.stderr)
-  t:ok(done.stdout:find "12 voxels" and done.stdout:find "walking: %d%.%d+ m in 5 s", done.stdout)
-  -- one generation of four robots for each sigma and seed
-  done = process.ends(t:folder(), { folder .. "sigma_sweep.lua", "1", "4" })
-  t:ok(done.status == 0 and done.stderr == "", done.stderr)
-  local _, rows = done.stdout:gsub("\n[%d.]+ +%d%.%d+ +%d%.%d+ +%d%.%d+ +%d%.%d", "")
-  t:equal(rows, 5)
 end)
 
 suite:test("a lattice beyond this machine's memory is refused before anything is made", function(t)

@@ -48,57 +48,44 @@ end
 -- 99.9 % points of chi square with 9 and 15 degrees of freedom
 local MOST_9, MOST_15 = 27.88, 37.70
 
-local TEN = { 3, 9, 1, 7, 5, 10, 2, 8, 4, 6 } -- robot i has rank 11 - TEN[i]
+local TEN = { 3, 9, 1, 7, 5, 10, 2, 8, 4, 6 }
 local OFFSPRING = 20000
 
-suite:test("tournament picks by the closed form", function(t)
-  for _, size in ipairs { 1, 2, 3, 7 } do
-    local chances = {}
+-- What robot i of TEN scores -> its chance.
+local function tournament(size)
+  return function(score) return (score ^ size - (score - 1) ^ size) / 10 ^ size end
+end
+local function rank(pressure)
+  return function(score) return (pressure - 2 * (pressure - 1) * (10 - score) / 9) / 10 end
+end
+local function even() return 0.1 end
+
+-- scheme, chance by the score of TEN, how a robot's fitness follows from that score
+local CLOSED_FORMS = {
+  { { "tournament", size = 1 }, tournament(1) },
+  { { "tournament", size = 2 }, tournament(2) },
+  { { "tournament", size = 7 }, tournament(7) },
+  { { "rank", pressure = 1 }, rank(1) },
+  { { "rank", pressure = 1.5 }, rank(1.5) },
+  { { "rank", pressure = 2 }, rank(2) },
+  { "roulette", function(score) return score / 55 end },
+  -- negative fitness, -3 to 6, is shifted by the worst
+  { "roulette", function(score) return (score - 1) / 45 end, function(score) return score - 4 end },
+  -- all shares are 0
+  { "roulette", even, function() return 0 end },
+  { "roulette", even, function() return -2 end },
+}
+
+suite:test("robots are picked by the closed forms of the chances", function(t)
+  for k, case in ipairs(CLOSED_FORMS) do
+    local spec, chance_of, fitness_of = unpack(case, 1, 3)
+    local scores, chances = {}, {}
     for i, score in ipairs(TEN) do
-      local r = 11 - score
-      chances[i] = ((11 - r) ^ size - (10 - r) ^ size) / 10 ^ size
+      scores[i], chances[i] = fitness_of and fitness_of(score) or score, chance_of(score)
     end
-    local counts = counts_of({ "tournament", size = size }, scored(TEN), OFFSPRING)
-    t:ok(chi_square(counts, chances) < MOST_9, "size " .. size)
-  end
-end)
-
-suite:test("rank picks by the closed form", function(t)
-  for _, pressure in ipairs { 1, 1.5, 2 } do
-    local chances = {}
-    for i, score in ipairs(TEN) do
-      chances[i] = (pressure - 2 * (pressure - 1) * (10 - score) / 9) / 10
-    end
-    local counts = counts_of({ "rank", pressure = pressure }, scored(TEN), OFFSPRING)
-    t:ok(chi_square(counts, chances) < MOST_9, "pressure " .. pressure)
-    if pressure == 2 then t:equal(counts[3], 0) end
-  end
-end)
-
-suite:test("roulette picks in proportion to fitness", function(t)
-  local chances = {}
-  for i, score in ipairs(TEN) do chances[i] = score / 55 end
-  t:ok(chi_square(counts_of("roulette", scored(TEN), OFFSPRING), chances) < MOST_9)
-end)
-
-suite:test("roulette shifts negative fitness by the worst", function(t)
-  local scores, chances = {}, {}
-  for i, score in ipairs(TEN) do
-    scores[i] = score - 4 -- -3 to 6
-    chances[i] = (score - 1) / 45
-  end
-  local counts = counts_of("roulette", scored(scores), OFFSPRING)
-  t:ok(chi_square(counts, chances) < MOST_9)
-  t:equal(counts[3], 0)
-end)
-
-suite:test("roulette draws evenly where all shares are 0", function(t)
-  local even = {}
-  for i = 1, 10 do even[i] = 0.1 end
-  for _, score in ipairs { 0, -2 } do
-    local scores = {}
-    for i = 1, 10 do scores[i] = score end
-    t:ok(chi_square(counts_of("roulette", scored(scores), OFFSPRING), even) < MOST_9)
+    local counts = counts_of(spec, scored(scores), OFFSPRING)
+    t:ok(chi_square(counts, chances) < MOST_9, "case " .. k)
+    for i, chance in ipairs(chances) do t:ok(chance > 0 or counts[i] == 0, "case " .. k) end
   end
 end)
 

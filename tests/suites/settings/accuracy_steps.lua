@@ -163,15 +163,6 @@ suite:test("--accuracy sets all fields of a tier, and prints its measured cost",
     t:equal(config.simulation.accuracy, "publish")
   end)
 
-suite:test("multi_fidelity.lua simulates fewer robots at publish", { limit = 30 },
-  function(t)
-    local done = process.completes(t, t:folder(), {
-      host.home .. "/scripts/experiments/multi_fidelity.lua", "2", "6", "0.1" })
-    -- all six, then the four that are not elites; a share of those
-    local all, twice = done.stdout:match "\n1 +%S+, +(%d+) runs in .-, +(%d+) runs in "
-    t:ok(tonumber(all) == 10 and tonumber(twice) < 10 and tonumber(twice) >= 3, done.stdout)
-  end)
-
 suite:test("options that do not fit are refused", function(t)
   local folder = t:folder()
   write(folder .. "/small.lua", WALKERS)

@@ -1,11 +1,9 @@
---- design_snippets.lua: the snippets of the manual, run unchanged: the experiment, selection and
---- supervisor as functions, the own loop, the robot by hand and its regression. Overrides as of
---- `--set` make them small.
+--- user_functions.lua: what a fitness and a supervisor of a script may read, the summary of a run,
+--- and a golden walk.
 
 local limax = require "limax"
-local suite = require("limax.test").suite "design snippets"
+local suite = require("limax.test").suite "user functions"
 
--- Small sizes: the text is tested, not the physics.
 local SMALL = { "lattice=[3,3,3]", "population=6", "generations=2", "simulation.duration=0.4",
   "simulation.settle=0.1" }
 
@@ -15,41 +13,6 @@ local function run(experiment, changes)
   for _, change in ipairs(changes or {}) do list[#list + 1] = change end
   return limax.start(experiment:override(list), { say = function() end }):finish()
 end
-
-suite:test("the shortest experiment", function(t)
-  local experiment = limax.experiment { fitness = "walk" }
-  t:equal(experiment.config.population, 30)
-  local history = run(experiment)
-  t:equal(#history, 2)
-  t:ok(history[2].best >= history[1].best)
-end)
-
-suite:test("an experiment with every field", function(t)
-  local experiment = limax.experiment {
-    name = "walk", lattice = { 5, 5, 5 }, materials = "paper", seed = 1,
-    genome     = { features = 16, sigma = 1.0, hidden = { 32, 32 } },
-    scene      = { gravity = true, ground = true, friction = true, damping = true,
-      actuation = { frequency = 2 } },
-    simulation = { duration = 5, settle = 0.5, accuracy = "evolve" },
-    record     = { center_of_mass = 50 },
-    population = 30, generations = 40, repetitions = 1,
-    breeding   = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
-      elite_fraction = 0.3 },
-    fitness    = function(robot) return robot:distance() end,
-    selection  = { "tournament", size = 3 },
-    supervisor = "rules",
-  }
-  t:equal(experiment.config.name, "walk")
-  local history = run(experiment)
-  t:equal(#history, 2)
-  t:equal(history[1].parameters.crossover_rate, 0.4)
-end)
-
-suite:test("a seed above 2^53 is a text", function(t)
-  local history = run(limax.experiment { fitness = "walk", seed = "18446744073709551615" },
-    { "generations=1" })
-  t:equal(#history, 1)
-end)
 
 suite:test("a fitness sees the whole robot", function(t)
   local seen
@@ -81,36 +44,19 @@ suite:test("a fitness sees the whole robot", function(t)
   t:equal(#history[2].population[1].cases, 2)
 end)
 
-suite:test("a trace that was not recorded", function(t)
-  local experiment = limax.experiment { generations = 1, population = 6, lattice = { 2, 2, 2 },
-    simulation = { duration = 0.1, settle = 0 },
-    fitness = function(robot) return robot:trace("contact")[1][1] end }
-  local message = t:raises("record = { center_of_mass = 50, contact = 50 }", function()
-    limax.start(experiment, { say = function() end }):finish()
-  end)
-  t:ok(message:find "design_snippets.lua:%d+: trace", message)
-end)
-
-suite:test("selection as a function", function(t)
-  local generations, history = {}, run(limax.experiment { fitness = "walk",
-    selection = function(population, random)
-      local r = population.ranked
-      return r[random:integer(#r)], r[random:integer(#r)]
-    end })
-  for _, robot in ipairs(history[2].population) do generations[robot.origin] = true end
-  t:ok(generations.bred and generations.elite)
-  local first, again = {}, {}
-  local own = function(list)
+suite:test("a selection draws the same numbers each time", function(t)
+  local function own(list)
     return function(population, random)
       list[#list + 1] = { random:integer(100), random:uniform(), random:normal() }
       local r = population.ranked
-      t:ok(population[r[1]].fitness >= population[r[#r]].fitness)
       t:equal(type(population[r[1]].body.hash), "string")
       return r[1], r[#r]
     end
   end
-  run(limax.experiment { fitness = "walk", selection = own(first) })
-  run(limax.experiment { fitness = "walk", selection = own(again) })
+  local first, again = {}, {}
+  for _, list in ipairs { first, again } do
+    run(limax.experiment { fitness = "walk", selection = own(list) })
+  end
   t:ok(#first > 0)
   t:same_bits(again, first)
 end)
@@ -144,33 +90,12 @@ suite:test("a supervisor as a function", function(t)
   t:ok(#last.ledger.entries >= 4)
 end)
 
-suite:test("an own loop", function(t)
-  local experiment = limax.experiment { fitness = "walk" }:override(SMALL)
-  local fitness, generations = function(robot) return robot:speed() end, 0
-  for population in limax.start(experiment):generations() do
-    generations = generations + 1
-    population:simulate()
-    population:score(fitness)
-    local r = population.ranked
-    local elites, pairs_of_indices = { r[1], r[2] }, {}
-    for k = 1, #population - #elites do pairs_of_indices[k] = { r[1], r[1 + k % #r] } end
-    population:breed { parents = pairs_of_indices, elites = elites }
-  end
-  t:equal(generations, 2)
-end)
-
 suite:test("travels", { devices = "all", limit = 20 }, function(t)
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
     scene = limax.scenes.land(), duration = 2, device = t.device }
   t:near(robot:distance(), 0.1165, { rtol = 1e-3 })
   t:golden("travels", { com = robot:trace "center_of_mass" },
     { rtol = 1e-3, why = "short horizon, before the chaos of contact" })
-end)
-
-suite:test("a robot by hand, from a file, and saved", function(t)
-  local path = t:folder() .. "/robot.json"
-  limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:save(path)
-  t:equal(limax.robot(path).body.letters, "ecs\nece\n\nsbs\ncec")
 end)
 
 suite:test("the summary of a run, read from its folder", function(t)
