@@ -79,6 +79,7 @@ void open_host(lua_State* L, const command_line& line) {
     set_text(L, "home", line.home);
     set_text(L, "executable", line.executable);
     set_text(L, "version", LIMAX_VERSION);
+    if (*LIMAX_COMMIT != '\0') set_text(L, "commit", LIMAX_COMMIT);
     set_text(L, "cdef", limax_cdef);
     add_function<lua_exit>(L, "exit");
     add_function<lua_sha256>(L, "sha256");

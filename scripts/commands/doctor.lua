@@ -155,7 +155,7 @@ local function gather(ask)
   for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
   local driver_opens, driver_missing = host.opens(DRIVER)
   local facts = {
-    version = host.version, build = environment.build, compiler = environment.compiler,
+    version = host.version, commit = host.commit, build = environment.build, compiler = environment.compiler,
     executable = host.executable, home = host.home, home_found = home_origin(),
     system = environment.system, cpu = description.cpu, cores = environment.cores,
     threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
@@ -223,8 +223,8 @@ local function lines_of(facts)
     lines[#lines + 1] = { mark, label, value:format(...) }
   end
   local release = facts.build == "Release" or facts.build == "RelWithDebInfo"
-  line(release and "ok" or "warn", "limax", "%s, %s build by %s%s", facts.version, facts.build,
-    facts.compiler, release and "" or ": several times slower than a Release build")
+  line(release and "ok" or "warn", "limax", "%s%s, %s build by %s%s", facts.version,
+    facts.commit and ", commit " .. facts.commit or "", facts.build, facts.compiler, release and "" or ": several times slower than a Release build")
   line("", "executable", "%s", facts.executable)
   line("", "data folder", "%s (%s)", facts.home, facts.home_found)
   line("", "system", "%s", facts.system)

@@ -28,7 +28,8 @@ local function load_command(name)
 end
 
 local function version()
-  print(("limax %s (%s)"):format(host.version, jit.version))
+  local commit = host.commit and ", commit " .. host.commit or ""
+  print(("limax %s%s (%s)"):format(host.version, commit, jit.version))
 end
 
 local function overview()

@@ -131,7 +131,7 @@ function Folder:write_environment(device)
   local environment = text and host.json.decode(text)
     or { schema = "limax.environment/1", sessions = {} }
   table.insert(environment.sessions, { started = host.time(), version = host.version,
-    machine = host.environment(), device = device:describe() })
+    commit = host.commit, machine = host.environment(), device = device:describe() })
   self:write("environment.json", json(environment))
 end
 
