@@ -16,7 +16,8 @@
 
 namespace limax::cuda {
 
-// One block's part of a robot: every `blocks`-th tile.
+// One block's part of a robot: every `blocks`-th tile. Registers are scarce in tile_forces(): what
+// it does not read is computed at each use.
 struct grid_robot {
     const grid_arguments& arguments;
     const launch_arguments& launch;
@@ -26,10 +27,7 @@ struct grid_robot {
     const site_grid grid;
     const int count;             // of sites
     const float* const columns;  // of springs
-    const float* const masses;
     mass_real* const state;
-    spring_real* const exchange;
-    unsigned* const arrived;
     // velocities after the kick; where laws act on faces then impulses on their corners
     mass_real* const after;
     const contact_pairs pairs;
@@ -51,10 +49,7 @@ struct grid_robot {
           grid(all.grid),
           count(grid.count()),
           columns(launch.springs + robot * (spring_columns * direction_count * sites())),
-          masses(launch.mass + robot * sites()),
           state(launch.state + robot * (state_columns * sites())),
-          exchange(all.exchange + robot * (2 * exchanged * sites())),
-          arrived(all.arrived + robot),
           after(all.after + robot * (6 * sites())),
           pairs(pairs_of(launch, grid, robot)),
           params(launch.params) {}
@@ -65,11 +60,13 @@ struct grid_robot {
     __device__ int64_t index() const { return robot; }
     __device__ bool leads() const { return block == 0 && thread == 0; }
     __device__ robot_solid solid() const { return solid_of(launch, robot, sites(), after); }
+    __device__ const float* masses() const { return launch.mass + robot * sites(); }
+    // One half of the exchange.
     __device__ spring_real* half(int which) const {
-        return exchange + which * (exchanged * sites());
+        return arguments.exchange + (2 * robot + which) * (exchanged * sites());
     }
     // Waits for all threads of the robot.
-    __device__ void wait() const { meet(arrived, blocks); }
+    __device__ void wait() const { meet(arguments.arrived + robot, blocks); }
 
     template <class Visit>
     __device__ void each_tile(const Visit& visit) const {
@@ -84,7 +81,7 @@ struct grid_robot {
     // A mass as the last step left it. What springs see comes from the exchange.
     __device__ void recall(mass_state& m, int site, const corner& c) const {
         mass_real kept[3];
-        load_mass(m, kept, masses[site], state + site, sites());
+        load_mass(m, kept, masses()[site], state + site, sites());
         for (int axis = 0; keeps_prediction && axis < 3; ++axis) m.predicted[axis] = kept[axis];
         if constexpr (shares_state) take_corner(m, c);
     }
@@ -104,7 +101,7 @@ struct grid_robot {
         each_mass([&](int site, int) {
             mass_state m;
             mass_real next_velocity[3];
-            load_mass(m, next_velocity, masses[site], state + site, sites());
+            load_mass(m, next_velocity, masses()[site], state + site, sites());
             if (begun)
                 finish_mass(m, next_velocity, dt, record.step == 0 ? mass_real(1) : mass_real(0.5));
             store_mass(m, state + site, sites());
@@ -280,8 +277,8 @@ struct grid_robot {
 
     // Impulses of laws on faces.
     __device__ void push_faces(const loop_state& now) const {
-        const tile_faces faces{grid,       masses, launch.faces + robot * 3 * sites(),
-                               half(side), after,  after + 3 * sites()};
+        const tile_faces faces{grid,       masses(), launch.faces + robot * 3 * sites(),
+                               half(side), after,    after + 3 * sites()};
         each_face_law(
             [&](auto effect, int axis) {
                 each_mass([&](int site, int) { faces.push(effect, params, axis, site, now.h); });
@@ -319,13 +316,14 @@ struct grid_robot {
                              const loop_state& now) {
         slow_mass(m, params, now.h, next_velocity);
         if (now.last) {
+            store_mass(m, state + site, sites());
             store_next_velocity(next_velocity, state + site, sites());
         } else {
             finish_mass(m, next_velocity, dt, now.share());
+            store_mass(m, state + site, sites());
             show(m, site, 1 - side);
             if constexpr (meets) moved |= pairs.moved(site, corner_of(m));
         }
-        store_mass(m, state + site, sites());
     }
 
     // After all masses have moved.
