@@ -1,11 +1,8 @@
 --- test.lua: `limax test`: runs suites of tests.
 
-local child = require "limax.tools.test.child"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
-local junit = require "limax.tools.test.junit"
-local lines = require "limax.tools.test.lines"
 local processes = require "limax.tools.test.processes"
 local report = require "limax.tools.test.report"
 local runner = require "limax.tools.test.runner"
@@ -132,9 +129,9 @@ local function check_options(arguments)
   end
 end
 
--- The reporter, and a function that prints what tests print themselves: on standard error if the
+-- The reporters, and a function that prints what tests print themselves: on standard error if the
 -- results are for programs.
-local function reporter_of(arguments)
+local function reporters_of(arguments)
   local within_line = false
   local function write(text)
     if within_line then text = "\n" .. text end
@@ -150,16 +147,14 @@ local function reporter_of(arguments)
     if stream == io.stdout then within_line = text:sub(-1) ~= "\n" end
   end
   local shown
-  if arguments.json_seq then
-    shown = lines.reporter(function(text) write(child.SEPARATOR .. text) end)
-  elseif arguments.tap then
+  if arguments.tap then
     shown = report.tap(write)
-  elseif arguments.json then
-    shown = lines.reporter(write)
+  elseif arguments.json or arguments.json_seq then
+    shown = report.json(write, arguments.json_seq and processes.SEPARATOR or "")
   else
     shown = report.plain(arguments.quiet, write, terminal.style())
   end
-  return report.all { shown, arguments.junit and junit.reporter(arguments.junit) }, echo
+  return { shown, arguments.junit and report.junit(arguments.junit) }, echo
 end
 
 --- Runs the command.
@@ -180,14 +175,21 @@ function command.run(arguments)
   if seed and not arguments.json_seq then
     io.stderr:write(("limax: --shuffle %d\n"):format(seed))
   end
-  local reporter, echo = reporter_of(arguments)
-  local counts
-  if update or arguments.one_process or arguments.json_seq then
-    counts = runner.run_all(plan, update, reporter)
-  else
-    counts = processes.run_all(plan,
-      { jobs = arguments.jobs, choice = choice, seed = seed, echo = echo }, reporter)
+  local reporters, echo = reporters_of(arguments)
+  local counts = { event = "end", passed = 0, failed = 0, skipped = 0 }
+  local function take(event)
+    local status = event.event == "file" and event.failure and "failed" or event.status
+    if status then counts[status] = counts[status] + 1 end
+    for _, reporter in ipairs(reporters) do reporter(event) end
   end
+  take { event = "begin", total = plan.total }
+  if update or arguments.one_process or arguments.json_seq then
+    runner.run_all(plan, update, take)
+  else
+    processes.run_all(plan,
+      { jobs = arguments.jobs, choice = choice, seed = seed, echo = echo }, take)
+  end
+  take(counts)
   if counts.passed + counts.failed + counts.skipped == 0 then
     io.stderr:write "limax: no test was chosen\n"
     return 1

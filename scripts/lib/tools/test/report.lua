@@ -1,179 +1,244 @@
---- report.lua: what `limax test` prints: plain lines for people, or TAP version 13 for programs. A
---- reporter has the methods begin, file, start, result and finish.
+--- report.lua: what `limax test` prints: plain lines for people; TAP version 13, lines of JSON and
+--- JUnit's XML for programs. A reporter is a function that takes events: tables with `event`
+--- "begin", "file", "start" (of a test), "test" (its result) and "end". Times in seconds.
 
-local runner = require "limax.tools.test.runner"
+local failure = require "limax.base.failure"
+local host = require "limax.host"
 local shell = require "limax.base.shell"
 local terminal = require "limax.base.terminal"
 
 local report = {}
+
+---@class limax.test_event
+---@field event "begin"|"file"|"start"|"test"|"end"
+---@field total integer|nil "begin": tests, and files that do not load
+---@field path string|nil "file"
+---@field failure string|nil "file": why it does not load
+---@field suite string|nil "start", "test"
+---@field test string|nil the test's name and its values of the matrix
+---@field limit number|nil "start"
+---@field status "passed"|"failed"|"skipped"|nil "test"
+---@field text string|nil of a failure or the reason of a skip
+---@field where string|nil FILE:LINE of a failed check
+---@field notes string[]|nil "test"
+---@field seconds number|nil "test"
+---@field is_process boolean|nil "test": a process failed, and no test of the suite
+---@field passed integer|nil "end": number of tests, like `failed` and `skipped`
+
+-- A reporter with a function for each kind of event.
+local function reporter(handlers)
+  return function(event)
+    if handlers[event.event] then handlers[event.event](event) end
+  end
+end
+
+local function indented(text, margin)
+  return margin .. (text:gsub("\n", "\n" .. margin))
+end
+
+local function title(event) return ("%s: %s"):format(event.suite, event.test) end
+
+local function failure_text(event)
+  return event.where and ("%s: %s"):format(event.where, event.text) or event.text
+end
+
+-- A text of valid UTF-8, which JSON and XML need: if it has other bytes, each run of bytes beyond
+-- ASCII becomes a question mark.
+local function valid_text(text)
+  if pcall(host.json.encode, text) then return text end
+  return (text:gsub("[\128-\255]+", "?"))
+end
+report.valid_text = valid_text
+
+-- ---- plain -------------------------------------------------------------------------------------
 
 -- colours of the 256
 local GREEN, RED, YELLOW = 34, 160, 136
 local WORDS = {
   passed = { "ok  ", GREEN }, failed = { "FAIL", RED }, skipped = { "skip", YELLOW },
 }
-
-local function indented(text, margin)
-  return margin .. (text:gsub("\n", "\n" .. margin))
-end
-
 -- the slowest tests that are listed
 local SLOWEST = 10
 -- seconds; shorter times are not printed
 local NOTABLE = 0.1
 
-local function failure_text(result)
-  return result.where and ("%s: %s"):format(result.where, result.text) or result.text
-end
-
--- ---- plain -------------------------------------------------------------------------------------
-
-local plain = {}
-plain.__index = plain
-
-function plain:begin() end
-
-function plain:show_file()
-  if self.shown == self.current then return end
-  self.shown = self.current
-  self.write(self.current .. "\n")
-end
-
-function plain:file(file)
-  self.current = file.path
-  if not self.quiet then self:show_file() end
-  if file.failure then
-    self:remember(nil)
-    self:show_file()
-    self.write(("  %s does not load\n"):format(terminal.paint("FAIL", RED, self.style)))
-    self.write(indented(file.failure, "        ") .. "\n")
-  end
-end
-
-function plain:start() end
-
--- Keeps a failed test, or a file that does not load, for the line that runs them again.
-function plain:remember(instance)
-  if self.failed_files[#self.failed_files] ~= shell.path(self.current) then
-    table.insert(self.failed_files, shell.path(self.current))
-  end
-  -- without a test that can be chosen, whole files run again
-  if not instance or instance.is_process then self.whole = true end
-  if instance then table.insert(self.only, "--only " .. shell.quoted(runner.title(instance))) end
-end
-
-function plain:result(instance, result)
-  if result.status == "failed" then self:remember(instance) end
-  table.insert(self.times, { seconds = result.seconds, title = runner.title(instance) })
-  if self.quiet and result.status ~= "failed" then return end
-  self:show_file()
-  local word = WORDS[result.status]
-  local line = ("  %s %s"):format(terminal.paint(word[1], word[2], self.style),
-    runner.title(instance))
-  if result.status == "skipped" then line = ("%s (%s)"):format(line, result.text) end
-  if result.seconds >= NOTABLE then
-    line = line .. terminal.dim(("  %.1f s"):format(result.seconds), self.style)
-  end
-  self.write(line .. "\n")
-  if result.status == "failed" then
-    self.write(indented(failure_text(result), "        ") .. "\n")
-  end
-  for _, note in ipairs(result.notes) do self.write(indented(note, "       # ") .. "\n") end
-end
-
-function plain:slowest()
-  table.sort(self.times, function(a, b) return a.seconds > b.seconds end)
+local function slowest_of(times)
+  table.sort(times, function(a, b) return a.seconds > b.seconds end)
   local lines = {}
-  for i = 1, math.min(SLOWEST, #self.times) do
-    local one = self.times[i]
-    if one.seconds < NOTABLE then break end
-    lines[i] = ("%7.1f s  %s\n"):format(one.seconds, one.title)
+  for i = 1, math.min(SLOWEST, #times) do
+    if times[i].seconds < NOTABLE then break end
+    lines[i] = ("%7.1f s  %s\n"):format(times[i].seconds, title(times[i]))
   end
   -- one line would repeat the one above
-  if #lines > 1 then self.write("slowest:\n" .. table.concat(lines) .. "\n") end
-end
-
-function plain:finish(counts)
-  if self.shown then self.write "\n" end
-  if not self.quiet then self:slowest() end
-  if self.failed_files[1] then
-    self.write(("to run only what failed:\n  %s test %s%s\n\n"):format(shell.program(),
-      table.concat(self.failed_files, " "),
-      self.whole and "" or " " .. table.concat(self.only, " ")))
-  end
-  self.write(("%d passed, %d failed, %d skipped\n"):format(counts.passed, counts.failed,
-    counts.skipped))
+  return #lines > 1 and "slowest:\n" .. table.concat(lines) .. "\n" or ""
 end
 
 --- Plain lines; the last is `N passed, N failed, N skipped`.
 ---@param quiet boolean|nil only failures, and the last line
 ---@param write fun(text: string)
 function report.plain(quiet, write, style)
-  return setmetatable({ quiet = quiet, write = write, style = style, times = {},
-    failed_files = {}, only = {} }, plain)
-end
+  local current, shown
+  local results = {}
+  -- of the command that runs again what failed; a file that does not load runs as a whole
+  local failed_files, only, whole = {}, {}, false
 
--- ---- TAP ---------------------------------------------------------------------------------------
-
-local tap = {}
-tap.__index = tap
-
--- one line; a '#' would begin a directive
-local function description(text) return (text:gsub("[\r\n]+", " "):gsub("#", "\\#")) end
-
-function tap:begin(total)
-  self.number = 0
-  self.write(("TAP version 13\n1..%d\n"):format(total))
-end
-
-function tap:line(fine, name, directive)
-  self.number = self.number + 1
-  self.write(("%sok %d - %s%s\n"):format(fine and "" or "not ", self.number, description(name),
-    directive or ""))
-end
-
-function tap:detail(text)
-  self.write("  ---\n  message: |\n" .. indented(text, "    ") .. "\n  ...\n")
-end
-
-function tap:file(file)
-  self.write(("# %s\n"):format(file.path))
-  if file.failure then
-    self:line(false, file.path .. " does not load")
-    self:detail(file.failure)
+  local function show_file()
+    if shown ~= current then write(current .. "\n") end
+    shown = current
   end
-end
 
-function tap:start() end
-
-function tap:result(instance, result)
-  local name = runner.title(instance)
-  local skipped = result.status == "skipped"
-  local directive = skipped and " # SKIP " .. result.text:gsub("[\r\n]+", " ") or nil
-  self:line(result.status ~= "failed", name, directive)
-  if result.status == "failed" then
-    self:detail(failure_text(result))
+  local function failed(one)
+    if failed_files[#failed_files] ~= shell.path(current) then
+      table.insert(failed_files, shell.path(current))
+    end
+    whole = whole or one == nil or one.is_process
+    if one then table.insert(only, "--only " .. shell.quoted(title(one))) end
   end
-  for _, note in ipairs(result.notes) do self.write(indented(note, "# ") .. "\n") end
+
+  return reporter {
+    file = function(file)
+      current = file.path
+      if not quiet or file.failure then show_file() end
+      if not file.failure then return end
+      failed(nil)
+      write(("  %s does not load\n"):format(terminal.paint("FAIL", RED, style)))
+      write(indented(file.failure, "        ") .. "\n")
+    end,
+    test = function(result)
+      if result.status == "failed" then failed(result) end
+      table.insert(results, result)
+      if quiet and result.status ~= "failed" then return end
+      show_file()
+      local word = WORDS[result.status]
+      local line = ("  %s %s"):format(terminal.paint(word[1], word[2], style), title(result))
+      if result.status == "skipped" then line = ("%s (%s)"):format(line, result.text) end
+      if result.seconds >= NOTABLE then
+        line = line .. terminal.dim(("  %.1f s"):format(result.seconds), style)
+      end
+      write(line .. "\n")
+      if result.status == "failed" then
+        write(indented(failure_text(result), "        ") .. "\n")
+      end
+      for _, note in ipairs(result.notes) do write(indented(note, "       # ") .. "\n") end
+    end,
+    ["end"] = function(counts)
+      if shown then write "\n" end
+      if not quiet then write(slowest_of(results)) end
+      if failed_files[1] then
+        write(("to run only what failed:\n  %s test %s%s\n\n"):format(shell.program(),
+          table.concat(failed_files, " "), whole and "" or " " .. table.concat(only, " ")))
+      end
+      write(("%d passed, %d failed, %d skipped\n"):format(counts.passed, counts.failed,
+        counts.skipped))
+    end,
+  }
 end
 
-function tap:finish() end
+-- ---- for programs ------------------------------------------------------------------------------
 
 --- TAP version 13.
-function report.tap(write) return setmetatable({ write = write }, tap) end
-
--- ---- several at a time -------------------------------------------------------------------------
-
-local both = {}
-both.__index = both
-
-for _, event in ipairs { "begin", "file", "start", "result", "finish" } do
-  both[event] = function(self, ...)
-    for _, reporter in ipairs(self) do reporter[event](reporter, ...) end
+function report.tap(write)
+  local number = 0
+  local function line(fine, name, directive)
+    number = number + 1
+    -- a '#' would begin a directive
+    write(("%sok %d - %s%s\n"):format(fine and "" or "not ", number,
+      name:gsub("[\r\n]+", " "):gsub("#", "\\#"), directive or ""))
   end
+  local function detail(text)
+    write("  ---\n  message: |\n" .. indented(text, "    ") .. "\n  ...\n")
+  end
+  return reporter {
+    begin = function(plan) write(("TAP version 13\n1..%d\n"):format(plan.total)) end,
+    file = function(file)
+      write(("# %s\n"):format(file.path))
+      if not file.failure then return end
+      line(false, file.path .. " does not load")
+      detail(file.failure)
+    end,
+    test = function(result)
+      line(result.status ~= "failed", title(result), result.status == "skipped"
+        and " # SKIP " .. result.text:gsub("[\r\n]+", " ") or nil)
+      if result.status == "failed" then detail(failure_text(result)) end
+      for _, note in ipairs(result.notes) do write(indented(note, "# ") .. "\n") end
+    end,
+  }
 end
 
---- Passes all events to several reporters.
-function report.all(reporters) return setmetatable(reporters, both) end
+local function valid(value)
+  if type(value) == "string" then return valid_text(value) end
+  if type(value) ~= "table" then return value end
+  local copy = setmetatable({}, getmetatable(value))
+  for key, entry in pairs(value) do copy[key] = valid(entry) end
+  return copy
+end
+
+--- The events as lines of JSON.
+---@param separator string before each
+function report.json(write, separator)
+  return function(event) write(separator .. host.json.encode(valid(event)) .. "\n") end
+end
+
+local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
+
+-- XML 1.0 allows no other control characters.
+local function escaped(text)
+  text = valid_text(text):gsub("[%z\1-\8\11\12\14-\31\127]+", "?")
+  return (text:gsub('[&<>"]', ENTITIES))
+end
+
+-- What a <testcase> holds.
+local function case_text(result)
+  local inner = ""
+  if result.status == "failed" then
+    inner = ('      <failure message="%s">%s</failure>\n'):format(
+      escaped(result.text:match "^[^\n]*"), escaped(failure_text(result)))
+  elseif result.status == "skipped" then
+    inner = ('      <skipped message="%s"/>\n'):format(escaped(result.text))
+  end
+  if result.notes[1] then
+    inner = ("%s      <system-out>%s</system-out>\n"):format(inner,
+      escaped(table.concat(result.notes, "\n")))
+  end
+  return inner
+end
+
+--- JUnit's XML, written at the end. An empty file is written before the tests run: a path that
+--- cannot be written fails early, and no results of an earlier run remain.
+function report.junit(path)
+  local files = {}
+  local function write(status)
+    local parts = { '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites name="limax test">\n' }
+    for _, file in ipairs(files) do
+      parts[#parts + 1] = ('  <testsuite name="%s" tests="%d" failures="%d" skipped="%d" '
+        .. 'time="%.3f">\n%s  </testsuite>\n'):format(escaped(file.path), #file.cases, file.failed,
+        file.skipped, file.seconds, table.concat(file.cases))
+    end
+    parts[#parts + 1] = "</testsuites>\n"
+    local fine, message = host.file.write_atomic(path, table.concat(parts))
+    if not fine then failure.raise(status, "--junit: " .. message) end
+  end
+  local function case(status, suite, name, seconds, inner)
+    local file = files[#files]
+    file.seconds, file[status] = file.seconds + seconds, file[status] + 1
+    table.insert(file.cases, ('    <testcase classname="%s" name="%s" time="%.3f">\n%s'
+      .. "    </testcase>\n"):format(escaped(suite), escaped(name), seconds, inner))
+  end
+  write(2)
+  return reporter {
+    file = function(file)
+      table.insert(files,
+        { path = file.path, cases = {}, passed = 0, failed = 0, skipped = 0, seconds = 0 })
+      if file.failure then
+        case("failed", file.path, "loads", 0,
+          ('      <error message="does not load">%s</error>\n'):format(escaped(file.failure)))
+      end
+    end,
+    test = function(result)
+      case(result.status, result.suite, result.test, result.seconds, case_text(result))
+    end,
+    ["end"] = function() write(1) end,
+  }
+end
 
 return report

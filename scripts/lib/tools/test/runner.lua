@@ -26,13 +26,6 @@ local runner = {}
 ---@field instances limax.test_instance[]
 ---@field failure string|nil why it does not load
 
----@class limax.test_result
----@field status "passed"|"failed"|"skipped"
----@field text string|nil of a failure or the reason of a skip
----@field where string|nil FILE:LINE of a failed check
----@field notes string[]
----@field seconds number
-
 local function instances_of(suite, case)
   local list = {}
   for _, one in ipairs(axes.combinations(case.axes)) do
@@ -207,7 +200,8 @@ local function prepare(instance)
   return nil, { status = failed and "failed" or "skipped", text = reason }
 end
 
-function runner.run(file, instance, state)
+-- Runs a test: the event of its result.
+local function run(file, instance, state)
   local started = host.clock()
   local device, result = prepare(instance)
   local interrupted
@@ -236,16 +230,12 @@ function runner.run(file, instance, state)
   local wrong = t:close()
   if interrupted then error(host.interrupt, 0) end
   if wrong and result.status == "passed" then result = { status = "failed", text = wrong } end
-  result.notes, result.seconds = t.notes, host.clock() - started
+  result.event, result.suite, result.test = "test", instance.suite, instance.label
+  result.notes, result.seconds = host.json.array(t.notes), host.clock() - started
   -- so that garbage of this test does not slow the next one
   collectgarbage "collect"
   return result
 end
-
----@class limax.test_counts
----@field passed integer
----@field failed integer
----@field skipped integer
 
 -- A shuffled list; the same seed and name give the same order.
 local function shuffled(list, seed, name)
@@ -290,28 +280,23 @@ end
 --- Runs a plan in this process.
 ---@param plan limax.test_plan
 ---@param update limax.golden_update|nil
----@param reporter table see report.lua
----@return limax.test_counts
-function runner.run_all(plan, update, reporter)
-  local counts = { passed = 0, failed = 0, skipped = 0 }
-  reporter:begin(plan.total)
+---@param take fun(event: limax.test_event) see report.lua
+function runner.run_all(plan, update, take)
   for _, entry in ipairs(plan.files) do
     local file, state = entry.file, context.file_state(update)
-    reporter:file(file)
-    if file.failure then counts.failed = counts.failed + 1 end
+    take { event = "file", path = file.path, failure = file.failure }
     for i, instance in ipairs(entry.instances) do
-      reporter:start(instance)
-      local result = runner.run(file, instance, state)
+      -- a test that never returns cannot report itself
+      take { event = "start", suite = instance.suite, test = instance.label,
+        limit = instance.limit }
+      local result = run(file, instance, state)
       local wrong = i == #entry.instances and context.close_all(state.closing)
       if wrong and result.status == "passed" then
         result.status, result.text = "failed", wrong
       end
-      counts[result.status] = counts[result.status] + 1
-      reporter:result(instance, result)
+      take(result)
     end
   end
-  reporter:finish(counts)
-  return counts
 end
 
 return runner
