@@ -1,7 +1,7 @@
 --- field_page.lua: reads a page of tables "field, unit, meaning" as a tree of fields, and compares
 --- decoded objects with it. On such a page `a[]` is a list of objects, words in capitals are
 --- placeholders, a meaning that begins with *optional* allows absence, and "see [Part](#part)"
---- includes the fields of another section.
+--- includes the fields of another section, "see [REFERENCE.md]" those of an experiment.
 
 local choice = require "limax.base.choice"
 local host = require "limax.host"
@@ -9,13 +9,9 @@ local source = require "limax.base.source"
 
 local field_page = {}
 
---- Tables of a page by the heading above them: rows with `names` (of the first cell), `unit` (the
---- second), `optional`, and `part`, another section with the fields below this one.
----@param page string path in the source tree
----@return table<string, table[]>
-function field_page.read(page)
-  local text = assert(source.read(host.home .. "/" .. page))
-  local sections, section = {}, nil
+-- Adds the tables of a page to `sections`.
+local function read(page, sections)
+  local text, section = assert(source.read(host.home .. "/" .. page)), nil
   for line in text:gmatch "[^\n]+" do
     local heading = line:match "^## `?([^`]*)"
     if heading then
@@ -27,6 +23,31 @@ function field_page.read(page)
       for name in cells[1]:gmatch "`(.-)`" do names[#names + 1] = name end
       section[#section + 1] = { names = names, unit = cells[2],
         optional = cells[3]:match "^%*optional%*" ~= nil, part = cells[3]:match "see %[(.-)%]" }
+    end
+  end
+end
+
+-- Fields of an experiment that a resolved one may lack, apart from the effects of a scene.
+local ABSENT = { ["simulation.bound_fraction"] = true, ["simulation.time_step_most"] = true,
+  ["supervision.ranges"] = true }
+
+--- Tables of the run folder's page by the heading above them: rows with `names` (first cell),
+--- `unit` (second), `optional`, and `part`, another section with the fields below this one. The
+--- groups of an experiment's fields, such as "scene", are sections too.
+---@return table<string, table[]>
+function field_page.read()
+  local sections, reference = {}, {}
+  read("scripts/RUN_FOLDER.md", sections)
+  read("scripts/REFERENCE.md", reference)
+  for _, row in ipairs(reference["Fields of an experiment"]) do
+    local group, name = row.names[1]:match "^(%l+)%.(.*)$"
+    -- only config.json has the tier
+    if group and name ~= "accuracy" then
+      sections[group] = sections[group] or {}
+      row.optional = ABSENT[group .. "." .. name:match "^[^.]+"]
+        or group == "scene" and not name:find("%.")
+      row.names = { name }
+      table.insert(sections[group], row)
     end
   end
   return sections
@@ -75,7 +96,8 @@ function field_page.tree(sections, heading, root)
     for _, name in ipairs(row.names) do
       local field = field_page.at(root, name)
       field.unit, field.optional = row.unit, row.optional
-      if row.part then field_page.tree(sections, row.part, field) end
+      local part = row.part == "REFERENCE.md" and name:match "%l+$" or row.part
+      if part then field_page.tree(sections, part, field) end
     end
   end
   return root

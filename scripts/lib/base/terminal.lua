@@ -47,6 +47,22 @@ function terminal.pad(text, width, right)
   return right and fill .. text or text .. fill
 end
 
+--- A text in lines of at most `width` letters; `indent` is before each line but the first.
+---@return string[]
+function terminal.wrap(text, width, indent)
+  local lines, line = {}, nil
+  for word in text:gmatch "%S+" do
+    if line and #line + #word + 1 > width then
+      lines[#lines + 1] = line
+      line = indent .. word
+    else
+      line = line and line .. " " .. word or word
+    end
+  end
+  lines[#lines + 1] = line
+  return lines
+end
+
 --- A text in one of the 256 colours, or plain.
 ---@param code integer
 ---@return string

@@ -50,7 +50,7 @@ local function search(t, folder)
 end
 
 local function compare_transcript(t, folder)
-  local page = field_page.read "scripts/RUN_FOLDER.md"
+  local page = field_page.read()
   field_page.compare_transcript(t, source.read(folder .. "/transcript.jsonl"),
     { Attempt = field_page.tree(page, "Attempt"), Decision = field_page.tree(page, "Decision") })
 end

@@ -151,7 +151,7 @@ local OBJECTS = { "config.json", "environment.json", "metrics.jsonl", "ledger.js
   "checkpoint", "STATUS" }
 
 suite:test("a run folder has the files and fields of the page", function(t)
-  local sections, trees, objects = field_page.read(PAGE), {}, 0
+  local sections, trees, objects = field_page.read(), {}, 0
   for _, heading in ipairs(OBJECTS) do trees[heading] = field_page.tree(sections, heading) end
   -- file of the page -> run -> true
   local seen, folders = {}, real_runs(t)
@@ -199,7 +199,7 @@ suite:test("a run folder has the files and fields of the page", function(t)
 end)
 
 suite:test("units on the page are those of the program", function(t)
-  local sections = field_page.read(PAGE)
+  local sections = field_page.read()
   local config = field_page.tree(sections, "config.json")
   local function check(path, unit)
     local field = field_page.at(config, path)
@@ -207,12 +207,7 @@ suite:test("units on the page are those of the program", function(t)
     t:ok(field.unit == unit, ("%s: %s on %s, %s in the program"):format(path, field.unit, PAGE,
       unit))
   end
-  for _, group in ipairs { "experiment", "genome", "breeding", "supervision" } do
-    local fields = defaults.fields[group]
-    for _, name in ipairs(choice.sorted_keys(fields)) do
-      check(group == "experiment" and name or group .. "." .. name, fields[name].unit)
-    end
-  end
+  for name, field in pairs(defaults.fields.experiment) do check(name, field.unit) end
   local materials = engine.materials "paper"
   for _, name in ipairs { "stiffness", "mass_per_site", "damping_ratio", "amplitude", "phase",
     "stiffness_floor" } do

@@ -8,12 +8,16 @@ local annotations = {}
 ---@class limax.api.value of a parameter, a result or a field
 ---@field name string|nil
 ---@field optional boolean|nil
----@field type string
+---@field type string|nil
 ---@field text string
+---@field unit string|nil
+---@field list boolean|nil a table may be a list of such tables
+---@field fields limax.api.value[]|nil of its table
 
 ---@class limax.api.doc of a function
 ---@field text string
 ---@field params limax.api.value[]
+---@field param table<string, limax.api.value> the same by name
 ---@field returns limax.api.value[]
 ---@field arguments string[] names in the definition
 ---@field lines string[] the comment as it is in the file, without its indent
@@ -93,11 +97,13 @@ end
 -- The comment of a function.
 local function document(lines, arguments)
   local text, tags = tags_of(lines)
-  local doc = { text = text, params = {}, returns = {}, arguments = {}, lines = lines }
+  local doc = { text = text, params = {}, param = {}, returns = {}, arguments = {},
+    lines = lines }
   for name in arguments:gmatch "[%w_%.]+" do doc.arguments[#doc.arguments + 1] = name end
   for _, tag in ipairs(tags) do
     if tag.tag == "param" then
-      doc.params[#doc.params + 1] = named(tag.text)
+      local param = named(tag.text)
+      doc.params[#doc.params + 1], doc.param[param.name] = param, param
     elseif tag.tag == "return" then
       local type_text, explanation = typed(tag.text)
       doc.returns[#doc.returns + 1] = { type = type_text, text = explanation }

@@ -33,48 +33,43 @@ local api = {}
 local function signature_of(name, doc)
   local parts, results = {}, {}
   for i, argument in ipairs(doc.arguments) do
-    parts[i] = argument
-    for _, param in ipairs(doc.params) do
-      if param.name == argument then parts[i] = argument .. (param.optional and "?" or "") end
-    end
+    local param = doc.param[argument]
+    parts[i] = argument .. (param and param.optional and "?" or "")
   end
   for i, result in ipairs(doc.returns) do results[i] = result.type end
   return ("%s(%s)%s"):format(name, table.concat(parts, ", "),
     #results > 0 and " -> " .. table.concat(results, ", ") or "")
 end
 
--- A piece of the library that an experiment names: `supervisor = { "rules", patience = 5 }`.
-local function named_entry(entry, group, place)
-  local text = group.named .. " = " .. entry.example
-  local path = group.folder and group.folder .. entry.short .. ".lua" or group.files[1]
-  local file = annotations.of(path)
-  entry.kind, entry.signature = "value", text
-  entry.what = place and file.values[place] or file.top
-  entry.example = ('limax.experiment { fitness = "walk", generations = 2, %s }'):format(text)
-end
-
 -- A line of `examples`.
 local function entry_of(group, line)
   local name, place, example = line:match "^([%w_:]+)=?(%S*)  (.*)$"
   local entry = { short = name:match "[^:]*$", group = group, example = example,
-    name = group.prefix .. name }
+    name = group.prefix .. name, kind = "value" }
   if group.named and example:match '^[{"]' then
-    named_entry(entry, group, place ~= "" and place)
+    -- a piece of the library that an experiment names: `supervisor = { "rules", patience = 5 }`
+    local path = group.folder and group.folder .. entry.short .. ".lua" or group.files[1]
+    local file = annotations.of(path)
+    entry.signature = group.named .. " = " .. example
+    entry.what = file.values[place] or file.top
+    entry.example = ('limax.experiment { fitness = "walk", generations = 2, %s }'):format(
+      entry.signature)
     return entry
   end
   local at = place ~= "" and place or (group.holder or "") .. name
   for _, path in ipairs(group.files) do
     local file = annotations.of(path)
-    local doc = entry.signature == nil and file.functions[at]
+    local doc, value = file.functions[at], file.values[at]
     if doc then
       entry.kind, entry.doc = "function", doc
       entry.what, entry.signature = doc.text, signature_of(entry.name, doc)
-    elseif entry.signature == nil and file.values[at] then
-      entry.kind, entry.what, entry.signature = "value", file.values[at], entry.name
+      return entry
+    elseif value then
+      entry.what, entry.signature = value, entry.name
+      return entry
     end
   end
-  if not entry.signature then error(("api: no comment describes %s"):format(entry.name), 0) end
-  return entry
+  error(("api: no comment describes %s"):format(entry.name), 0)
 end
 
 -- The fields of the group's class, with those of `taken` left out.
@@ -117,72 +112,55 @@ function api.entries()
   return list
 end
 
--- The classes of tables that a user writes; those of objects have groups of their own.
-local function table_classes()
+--- The group of the objects of a class.
+---@return limax.api.group|nil
+function api.group_of(class)
+  for _, group in ipairs(class and api.groups() or {}) do
+    if group.class == class then return group end
+  end
+end
+
+--- The classes of plain tables, by name; those of objects have groups of their own.
+---@return table<string, limax.api.class>
+function api.tables()
   local classes = {}
-  for name, class in pairs(annotations.classes()) do classes[name] = class end
-  for _, group in ipairs(groups) do
-    if group.class then classes[group.class] = nil end
+  for name, class in pairs(annotations.classes()) do
+    if not api.group_of(name) then classes[name] = class end
   end
   return classes
-end
-
---- The fields of `scene` or `record`, which many tables have.
----@return limax.api.option[]|nil
-function api.nested(name)
-  for _, option in ipairs(experiment_fields.list()) do
-    if option.name == name then return option.fields end
-  end
-end
-
---- The names that the table of one argument of a function may hold.
----@param argument integer
----@return limax.api.option[]
-function api.options(entry, argument)
-  if entry.name == "limax.experiment" or entry.name == "evolve" then
-    return argument == 1 and experiment_fields.list() or {}
-  end
-  -- a ready scene takes the fields of every scene
-  local list = entry.group.prefix == "limax.scenes." and { unpack(api.nested "scene") } or {}
-  for _, param in ipairs(entry.doc.params) do
-    if param.name == entry.doc.arguments[argument] then
-      for _, field in ipairs(api.fields_of(param.type)) do
-        list[#list + 1] = { name = field.name, what = field.text, type = field.type, units = "-",
-          fields = (field.name == "scene" or field.name == "record") and api.nested(field.name) }
-      end
-    end
-  end
-  return list
 end
 
 --- The fields of a type: of a table without a group of its own.
 ---@param type_text string
 ---@return limax.api.value[]
 function api.fields_of(type_text)
-  return annotations.fields_of(type_text, table_classes())
+  return annotations.fields_of(type_text, api.tables())
 end
 
---- Every class of plain tables that public names mention, and those that they mention, by name.
----@return limax.api.class[]
-function api.tables()
-  local classes, list, seen = table_classes(), {}, {}
-  local function mention(type_text)
-    for name in type_text:gmatch "[%a_][%w_%.]*" do
-      local class = classes[name]
-      if class and not seen[name] and #class.fields > 0 then
-        seen[name] = true
-        list[#list + 1] = class
-        for _, field in ipairs(class.fields) do mention(field.type) end
-      end
-    end
+--- The value of this name in a list.
+function api.named(list, name)
+  for _, value in ipairs(list) do
+    if value.name == name then return value end
   end
-  for _, entry in ipairs(api.entries()) do
-    if entry.type then mention(entry.type) end
-    for _, values in ipairs(entry.doc and { entry.doc.params, entry.doc.returns } or {}) do
-      for _, value in ipairs(values) do mention(value.type) end
-    end
+end
+
+--- The names that the table of one argument of a function may hold.
+---@param argument string
+---@return limax.api.value[]
+function api.options(entry, argument)
+  local fields = experiment_fields.list()
+  if entry.name == "limax.experiment" or entry.name == "evolve" then
+    return argument == entry.doc.arguments[1] and fields or {}
   end
-  table.sort(list, function(a, b) return a.name < b.name end)
+  -- a ready scene takes the fields of every scene
+  local is_scene = entry.group.prefix == "limax.scenes."
+  local list = is_scene and { unpack(api.named(fields, "scene").fields) } or {}
+  local param = entry.doc.param[argument]
+  for _, field in ipairs(param and api.fields_of(param.type) or {}) do
+    local nested = (field.name == "scene" or field.name == "record") and field.name
+    list[#list + 1] = { name = field.name, text = field.text, type = field.type,
+      fields = nested and api.named(fields, nested).fields }
+  end
   return list
 end
 

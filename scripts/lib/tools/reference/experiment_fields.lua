@@ -1,5 +1,6 @@
---- experiment_fields.lua: the fields of an experiment's table, for completion and the reference
---- page: from the defaults, the effects, and the descriptions here of those that are not numbers.
+--- experiment_fields.lua: the fields of an experiment's table, for help, completion and the
+--- reference page: from the defaults, the effects, and the descriptions here of those that are not
+--- numbers.
 
 local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
@@ -9,13 +10,6 @@ local schema = require "limax.engine.schema"
 
 local experiment_fields = {}
 
----@class limax.api.option
----@field name string
----@field what string
----@field units string
----@field type string|nil
----@field fields limax.api.option[]|nil of its table
-
 -- Names as LuaLS writes a choice of them: "a"|"b".
 local function one_of(list)
   local words = {}
@@ -24,38 +18,6 @@ local function one_of(list)
 end
 
 local function names_of(module) return one_of(choice.sorted_keys(require(module).entries)) end
-
--- name -> what, type, units
-local function described()
-  return {
-    name = { "what the run is called" },
-    lattice = { "voxels along x, y, z", units = "voxels" },
-    materials = { 'a name ("paper"), a file or a table of materials', '"paper"' },
-    evaluations = { "largest number of robots that a repetition may simulate for a score",
-      units = "robots" },
-    scene = { "the effects, each with true or its fields" },
-    record = { "traces, samples per second" },
-    genome = { "the network that describes bodies" },
-    simulation = { "times, accuracy, step" },
-    breeding = { "how offspring are made of parents" },
-    fitness = { "a name, a table or a function (robot) -> number; the one field without a default",
-      names_of "limax.fitness" },
-    selection = { "a name, a table or a function (population, random) -> i, j",
-      names_of "limax.selection" },
-    supervisor = { "a name, a table or a function (history, random) -> proposal",
-      names_of "limax.supervise" },
-    supervision = { "what a supervisor may set" },
-    not_in_paper = { "texts for the report: which choices are ours and not the paper's" },
-  }
-end
-
-local simulation_words = {
-  accuracy = { "a tier: preview, evolve, publish or reference",
-    one_of { "preview", "evolve", "publish", "reference" } },
-  integrator = { table.concat(defaults.integrators, ", "), one_of(defaults.integrators) },
-  precision = { table.concat(defaults.precisions, ", "), one_of(defaults.precisions) },
-  sharing = { "springs between voxels: mean or sum of their stiffness", one_of(defaults.sharings) },
-}
 
 -- A field of defaults.lua or an effect: "note; 1 to 10; default 5".
 local function of_field(name, field)
@@ -67,17 +29,15 @@ local function of_field(name, field)
   end
   if type(value) == "table" then value = table.concat(value, ", ") end
   parts[#parts + 1] = value ~= "" and "default " .. tostring(value) or nil
-  return { name = name, units = field.unit ~= "" and field.unit or "-",
-    what = table.concat(parts, "; ") }
+  return { name = name, unit = field.unit, text = table.concat(parts, "; ") }
 end
 
--- The fields of a group, sorted: numbers, words and further options.
-local function list_of(numbers, words, ...)
-  local list = { ... }
-  for name, field in pairs(numbers) do list[#list + 1] = of_field(name, field) end
-  for name, entry in pairs(words or {}) do
-    list[#list + 1] = { name = name, units = entry.units or "-", what = entry[1], type = entry[2],
-      fields = entry.fields }
+-- The fields of a group, sorted: those of `defaults.fields`, and further ones.
+local function list_of(group, ...)
+  local list, has = { ... }, {}
+  for _, value in ipairs(list) do has[value.name] = true end
+  for name, field in pairs(defaults.fields[group]) do
+    if not has[name] then list[#list + 1] = of_field(name, field) end
   end
   table.sort(list, function(a, b) return a.name < b.name end)
   return list
@@ -88,7 +48,8 @@ local function effects()
   for i, effect in ipairs(engine.effects()) do
     local fields = {}
     for k, field in ipairs(effect.fields) do fields[k] = of_field(field.name, field) end
-    list[i] = { name = effect.name, units = "-", what = effect.summary, fields = fields }
+    list[i] = { name = effect.name, text = effect.summary, fields = fields,
+      list = effect.instances > 1 }
   end
   return list
 end
@@ -96,38 +57,62 @@ end
 local function traces()
   local list = {}
   for i, name in ipairs(defaults.traces) do
-    list[i] = { name = name, units = "Hz", what = ("samples per second of this trace, in %s")
+    list[i] = { name = name, unit = "Hz", text = ("samples per second of this trace, in %s")
       :format(engine.names.trace_unit[name]) }
   end
   return list
 end
 
 local function ranges()
-  local words = {}
-  for _, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
-    words[limit.field] = { ("{ least, most } within %.4g to %.4g"):format(limit.minimum,
-      limit.maximum) }
+  local list = {}
+  for i, limit in ipairs(ledger.limits(defaults.fields.experiment.population.value)) do
+    list[i] = { name = limit.field, text = ("{ least, most } within %.4g to %.4g"):format(
+      limit.minimum, limit.maximum) }
   end
-  return { name = "ranges", units = "-", what = "narrower ranges for proposals",
-    fields = list_of({}, words) }
+  table.sort(list, function(a, b) return a.name < b.name end)
+  return list
+end
+
+local function words(name, list, text)
+  return { name = name, text = text or table.concat(list, ", "), type = one_of(list) }
+end
+
+local function described()
+  return list_of("experiment",
+    { name = "name", text = "what the run is called" },
+    { name = "lattice", text = "voxels along x, y, z", unit = "voxels" },
+    { name = "materials", text = 'a name ("paper"), a file or a table of materials',
+      type = '"paper"' },
+    { name = "evaluations", unit = "robots",
+      text = "largest number of robots that a repetition may simulate for a score" },
+    { name = "scene", text = "the effects, each with true or its fields", fields = effects() },
+    { name = "record", text = "traces, samples per second", fields = traces() },
+    { name = "genome", text = "the network that describes bodies", fields = list_of "genome" },
+    { name = "simulation", text = "times, accuracy, step", fields = list_of("simulation",
+      words("accuracy", { "preview", "evolve", "publish", "reference" },
+        "a tier: preview, evolve, publish or reference"),
+      words("integrator", defaults.integrators), words("precision", defaults.precisions),
+      words("sharing", defaults.sharings,
+        "springs between voxels: mean or sum of their stiffness")) },
+    { name = "breeding", text = "how offspring are made of parents", fields = list_of "breeding" },
+    { name = "fitness", type = names_of "limax.fitness",
+      text = "a name, a table or a function (robot) -> number; the one field without a default" },
+    { name = "selection", type = names_of "limax.selection",
+      text = "a name, a table or a function (population, random) -> i, j" },
+    { name = "supervisor", type = names_of "limax.supervise",
+      text = "a name, a table or a function (history, random) -> proposal" },
+    { name = "supervision", text = "what a supervisor may set", fields = list_of("supervision",
+      { name = "ranges", text = "narrower ranges for proposals", fields = ranges() }) },
+    { name = "not_in_paper",
+      text = "texts for the report: which choices are ours and not the paper's" })
 end
 
 local all
 
 --- The fields of an experiment, sorted.
----@return limax.api.option[]
+---@return limax.api.value[]
 function experiment_fields.list()
-  if all then return all end
-  local words, numbers = described(), {}
-  words.scene.fields, words.record.fields = effects(), traces()
-  words.genome.fields = list_of(defaults.fields.genome)
-  words.simulation.fields = list_of(defaults.fields.simulation, simulation_words)
-  words.breeding.fields = list_of(defaults.fields.breeding)
-  words.supervision.fields = list_of(defaults.fields.supervision, {}, ranges())
-  for name, field in pairs(defaults.fields.experiment) do
-    if not words[name] then numbers[name] = field end
-  end
-  all = list_of(numbers, words)
+  all = all or described()
   return all
 end
 

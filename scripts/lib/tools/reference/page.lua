@@ -3,6 +3,7 @@
 
 local api = require "limax.tools.reference.api"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
+local terminal = require "limax.base.terminal"
 
 local page = {}
 
@@ -15,20 +16,7 @@ local head = "Every public name. Made by `limax scripts/dev/reference.lua` from 
   .. "Files and fields of a run: [RUN_FOLDER.md](RUN_FOLDER.md). For editors with LuaLS the build "
   .. "writes `scripts/meta`: add it to the setting `Lua.workspace.library`."
 
--- A text in lines of at most WIDTH; those after the first are indented.
-local function wrapped(text, indent)
-  local lines, line = {}, nil
-  for word in text:gmatch "%S+" do
-    if line and #line + #word + 1 > WIDTH then
-      lines[#lines + 1] = line
-      line = indent .. word
-    else
-      line = line and line .. " " .. word or word
-    end
-  end
-  lines[#lines + 1] = line
-  return table.concat(lines, "\n")
-end
+local function wrapped(text) return table.concat(terminal.wrap(text, WIDTH, "  "), "\n") end
 
 local function code(text)
   return text:find("`", 1, true) and "`` " .. text .. " ``" or "`" .. text .. "`"
@@ -36,24 +24,26 @@ end
 
 local function of_entry(entry)
   local text = ("- %s: %s"):format(code(entry.signature), entry.what)
-  if entry.kind ~= "field" then text = ("%s %s"):format(text, code(entry.example)) end
-  return wrapped(text, "  ")
+  -- a call without arguments shows no more than the signature
+  local plain = entry.kind == "field" or entry.example == entry.signature:match "^[^?>]*%)"
+  return wrapped(plain and text or ("%s %s"):format(text, code(entry.example)))
 end
 
 local function add_fields(lines, list, prefix)
-  for _, option in ipairs(list) do
-    lines[#lines + 1] = ("| `%s%s` | %s | %s |"):format(prefix, option.name,
-      (option.units:gsub("|", "\\|")), (option.what:gsub("|", "\\|")))
-    if option.fields then add_fields(lines, option.fields, prefix .. option.name .. ".") end
+  for _, value in ipairs(list) do
+    local name = prefix .. value.name .. (value.list and "[]" or "")
+    lines[#lines + 1] = ("| `%s` | %s | %s |"):format(name, value.unit or "",
+      (value.text:gsub("|", "\\|"))):gsub("|  |", "| |")
+    if value.fields then add_fields(lines, value.fields, name .. ".") end
   end
 end
 
 --- The text of the page.
 ---@return string
 function page.text()
-  local lines = { "# Reference\n", wrapped(head, "") .. "\n" }
+  local lines = { "# Reference\n", wrapped(head):gsub("\n  ", "\n") .. "\n" }
   for _, group in ipairs(api.groups()) do
-    lines[#lines + 1] = ("## %s\n\n%s\n"):format(group.title, wrapped(group.text, ""))
+    lines[#lines + 1] = ("## %s\n\n%s\n"):format(group.title, group.text)
     for _, entry in ipairs(group.list) do lines[#lines + 1] = of_entry(entry) end
     lines[#lines + 1] = ""
   end

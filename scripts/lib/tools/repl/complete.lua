@@ -33,15 +33,6 @@ local function add_keys(list, value, methods_only)
   end
 end
 
--- The public names of a value of one of limax's classes.
-local function add_public(list, class, methods_only)
-  for _, group in ipairs(api.groups()) do
-    for _, entry in ipairs(group.class == class and group.list or {}) do
-      if entry.kind == "function" or not methods_only then list[#list + 1] = entry.short end
-    end
-  end
-end
-
 -- The value of a path such as "a.b[1].c"; calls nothing but `__index`.
 local function value_of(path, names)
   local value
@@ -62,16 +53,14 @@ local function value_of(path, names)
 end
 
 local function members(path, separator, names)
-  local value = value_of(path, names)
-  local list = {}
+  local value, list = value_of(path, names), {}
   if type(value) == "string" and separator == ":" then value = string end
-  local class = kind.of(value)
-  if class then
-    -- only public names
-    add_public(list, class, separator == ":")
-    if #list > 0 then return list end
+  -- of limax's own classes only public names
+  local group = api.group_of(kind.of(value))
+  for _, entry in ipairs(group and group.list or {}) do
+    if entry.kind == "function" or separator == "." then list[#list + 1] = entry.short end
   end
-  add_keys(list, value, separator == ":")
+  if #list == 0 then add_keys(list, value, separator == ":") end
   return list
 end
 
@@ -117,24 +106,18 @@ end
 -- of the nested tables, and the names that are assigned in the innermost one.
 local function place_of(list)
   local open = open_brackets(list)
-  local keys, argument = {}, 1
-  if not open[#open] or open[#open].text ~= "{" then return nil end
-  local taken = open[#open].taken
-  for level = #open, 1, -1 do
-    local at = open[level].at
-    if open[level].text == "{" and list[at - 1] and list[at - 1].text == "=" then
-      table.insert(keys, 1, list[at - 2] and list[at - 2].text or "")
-    elseif open[level].text == "{" and list[at - 1] and list[at - 1].text == "("
-      or open[level].text == "{" and list[at - 1] and list[at - 1].text == ","
-      and level > 1 and open[level - 1].text == "(" then
-      argument = open[level - 1].commas + 1
-      return { path = path_ending(list, open[level - 1].at - 1), argument = argument, keys = keys,
-        taken = taken }
-    elseif open[level].text == "{" then
-      return { path = path_ending(list, at - 1), argument = argument, keys = keys, taken = taken }
-    else
-      return nil
+  local keys, level = {}, #open
+  while level > 0 and open[level].text == "{" do
+    local inner, outer = open[level], open[level - 1]
+    local before = list[inner.at - 1] and list[inner.at - 1].text
+    if before ~= "=" then
+      local in_call = outer and outer.text == "(" and (before == "(" or before == ",")
+      local call = in_call and outer or inner
+      return { path = path_ending(list, call.at - 1), argument = in_call and outer.commas + 1 or 1,
+        keys = keys, taken = open[#open].taken }
     end
+    table.insert(keys, 1, list[inner.at - 2] and list[inner.at - 2].text or "")
+    level = level - 1
   end
 end
 
@@ -155,14 +138,11 @@ local function options_at(list, names)
   local place = place_of(list)
   local entry = place and place.path ~= "" and function_of(place.path, names)
   if not entry then return nil end
-  local options = api.options(entry, place.argument)
+  local options = api.options(entry, entry.doc.arguments[place.argument])
   for _, key in ipairs(place.keys) do
-    local found
-    for _, option in ipairs(options) do
-      if option.name == key then found = option.fields end
-    end
-    if not found then return nil end
-    options = found
+    local option = api.named(options, key)
+    if not (option and option.fields) then return nil end
+    options = option.fields
   end
   return options, place.taken
 end
@@ -183,25 +163,25 @@ local function files_at(typed)
   return list
 end
 
--- The words in the type of an option, such as `"cpu"|"cuda"`, after `key = "` or `key = { "`.
+-- The words of a type such as `"cpu"|"cuda"`.
+local function words_of(type_text)
+  local words = {}
+  for word in (type_text or ""):gmatch '"([^"]*)"' do words[#words + 1] = word end
+  return words
+end
+
+-- The words of an option, after `key = "` or `key = { "`.
 local function choices_at(list, names)
   local at = #list - 1
   if list[at] and list[at].text == "{" then at = at - 1 end
   local key = list[at - 1]
   if not (list[at] and list[at].text == "=" and key) then return {} end
-  local before = {}
-  for i = 1, at - 2 do before[i] = list[i] end
-  local words = {}
-  for _, option in ipairs(options_at(before, names) or {}) do
-    if option.name == key.text then
-      for word in (option.type or ""):gmatch '"([^"]*)"' do words[#words + 1] = word end
-    end
-  end
-  return words
+  local before = { unpack(list, 1, at - 2) }
+  local option = api.named(options_at(before, names) or {}, key.text)
+  return words_of(option and option.type)
 end
 
--- The words in the type of the argument that an open string is; for a robot's trace those that were
--- recorded.
+-- The words of the argument that an open string is; for a robot's trace those that were recorded.
 local function arguments_at(list, names)
   local before, open = list[#list - 1], open_brackets(list)
   local inner, path, argument = open[#open], nil, 1
@@ -218,13 +198,8 @@ local function arguments_at(list, names)
     for name, rate in pairs(rates) do recorded[#recorded + 1] = rate > 0 and name or nil end
     return recorded
   end
-  local words = {}
-  for _, param in ipairs(entry.doc.params) do
-    if param.name == entry.doc.arguments[argument] and not param.type:find("{", 1, true) then
-      for word in param.type:gmatch '"([^"]*)"' do words[#words + 1] = word end
-    end
-  end
-  return words
+  local param = entry.doc.param[entry.doc.arguments[argument]]
+  return param and not param.type:find("{", 1, true) and words_of(param.type) or {}
 end
 
 -- ---- the edit -----------------------------------------------------------------------------------
