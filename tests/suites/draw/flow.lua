@@ -7,13 +7,10 @@ local painted = require "support.painted"
 local repl_picture = require "limax.tools.repl.picture"
 local source = require "limax.base.source"
 local stage = require "limax.draw.picture.stage"
-local surroundings = require "limax.tools.report.surroundings"
 local view = require "limax.draw.picture.view"
 local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "draw_flow"
-
-local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 
 local function windy(velocity) return { wind = { velocity = velocity, drag = 0.01 } } end
 
@@ -32,7 +29,7 @@ local function drawn(scene, name)
     got[kind] = got[kind] + 1
   end
   function canvas.text(_, _, _, text) got.texts[#got.texts + 1] = text end
-  local turned = stage.new(world.of(scene), AXES)
+  local turned = stage.new(world.of(scene))
   flow.draw(canvas, turned, { view = view.of[name], scale = 100, text = 10, capital = 1, left = 0 },
     0)
   return got, flow.room(turned)
@@ -109,14 +106,5 @@ suite:test("film strips and pictures in the REPL have the arrows and the words",
         "for screen readers")
     end
   end)
-
-suite:test("the page's viewer gets flows in the world's own coordinates", function(t)
-  local around = world.of { ground = { height = 0 }, wind = { velocity = { 0, 2, 0 } },
-    drag = { current = { 0, 0, 0 } } }
-  local shown = surroundings.of(around, { 0, 0, 0 }, { 1, 1, 1 })
-  t:equal(shown.flows, { { name = "wind", label = "wind 2 m/s", velocity = { 0, 2, 0 },
-    hex = world.flow_ink.wind } })
-  t:equal(surroundings.of(world.of {}, { 0, 0, 0 }, { 1, 1, 1 }).flows, nil)
-end)
 
 return suite

@@ -11,7 +11,6 @@ local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "draw_order"
 
-local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
 local SLAB = { low = { -2, -2, -2 }, high = { 2, 2, 2 } }
 local COLORS = { e = { hex = "#e8743a" } }
 
@@ -109,7 +108,7 @@ suite:test("no piece is painted over one in front of it", { limit = 120 }, funct
       end
       local block = block_picture.spaces(block_picture.corners({ 0, 0, 1.3, 0.9, 0.3, 0.3, 0.1 },
         { 0.3, 0.4, 0.2 }))
-      local items = stage.pieces(stage.new(world.of { boxes = boxes, spheres = spheres }, AXES),
+      local items = stage.pieces(stage.new(world.of { boxes = boxes, spheres = spheres }),
         SLAB, from.sight, block, "#b98b4f")
       asked = asked + check_order(t, from, items, faces, random)
     end

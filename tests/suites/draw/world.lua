@@ -13,8 +13,6 @@ local world = require "limax.draw.picture.world"
 
 local suite = require("limax.test").suite "draw_world"
 
-local AXES = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
-
 -- A height field of 41 x 41 heights 0.05 m apart around the origin.
 local function field(height_at)
   local heights = {}
@@ -61,7 +59,7 @@ suite:test("a wall behind the body is seen, one in front of it is transparent", 
     for _, p in ipairs(plain.poses[1].points) do far = math.max(far, -side * p[2]) end
     plain.world = world.of { ground = { height = 0 },
       planes = { { normal = { 0, side, 0 }, offset = -far - 0.02 } } }
-    plain.stage = stage.new(plain.world, AXES)
+    plain.stage = stage.new(plain.world)
     local count = painted.colors_of(plain, "side")
     return painted.pixels_of(count, world.hex), painted.body_pixels(count, plain)
   end

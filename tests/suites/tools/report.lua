@@ -5,6 +5,7 @@ local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
 local parameters = require "limax.tools.report.parameters"
+local polygon = require "limax.draw.picture.polygon"
 local process = require "support.process"
 local motion = require "limax.draw.motion"
 local replay = require "limax.tools.report.replay"
@@ -299,17 +300,22 @@ suite:test("a run in progress is reported and listed", { limit = 20 }, function(
   t:ok(done.stdout:find "runs/whole +done +fixed +7 +1 +3/3 ", done.stdout)
 end)
 
-suite:test("a robot of 5x5x5 voxels takes less than 300 kB for 5 s", { limit = 30 }, function(t)
-  local layer = ("ecsbe\n"):rep(5)
-  local robot = limax.robot { voxels = (layer .. "\n"):rep(5) }
-  local walked = motion.simulate(robot, { scene = limax.scenes.land(), duration = 5 })
-  local data = replay.of(walked, robot.description, "full", "")
+local function simulated(layers, scene, duration)
+  local body = limax.robot { voxels = (("ecsbe\n"):rep(5) .. "\n"):rep(layers) }
+  local walked = motion.simulate(body, { scene = scene, duration = duration })
+  return replay.of(walked, body.description, "full"), walked
+end
+
+suite:test("a robot of 5x5x5 voxels takes less than 150 kB for 5 s", { limit = 30 }, function(t)
+  local data, walked = simulated(5, limax.scenes.land(), 5)
   -- all masses except the inner 4x4x4
   t:equal({ data.masses, #data.materials }, { 216 - 64, 150 })
   t:equal((data.samples - 1) / data.rate, walked:duration())
   t:equal(data.phases[1], tonumber(("%.3f"):format(math.pi)))
-  t:ok(#host.json.encode(data) < 300e3, ("%d bytes"):format(#host.json.encode(data)))
-  t:note(("%d bytes"):format(#host.json.encode(data)))
+  local row, height = walked:trace "position", 0
+  for s = 0, data.samples - 1 do height = height + data.steps[s * data.masses * 3 + 3] end
+  t:near(height * data.step, row[row:size()][1][3], { atol = data.step })
+  t:ok(#replay.packed(data) < 150e3, ("%d bytes"):format(#replay.packed(data)))
 end)
 
 suite:test("the world of a replay is small, and what is far away is left out", { limit = 30 },
@@ -325,27 +331,39 @@ suite:test("the world of a replay is small, and what is far away is left out", {
       many.spheres[k] = { center = { 0.5 * k, 2, 0 }, radius = 0.1 }
     end
     local around = limax.scenes.land { boxes = many.boxes, spheres = many.spheres,
-      planes = many.planes,
+      planes = many.planes, wind = { velocity = { 0, 2, 0 }, drag = 0.01 },
       terrain = { spacing = 0.03, origin = { -5, -5, 0 }, heights = heights } }
-    local layer = ("ecsbe\n"):rep(5)
-    local robot = limax.robot { voxels = (layer .. "\n"):rep(2) }
-    -- 5 s of motion take 80 kB
-    local walked = motion.simulate(robot, { scene = around, duration = 0.2, settle = 0 })
-    local data = replay.of(walked, robot.description, "full", "")
-    local size = #host.json.encode(data.world)
+    local data = simulated(2, around, 0.2)
+    local size, most = #replay.packed(data), -math.huge
     t:ok(size < 150e3, ("%d bytes"):format(size))
-    t:note(("%d bytes"):format(size))
-    local shown, wide = data.world, #data.world.terrain.heights
-    t:ok(wide <= 96 and #shown.terrain.heights[1] <= 96, ("%d heights"):format(wide))
-    t:ok(#shown.boxes < 8 and #shown.spheres < 16, "only what is near")
-    -- the heights that are left are those of the terrain
-    local terrain = shown.terrain
-    for _, at in ipairs { { 1, 1 }, { wide, 2 }, { 5, 7 } } do
-      t:near(terrain.heights[at[1]][at[2]], world.height(around.terrain,
-        terrain.origin[1] + (at[1] - 1) * terrain.spacing,
-        terrain.origin[2] + (at[2] - 1) * terrain.spacing), { atol = 1e-4 })
-    end
+    for _, part in ipairs(data.world.parts) do most = math.max(most, part.points[1]) end
+    t:ok(most > 1.5 and most < 4, ("%g m"):format(most))
+    t:equal(data.world.flows, { { name = "wind", label = "wind 2 m/s", velocity = { 0, 2, 0 },
+      hex = world.flow_ink.wind } })
   end)
+
+suite:test("the world of a replay has each thing where it is", function(t)
+  local data = simulated(1, { gravity = true, ground = { height = -0.5 },
+    boxes = { { from = { 1, -1, 0 }, to = { 1.25, 1, 0.2 } } },
+    planes = { normal = { 0, 2, 0 }, offset = -1 },
+    terrain = { spacing = 1, origin = { -2, -2, -0.5 }, heights = { { 0, 0.1 }, { 0.2, 0 } } } },
+    0.1)
+  local found = {}
+  local function add(name, point)
+    found[name] = found[name] or { polygon.bounds(3) }
+    found[name][3](point)
+  end
+  for _, part in ipairs(data.world.parts) do
+    local name = part.wall and "wall" or #part.points == 6 and "rule" or part.ink == world.ink
+      and "box" or part.edges[1] and "terrain" or "ground"
+    for k = 1, #part.points, 3 do add(name, { unpack(part.points, k, k + 2) }) end
+  end
+  t:equal({ found.box[1], found.box[2] }, { { 1, -1, 0 }, { 1.25, 1, 0.2 } })
+  t:equal({ found.wall[1][2], found.wall[2][2], found.wall[1][3] }, { -1, -1, -0.5 })
+  t:equal({ found.ground[1][3], found.ground[2][3] }, { -0.5, -0.5 })
+  t:near(found.terrain[2][3], -0.3, { atol = 0.02 })
+  t:ok(found.rule, "lines on the ground")
+end)
 
 suite:test("deflate, PNG and GIF write valid files", function(t)
   local text = ("limax "):rep(100)

@@ -11,7 +11,8 @@ local world = require "limax.draw.picture.world"
 
 local scene = {}
 
-local ink = { ground = "#efece6", fine = "#dcd7cc", strong = "#b9b2a4", line = "#6b655b" }
+-- of the ground's near edge
+local EDGE = "#6b655b"
 --- What the path of the centre of mass is drawn with.
 scene.trail = "#c0392b"
 --- What the edges between held masses are drawn with, and how thick, of other edges.
@@ -135,23 +136,18 @@ local function draw_rules(canvas, piece, place)
     local from, to = polygon.crossing(piece, { 1, 0, 0 }, k / 10)
     if from and to then
       local strong = k % 5 == 0
-      canvas:line(place(from), place(to), strong and ink.strong or ink.fine, strong and 1.2 or 0.8)
+      canvas:line(place(from), place(to), world.rules[strong and "strong" or "fine"],
+        strong and 1.2 or 0.8)
     end
   end
 end
 
 local function draw_ground(canvas, film, slab, place)
-  local function at(along, away)
-    return { along, away, stage.ground_height(film.stage, along, away) }
-  end
-  local sheet = { points = { at(slab.low[1], slab.low[2]), at(slab.high[1], slab.low[2]),
-    at(slab.high[1], slab.high[2]), at(slab.low[1], slab.high[2]) },
-    edges = { true, true, true, true } }
-  local corners = {}
-  for k, p in ipairs(sheet.points) do corners[k] = place(p) end
-  canvas:polygon(corners, { fill = ink.ground })
-  draw_rules(canvas, sheet, place)
-  canvas:line(corners[1], corners[2], ink.line, 1.2)
+  local ground, corners = stage.ground_in(film.stage, slab), {}
+  for k, p in ipairs(ground.points) do corners[k] = place(p) end
+  canvas:polygon(corners, { fill = ground.look.fill })
+  draw_rules(canvas, ground, place)
+  canvas:line(corners[1], corners[2], EDGE, 1.2)
 end
 
 -- It falls straight down.

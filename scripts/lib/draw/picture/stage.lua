@@ -54,9 +54,10 @@ local function spaces_of(low, high, turn)
 end
 
 --- A world as it is seen along the path.
----@param axes number[][] along, away and up in the world
+---@param axes? number[][] along, away and up in the world; its own if left out
 ---@return limax.picture.stage
 function stage.new(around, axes)
+  axes = axes or { { 1, 0, 0 }, { 0, 1, 0 }, UP }
   local function turn(p) return { dot(p, axes[1]), dot(p, axes[2]), dot(p, axes[3]) } end
   local function back(p)
     local q = { 0, 0, 0 }
@@ -90,6 +91,18 @@ function stage.ground_height(self, along, away)
   return (ground.offset - n[1] * along - n[2] * away) / n[3]
 end
 
+--- The ground in a slab.
+---@return limax.picture.polygon
+function stage.ground_in(self, slab)
+  local points = {}
+  for k, at in ipairs { { slab.low[1], slab.low[2] }, { slab.high[1], slab.low[2] },
+    { slab.high[1], slab.high[2] }, { slab.low[1], slab.high[2] } } do
+    points[k] = { at[1], at[2], stage.ground_height(self, at[1], at[2]) }
+  end
+  return { points = points, edges = { false, false, false, false },
+    look = { fill = world.soil, ink = world.furrow, ruled = true } }
+end
+
 -- The middle of a slab, and a length that no two points of it are farther apart than, m.
 local function middle_of(slab)
   local center, reach = {}, 0
@@ -115,7 +128,7 @@ end
 -- Adds those sides of a solid that face the viewer.
 local function add_solid(items, spaces, context, hex, ink)
   for k, space in ipairs(spaces) do
-    if dot(space.normal, context.sight) < -1e-9 then
+    if not context.sight or dot(space.normal, context.sight) < -1e-9 then
       local side = polygon.side(spaces, k, context.center, context.reach)
       if side then
         side.look = look_of(space.normal, hex, ink)
@@ -142,7 +155,7 @@ local function add_sphere(items, sphere, within, context)
   for ring = 0, RINGS - 1 do
     for sector = 0, SECTORS - 1 do
       local normal = direction((ring + 0.5) / RINGS, (sector + 0.5) / SECTORS)
-      if dot(normal, context.sight) < 0 then
+      if not context.sight or dot(normal, context.sight) < 0 then
         facets[#facets + 1] = polygon.within({ points = { corner(ring, sector),
           corner(ring + 1, sector), corner(ring + 1, sector + 1), corner(ring, sector + 1) },
           edges = { false, false, false, false }, look = look_of(normal, world.hex, world.ink) },
@@ -150,7 +163,8 @@ local function add_sphere(items, sphere, within, context)
       end
     end
   end
-  local normal = polygon.unit { -context.sight[1], -context.sight[2], -context.sight[3] }
+  local sight = context.sight or UP
+  local normal = polygon.unit { -sight[1], -sight[2], -sight[3] }
   if #facets > 0 then
     items[#items + 1] = { plane = { normal = normal, offset = dot(normal, c) }, parts = facets }
   end
@@ -164,21 +178,20 @@ local function open_of(self)
   return open
 end
 
---- The planes of a world as far as they are in a slab, above the ground and in front of each other.
----@return limax.picture.item[] with one part each, with `look.ruled` if it is a floor
-function stage.sheets(self, slab)
-  local within, open, sheets = spaces_of(slab.low, slab.high), open_of(self), {}
-  local center, reach = middle_of(slab)
+-- The planes of a world as far as they are in a slab, above the ground and in front of each other:
+-- items with one part each, with `look.ruled` if it is a floor.
+local function sheets_of(self, within, open, context)
+  local sheets = {}
   for k, plane in ipairs(self.planes) do
     local spaces = joined({ plane }, within)
     for other, space in ipairs(open) do
       if other ~= k then spaces[#spaces + 1] = space end
     end
-    local sheet = polygon.side(spaces, 1, center, reach)
+    local sheet = polygon.side(spaces, 1, context.center, context.reach)
     if sheet then
       local floor = world.is_floor(plane.normal, UP)
       sheet.look = look_of(plane.normal, floor and world.soil or world.hex, world.ink)
-      sheet.look.ruled = floor
+      sheet.look.ruled, sheet.look.wall = floor, not floor
       sheets[#sheets + 1] = { plane = plane, parts = { sheet } }
     end
   end
@@ -186,7 +199,8 @@ function stage.sheets(self, slab)
 end
 
 --- What of the world is seen in a slab, and the block where it is at that moment.
----@param sight number[] away from the viewer
+---@param sight? number[] away from the viewer, who does not see the backs of things; without it all
+--- sides are returned
 ---@param block? limax.picture.space[]
 ---@param block_hex? string
 ---@return limax.picture.item[] items for order.new
@@ -197,8 +211,8 @@ function stage.pieces(self, slab, sight, block, block_hex)
   local within, open = spaces_of(slab.low, slab.high), open_of(self)
   local items = self.terrain and terrain.items(self, slab, within, sight) or {}
   local veils = {}
-  for _, sheet in ipairs(stage.sheets(self, slab)) do
-    if dot(sheet.plane.normal, sight) < 0 then
+  for _, sheet in ipairs(sheets_of(self, within, open, context)) do
+    if not sight or dot(sheet.plane.normal, sight) < 0 then
       items[#items + 1] = sheet
     else
       veils[#veils + 1] = sheet.parts[1]

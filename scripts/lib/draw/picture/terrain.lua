@@ -30,7 +30,7 @@ end
 -- Adds a piece with four corners, counter-clockwise seen from outside, if it faces the viewer.
 local function add(patches, points, edges, within, sight)
   local normal = polygon.quad_normal(points)
-  if dot(normal, normal) == 0 or dot(normal, sight) >= 0 then return end
+  if dot(normal, normal) == 0 or sight and dot(normal, sight) >= 0 then return end
   patches[#patches + 1] = polygon.within({ points = points, edges = edges,
     look = { fill = palette.shade(world.soil, skin.brightness(polygon.unit(normal))),
       ink = world.furrow } }, within)
@@ -90,7 +90,7 @@ end
 --- Pieces that face the viewer. Where heights are finer than a picture can show some are left out;
 --- where they are coarse the surface between them is followed.
 ---@param within limax.picture.space[] the slab; its first four sides are upright
----@param sight number[] away from the viewer
+---@param sight? number[] away from the viewer; without it all sides are returned
 ---@return limax.picture.item[]
 function terrain.items(stage, slab, within, sight)
   local field, low, high = stage.terrain, footprint(stage, slab)
@@ -117,7 +117,7 @@ function terrain.items(stage, slab, within, sight)
     end
   end
   add_walls(patches, stage, slab, step, lowest - DEPTH, sight)
-  return slices_of(patches, sight, step)
+  return sight and slices_of(patches, sight, step) or { { parts = patches } }
 end
 
 return terrain

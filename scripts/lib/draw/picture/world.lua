@@ -28,6 +28,8 @@ local world = {}
 world.hex, world.ink, world.word = "#b3bac3", "#727a83", "obstacle"
 --- Colours of floors and terrain, and of the lines on them.
 world.soil, world.furrow = "#efece6", "#c9c2b4"
+--- Colours of the lines across floors: every 0.1 m, and every 0.5 m.
+world.rules = { fine = "#dcd7cc", strong = "#b9b2a4" }
 --- Colours of wind and current: unlike bodies, and unlike the path of one.
 world.flow_ink = { wind = "#0f7b74", current = "#7b3fa0" }
 

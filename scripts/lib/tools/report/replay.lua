@@ -1,12 +1,13 @@
---- replay.lua: a robot's motion, small enough for a page: the masses of its skin at 25 samples per
---- second, in steps of 0.2 mm, as differences from sample to sample, compressed by zlib.
+--- replay.lua: a robot's motion and the world around it, small enough for a page: the masses of its
+--- skin at 25 samples per second, in steps of 0.2 mm, and the world as coloured polygons.
 
 local base64 = require "limax.base.base64"
 local block_picture = require "limax.draw.block_picture"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
 local palette = require "limax.draw.palette"
-local surroundings = require "limax.tools.report.surroundings"
+local polygon = require "limax.draw.picture.polygon"
+local stage = require "limax.draw.picture.stage"
 local world = require "limax.draw.picture.world"
 
 local replay = {}
@@ -15,20 +16,20 @@ local replay = {}
 local RATE = 25
 -- m: half a pixel of a robot that is 5 m wide on a screen
 local STEP = 2e-4
--- steps that fit into 16 bits
-local MOST_STEPS = 65000
+-- m of the world around the positions of the body, and what its ends are rounded to
+local BEYOND, ROUND = 1.5, 0.5
+-- most patches of terrain along its longer side, and most lines across a floor in each direction
+local PATCHES, MOST_RULES = 32, 200
 
 ---@class limax.report.replay
 ---@field name string
----@field about string
 ---@field rate number Hz
 ---@field samples integer
 ---@field masses integer
 ---@field body integer of them, the body's own; the corners of the scene's block follow
 ---@field step number m
----@field low number[] m, what a value of 0 means along x, y, z
 ---@field edge number m
----@field world limax.report.surroundings
+---@field world limax.report.world
 ---@field corners integer[] masses from 0, four for each face
 ---@field materials integer[] of each face, from 0 in `names`
 ---@field names string[]
@@ -36,8 +37,16 @@ local MOST_STEPS = 65000
 ---@field phases number[] of each face, rad; -1 if it is not a muscle
 ---@field held integer[]|nil masses from 0 that anchors hold
 ---@field note string|nil what is not shown, and why
----@field data string base64 of zlib of low bytes and then high bytes of the differences, [sample]
---- [mass][3], modulo 2^16; the first sample's are from 0
+---@field steps integer[] differences from sample to sample, [sample][mass][3]; the first sample's
+--- are from 0
+
+---@class limax.report.world
+---@field up number[] of length 1
+---@field ground boolean
+---@field parts { points: number[], edges: (boolean|string)[], fill: string|nil, ink: string,
+--- wall: boolean|nil }[]|nil polygons, and lines between two points; walls are transparent
+---@field flows { name: string, label: string, velocity: number[], hex: string }[]|nil m/s
+---@field obstacle string|nil colour of obstacles, if there are any
 
 -- The phase of a muscle's voxel, rad; -1 for others.
 local function phase_of(description, material, voxel)
@@ -52,58 +61,92 @@ local function samples_of(trace, masses, stride)
   local list = {}
   for s = 1, trace:size(), stride do
     local row, values = trace[s], {}
-    for k, mass in ipairs(masses) do
+    for _, mass in ipairs(masses) do
       local at = row[mass]
-      values[3 * k - 2], values[3 * k - 1], values[3 * k] = at[1], at[2], at[3]
+      for c = 1, 3 do values[#values + 1] = at[c] end
     end
     list[#list + 1] = values
   end
   return list
 end
 
--- Least and most of all samples, along x, y, z.
-local function ends_of(samples)
-  local low, high = { math.huge, math.huge, math.huge }, { -math.huge, -math.huge, -math.huge }
+local function steps_of(samples)
+  local list, before = {}, {}
   for _, values in ipairs(samples) do
     for c, value in ipairs(values) do
-      local axis = (c - 1) % 3 + 1
-      low[axis], high[axis] = math.min(low[axis], value), math.max(high[axis], value)
+      local steps = math.floor(value / STEP + 0.5)
+      list[#list + 1], before[c] = steps - (before[c] or 0), steps
     end
   end
-  return low, high
+  return list
 end
 
--- Differences between samples, packed.
-local function packed(samples, low, step)
-  local lows, highs, before, n = {}, {}, {}, 0
-  for _, values in ipairs(samples) do
-    for c, value in ipairs(values) do
-      local steps = math.floor((value - low[(c - 1) % 3 + 1]) / step + 0.5)
-      local difference = (steps - (before[c] or 0)) % 65536
-      before[c] = steps
-      n = n + 1
-      lows[n] = string.char(difference % 256)
-      highs[n] = string.char(math.floor(difference / 256))
+-- A polygon, or a line between two points, to a tenth of a millimetre.
+local function part_of(points, edges, look)
+  local flat = {}
+  for _, p in ipairs(points) do
+    for c = 1, 3 do flat[#flat + 1] = tonumber(("%.4f"):format(p[c])) end
+  end
+  return { points = flat, edges = edges, fill = look.fill, ink = look.ink, wall = look.wall }
+end
+
+-- Adds lines along x and y to a floor: one every 0.1 m, a darker one every 0.5 m.
+local function add_rules(parts, floor, slab)
+  for axis = 1, 2 do
+    local normal = { 0, 0, 0 }
+    normal[axis] = 1
+    for k = 1, math.min((slab.high[axis] - slab.low[axis]) * 10, MOST_RULES) do
+      local from, to = polygon.crossing(floor, normal, slab.low[axis] + k / 10)
+      if from and to then
+        parts[#parts + 1] = part_of({ from, to }, { true },
+          { ink = k % 5 == 0 and world.rules.strong or world.rules.fine })
+      end
     end
   end
-  return base64.encode(host.deflate(table.concat(lows) .. table.concat(highs)))
+end
+
+-- The part of the world that the samples come near to.
+local function world_of(around, samples)
+  local low, high, take = polygon.bounds(3)
+  for _, values in ipairs(samples) do
+    for c = 1, #values, 3 do take { values[c], values[c + 1], values[c + 2] } end
+  end
+  local slab, parts, flows = { low = {}, high = {}, patches = PATCHES }, {}, {}
+  for c = 1, 3 do
+    slab.low[c] = math.floor((low[c] - BEYOND) / ROUND) * ROUND
+    slab.high[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
+  end
+  local turned = stage.new(around)
+  local items = stage.pieces(turned, slab)
+  if turned.ground then items[#items + 1] = { parts = { stage.ground_in(turned, slab) } } end
+  for _, item in ipairs(items) do
+    for _, part in ipairs(item.parts) do
+      parts[#parts + 1] = part_of(part.points, part.edges, part.look)
+      if part.look.ruled then add_rules(parts, part, slab) end
+    end
+  end
+  for k, flow in ipairs(around.flows) do
+    flows[k] = { name = flow.kind, label = world.flow_label(flow), velocity = flow.velocity,
+      hex = world.flow_ink[flow.kind] }
+  end
+  return { up = around.up, ground = turned.ground ~= nil,
+    parts = #parts > 0 and parts or nil, flows = #flows > 0 and flows or nil,
+    obstacle = world.has_solids(around) and world.hex or nil }
 end
 
 -- Adds the corners of the scene's block to every sample, and its sides.
-local function add_block(result, samples, path, stride, size, own)
+local function add_block(result, samples, path, stride, size)
   for k, values in ipairs(samples) do
     for _, corner in ipairs(block_picture.corners(path[(k - 1) * stride + 1]:table(), size)) do
       for c = 1, 3 do values[#values + 1] = corner[c] end
     end
   end
-  result.names[#result.names + 1] = block_picture.letter
-  result.colors[#result.colors + 1] = block_picture.hex
-  for _, face in ipairs(block_picture.faces(own)) do
-    for _, corner in ipairs(face.corners) do
-      result.corners[#result.corners + 1] = corner - 1
-    end
-    result.materials[#result.materials + 1] = #result.names - 1
-    result.phases[#result.phases + 1] = -1
+  table.insert(result.names, block_picture.letter)
+  table.insert(result.colors, block_picture.hex)
+  for _, face in ipairs(block_picture.faces(result.body)) do
+    for _, corner in ipairs(face.corners) do table.insert(result.corners, corner - 1) end
+    table.insert(result.materials, #result.names - 1)
+    table.insert(result.phases, -1)
   end
 end
 
@@ -117,24 +160,22 @@ local function add_faces(result, walked, description)
     result.names[k], result.colors[k] = material.name, colors[material.letter].hex
   end
   local faces, sites = motion.faces(walked)
+  local held = motion.held(walked, sites)
   for f, face in ipairs(faces) do
     for k, mass in ipairs(face.corners) do
       if not drawn[mass] then
         masses[#masses + 1] = mass
         drawn[mass] = #masses - 1
+        if held[mass] then
+          result.held = result.held or {}
+          table.insert(result.held, drawn[mass])
+        end
       end
       result.corners[4 * f - 4 + k] = drawn[mass]
     end
     local material = of_letter[face.letter]
     result.materials[f] = material - 1
     result.phases[f] = phase_of(description, list[material], face.voxel)
-  end
-  local held = motion.held(walked, sites)
-  for k, mass in ipairs(masses) do
-    if held[mass] then
-      result.held = result.held or {}
-      table.insert(result.held, k - 1)
-    end
   end
   return masses
 end
@@ -143,29 +184,30 @@ end
 ---@param walked limax.scored_robot
 ---@param description limax.robot.description
 ---@return limax.report.replay
-function replay.of(walked, description, name, about)
+function replay.of(walked, description, name)
   local trace, context = walked:trace "position", walked.context
-  local result = { name = name, about = about, edge = description.edge, corners = {},
+  local result = { name = name, edge = description.edge, step = STEP, corners = {},
     materials = {}, phases = {}, names = {}, colors = {} }
   local masses = add_faces(result, walked, description)
   local stride = math.max(1, math.floor(trace.rate / RATE))
   -- the last sample is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
-  result.world = surroundings.of(world.of(context.scene), ends_of(samples))
+  result.rate, result.samples, result.body = trace.rate / stride, #samples, #masses
+  result.world = world_of(world.of(context.scene), samples)
   local block = context.scene.block
   if block and (context.options.record.block or 0) == trace.rate then
-    add_block(result, samples, walked:trace "block", stride, block.size, #masses)
+    add_block(result, samples, walked:trace "block", stride, block.size)
   elseif block then
     result.note = "the block is not shown: its positions were not recorded"
   end
-  local low, high = ends_of(samples)
-  local extent = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])
-  result.low, result.step = low, math.max(STEP, extent / MOST_STEPS)
-  result.rate, result.samples = trace.rate / stride, #samples
-  result.body, result.masses = #masses, #samples[1] / 3
-  result.data = packed(samples, low, result.step)
+  result.masses, result.steps = #samples[1] / 3, steps_of(samples)
   return result
 end
+
+--- A replay as text for the page: base64 of zlib of JSON.
+---@param data limax.report.replay
+---@return string
+function replay.packed(data) return base64.encode(host.deflate(host.json.encode(data))) end
 
 return replay

@@ -1,159 +1,206 @@
-// viewer.js: the robots of a report in 3D, side by side, with one clock. Metres, seconds; z is up.
+// viewer.js: the robots of a report in 3D, side by side, with one clock. Metres, seconds; z is up. See replay.lua for
+// the data.
 "use strict";
 (function () {
   const byId = (id) => document.getElementById(id);
+  const GREY = new THREE.Color("#b9bdc2");
+  const HELD = "#26282b";
+  const TRAIL = "#c0392b";
   const views = [];
   const state = { time: 0, playing: false, last: 0, most: 0 };
 
-  // ---- a replay: base64, zlib, differences modulo 2^16 ----
-
-  async function unpack(replay) {
-    const packed = Uint8Array.from(atob(replay.data), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  // A replay: base64 of zlib of JSON. Adds the positions, [sample][mass][3].
+  async function unpack(text) {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const replay = JSON.parse(await new Response(stream).text());
     const each = replay.masses * 3;
-    const count = each * replay.samples;
-    const positions = new Float32Array(count);
-    const steps = new Int32Array(each);
-    for (let k = 0; k < count; ++k) {
-      const c = k % each;
-      steps[c] = (steps[c] + bytes[k] + 256 * bytes[count + k]) & 0xffff;
-      positions[k] = replay.low[c % 3] + steps[c] * replay.step;
-    }
-    return positions;
+    for (let k = each; k < replay.steps.length; ++k) replay.steps[k] += replay.steps[k - each];
+    replay.positions = Float32Array.from(replay.steps, (steps) => steps * replay.step);
+    return replay;
   }
 
   // ---- colours ----
 
   const mix = (from, to, share) => new THREE.Color(from).lerp(new THREE.Color(to), share);
 
-  // Legends of the colours.
   const KEYS = {
     strain: "strain of a face's edges: blue 20 % shorter than at rest, grey at rest, orange 20 % longer",
     phase: "phase of the muscles: one turn of hues is one turn of the phase; grey is not a muscle",
   };
 
-  function faceColor(view, face, mode) {
-    const replay = view.replay;
-    if (mode === "phase") {
-      const phase = replay.phases[face];
-      return phase < 0 ? new THREE.Color("#b9bdc2") : new THREE.Color().setHSL((phase / (2 * Math.PI)) % 1, 0.65, 0.55);
-    }
-    if (mode === "material") return new THREE.Color(replay.colors[replay.materials[face]]);
-    // the block is rigid
-    if (replay.corners[face * 4] >= replay.body) return new THREE.Color("#b9bdc2");
-    const p = view.shape;
-    let sum = 0;
-    for (let k = 0; k < 4; ++k) {
-      const a = (face * 4 + k) * 3;
-      const b = (face * 4 + ((k + 1) % 4)) * 3;
-      sum += Math.hypot(p[a] - p[b], p[a + 1] - p[b + 1], p[a + 2] - p[b + 2]) / replay.edge - 1;
-    }
-    const strain = Math.max(-1, Math.min(1, sum / 4 / 0.2));
-    return strain < 0 ? mix("#c9cdd2", "#0072b2", -strain) : mix("#c9cdd2", "#d55e00", strain);
-  }
+  const faceColor = {
+    material: ({ replay }, face) => new THREE.Color(replay.colors[replay.materials[face]]),
+    phase: ({ replay }, face) => replay.phases[face] < 0 ? GREY
+      : new THREE.Color().setHSL((replay.phases[face] / (2 * Math.PI)) % 1, 0.65, 0.55),
+    strain({ replay, shape }, face) {
+      // the block is rigid
+      if (replay.corners[face * 4] >= replay.body) return GREY;
+      let sum = 0;
+      for (let k = 0; k < 4; ++k) {
+        const a = (face * 4 + k) * 3;
+        const b = (face * 4 + ((k + 1) % 4)) * 3;
+        sum += Math.hypot(shape[a] - shape[b], shape[a + 1] - shape[b + 1], shape[a + 2] - shape[b + 2]) / replay.edge - 1;
+      }
+      const strain = Math.max(-1, Math.min(1, sum / 4 / 0.2));
+      return mix("#c9cdd2", strain < 0 ? "#0072b2" : "#d55e00", Math.abs(strain));
+    },
+  };
 
-  function paint(view, mode) {
+  function paint(view) {
     const colors = view.mesh.geometry.attributes.color;
     for (let face = 0; face < view.replay.materials.length; ++face) {
-      const color = faceColor(view, face, mode);
+      const color = faceColor[byId("colours").value](view, face);
       for (let k = 0; k < 4; ++k) colors.setXYZ(face * 4 + k, color.r, color.g, color.b);
     }
     colors.needsUpdate = true;
-    view.mode = mode;
+    view.dirty = true;
+  }
+
+  function showKey() {
+    const mode = byId("colours").value;
+    const names = new Map();
+    for (const { replay } of mode === "material" ? views : []) {
+      replay.materials.forEach((k) => names.set(replay.names[k], replay.colors[k]));
+      if (replay.held) names.set("held", HELD);
+      if (replay.world.obstacle) names.set("obstacle", replay.world.obstacle);
+      for (const flow of replay.world.flows || []) names.set(flow.label, flow.hex);
+    }
+    byId("key").textContent = KEYS[mode] || "";
+    for (const [name, hex] of names) {
+      const word = document.createElement("span");
+      const mark = document.createElement("span");
+      mark.textContent = "\u25a0 ";
+      mark.style.color = hex;
+      word.style.whiteSpace = "nowrap";
+      word.append(mark, name);
+      byId("key").append(word, "  ");
+    }
   }
 
   // ---- one view ----
 
-  const HELD = "#26282b";
+  function geometry(points, colors) {
+    const shape = new THREE.BufferGeometry();
+    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(points), 3));
+    if (colors) shape.setAttribute("color", new THREE.BufferAttribute(new Float32Array(colors), 3));
+    return shape;
+  }
 
-  // How far the eye rises with the body, sample by sample: not where there is ground, else with the mean of the body
-  // over half a second.
-  function risesOf(replay, path) {
-    const around = Math.round(replay.rate / 4);
-    return Array.from({ length: replay.samples }, (_, s) => {
-      if (replay.world.ground !== undefined) return 0;
-      let sum = 0;
-      let count = 0;
-      for (let k = Math.max(0, s - around); k <= Math.min(replay.samples - 1, s + around); ++k, ++count) sum += path[k * 3 + 2];
-      return sum / count - path[2];
+  // behind lines in the same plane
+  const surface = (options) => Object.assign({ vertexColors: true, side: THREE.DoubleSide, polygonOffset: true,
+    polygonOffsetFactor: 1, polygonOffsetUnits: 1 }, options);
+
+  // The world's polygons as three things: solid surfaces, transparent walls, and lines.
+  function worldOf({ parts = [] }) {
+    const lists = { solid: [[], []], wall: [[], []], line: [[], []] };
+    const add = (name, part, corners, hex) => {
+      const color = new THREE.Color(hex).toArray();
+      for (const k of corners) {
+        lists[name][0].push(...part.points.slice(3 * k, 3 * k + 3));
+        lists[name][1].push(...color);
+      }
+    };
+    for (const part of parts) {
+      const count = part.points.length / 3;
+      for (let k = 2; k < count; ++k) add(part.wall ? "wall" : "solid", part, [0, k - 1, k], part.fill);
+      part.edges.forEach((edge, k) => { if (edge) add("line", part, [k, (k + 1) % count], part.ink); });
+    }
+    const clear = { transparent: true, opacity: 0.2, depthWrite: false };
+    return [new THREE.Mesh(geometry(...lists.solid), new THREE.MeshBasicMaterial(surface())),
+      new THREE.Mesh(geometry(...lists.wall), new THREE.MeshBasicMaterial(surface(clear))),
+      new THREE.LineSegments(geometry(...lists.line), new THREE.LineBasicMaterial({ vertexColors: true }))];
+  }
+
+  // Arrows for wind and current, side by side above a body that reaches `reach` metres from its middle. An arrow is as
+  // long as the distance that the flow moves in a tenth of a second, within shares of the reach.
+  function flowsOf({ flows = [], up }, reach) {
+    // to the right of the camera when a page is opened
+    const right = new THREE.Vector3(3.4, 2.2, 0).normalize();
+    return flows.map((flow, k) => {
+      const velocity = new THREE.Vector3(...flow.velocity);
+      const length = Math.min(Math.max(velocity.length() * 0.1, 0.4 * reach), 0.9 * reach);
+      const at = new THREE.Vector3(...up).addScaledVector(right, k - (flows.length - 1) / 2).multiplyScalar(1.1 * reach);
+      const way = velocity.normalize();
+      const arrow = new THREE.ArrowHelper(way, at.addScaledVector(way, -length / 2), length, flow.hex, 0.25 * reach, 0.14 * reach);
+      arrow.name = flow.name;
+      return arrow;
     });
   }
 
-  function build(view) {
+  // The middle of the body at each sample.
+  function pathOf({ samples, masses, body, positions }) {
+    const path = new Float32Array(samples * 3);
+    for (let s = 0; s < samples; ++s) {
+      for (let k = 0; k < body * 3; ++k) path[s * 3 + k % 3] += positions[s * masses * 3 + k] / body;
+    }
+    return path;
+  }
+
+  // How far the eye rises with the body: not where there is ground, else with the mean of the body over half a second.
+  function riseAt({ replay, path }, sample) {
+    if (replay.world.ground) return 0;
+    const around = Math.round(replay.rate / 4);
+    const first = Math.max(0, sample - around);
+    const last = Math.min(replay.samples - 1, sample + around);
+    let sum = 0;
+    for (let k = first; k <= last; ++k) sum += path[k * 3 + 2];
+    return sum / (last - first + 1) - path[2];
+  }
+
+  function bodyOf(view) {
     const faces = view.replay.materials.length;
-    view.shape = new Float32Array(faces * 12);
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute("position", new THREE.BufferAttribute(view.shape, 3));
-    geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(faces * 12), 3));
+    const shape = geometry(faces * 12, faces * 12);
+    view.shape = shape.attributes.position.array;
     const triangles = [];
     const edges = [];
-    for (let face = 0; face < faces; ++face) {
-      const a = face * 4;
+    for (let a = 0; a < faces * 4; a += 4) {
       triangles.push(a, a + 1, a + 2, a, a + 2, a + 3);
       edges.push(a, a + 1, a + 1, a + 2, a + 2, a + 3, a + 3, a);
     }
-    geometry.setIndex(triangles);
-    view.mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({
-      vertexColors: THREE.VertexColors === undefined ? true : THREE.VertexColors, side: THREE.DoubleSide,
-      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
-    const outline = new THREE.BufferGeometry();
-    outline.setAttribute("position", geometry.attributes.position);
-    outline.setIndex(edges);
-    view.outline = new THREE.LineSegments(outline, new THREE.LineBasicMaterial({ color: 0x202326, opacity: 0.35, transparent: true }));
-    view.mesh.frustumCulled = view.outline.frustumCulled = false;
+    shape.setIndex(triangles);
+    view.mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial(surface()));
+    const lines = new THREE.BufferGeometry();
+    lines.setAttribute("position", shape.attributes.position);
+    lines.setIndex(edges);
+    const ink = { color: 0x202326, opacity: 0.35, transparent: true };
+    return [view.mesh, new THREE.LineSegments(lines, new THREE.LineBasicMaterial(ink))];
+  }
 
-    const replay = view.replay;
-    const path = new Float32Array(replay.samples * 3);
-    for (let s = 0; s < replay.samples; ++s) {
-      for (let m = 0; m < replay.body; ++m) {
-        for (let c = 0; c < 3; ++c) path[s * 3 + c] += view.positions[(s * replay.masses + m) * 3 + c] / replay.body;
-      }
-    }
-    view.path = path;
-    view.rise = risesOf(replay, path);
-    const trail = new THREE.BufferGeometry();
-    trail.setAttribute("position", new THREE.BufferAttribute(path, 3));
+  function build(view) {
+    const { replay } = view;
+    const path = view.path = pathOf(replay);
     // drawn over the body, as in a film strip
-    view.trail = new THREE.Line(trail, new THREE.LineBasicMaterial({ color: 0xc0392b, depthTest: false }));
+    view.trail = new THREE.Line(geometry(path), new THREE.LineBasicMaterial({ color: TRAIL, depthTest: false }));
     view.trail.renderOrder = 1;
-    view.trail.frustumCulled = false;
-
-    view.scene = new THREE.Scene();
-    view.world = new THREE.Group();
-    view.mesh.name = "robot";
-    view.world.add(view.mesh, view.outline, view.trail);
-    view.world.position.set(-path[0], -path[1], 0);
-    // up is against gravity, so that a slope is seen as one
-    view.tilt = new THREE.Group();
-    view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
-    view.tilt.add(view.world);
-    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.62));
-    const sun = new THREE.DirectionalLight(0xffffff, 0.55);
-    sun.position.set(-2, -3, 5);
-    view.scene.add(sun);
     view.ground = new THREE.Group();
-    if (replay.world.ground !== undefined) view.ground.add(...limax.world.groundOf(replay.world));
-    view.ground.add(...limax.world.obstacles(replay.world));
-    view.world.add(view.ground);
+    view.ground.add(...worldOf(replay.world));
+    view.world = new THREE.Group();
+    view.world.add(...bodyOf(view), view.trail, view.ground);
+    view.world.position.set(-path[0], -path[1], 0);
     if (replay.held) {
-      const held = new THREE.BufferGeometry();
-      const places = replay.held.flatMap((mass) => Array.from(view.positions.slice(mass * 3, mass * 3 + 3)));
-      held.setAttribute("position", new THREE.BufferAttribute(new Float32Array(places), 3));
-      const points = new THREE.Points(held, new THREE.PointsMaterial({ color: HELD, size: 7, sizeAttenuation: false }));
-      points.name = "held";
-      view.world.add(points);
+      const places = replay.held.flatMap((mass) => Array.from(replay.positions.slice(mass * 3, mass * 3 + 3)));
+      const dots = { color: HELD, size: 7, sizeAttenuation: false };
+      view.world.add(new THREE.Points(geometry(places), new THREE.PointsMaterial(dots)));
     }
+    view.world.traverse((thing) => { thing.frustumCulled = false; });
 
     // as far away as the body is large
     let reach = 0.3;
-    for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(view.positions[k] - path[k % 3]));
+    for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(replay.positions[k] - path[k % 3]));
     // the flows follow the camera's target
     view.flows = new THREE.Group();
     view.flows.position.set(0, 0, path[2]);
-    const arrows = limax.world.flowsOf(replay.world, reach);
-    if (arrows.length > 0) view.flows.add(...arrows);
-    view.tilt.add(view.flows);
+    for (const arrow of flowsOf(replay.world, reach)) view.flows.add(arrow);
+    // up is against gravity, so that a slope is seen as one
+    view.tilt = new THREE.Group();
+    view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
+    view.tilt.add(view.world, view.flows);
+    const sun = new THREE.DirectionalLight(0xffffff, 0.55);
+    sun.position.set(-2, -3, 5);
+    view.scene = new THREE.Scene();
+    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.62), sun);
+
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
     view.camera.position.set(2.2 * reach, -3.4 * reach, path[2] + 1.7 * reach);
@@ -173,53 +220,44 @@
     const zoom = { "+": 1 / 1.1, "=": 1 / 1.1, "-": 1.1 }[event.key] || 1;
     if (around === 0 && over === 0 && zoom === 1) return;
     event.preventDefault();
-    const away = view.camera.position.clone().sub(view.controls.target);
-    const length = away.length() * zoom;
-    const turned = Math.atan2(away.y, away.x) + around;
-    const down = Math.min(Math.max(Math.acos(away.z / away.length()) + over, 0.05), 3.0);
-    away.set(Math.sin(down) * Math.cos(turned), Math.sin(down) * Math.sin(turned), Math.cos(down)).multiplyScalar(length);
-    view.camera.position.copy(view.controls.target).add(away);
+    view.camera.position.sub(view.controls.target);
+    // three.js counts these angles from y
+    const at = new THREE.Spherical().setFromVector3(view.camera.position.applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
+    at.set(at.radius * zoom, Math.min(Math.max(at.phi + over, 0.05), 3.0), at.theta + around);
+    view.camera.position.setFromSpherical(at).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(view.controls.target);
     view.controls.update();
-    view.dirty = true;
   }
 
-  // The shape at a time, straight between two samples.
-  function pose(view, time) {
-    const replay = view.replay;
-    const at = Math.min(time * replay.rate, replay.samples - 1);
-    const first = Math.min(Math.floor(at), replay.samples - 1);
-    const second = Math.min(first + 1, replay.samples - 1);
-    const share = at - first;
+  // The shape at the time of the clock, straight between two samples.
+  function pose(view) {
+    const { replay, path, shape } = view;
+    const at = Math.min(state.time * replay.rate, replay.samples - 1);
+    const first = Math.floor(at);
     const from = first * replay.masses * 3;
-    const to = second * replay.masses * 3;
-    const p = view.positions;
+    const to = Math.min(first + 1, replay.samples - 1) * replay.masses * 3;
+    const p = replay.positions;
     replay.corners.forEach((mass, k) => {
-      for (let c = 0; c < 3; ++c) {
-        const a = p[from + mass * 3 + c];
-        view.shape[k * 3 + c] = a + (p[to + mass * 3 + c] - a) * share;
+      for (let c = mass * 3; c < mass * 3 + 3; ++c) {
+        shape[k * 3 + c % 3] = p[from + c] + (p[to + c] - p[from + c]) * (at - first);
       }
     });
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
     // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
-    if (byId("follow").checked) view.world.position.set(-view.path[first * 3], -view.path[first * 3 + 1], -view.rise[first]);
-    if (view.mode === "strain") paint(view, "strain");
-    view.dirty = true;
+    if (byId("follow").checked) view.world.position.set(-path[first * 3], -path[first * 3 + 1], -riseAt(view, first));
+    paint(view);
   }
 
   function draw(view) {
     const width = view.canvas.clientWidth;
-    const height = Math.round(width * 0.75);
     const ratio = window.devicePixelRatio || 1;
     if (width !== view.width || ratio !== view.ratio) {
-      view.width = width;
-      view.ratio = ratio;
+      Object.assign(view, { width, ratio });
       view.renderer.setPixelRatio(ratio);
-      view.renderer.setSize(width, height, false);
+      view.renderer.setSize(width, Math.round(width * 0.75), false);
     }
-    const background = getComputedStyle(view.canvas.parentNode).backgroundColor;
-    view.renderer.setClearColor(new THREE.Color(background), 1);
+    view.renderer.setClearColor(new THREE.Color(getComputedStyle(view.canvas.parentNode).backgroundColor), 1);
     view.renderer.render(view.scene, view.camera);
     view.dirty = false;
   }
@@ -231,7 +269,7 @@
     byId("time").value = state.time;
     byId("clock").textContent = state.time.toFixed(2) + " s";
     byId("time").setAttribute("aria-valuetext", byId("clock").textContent);
-    for (const view of views) pose(view, state.time);
+    views.forEach(pose);
   }
 
   function play(on) {
@@ -252,75 +290,43 @@
     requestAnimationFrame(tick);
   }
 
-  function showLegend(mode) {
-    let text = KEYS[mode];
-    if (mode === "material") {
-      const names = new Set();
-      for (const view of views) {
-        const world = view.replay.world;
-        view.replay.materials.forEach((k) => names.add(view.replay.names[k] + " " + view.replay.colors[k]));
-        if (view.replay.held) names.add("held " + HELD);
-        if (world.boxes || world.spheres || (world.sheets || []).some((sheet) => !sheet.floor)) names.add("obstacle " + world.hex);
-        for (const flow of world.flows || []) names.add(flow.label + " " + flow.hex);
-      }
-      text = "";
-      byId("key").textContent = "";
-      for (const entry of names) {
-        const word = document.createElement("span");
-        const mark = document.createElement("span");
-        mark.textContent = "\u25a0 ";
-        mark.style.color = entry.slice(-7);
-        word.style.whiteSpace = "nowrap";
-        word.append(mark, entry.slice(0, -8));
-        byId("key").append(word, "  ");
-      }
-      return;
-    }
-    byId("key").textContent = text;
-  }
+  // What each control changes in a view.
+  const CONTROLS = {
+    colours: paint,
+    ground(view) { view.ground.visible = view.flows.visible = byId("ground").checked; },
+    trail(view) { view.trail.visible = byId("trail").checked; },
+    follow: pose,
+  };
 
   async function start() {
     const panel = document.querySelector(".robots");
     try {
       for (const box of panel.querySelectorAll(".view")) {
-        const replay = JSON.parse(box.querySelector("script").textContent);
-        const view = { replay, canvas: box.querySelector("canvas"), positions: await unpack(replay) };
+        const view = { replay: await unpack(box.querySelector("script").textContent), canvas: box.querySelector("canvas") };
         build(view);
         views.push(view);
-        state.most = Math.max(state.most, (replay.samples - 1) / replay.rate);
+        state.most = Math.max(state.most, (view.replay.samples - 1) / view.replay.rate);
       }
     } catch (problem) {
       panel.textContent = "The robots cannot be shown in 3D here (" + problem.message + "). See the film strips below.";
       panel.dataset.ready = "no";
       return;
     }
+    const redraw = () => views.forEach((view) => { view.dirty = true; });
     byId("time").max = state.most;
     byId("play").addEventListener("click", () => play(!state.playing));
     byId("time").addEventListener("input", () => { play(false); show(Number(byId("time").value)); });
-    byId("colours").addEventListener("change", () => {
-      for (const view of views) { paint(view, byId("colours").value); view.dirty = true; }
-      showLegend(byId("colours").value);
-    });
-    byId("ground").addEventListener("change", () => {
-      for (const view of views) {
-        view.ground.visible = view.flows.visible = byId("ground").checked;
-        view.dirty = true;
-      }
-    });
-    byId("trail").addEventListener("change", () => {
-      for (const view of views) { view.trail.visible = byId("trail").checked; view.dirty = true; }
-    });
-    byId("follow").addEventListener("change", () => show(state.time));
+    for (const [id, change] of Object.entries(CONTROLS)) {
+      byId(id).addEventListener("change", () => { views.forEach(change); redraw(); });
+    }
+    byId("colours").addEventListener("change", showKey);
     // the background follows the page
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-      for (const view of views) view.dirty = true;
-    });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
     show(0);
-    for (const view of views) paint(view, "material");
-    showLegend("material");
+    showKey();
     panel.dataset.ready = "yes";
     // for a browser's console
-    limax.views = views;
+    window.limax = { views };
     requestAnimationFrame(tick);
   }
 
