@@ -1,0 +1,117 @@
+// browser.js: runs first in a report that report_browser.lua opens in a headless Chromium, uses the page as a reader
+// would, and logs what it saw as JSON.
+"use strict";
+(function () {
+  const seen = { problems: [] };
+  addEventListener("error", (event) => seen.problems.push(event.message));
+  addEventListener("unhandledrejection", (event) => seen.problems.push(String(event.reason)));
+  addEventListener("securitypolicyviolation", (event) => seen.problems.push(event.violatedDirective + " " + event.blockedURI));
+
+  const byId = (id) => document.getElementById(id);
+  const all = (selector) => [...document.querySelectorAll(selector)];
+  const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+
+  async function until(condition) {
+    for (let k = 0; k < 500; ++k) {
+      if (condition()) return;
+      await frame();
+    }
+    throw new Error("did not come: " + condition);
+  }
+
+  // Each robot's canvas after the next frame.
+  async function pixels() {
+    await frame();
+    return all("canvas").map((canvas) => canvas.toDataURL());
+  }
+
+  async function set(id, field, value, event) {
+    byId(id)[field] = value;
+    byId(id).dispatchEvent(new Event(event));
+    return pixels();
+  }
+
+  const press = (at, key) => at.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+  const differ = (before, after) => before.every((each, k) => each !== after[k]);
+
+  function charts() {
+    seen.charts = all("figure.chart:not(.key)").map((figure) => ({
+      data: JSON.parse(figure.querySelector("script").textContent),
+      drawn: [...figure.querySelectorAll("polyline")].map((line) => line.points.numberOfItems) }));
+    press(document.querySelector("figure.chart .scroll"), "End");
+    seen.read_out = document.querySelector("figure.chart output").textContent;
+  }
+
+  // Centre of the block, which has the last six faces of the robot's mesh.
+  const block = () => [0, 1, 2].map((c) => limax.views[0].shape.slice(-72).filter((_, k) => k % 3 === c)
+    .reduce((a, b) => a + b) / 24);
+
+  async function robots() {
+    const panel = document.querySelector(".robots");
+    await until(() => panel.dataset.ready);
+    if (panel.dataset.ready !== "yes") throw new Error(panel.textContent);
+    const still = await pixels();
+    const view = limax.views[0];
+    seen.key = byId("key").textContent;
+    seen.up = new THREE.Vector3(0, 0, 1).applyQuaternion(view.tilt.quaternion).toArray();
+    seen.flows = view.flows.children.map((arrow) => ({ name: arrow.name, height: arrow.position.z,
+      way: new THREE.Vector3(0, 1, 0).applyQuaternion(arrow.quaternion).toArray() }));
+    seen.block = [block()];
+    const ok = seen.ok = { still: !differ(still, await pixels()) };
+    byId("play").click();
+    await until(() => Number(byId("time").value) > 0.2);
+    byId("play").click();
+    const moved = await pixels();
+    ok.moved = differ(still, moved);
+    ok.paused = !differ(moved, await pixels());
+    ok.scrubbed_back = String(await set("time", "value", 0, "input")) === String(still);
+    let last = await set("time", "value", 1e9, "input");
+    ok.scrubbed_to_end = differ(still, last);
+    seen.block.push(block());
+    seen.clock = byId("clock").textContent;
+    const changed = async (name, change) => {
+      const next = await change();
+      ok[name] = differ(last, next);
+      last = next;
+    };
+    for (const mode of ["strain", "phase"]) await changed(mode, () => set("colours", "value", mode, "change"));
+    await changed("turned_by_key", () => { all("canvas").forEach((canvas) => press(canvas, "ArrowLeft")); return pixels(); });
+    for (const id of ["ground", "trail"]) await changed("without_" + id, () => set(id, "checked", false, "change"));
+  }
+
+  // Whatever takes the focus: its name, and whether a line around it shows the focus.
+  function keyboard() {
+    seen.focus = all("a[href], button, input, select, summary, [tabindex]").filter((at) => at.checkVisibility())
+      .map((at) => {
+        at.focus();
+        const style = getComputedStyle(at);
+        return { id: at.id || at.className || at.tagName.toLowerCase(),
+          named: Boolean(at.getAttribute("aria-label") || (at.labels && at.labels.length) || at.textContent.trim()),
+          shown: document.activeElement === at && at.getBoundingClientRect().right > 0 && style.outlineStyle !== "none"
+            && parseFloat(style.outlineWidth) >= 1 };
+      });
+  }
+
+  addEventListener("load", async () => {
+    try {
+      seen.title = document.title;
+      charts();
+      if (document.querySelector(".robots")) await robots();
+      keyboard();
+      document.body.style.width = "320px";
+      await frame();
+      seen.overflow = document.body.scrollWidth - 320;
+      document.documentElement.classList.remove("scripted");
+      const visible = (selector) => all(selector).filter((each) => each.getBoundingClientRect().width > 0).length;
+      seen.plain = { robots: visible(".robots"), curves: visible("figure.chart polyline"), strips: visible(".figure-row svg") };
+    } catch (problem) {
+      seen.problems.push(String(problem.stack));
+    }
+    seen.images = document.images.length;
+    seen.loaded = performance.getEntriesByType("resource").length;
+    seen.alerted = window.alerted === true;
+    console.log("SEEN " + encodeURIComponent(JSON.stringify(seen)) + " END");
+    // the browser ends with its only window
+    window.close();
+  });
+})();
