@@ -109,4 +109,24 @@ function terminal.table(head, rows, style)
   return table.concat(lines, "\n")
 end
 
+--- A table of rows with fields. A column is { title, value, format }: `value` is a field or a
+--- function of a row; nil shows as a dash.
+---@param columns table[]
+---@param list table[]
+---@return string
+function terminal.rows(columns, list, style)
+  local head, lines = {}, {}
+  for c, column in ipairs(columns) do head[c] = column[1] end
+  for r, row in ipairs(list) do
+    lines[r] = {}
+    for c, column in ipairs(columns) do
+      local title, value, format = unpack(column, 1, 3)
+      if type(value) == "function" then value = value(row) else value = row[value or title] end
+      if value ~= nil and format then value = format:format(value) end
+      lines[r][c] = value == nil and "-" or value
+    end
+  end
+  return terminal.table(head, lines, style)
+end
+
 return terminal

@@ -1,10 +1,12 @@
 --- accuracy.lua: `limax bench accuracy`: what accuracy costs. Runs the sections of
 --- scripts/ACCURACY.md and writes what they measured.
 
+local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local pages = require "limax.tools.bench.accuracy.pages"
 local ranking = require "limax.tools.bench.accuracy.ranking"
+local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
@@ -16,6 +18,11 @@ local accuracy = {}
 --- Sections in the order in which they run.
 accuracy.SECTIONS = { "work_precision", "rounding", "conservation", "ranking", "evolutions" }
 
+-- Sizes of the sections, in SI units. `reference`: step of the finest setting; `effort`: least wall
+-- time and runs of a trial; `seconds`: wall time of one round of one setting; `set`: overrides of
+-- every experiment; `cases`: how many of walkers.CASES run under `settings`, and `rest` those after
+-- them; `vibration`, `spin`: steps.
+--
 -- Time steps, s: divisors of 50 ms on both sides of the paper's 1e-5, the first too long for stiff
 -- bodies.
 local STEPS = { 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6 }
@@ -78,20 +85,17 @@ local FULL = {
     settings = { "paper", "preview", "evolve", "publish" } },
 }
 
--- Rows of several sections as one table for CSV, with the section's name in each row.
+-- Columns and rows of several sections, with the section's name in each row.
 local function joined(results, sections)
-  local columns, known, rows = { "section" }, {}, {}
+  local columns, seen, rows = { "section" }, {}, {}
   for _, name in ipairs(sections) do
     for _, column in ipairs(results[name].columns) do
-      if not known[column] then
-        known[column] = true
-        columns[#columns + 1] = column
-      end
+      if not seen[column] then columns[#columns + 1] = column end
+      seen[column] = true
     end
     for _, row in ipairs(results[name].rows) do
-      local copy = { section = name }
-      for key, value in pairs(row) do copy[key] = value end
-      rows[#rows + 1] = copy
+      rows[#rows + 1] = source.copy(row)
+      rows[#rows].section = name
     end
   end
   return columns, rows
@@ -99,17 +103,18 @@ end
 
 -- The sections to run: those that the user names, or all that this size has.
 local function chosen(names, sizes)
-  local wanted, sections = {}, {}
+  local sections = {}
   for _, name in ipairs(names or {}) do
     if not FULL[name] then
       failure.raise(2, ('--section "%s": unknown%s'):format(name,
         suggest.ending(name, accuracy.SECTIONS)))
     end
     if not sizes[name] then failure.raise(2, ("--section %s needs --full"):format(name)) end
-    wanted[name] = true
   end
   for _, name in ipairs(accuracy.SECTIONS) do
-    if sizes[name] and (not next(wanted) or wanted[name]) then sections[#sections + 1] = name end
+    if sizes[name] and (not names or #names == 0 or choice.contains(names, name)) then
+      sections[#sections + 1] = name
+    end
   end
   return sections
 end
@@ -121,7 +126,7 @@ local function report_tiers(how, results)
   for _, name in ipairs(tiers.NAMES) do
     how.say(("%-10s %s: %s"):format(name, tiers.describe(name), tiers.price(measured[name])))
   end
-  -- one section measures a part of the price, and other sizes another one
+  -- part of the sections, or other sizes, give another price
   if how.sizes or not (results.ranking and results.work_precision) then return end
   local path, message = tiers.keep(how.device, measured)
   how.say(path and "stored for limax run and limax doctor: " .. path

@@ -2,14 +2,24 @@
 --- of each row. Last states are compared with the CPU and with stored hashes before anything is
 --- timed.
 
+local ffi = require "ffi"
+local abi = require "limax.engine.abi"
 local agreement = require "limax.tools.bench.agreement"
 local bodies = require "limax.tools.bench.bodies"
 local cases = require "limax.tools.bench.cases"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local hashes = require "limax.tools.bench.hashes"
-local reconstruction = require "limax.tools.bench.reconstruction"
+local object = require "limax.engine.object"
+local simulations = require "limax.engine.simulation"
+local terminal = require "limax.base.terminal"
 local timing = require "limax.tools.bench.timing"
+
+-- engine/bench/reconstruction.h
+ffi.cdef [[
+limax_status limax_bench_reconstruction(limax_device *, const limax_population *,
+  const limax_materials *, const limax_scene *, const limax_simulation_options *, int64_t steps,
+  double *seconds, double center[3]);
+]]
 
 local gpu = {}
 
@@ -27,6 +37,14 @@ local KERNEL = { "path", "origin", "architecture", "threads", "registers", "spil
 local COLUMNS = { "device", "lattice", "robots", "masses", "springs", "integrator", "precision",
   "effects", "springs_per_second", "robot_seconds_per_second", "seconds_per_step", "failed",
   unpack(KERNEL) }
+
+local TABLE = { { "lattice" }, { "robots" }, { "precision" }, { "effects" },
+  { "springs/s", "springs_per_second", "%.3g" },
+  { "robot-s/s", "robot_seconds_per_second", "%.3g" },
+  { "us/step", function(row) return row.seconds_per_step and 1e6 * row.seconds_per_step end,
+    "%.3g" },
+  { "path" }, { "registers" }, { "spilled" }, { "instructions" },
+  { "blocks", "blocks_of_multiprocessor" }, { "kernel", "origin" }, { "failed" } }
 
 -- What is timed: each axis with the default precision, or every combination.
 local function plan(full)
@@ -49,6 +67,13 @@ local function plan(full)
   return list
 end
 
+local function set_rate(row, rate)
+  row.springs_per_second = rate
+  row.robot_seconds_per_second = rate / row.springs * cases.TIME_STEP
+  row.seconds_per_step = row.springs * row.robots / rate
+  return row
+end
+
 local function measured(materials, entry, device, seconds)
   local case = cases.endless(materials, { lattice = { entry.edge, entry.edge, entry.edge },
     count = entry.robots, scene = entry.scene, integrator = "leapfrog",
@@ -60,9 +85,9 @@ end
 
 -- One row, which reports if the GPU does not have enough memory.
 local function row_of(materials, entry, device, model, seconds)
-  local size = ("%dx%dx%d"):format(entry.edge, entry.edge, entry.edge)
-  local row = { device = model, lattice = size, robots = entry.robots, integrator = "leapfrog",
-    precision = entry.precision, effects = entry.effects }
+  local row = { device = model, lattice = ("%dx%dx%d"):format(entry.edge, entry.edge, entry.edge),
+    robots = entry.robots, integrator = "leapfrog", precision = entry.precision,
+    effects = entry.effects }
   local fine, case, rate = failure.attempt(measured, materials, entry, device, seconds)
   if not fine then
     if failure.of_machine(case) ~= "memory" then error(case, 0) end
@@ -70,20 +95,11 @@ local function row_of(materials, entry, device, model, seconds)
     return row
   end
   row.masses, row.springs = case.masses, case.springs
-  row.springs_per_second = rate
-  row.robot_seconds_per_second = rate / case.springs * cases.TIME_STEP
-  row.seconds_per_step = case.springs * entry.robots / rate
   for _, name in ipairs(KERNEL) do row[name] = case.facts[name] end
-  return row
+  return set_rate(row, rate)
 end
 
-local function line_of(row)
-  local head = ("%-8s %6d %-11s %-7s"):format(row.lattice, row.robots, row.precision, row.effects)
-  if row.failed then return head .. "  " .. row.failed end
-  return ("%s %10.3g %10.3g %9.3g  %-5s %4d %4d %6d %2d  %s"):format(head, row.springs_per_second,
-    row.robot_seconds_per_second, 1e6 * row.seconds_per_step, row.path, row.registers, row.spilled,
-    row.instructions, row.blocks_of_multiprocessor, row.origin)
-end
+local function handle(value) return object.handle("reconstruction", value, getmetatable(value)) end
 
 -- A reconstruction of the scheme that the paper sketches, on the same bodies in the same run. It
 -- ends where symplectic Euler in single precision does, or it is not timed.
@@ -93,26 +109,25 @@ local function reconstruction_row(materials, device, model)
   local scene = engine.scene(bodies.ALL)
   local options = { integrator = "symplectic_euler", precision = "single", settle = 0,
     time_step = cases.TIME_STEP, duration = steps * cases.TIME_STEP }
-  local seconds, center =
-    reconstruction.run(population, materials, scene, options, steps, device)
+  local seconds, center = ffi.new "double[1]", ffi.new "double[3]"
+  abi.check(abi.C.limax_bench_reconstruction(handle(device), handle(population), handle(materials),
+    handle(scene), simulations.options_of(options), steps, seconds, center), "reconstruction")
   local simulation = engine.simulation(population, materials, scene, options, device)
   simulation:run()
-  local allowed = agreement.tolerance("single", bodies.ALL)
+  local outcome, allowed = simulation:outcome(1), agreement.tolerance("single", bodies.ALL)
   for axis = 1, 3 do
-    local off = math.abs(center[axis] - simulation:outcome(1).center_end[axis])
+    local off = math.abs(center[axis - 1] - outcome.center_end[axis])
     if not (off <= allowed) then
-      error(("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: "
-        .. "it is not timed"):format(off, allowed), 0)
+      failure.raise(1, ("the reconstruction ends %.3g m from a simulation, %.3g m are allowed: "
+        .. "it is not timed"):format(off, allowed))
     end
   end
-  local masses, springs = simulation:outcome(1).masses, simulation:outcome(1).springs
+  local row = { device = model, lattice = "5x5x5", robots = robots, masses = outcome.masses,
+    springs = outcome.springs, integrator = "symplectic_euler", precision = "single",
+    effects = "all", path = "reconstruction" }
   simulation:free()
   population:free()
-  local rate = springs * robots * steps / seconds
-  return { device = model, lattice = "5x5x5", robots = robots, masses = masses, springs = springs,
-    integrator = "symplectic_euler", precision = "single", effects = "all",
-    springs_per_second = rate, robot_seconds_per_second = rate / springs * cases.TIME_STEP,
-    seconds_per_step = seconds / steps, path = "reconstruction" }
+  return set_rate(row, row.springs * robots * steps / seconds[0])
 end
 
 --- Measures a GPU.
@@ -130,31 +145,26 @@ function gpu.run(how)
   how.say(("checked: after %g s every precision is where the CPU is; %.2g of what is allowed at "
     .. "most"):format(agreement.SETTLE + agreement.DURATION, worst))
   if how.store then
-    how.say("stored: " .. hashes.store(model, found))
+    how.say("stored: " .. agreement.store_hashes(model, found))
   else
-    how.say("checked: " .. hashes.check(model, found))
+    how.say("checked: " .. agreement.compare_hashes(model, found))
   end
-  how.say ""
-  how.say(("%-8s %6s %-11s %-7s %10s %10s %9s  %-5s %4s %4s %6s %2s  %s"):format("lattice",
-    "robots", "precision", "effects", "springs/s", "robot-s/s", "us/step", "path", "reg.", "sp.",
-    "instr.", "b.", "kernel"))
   local rows, best = {}, 0
   for _, entry in ipairs(plan(how.full)) do
     local row = row_of(materials, entry, device, model, how.seconds)
     rows[#rows + 1] = row
-    how.say(line_of(row))
     if row.effects == "all" then best = math.max(best, row.springs_per_second or 0) end
   end
-  how.say "(reg.: registers of a thread; sp.: bytes that it spills; b.: blocks of a multiprocessor)"
+  how.say("\n" .. terminal.rows(TABLE, rows, terminal.style {}))
+  how.say "(registers of a thread; spilled: bytes of a thread; blocks of a multiprocessor)"
   local plain = reconstruction_row(materials, device, model)
   rows[#rows + 1] = plain
   how.say(("a reconstruction of the paper's scheme (a thread per spring, then per mass; "
     .. "shared-memory float atomics are our assumption), %d robots, symplectic Euler, single: "
     .. "%.3g springs/s"):format(plain.robots, plain.springs_per_second))
-  how.say(("the fastest row of all effects above is %.1f times that"):format(
-    best / plain.springs_per_second))
-  how.say(("the paper's own figure is %.3g springs/s, on an %s; the fastest row above is %.1f times"
-    .. " that"):format(PAPER, PAPER_GPU, best / PAPER))
+  how.say(("the fastest row of all effects above is %.1f times that; the paper's own figure is "
+    .. "%.3g springs/s, on an %s: %.1f times that"):format(best / plain.springs_per_second, PAPER,
+    PAPER_GPU, best / PAPER))
   return { columns = { unpack(COLUMNS) }, rows = rows, hashes = found }
 end
 

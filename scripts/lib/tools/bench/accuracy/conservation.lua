@@ -20,16 +20,11 @@ local RATE = 1000
 -- rad/s about z
 local SPIN = 5
 
----@class limax.accuracy.conservation_size
----@field lattice integer[]
----@field vibration integer steps
----@field spin integer steps
-
 -- Relative change of the energy between the first and the last window of steps.
 local function energy_drift(simulation)
   local trace = simulation:trace(1, "energy")
-  local samples, window = trace:size(), math.floor(WINDOW * TIME_STEP * RATE + 0.5)
-  window = math.min(window, math.floor(samples / 2))
+  local samples = trace:size()
+  local window = math.min(math.floor(WINDOW * TIME_STEP * RATE + 0.5), math.floor(samples / 2))
   local function mean(first)
     local sum = 0
     for k = first, first + window - 1 do sum = sum + trace[k][1] + trace[k][2] end
@@ -65,46 +60,43 @@ local function spin(simulation, robot)
   simulation:place(robot, nil, velocities)
 end
 
-local function subject_of(scene, size)
-  local subject = subjects.get("free", { lattice = size.lattice, count = 1 })
-  subject.scene = engine.scene {}
-  local steps = size.vibration
-  if scene == "spin" then subject.place, steps = spin, size.spin end
-  subject.duration = steps * TIME_STEP
-  return subject, steps
+-- Sets the status and the drifts of a row.
+local function measure(row, subject, device)
+  local spins = row.scene == "spin"
+  -- the first and the last sample are used; 20 Hz is the least rate
+  local options = trial.options(subject, row,
+    { energy = RATE, position = spins and 20 or nil, velocity = spins and 20 or nil })
+  local refused = trial.refusal(subject, options, device)
+  if refused then
+    row.status = "refused: " .. refused
+    return
+  end
+  local simulation = trial.simulation(subject, options, device)
+  simulation:run()
+  row.status = simulation:outcome(1).status
+  if row.status == "done" then
+    row.energy_drift = energy_drift(simulation)
+    row.momentum_drift = spins and momentum_drift(simulation) or nil
+  end
+  simulation:free "its drift was measured"
 end
 
----@param how { device: limax.device, size: limax.accuracy.conservation_size,
---- say: fun(text: string) }
+---@param how { device: limax.device, size: table, say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function conservation.run(how)
-  local rows = {}
-  local device = how.device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or how.device
+  local rows, device = {}, trial.one_thread(how.device)
   for _, scene in ipairs { "vibration", "spin" } do
-    local subject, steps = subject_of(scene, how.size)
+    local subject = subjects.get("free", { lattice = how.size.lattice, count = 1 })
+    local steps = how.size[scene]
+    subject.scene, subject.duration = engine.scene {}, steps * TIME_STEP
+    if scene == "spin" then subject.place = spin end
     how.say(("%s: %g steps of %g s without damping"):format(scene, steps, TIME_STEP))
     for _, integrator in ipairs(trial.INTEGRATORS) do
       for _, precision in ipairs(trial.PRECISIONS) do
         host.raise_if_interrupted()
         local row = { scene = scene, integrator = integrator, precision = precision,
           time_step = TIME_STEP, steps = steps }
-        local record = { energy = RATE }
-        -- the first and the last sample are used; 20 Hz is the least rate
-        if scene == "spin" then record.position, record.velocity = 20, 20 end
-        local options = trial.options(subject, row, record)
-        local refused = trial.refusal(subject, options, device)
-        if refused then
-          row.status = "refused: " .. refused
-        else
-          local simulation = trial.simulation(subject, options, device)
-          simulation:run()
-          row.status = simulation:outcome(1).status
-          if row.status == "done" then
-            row.energy_drift = energy_drift(simulation)
-            if scene == "spin" then row.momentum_drift = momentum_drift(simulation) end
-          end
-          simulation:free "its drift was measured"
-        end
+        measure(row, subject, device)
         rows[#rows + 1] = row
       end
     end
@@ -113,15 +105,11 @@ function conservation.run(how)
 end
 
 function conservation.text(result, style)
-  local lines = {}
-  for k, row in ipairs(result.rows) do
-    local function shown(value) return value and ("%.1e"):format(value) or "-" end
-    lines[k] = { row.scene, trial.LABELS[row.integrator], row.precision, row.steps,
-      row.energy_drift and shown(row.energy_drift) or row.status, shown(row.momentum_drift) }
-  end
   return ("relative drift without damping, steps of %g s; energies are means over %g steps\n")
-    :format(TIME_STEP, WINDOW) .. terminal.table({ "scene", "integrator", "precision", "steps",
-    "energy", "angular momentum" }, lines, style)
+    :format(TIME_STEP, WINDOW) .. terminal.rows({ { "scene" },
+    { "integrator", function(row) return trial.LABELS[row.integrator] end }, { "precision" },
+    { "steps" }, { "status" }, { "energy", "energy_drift", "%.1e" },
+    { "angular momentum", "momentum_drift", "%.1e" } }, result.rows, style)
 end
 
 return conservation

@@ -1,5 +1,6 @@
 --- figures.lua: figures of the sections: colours for integrators, dashes and markers for
---- precisions, and a name at the end of every curve.
+--- precisions, and a name at the end of every curve. Every public function takes a section's result
+--- and returns a limax.chart.figure.
 
 local subjects = require "limax.tools.bench.accuracy.subjects"
 local trial = require "limax.tools.bench.accuracy.trial"
@@ -17,88 +18,101 @@ local LOOKS = {
   double = { marker = "square", width = 1.1 },
 }
 local TIER_COLOR = "#3d3a5c"
+local ERROR_LABEL = "error of the masses' places, m"
 
-local function curve_of(row)
+local function method_of(row) return row.integrator .. row.precision end
+
+local function method_look(row)
   local look = LOOKS[row.precision]
-  return { name = ("%s, %s"):format(SHORT[row.integrator], row.precision), points = {},
-    failures = {}, color = COLORS[row.integrator], dash = look.dash, marker = look.marker,
-    width = look.width, key = row.integrator .. row.precision }
+  return { name = ("%s, %s"):format(SHORT[row.integrator], row.precision), dash = look.dash,
+    color = COLORS[row.integrator], marker = look.marker, width = look.width }
 end
 
--- The curve of a key, new at its first use.
-local function curve_in(curves, key, make)
-  if not curves[key] then
-    curves[key] = make()
-    curves[#curves + 1] = curves[key]
+-- Curves in the order of their first rows. `place(row)` returns the key of the row's curve, nil
+-- where the row is not drawn, and its point if it has one; `look(row)` describes a new curve.
+local function curves_of(rows, place, look)
+  local curves, by_key = {}, {}
+  for _, row in ipairs(rows) do
+    local key, x, y = place(row)
+    if key and not by_key[key] then
+      local curve = look(row)
+      curve.points, curve.failures, curve.rows = {}, {}, {}
+      by_key[key], curves[#curves + 1] = curve, curve
+    end
+    if key then table.insert(by_key[key].rows, row) end
+    if x and y then table.insert(by_key[key].points, { x, y }) end
   end
-  return curves[key]
+  return curves
 end
+
+-- Rows grouped by a key, in the order of the first rows.
+local function grouped(rows, key_of)
+  local groups, by_key = {}, {}
+  for _, row in ipairs(rows) do
+    local key = key_of(row)
+    if key and not by_key[key] then
+      by_key[key] = {}
+      groups[#groups + 1] = by_key[key]
+    end
+    if key then table.insert(by_key[key], row) end
+  end
+  return groups
+end
+
+local function tier_points(rows, value_of)
+  local points = {}
+  for _, row in ipairs(rows) do
+    local value = value_of(row)
+    if row.tier and value and row.seconds_per_second then
+      points[#points + 1] = { x = row.seconds_per_second, y = value, name = row.tier,
+        color = TIER_COLOR }
+    end
+  end
+  return points
+end
+
+-- ---- work and precision -------------------------------------------------------------------------
 
 -- Adds the wall time that failed runs would have taken: that of the method's longest successful
 -- step, scaled by the number of steps.
-local function add_failures(rows, curve)
+local function add_failures(curve)
   local done
-  for _, row in ipairs(rows) do done = done or row.seconds_per_second and row end
-  for _, row in ipairs(done and rows or {}) do
-    if row.status ~= "done" and row.time_step then
-      curve.failures[#curve.failures + 1] = done.seconds_per_second * done.time_step
-        / row.time_step
+  for _, row in ipairs(curve.rows) do done = done or row.seconds_per_second and row end
+  for _, row in ipairs(done and curve.rows or {}) do
+    if row.status ~= "done" then
+      table.insert(curve.failures, done.seconds_per_second * done.time_step / row.time_step)
     end
   end
 end
 
-local function scene_panel(rows, scene)
-  local panel = { title = subjects.TITLES[scene], curves = {}, points = {},
-    x = { label = "wall time per simulated second, s" },
-    y = { label = "error of the masses' places, m" } }
-  local refused = {}
+local function scene_panel(rows)
+  local first, refused = rows[1], {}
+  local curves = curves_of(rows, function(row)
+    if row.tier or row.status == "refused" then return nil end
+    return method_of(row), row.seconds_per_second, row.error and row.error > 0 and row.error
+  end, method_look)
+  for _, curve in ipairs(curves) do add_failures(curve) end
+  local note = "reference: " .. first.reference
   for _, row in ipairs(rows) do
-    if row.scene == scene then
-      panel.floor = { y = row.reference_error, text = "the reference's own error" }
-      panel.note = "reference: " .. row.reference
-      if row.tier then
-        if row.error then
-          panel.points[#panel.points + 1] = { x = row.seconds_per_second, y = row.error,
-            name = row.tier, color = TIER_COLOR }
-        end
-      elseif row.status == "refused" then
-        refused[row.integrator] = row.reason
-      else
-        local curve = curve_in(panel.curves, row.integrator .. row.precision,
-          function() return curve_of(row) end)
-        curve.rows = curve.rows or {}
-        table.insert(curve.rows, row)
-        if row.error and row.error > 0 then
-          table.insert(curve.points, { row.seconds_per_second, row.error })
-        end
-      end
-    end
-  end
-  for _, curve in ipairs(panel.curves) do add_failures(curve.rows, curve) end
-  -- errors below the reference's own are drawn on the axis
-  panel.y.low = panel.floor.y / 2
-  for _, integrator in ipairs(trial.INTEGRATORS) do
-    local why = refused[integrator]
-    if why then
+    if row.status == "refused" and not row.tier and not refused[row.integrator] then
+      refused[row.integrator] = true
       -- the first part of a refusal is its reason
-      panel.note = ("%s; %s: %s"):format(panel.note, trial.LABELS[integrator],
-        why:gsub("^integrator: ", ""):match "^[^;]*")
+      note = ("%s; %s: %s"):format(note, trial.LABELS[row.integrator],
+        row.reason:gsub("^integrator: ", ""):match "^[^;]*")
     end
   end
-  return panel
+  return { title = subjects.TITLES[first.scene], curves = curves, note = note,
+    points = tier_points(rows, function(row) return row.error end),
+    floor = { y = first.reference_error, text = "the reference's own error" },
+    x = { label = "wall time per simulated second, s" },
+    -- errors below the reference's own are drawn on the axis
+    y = { label = ERROR_LABEL, low = first.reference_error / 2 } }
 end
-
--- Every function takes a section's result and returns a limax.chart.figure.
 
 --- Error against wall time, a panel for each scene.
 function figures.work_precision(result)
-  local panels, seen = {}, {}
-  for _, row in ipairs(result.rows) do
-    if not seen[row.scene] then
-      seen[row.scene] = true
-      panels[#panels + 1] = scene_panel(result.rows, row.scene)
-    end
-  end
+  local panels = grouped(result.rows, function(row) return row.scene end)
+  for k, rows in ipairs(panels) do panels[k] = scene_panel(rows) end
   return { name = "work_precision", title = "What accuracy costs", panels = panels,
     subtitle = ("Root mean square error of the masses' places at the end, against the wall time of"
       .. " %s; shorter steps to the right. Rings: the tiers."):format(result.where) }
@@ -106,56 +120,33 @@ end
 
 -- ---- ranking ------------------------------------------------------------------------------------
 
--- Curves over the price: leapfrog and symplectic Euler by precision.
-local function ranked_curves(rows, value_of)
-  local curves = {}
-  for _, row in ipairs(rows) do
-    local value = value_of(row)
-    if value and row.seconds_per_second and row.integrator and not row.tier
-      and row.setting ~= "finest" and row.setting ~= "chaos floor" then
-      local curve = curve_in(curves, row.integrator .. row.precision,
-        function() return curve_of(row) end)
-      table.insert(curve.points, { row.seconds_per_second, value })
-      if row.failed > 0 then table.insert(curve.failures, row.seconds_per_second) end
-    end
-  end
-  for _, curve in ipairs(curves) do
-    table.sort(curve.points, function(a, b) return a[1] < b[1] end)
-  end
-  return curves
-end
-
--- A panel for each case and population; `look` makes the axes.
-local function ranked_panels(result, value_of, look)
-  local panels, groups = {}, {}
-  for _, row in ipairs(result.rows) do
-    local key = row.case .. row.population
-    if row.status ~= "refused" and not groups[key] then
-      groups[key] = { title = ("%s, %s bodies"):format(row.case, row.population) }
-      groups[#groups + 1] = groups[key]
-    end
-    if row.status ~= "refused" then table.insert(groups[key], row) end
-  end
-  for k, group in ipairs(groups) do
-    local panel = { title = group.title, points = {}, curves = ranked_curves(group, value_of),
-      x = { label = "wall time of a robot and simulated second, s" } }
-    for _, row in ipairs(group) do
+-- A panel for each case and population; `add_axes(panel, chaos floor)` completes it.
+local function ranked_panels(result, value_of, add_axes)
+  local panels = grouped(result.rows, function(row)
+    return row.status ~= "refused" and row.case .. row.population
+  end)
+  for k, rows in ipairs(panels) do
+    local floor = {}
+    local curves = curves_of(rows, function(row)
+      if row.setting == "chaos floor" then floor = row end
       local value = value_of(row)
-      if row.tier and value and row.seconds_per_second then
-        panel.points[#panel.points + 1] = { x = row.seconds_per_second, y = value, name = row.tier,
-          color = TIER_COLOR }
+      if value and row.seconds_per_second and row.integrator and not row.tier
+        and row.setting ~= "finest" and row.setting ~= "chaos floor" then
+        return method_of(row), row.seconds_per_second, value
+      end
+    end, method_look)
+    for _, curve in ipairs(curves) do
+      table.sort(curve.points, function(a, b) return a[1] < b[1] end)
+      for _, row in ipairs(curve.rows) do
+        if row.failed > 0 then table.insert(curve.failures, row.seconds_per_second) end
       end
     end
-    look(panel, group)
-    panels[k] = panel
+    panels[k] = { title = ("%s, %s bodies"):format(rows[1].case, rows[1].population),
+      points = tier_points(rows, value_of), curves = curves,
+      x = { label = "wall time of a robot and simulated second, s" } }
+    add_axes(panels[k], floor)
   end
   return panels
-end
-
-local function floor_of(group)
-  for _, row in ipairs(group) do
-    if row.setting == "chaos floor" then return row end
-  end
 end
 
 -- Regrets below this are drawn on the axis.
@@ -166,16 +157,13 @@ function figures.elite_regret(result)
   local function value_of(row)
     return row.elite_regret and math.max(row.elite_regret, LEAST_REGRET)
   end
-  local panels = ranked_panels(result, value_of, function(panel, group)
+  local panels = ranked_panels(result, value_of, function(panel, floor)
     panel.y = { label = "elite regret", low = LEAST_REGRET, high = 1,
       text = function(value)
         return ("%s%g %%"):format(value <= LEAST_REGRET and "≤ " or "", 100 * value)
       end }
     panel.limits = { { y = 0.05, text = "5 %: what a choice may lose", color = "#b3261e" } }
-    local floor = floor_of(group)
-    if floor and floor.elite_regret then
-      panel.floor = { y = math.max(floor.elite_regret, LEAST_REGRET), text = "chaos floor" }
-    end
+    panel.floor = value_of(floor) and { y = value_of(floor), text = "chaos floor" }
   end)
   return { name = "elite_regret", title = "What a cheap setting costs a researcher",
     panels = panels,
@@ -185,12 +173,10 @@ end
 
 --- Kendall's tau of the robots' order, against what the scores cost.
 function figures.kendall_tau(result)
-  local panels = ranked_panels(result, function(row) return row.tau end, function(panel, group)
+  local panels = ranked_panels(result, function(row) return row.tau end, function(panel, floor)
     panel.y = { label = "Kendall's tau", linear = true, high = 1.01 }
-    local floor = floor_of(group)
-    if floor and floor.tau then
-      panel.limits = { { y = floor.tau, text = ("chaos floor: %.3f"):format(floor.tau) } }
-    end
+    panel.limits = floor.tau
+      and { { y = floor.tau, text = ("chaos floor: %.3f"):format(floor.tau) } }
   end)
   return { name = "kendall_tau", title = "How far a cheap setting keeps the order", panels = panels,
     subtitle = "Kendall's tau of the fitness against the finest setting's; 1 is the same order."
@@ -200,64 +186,51 @@ end
 -- ---- rounding -----------------------------------------------------------------------------------
 
 -- Rings of different sizes at one point: if all are visible, the start makes no difference.
-local START_LOOKS = { [10] = { marker = "wide ring", color = "#8a5a9e" },
-  [1000] = { marker = "wider ring", color = "#b58a1b" } }
+local STARTS = { [10] = { marker = "wide ring", color = "#8a5a9e", text = "started at 10 m" },
+  [1000] = { marker = "wider ring", color = "#b58a1b", text = "started at 1 km" } }
 
-local function sweep_panel(rows)
-  local panel = { title = "at the origin, 10 m and 1 km away", curves = {},
-    x = { label = "time step, s" }, y = { label = "error of the masses' places, m" } }
-  for _, row in ipairs(rows) do
-    if row.same_bits == nil and row.way == 0 and row.duration == rows[1].duration
-      and row.error and row.error > row.reference_error then
-      local curve = curve_in(panel.curves, row.integrator .. row.precision .. row.start, function()
-        local curve, look = curve_of(row), START_LOOKS[row.start]
-        if look then
-          curve.marker, curve.color, curve.dash, curve.name = look.marker, look.color, "none", nil
-        end
-        return curve
-      end)
-      table.insert(curve.points, { row.time_step, row.error })
-    end
-  end
-  panel.x.reversed = true
-  panel.floor = { y = rows[1].reference_error, text = "the reference's own error" }
-  panel.key = { { marker = "wide ring", color = START_LOOKS[10].color, text = "started at 10 m" },
-    { marker = "wider ring", color = START_LOOKS[1000].color, text = "started at 1 km" } }
-  return panel
-end
-
-local function moving_panel(rows)
-  local panel = { curves = {}, x = { label = "time step, s", reversed = true },
-    y = { label = "error of the masses' places, m" } }
-  for _, row in ipairs(rows) do
-    if row.duration ~= rows[1].duration and row.error then
-      if row.way > 0 then
-        panel.title = ("over a distance of %g m at 1 m/s, %d bodies"):format(row.way, row.bodies)
-      end
-      local curve = curve_in(panel.curves, row.precision .. row.way, function()
-        local curve = curve_of(row)
-        curve.name = ("%s, %s"):format(row.precision, row.way > 0 and "moving" or "at rest")
-        curve.color = row.way > 0 and "#8a5a9e" or COLORS.leapfrog
-        return curve
-      end)
-      table.insert(curve.points, { row.time_step, row.error })
-      panel.floor = { y = row.reference_error, text = "the reference's own error" }
-    end
-  end
-  return panel
+local function error_panel(rows, title, place, look)
+  return { title = title, curves = curves_of(rows, place, look),
+    x = { label = "time step, s", reversed = true }, y = { label = ERROR_LABEL },
+    floor = { y = rows[1].reference_error, text = "the reference's own error" } }
 end
 
 --- The rounding floor of fp32: error against step, by place and precision.
 function figures.rounding(result)
-  local same = {}
+  local same, still, moving, title = {}, {}, {}, nil
   for _, row in ipairs(result.rows) do
     if row.same_bits ~= nil then
       same[#same + 1] = ("%s %s"):format(row.precision,
         row.same_bits and "the same bits" or "OTHER bits")
+    elseif row.duration == result.rows[1].duration then
+      still[#still + 1] = row
+    else
+      moving[#moving + 1] = row
+      title = row.way > 0 and ("over a distance of %g m at 1 m/s, %d bodies"):format(row.way,
+        row.bodies) or title
     end
   end
-  return { name = "rounding", title = "What rounding costs",
-    panels = { sweep_panel(result.rows), moving_panel(result.rows) },
+  local at_starts = error_panel(still, "at the origin, 10 m and 1 km away", function(row)
+    if row.error and row.error > row.reference_error then
+      return method_of(row) .. row.start, row.time_step, row.error
+    end
+  end, function(row)
+    local curve, start = method_look(row), STARTS[row.start]
+    if start then
+      curve.marker, curve.color, curve.dash, curve.name = start.marker, start.color, "none", nil
+    end
+    return curve
+  end)
+  at_starts.key = { STARTS[10], STARTS[1000] }
+  local over_distance = error_panel(moving, title, function(row)
+    if row.error then return row.precision .. row.way, row.time_step, row.error end
+  end, function(row)
+    local curve = method_look(row)
+    curve.name = ("%s, %s"):format(row.precision, row.way > 0 and "moving" or "at rest")
+    curve.color = row.way > 0 and "#8a5a9e" or COLORS.leapfrog
+    return curve
+  end)
+  return { name = "rounding", title = "What rounding costs", panels = { at_starts, over_distance },
     subtitle = "Error against the time step, shorter steps to the right. Started 1024 m away: "
       .. table.concat(same, ", ") .. "." }
 end
@@ -265,29 +238,23 @@ end
 -- ---- conservation -------------------------------------------------------------------------------
 
 local function drift_panel(rows, scene, field, title)
-  local panel = { title = title, curves = {}, right = 110,
+  local place = {}
+  for k, precision in ipairs(trial.PRECISIONS) do place[precision] = k end
+  local panel = { title = title, right = 110, y = { label = "relative drift" },
     x = { label = "precision", linear = true, low = 0.5, high = 4.5,
-      text = function(value) return trial.PRECISIONS[value] end },
-    y = { label = "relative drift" } }
-  for _, row in ipairs(rows) do
+      text = function(value) return trial.PRECISIONS[value] end } }
+  panel.curves = curves_of(rows, function(row)
     local value = row.scene == scene and row[field]
-    if value then
-      local curve = curve_in(panel.curves, row.integrator, function()
-        return { name = SHORT[row.integrator], points = {}, color = COLORS[row.integrator],
-          marker = "dot" }
-      end)
-      for place, precision in ipairs(trial.PRECISIONS) do
-        if precision == row.precision and value ~= 0 then
-          table.insert(curve.points, { place, math.abs(value) })
-        end
-      end
-      panel.note = ("%g steps of %g s"):format(row.steps, row.time_step)
-    end
-  end
+    if not value then return nil end
+    panel.note = ("%g steps of %g s"):format(row.steps, row.time_step)
+    return row.integrator, place[row.precision], value ~= 0 and math.abs(value)
+  end, function(row)
+    return { name = SHORT[row.integrator], color = COLORS[row.integrator], marker = "dot" }
+  end)
   return panel
 end
 
---- What is lost of energy and angular momentum where nothing should be.
+--- Drift of energy and angular momentum where both should be constant.
 function figures.conservation(result)
   return { name = "conservation", title = "What is kept", columns = 3, width = 420, height = 330,
     panels = {
@@ -304,16 +271,11 @@ end
 --- The final best of each evolution at the finest setting, against the time that it took.
 function figures.evolutions(result)
   local hues = { paper = "#c8501e", preview = "#8a5a9e", evolve = "#1a6fae", publish = "#0f8a66" }
-  local curves = {}
-  for _, row in ipairs(result.rows) do
-    local curve = curve_in(curves, row.setting, function()
-      return { name = row.setting, points = {}, dash = "none", marker = "dot",
-        color = hues[row.setting] }
+  local curves = curves_of(result.rows,
+    function(row) return row.setting, row.seconds, row.best_at_finest end,
+    function(row)
+      return { name = row.setting, dash = "none", marker = "dot", color = hues[row.setting] }
     end)
-    if row.best_at_finest then
-      table.insert(curve.points, { row.seconds, row.best_at_finest })
-    end
-  end
   return { name = "evolutions", title = "Where whole evolutions end", columns = 1, width = 760,
     panels = { { title = result.rows[1].case, curves = curves,
       x = { label = "wall time of all simulations, s" },

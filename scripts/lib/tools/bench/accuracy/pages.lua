@@ -1,4 +1,4 @@
---- pages.lua: the folder that `limax bench accuracy --out DIR` leaves: every figure as SVG and PNG;
+--- pages.lua: the folder that `limax bench accuracy --out DIR` writes: every figure as SVG and PNG;
 --- all rows as CSV and JSON; and accuracy.html, one page of figures and tables that needs nothing
 --- else.
 
@@ -7,6 +7,7 @@ local failure = require "limax.base.failure"
 local figure = require "limax.draw.chart.figure"
 local figures = require "limax.tools.bench.accuracy.figures"
 local host = require "limax.host"
+local html = require "limax.tools.report.html"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
@@ -15,16 +16,13 @@ local pages = {}
 -- mm, of a figure, and px, of a panel
 local WIDTH, HEIGHT = 320, 380
 
--- Figures by section.
-local FIGURES = {
-  work_precision = { "work_precision" }, rounding = { "rounding" },
-  conservation = { "conservation" }, ranking = { "elite_regret", "kendall_tau" },
-  evolutions = { "evolutions" },
-}
-
-local TITLES = {
-  work_precision = "Work and precision", rounding = "Rounding", conservation = "Conservation",
-  ranking = "What a researcher pays", evolutions = "Whole evolutions",
+-- Title and figures of a section.
+local SECTIONS = {
+  work_precision = { "Work and precision", "work_precision" },
+  rounding = { "Rounding", "rounding" },
+  conservation = { "Conservation", "conservation" },
+  ranking = { "What a researcher pays", "elite_regret", "kendall_tau" },
+  evolutions = { "Whole evolutions", "evolutions" },
 }
 
 local STYLE = [[
@@ -35,46 +33,31 @@ p.about { color: #6b7076; margin-top: 0; } svg { max-width: 100%; height: auto; 
 details { margin: 8px 0 24px; } summary { cursor: pointer; color: #1a6fae; }
 table { border-collapse: collapse; font-size: 12.5px; margin-top: 8px; }
 th, td { text-align: left; padding: 3px 10px 3px 0; border-bottom: 1px solid #e4e6e9; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
+.number { text-align: right; font-variant-numeric: tabular-nums; }
 ]]
 
-local function escaped(value)
-  local entities = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
-  return (tostring(value):gsub("[&<>\"]", entities))
-end
-
---- Makes the folder, or says why not, before hours are spent.
+--- Makes the folder, or raises before hours of measuring.
 function pages.folder(path)
   local made, message = host.file.mkdir(path)
   if not made then failure.raise(1, "--out: " .. message) end
 end
 
-local function cell(value)
-  if value == nil then return "<td></td>" end
-  if type(value) == "number" then
-    return ('<td class="number">%s</td>'):format(("%.4g"):format(value))
-  end
-  return ("<td>%s</td>"):format(escaped(value))
-end
-
+-- The rows of a section, without columns that are empty in all of them.
 local function html_table(result)
-  local used, parts = {}, { "<table><tr>" }
-  for _, row in ipairs(result.rows) do
-    for name in pairs(row) do used[name] = true end
-  end
+  local columns, titles, rows = {}, {}, {}
   for _, name in ipairs(result.columns) do
-    if used[name] then parts[#parts + 1] = ("<th>%s</th>"):format(name:gsub("_", " ")) end
-  end
-  parts[#parts + 1] = "</tr>\n"
-  for _, row in ipairs(result.rows) do
-    parts[#parts + 1] = "<tr>"
-    for _, name in ipairs(result.columns) do
-      if used[name] then parts[#parts + 1] = cell(row[name]) end
+    for _, row in ipairs(result.rows) do
+      if row[name] ~= nil then
+        columns[#columns + 1], titles[#titles + 1] = name, name:gsub("_", " ")
+        break
+      end
     end
-    parts[#parts + 1] = "</tr>\n"
   end
-  parts[#parts + 1] = "</table>"
-  return table.concat(parts)
+  for r, row in ipairs(result.rows) do
+    rows[r] = {}
+    for c, name in ipairs(columns) do rows[r][c] = row[name] end
+  end
+  return html.table(titles, rows)
 end
 
 -- The machine and build of the measurement.
@@ -86,51 +69,41 @@ local function about(device)
     environment.compiler, on)
 end
 
--- Every figure of a section, as files; its SVG texts.
-local function draw(folder, section, result, about_machine, made)
-  local texts = {}
-  for _, name in ipairs(FIGURES[section] or {}) do
-    local plot = figures[name](result)
-    plot.foot = ("%s. %s (%s)"):format(plot.title, plot.subtitle, about_machine)
-    plot.height, plot.columns = plot.height or HEIGHT, plot.columns or 2
-    local text = figure.draw("svg", plot, WIDTH)
-    texts[#texts + 1] = text
-    source.write(("%s/%s.svg"):format(folder, plot.name), text)
-    -- twice the pixels, for screens and slides
-    source.write(("%s/%s.png"):format(folder, plot.name),
-      figure.draw("png", plot, WIDTH, { zoom = 2 }))
-    made[#made + 1] = plot.name .. ".svg"
-    made[#made + 1] = plot.name .. ".png"
-  end
-  return texts
-end
-
 --- Writes the folder.
 ---@param result limax.bench_result with `sections`
 ---@param sections string[]
 ---@param say fun(text: string)
 function pages.write(folder, result, sections, device, say)
-  local foot, made = about(device), {}
-  local parts = { "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">",
+  local foot, files = about(device), { "accuracy.html", "accuracy.csv", "accuracy.json" }
+  local parts = { '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
     "<title>What accuracy costs</title><style>", STYLE, "</style></head><body>",
-    "<h1>What accuracy costs</h1>", ('<p class="about">%s</p>'):format(escaped(foot)) }
+    "<h1>What accuracy costs</h1>", ('<p class="about">%s</p>'):format(html.escaped(foot)) }
+  local function add(text) parts[#parts + 1] = text end
+  local function write(name, text)
+    source.write(folder .. "/" .. name, text)
+    files[#files + 1] = name
+  end
   for _, name in ipairs(sections) do
     local section = result.sections[name]
-    parts[#parts + 1] = ("<h2>%s</h2>"):format(TITLES[name])
-    for _, text in ipairs(draw(folder, name, section, foot, made)) do
-      parts[#parts + 1] = text
+    add(("<h2>%s</h2>"):format(SECTIONS[name][1]))
+    for k = 2, #SECTIONS[name] do
+      local plot = figures[SECTIONS[name][k]](section)
+      plot.foot = ("%s. %s (%s)"):format(plot.title, plot.subtitle, foot)
+      plot.height, plot.columns = plot.height or HEIGHT, plot.columns or 2
+      add(figure.draw("svg", plot, WIDTH))
+      write(plot.name .. ".svg", parts[#parts])
+      -- twice the pixels, for screens and slides
+      write(plot.name .. ".png", figure.draw("png", plot, WIDTH, { zoom = 2 }))
     end
-    parts[#parts + 1] = ("<details><summary>%d rows</summary>%s</details>"):format(#section.rows,
-      html_table(section))
+    add(html.details(#section.rows .. " rows", html_table(section)))
   end
-  parts[#parts + 1] = "</body></html>\n"
+  add "</body></html>\n"
   source.write(folder .. "/accuracy.html", table.concat(parts, "\n"))
   source.write(folder .. "/accuracy.csv", csv.encode(result.columns, result.rows))
-  local document = { schema = "limax.bench/1", bench = "accuracy",
-    environment = host.environment(), columns = result.columns, rows = result.rows }
-  source.write(folder .. "/accuracy.json", host.json.encode(document, { indent = 2 }) .. "\n")
-  say(("\n%s: accuracy.html, accuracy.csv, accuracy.json, %s"):format(shell.path(folder),
-    table.concat(made, ", ")))
+  source.write(folder .. "/accuracy.json", host.json.encode({ schema = "limax.bench/1",
+    bench = "accuracy", environment = host.environment(), columns = result.columns,
+    rows = result.rows }, { indent = 2 }) .. "\n")
+  say(("\n%s: %s"):format(shell.path(folder), table.concat(files, ", ")))
 end
 
 return pages

@@ -22,22 +22,6 @@ ranking.COLUMNS = { "case", "population", "setting", "tier", "integrator", "prec
   "status", "reason", "robots", "failed", "tau", "overlap", "distance_error",
   "distance_error_relative", "elite_regret", "seconds_per_second", "relative_to_paper" }
 
----@class limax.accuracy.ranking_size
----@field cases integer of walkers.CASES, from the first, that are measured under `settings`
----@field robots integer
----@field generations integer of the evolved populations
----@field set string[] overrides of every experiment: duration and the like
----@field reference number s, the step of the finest setting: leapfrog, double
----@field settings limax.accuracy.ranked_setting[]
----@field seconds number wall time of one turn of one setting, for the prices
----@field rest { set: string[], reference: number, settings: limax.accuracy.ranked_setting[] }|nil
---- of the cases after the first `cases`; left out, those are not measured
-
----@class limax.accuracy.ranked_setting
----@field name string
----@field tier string|nil
----@field setting table see rescore.options
-
 --- The step nearest to one part in 1e4 longer or shorter that whole samples allow.
 ---@param time_step number s
 ---@param rate integer Hz, base rate of the samples
@@ -63,11 +47,6 @@ function ranking.compare(reference, cheap, count)
   }
 end
 
--- The finest setting may be a tier's.
-local function tier_of(time_step)
-  return time_step == defaults.tiers.reference.time_step_most and "reference" or nil
-end
-
 -- Why the device does not support a setting of these robots, or nil.
 local function refusal(robots, setting)
   return trial.brief_refusal({ population = robots.engine, materials = robots.materials,
@@ -75,60 +54,51 @@ local function refusal(robots, setting)
     robots.world.device)
 end
 
--- The settings of a population, the finest and the chaos floor first, and why the device refuses
--- some of them, by index.
-local function settings_of(robots, size)
-  local config = robots.world.config
-  local finest = { integrator = "leapfrog", precision = "double", time_step = size.reference }
-  local near = { integrator = "leapfrog", precision = "double",
-    time_step = ranking.perturbed(size.reference, settings.base_rate(config.record)) }
-  local list = { { name = "finest", setting = finest, tier = tier_of(size.reference) },
-    { name = "chaos floor", setting = near } }
-  for _, each in ipairs(size.settings) do list[#list + 1] = each end
-  local refused = {}
-  for k, each in ipairs(list) do refused[k] = refusal(robots, each.setting) end
-  return list, refused
-end
-
--- Prices of those that the device supports, by index, and the paper's.
-local function prices_of(robots, list, refused, seconds)
-  local plain, place = {}, {}
+-- Prices of the settings that the device supports, by index.
+local function prices_of(robots, list, seconds)
+  local settings_of, place, prices = {}, {}, {}
   for k, each in ipairs(list) do
-    if not refused[k] then
-      plain[#plain + 1] = each.setting
-      place[#plain] = k
+    if not each.refused then
+      settings_of[#settings_of + 1], place[#place + 1] = each.setting, k
     end
   end
-  local prices, paper = {}, nil
-  for k, found in pairs(walkers.prices(robots, plain, seconds)) do
-    prices[place[k]] = found
-    if list[place[k]].name == "paper" then paper = found end
+  for k, price in pairs(walkers.prices(robots, settings_of, seconds)) do
+    prices[place[k]] = price
   end
-  return prices, paper
+  return prices
 end
 
--- One population under every setting.
+-- One population under every setting, the finest and the chaos floor first.
 local function measure(case, kind, robots, size, seconds, rows)
-  local list, refused = settings_of(robots, size)
-  local prices, paper = prices_of(robots, list, refused, seconds)
-  local reference
+  local near = ranking.perturbed(size.reference, settings.base_rate(robots.world.config.record))
+  local list = { { name = "finest", setting = trial.finest(size.reference),
+    -- the finest setting may be a tier's
+    tier = size.reference == defaults.tiers.reference.time_step_most and "reference" or nil },
+    { name = "chaos floor", setting = trial.finest(near) } }
+  for _, each in ipairs(size.settings) do
+    list[#list + 1] = { name = each.name, setting = each.setting, tier = each.tier }
+  end
+  for _, each in ipairs(list) do each.refused = refusal(robots, each.setting) end
+  local prices, first, reference, paper = prices_of(robots, list, seconds), #rows + 1, nil, nil
   for k, each in ipairs(list) do
     host.raise_if_interrupted()
     local row = { case = case.name, population = kind, setting = each.name, tier = each.tier,
       integrator = each.setting.integrator, precision = each.setting.precision,
       time_step = tonumber(each.setting.time_step), robots = #robots,
-      status = refused[k] and "refused" or "done", reason = refused[k] }
-    if not refused[k] then
+      status = each.refused and "refused" or "done", reason = each.refused }
+    if not each.refused then
       local scores = rescore.population(robots, each.setting)
       reference = reference or scores
+      for key, value in pairs(ranking.compare(reference, scores, #robots)) do row[key] = value end
       row.failed = scores.failed
       row.seconds_per_second = scores.failed < #robots and prices[k] or nil
-      if row.seconds_per_second and paper then
-        row.relative_to_paper = row.seconds_per_second / paper
-      end
-      for key, value in pairs(ranking.compare(reference, scores, #robots)) do row[key] = value end
+      if each.name == "paper" then paper = prices[k] end
     end
     rows[#rows + 1] = row
+  end
+  for k = first, #rows do
+    local price = rows[k].seconds_per_second
+    rows[k].relative_to_paper = price and paper and price / paper
   end
 end
 
@@ -142,15 +112,14 @@ local function refusal_of(experiment, device)
   return refusal(robots, { accuracy = "evolve" })
 end
 
----@param how { device: limax.device, size: limax.accuracy.ranking_size, say: fun(text: string) }
+---@param how { device: limax.device, size: table, say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function ranking.run(how)
   local size, rows = how.size, {}
   for c = 1, size.rest and #walkers.CASES or size.cases do
     local case, own = walkers.CASES[c], c <= size.cases and size or size.rest
-    local changes = { "population=" .. size.robots, "generations=" .. size.generations }
-    for _, text in ipairs(own.set) do changes[#changes + 1] = text end
-    local experiment = walkers.experiment(case, changes)
+    local experiment = walkers.experiment(case,
+      { "population=" .. size.robots, "generations=" .. size.generations }, own.set)
     local refused = refusal_of(experiment, how.device)
     for _, kind in ipairs { "random", "evolved" } do
       if refused then
@@ -178,34 +147,39 @@ local function savings_of_auto(rows)
     :format(least, most, trial.PAPER.time_step) or "the step auto has no price here"
 end
 
-local function percent(value) return value and ("%.1f %%"):format(100 * value + 0) or "-" end
+-- The number of failed robots, or why there is none.
+local function failed_of(row)
+  if row.status ~= "refused" then return row.failed end
+  return row.reason == trial.CPU_ONLY and row.reason or "refused"
+end
+
+local function percent(field)
+  return function(row) return row[field] and ("%.1f %%"):format(100 * row[field] + 0) end
+end
+
+local TABLE = { { "case" }, { "bodies", "population" }, { "setting" }, { "failed", failed_of },
+  { "tau", "tau", "%.3f" }, { "same elites", percent "overlap" },
+  { "distance, mm", function(row) return row.distance_error and 1e3 * row.distance_error end,
+    "%.1f" },
+  { "elite regret", percent "elite_regret" }, { "s per robot s", "seconds_per_second" },
+  { "of the paper's", "relative_to_paper", "%.3f" } }
 
 function ranking.text(result, style)
-  local lines, notes = {}, {}
-  for k, row in ipairs(result.rows) do
-    local failed = row.failed
-    if row.status == "refused" then
-      failed = row.reason == trial.CPU_ONLY and row.reason or "refused"
-      local note = ("%s, %s: %s"):format(row.case, row.setting, row.reason)
-      if failed == "refused" and notes[#notes] ~= note then notes[#notes + 1] = note end
-    end
-    lines[k] = { row.case, row.population, row.setting, failed,
-      row.tau and ("%.3f"):format(row.tau) or "-", percent(row.overlap),
-      row.distance_error and ("%.1f"):format(1e3 * row.distance_error) or "-",
-      percent(row.elite_regret), row.seconds_per_second or "-",
-      row.relative_to_paper and ("%.3f"):format(row.relative_to_paper) or "-" }
+  local notes = {}
+  for _, row in ipairs(result.rows) do
+    local note = ("%s, %s: %s"):format(row.case, row.setting, row.reason)
+    if failed_of(row) == "refused" and notes[#notes] ~= note then notes[#notes + 1] = note end
   end
   notes[#notes + 1] = savings_of_auto(result.rows)
   return ("order of the robots against the finest setting; elites are the best %d %%\n"):format(
-    100 * ranking.ELITES) .. terminal.table({ "case", "bodies", "setting", "failed", "tau",
-    "same elites", "distance, mm", "elite regret", "s per robot s", "of the paper's" }, lines,
-    style) .. "\n" .. table.concat(notes, "\n")
+    100 * ranking.ELITES) .. terminal.rows(TABLE, result.rows, style) .. "\n"
+    .. table.concat(notes, "\n")
 end
 
 --- Settings of the tables: tiers, each body's own step, other steps, the paper's.
 ---@param names string[] tiers
 ---@param others { [1]: string, [2]: string, [3]: number }[] integrator, precision, step (s)
----@return limax.accuracy.ranked_setting[]
+---@return { name: string, tier: string|nil, setting: table }[] see rescore.options
 function ranking.settings(names, others)
   local list = {}
   for _, tier in ipairs(names) do

@@ -4,10 +4,8 @@
 --- rounding. SI units.
 
 local defaults = require "limax.settings.defaults"
-local engine = require "limax.engine"
 local host = require "limax.host"
 local subjects = require "limax.tools.bench.accuracy.subjects"
-local terminal = require "limax.base.terminal"
 local trial = require "limax.tools.bench.accuracy.trial"
 
 local rounding = {}
@@ -21,16 +19,6 @@ local STARTS = { 0, 10, 1000 }
 -- The integrator under which precisions differ most, and the paper's.
 local METHODS = { { "leapfrog", "single" }, { "leapfrog", "compensated" }, { "leapfrog", "mixed" },
   { "leapfrog", "double" }, { "symplectic_euler", "single" } }
-
----@class limax.accuracy.rounding_size
----@field lattice integer[]
----@field duration number s
----@field steps number[] s
----@field reference number s
----@field distance number m, at 1 m/s
----@field moving_steps number[] s
----@field moving_reference number s
----@field moving_bodies integer after so many steps the rounding error of one is random
 
 -- m/s: a good walker's
 local WALK = 1
@@ -70,107 +58,97 @@ local function same_bits(subject, setting, start, device)
   return true
 end
 
--- Several bodies, at rest and moving: errors are the root mean square over the bodies.
+-- Several bodies, at rest and moving: errors are the root mean square over the bodies, since after
+-- so many steps the rounding error of one is random.
 local function long_distance(size, device, rows)
-  local cases = {}
   local own = { lattice = size.lattice, count = 1, duration = size.distance / WALK }
+  local first = #rows + 1
   for _, precision in ipairs { "single", "compensated", "mixed" } do
     for _, time_step in ipairs(size.moving_steps) do
       for _, way in ipairs { 0, size.distance } do
-        cases[#cases + 1] = { precision = precision, time_step = time_step, way = way, sum = 0,
-          status = "done" }
+        rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 0, way = way,
+          duration = own.duration, time_step = time_step, bodies = size.moving_bodies,
+          status = "done", error = 0, reference_error = 0 }
       end
     end
   end
-  local reference_sum = 0
+  -- mean squares until all bodies have been simulated
   for number = 1, size.moving_bodies do
     own.number = number
     local subject = placed(own, 0)
     local reference = trial.reference(subject, size.moving_reference)
-    reference_sum = reference_sum + reference.error ^ 2
-    for _, case in ipairs(cases) do
+    for k = first, #rows do
       host.raise_if_interrupted()
-      subject.velocity = { case.way / own.duration, 0, 0 }
-      local got = trial.run(subject, leapfrog(case.precision, case.time_step), device)
-      if got.positions then
-        case.sum = case.sum + trial.rms(shifted(got.positions, case.way), reference.positions) ^ 2
+      local row = rows[k]
+      subject.velocity = { row.way / own.duration, 0, 0 }
+      local got = trial.run(subject, row, device)
+      row.reference_error = row.reference_error + reference.error ^ 2 / row.bodies
+      if got.positions and row.error then
+        row.error = row.error
+          + trial.rms(shifted(got.positions, row.way), reference.positions) ^ 2 / row.bodies
       else
-        case.status = got.status
+        row.status, row.error = row.error and got.status or row.status, nil
       end
     end
   end
-  for _, case in ipairs(cases) do
-    rows[#rows + 1] = { integrator = "leapfrog", precision = case.precision, start = 0,
-      way = case.way, duration = own.duration, time_step = case.time_step,
-      bodies = size.moving_bodies, status = case.status,
-      error = case.status == "done" and math.sqrt(case.sum / size.moving_bodies) or nil,
-      reference_error = math.sqrt(reference_sum / size.moving_bodies) }
+  for k = first, #rows do
+    rows[k].error = rows[k].error and math.sqrt(rows[k].error)
+    rows[k].reference_error = math.sqrt(rows[k].reference_error)
   end
 end
 
----@param how { device: limax.device, size: limax.accuracy.rounding_size, say: fun(text: string) }
+---@param how { device: limax.device, size: table, say: fun(text: string) }
 ---@return { columns: string[], rows: table[] }
 function rounding.run(how)
-  local size, rows = how.size, {}
-  local device = how.device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or how.device
+  local size, rows, device = how.size, {}, trial.one_thread(how.device)
   local options = { lattice = size.lattice, count = 1, duration = size.duration }
   local reference = trial.reference(placed(options, 0), size.reference)
   how.say(("rounding: reference %s, its own error %.2g m"):format(reference.name, reference.error))
+  local function add(row)
+    row.way, row.duration, row.bodies, row.reference_error = 0, size.duration, 1, reference.error
+    rows[#rows + 1] = row
+  end
   for _, method in ipairs(METHODS) do
     for _, start in ipairs(STARTS) do
       local subject = placed(options, start)
       for _, time_step in ipairs(size.steps) do
         host.raise_if_interrupted()
-        local got = trial.run(subject, { integrator = method[1], precision = method[2],
-          time_step = time_step }, device)
-        rows[#rows + 1] = { integrator = method[1], precision = method[2], start = start,
-          way = 0, duration = size.duration, time_step = time_step, bodies = 1,
-          status = got.status,
-          error = got.positions and trial.rms(shifted(got.positions, start),
-            reference.positions),
-          reference_error = reference.error }
+        local row = { integrator = method[1], precision = method[2], start = start,
+          time_step = time_step }
+        local got = trial.run(subject, row, device)
+        row.status = got.status
+        row.error = got.positions
+          and trial.rms(shifted(got.positions, start), reference.positions)
+        add(row)
       end
     end
   end
   for _, precision in ipairs { "single", "compensated" } do
-    local setting = leapfrog(precision, defaults.tiers.publish.time_step_most)
-    rows[#rows + 1] = { integrator = "leapfrog", precision = precision, start = 1024, way = 0,
-      duration = size.duration, time_step = setting.time_step, bodies = 1, status = "done",
-      reference_error = reference.error,
-      same_bits = same_bits(placed(options, 0), setting, 1024, device) }
+    local row = leapfrog(precision, defaults.tiers.publish.time_step_most)
+    row.start, row.status = 1024, "done"
+    row.same_bits = same_bits(placed(options, 0), row, row.start, device)
+    add(row)
   end
   long_distance(size, device, rows)
   return { columns = rounding.COLUMNS, rows = rows }
 end
 
--- Where a row's body was.
-local function place_of(row)
-  if row.way > 0 then return ("moved %g m, %g s"):format(row.way, row.duration) end
-  return ("%g m, %g s"):format(row.start, row.duration)
-end
-
 function rounding.text(result, style)
-  local lines, head, columns, of_key, starts = {}, { "integrator", "precision", "at" }, {}, {}, {}
+  local errors, starts = {}, {}
   for _, row in ipairs(result.rows) do
-    if row.same_bits ~= nil then
+    if row.same_bits == nil then
+      errors[#errors + 1] = row
+    else
       starts[#starts + 1] = ("%s: a start %g m away %s"):format(row.precision, row.start,
         row.same_bits and "changes no bit" or "changes bits")
-    else
-      local label, at = trial.LABELS[row.integrator], place_of(row)
-      local key = label .. row.precision .. at
-      if not of_key[key] then
-        of_key[key] = { label, row.precision, at }
-        lines[#lines + 1] = of_key[key]
-      end
-      if not columns[row.time_step] then
-        head[#head + 1] = ("%g s"):format(row.time_step)
-        columns[row.time_step] = #head
-      end
-      of_key[key][columns[row.time_step]] = row.error and ("%.1e"):format(row.error) or row.status
     end
   end
   return "error (m) by start and time step, an actuated body in the air\n"
-    .. terminal.table(head, lines, style) .. "\n" .. table.concat(starts, "; ")
+    .. trial.by_step({ "integrator", "precision", "at" }, errors, function(row)
+      return { trial.LABELS[row.integrator], row.precision,
+        (row.way > 0 and "moved %g m, %g s" or "%g m, %g s"):format(
+          row.way > 0 and row.way or row.start, row.duration) }
+    end, style) .. "\n" .. table.concat(starts, "; ")
 end
 
 return rounding

@@ -5,6 +5,7 @@
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local terminal = require "limax.base.terminal"
 
 local trial = {}
 
@@ -33,24 +34,20 @@ trial.CPU_ONLY = "CPU only"
 ---@field velocity number[]|nil m/s
 ---@field place fun(simulation: limax.simulation, robot: integer)|nil places a robot's masses
 
----@class limax.accuracy.setting
----@field integrator string
----@field precision string
----@field time_step number|"auto" s
----@field bound_fraction number|nil
----@field time_step_most number|nil s
+--- The finest setting: leapfrog in double.
+---@param time_step number s
+function trial.finest(time_step)
+  return { integrator = "leapfrog", precision = "double", time_step = time_step }
+end
 
----@class limax.accuracy.trial
----@field status "done"|"diverged"|"refused"|"invalid"
----@field reason string|nil why it is not "done"
----@field positions number[]|nil of all masses at the end, m, flat
----@field seconds number|nil least wall time of one robot and one simulated second, s
----@field time_step number|nil s
----@field runs integer|nil
+--- The device for timing one robot: one thread of a CPU, so that times are comparable.
+function trial.one_thread(device)
+  return device.kind == "cpu" and engine.device("cpu", { threads = 1 }) or device
+end
 
 --- Why the engine refuses a simulation with these options; nil if it does not.
 ---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
----@param options table as engine.simulation takes them
+---@param options table of engine.simulation
 ---@return string|nil
 function trial.refusal(subject, options, device)
   local fine, value = failure.attempt(engine.simulation, subject.population, subject.materials,
@@ -64,18 +61,16 @@ function trial.refusal(subject, options, device)
   return message:match "simulation: (.*)$" or message
 end
 
---- The same, "CPU only" if the CPU supports what this device does not.
----@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
----@return string|nil
+--- The same; "CPU only" if the CPU supports what this device does not.
 function trial.brief_refusal(subject, options, device)
   local why = trial.refusal(subject, options, device)
   if not why or device.kind == "cpu" then return why end
   return trial.refusal(subject, options, engine.device "cpu") and why or trial.CPU_ONLY
 end
 
---- Options of a subject under a setting.
+--- Options of a subject under a setting: integrator, precision, time_step, bound_fraction,
+--- time_step_most.
 ---@param record table<string, integer>|nil
----@return table
 function trial.options(subject, setting, record)
   return { integrator = setting.integrator, precision = setting.precision,
     time_step = setting.time_step, bound_fraction = setting.bound_fraction,
@@ -114,10 +109,12 @@ function trial.rms(a, b)
   return math.sqrt(sum / (#a / 3))
 end
 
---- Tries a setting: at least two runs, then more until `effort` is spent.
+--- Simulates a subject under a setting: at least two runs, then more until `effort` is spent.
 ---@param effort { seconds: number, runs: integer }|nil wall time and runs at most; one run if left
 --- out
----@return limax.accuracy.trial
+---@return { status: string, reason: string|nil, positions: number[]|nil, seconds: number|nil,
+--- time_step: number|nil, runs: integer|nil } `positions` at the end, flat, m; `seconds`: least
+--- wall time of one robot and one simulated second, s
 function trial.run(subject, setting, device, effort)
   local options = trial.options(subject, setting)
   local refused = trial.refusal(subject, options, device)
@@ -146,14 +143,10 @@ end
 -- s: RK4's error falls with the fourth power of the step, so that the paper's step is enough.
 local RK4_STEP = 1e-5
 
----@class limax.accuracy.reference
----@field positions number[] of all masses at the end, m, flat
----@field error number m, its distance from itself at twice the step
----@field name string
-
 --- The reference of a subject: RK4 in double without contact, else leapfrog in double.
 ---@param time_step number s, of leapfrog
----@return limax.accuracy.reference
+---@return { positions: number[], error: number, name: string } `error`: its distance from itself at
+--- twice the step, m
 function trial.reference(subject, time_step)
   local device = engine.device("cpu", { threads = 1 })
   local integrator = subject.smooth and "rk4" or "leapfrog"
@@ -170,6 +163,27 @@ function trial.reference(subject, time_step)
   local fine = run(time_step)
   return { positions = fine, error = trial.rms(fine, run(2 * time_step)),
     name = ("%s double %g s"):format(trial.LABELS[integrator], time_step) }
+end
+
+--- A table of errors with a line for each `words(row)` and a column for each time step.
+---@param head string[] titles of the words
+---@param words fun(row: table): string[]
+function trial.by_step(head, rows, words, style)
+  local lines, columns = {}, {}
+  head = { unpack(head) }
+  for _, row in ipairs(rows) do
+    local own = words(row)
+    local key = table.concat(own, ", ")
+    if not columns[row.time_step] then
+      head[#head + 1] = ("%g s"):format(row.time_step)
+      columns[row.time_step] = #head
+    end
+    if not lines[key] then
+      lines[key], lines[#lines + 1] = own, own
+    end
+    lines[key][columns[row.time_step]] = row.error and ("%.1e"):format(row.error) or row.status
+  end
+  return terminal.table(head, lines, style)
 end
 
 return trial

@@ -3,7 +3,6 @@
 --- that step and at shorter ones, against an eighth of it in double. SI units.
 
 local engine = require "limax.engine"
-local evolve = require "limax.evolution.evolve"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local population = require "limax.evolution.population"
@@ -24,8 +23,8 @@ tune.COLUMNS = { "setting", "share", "time_step", "bound_fraction", "time_step_m
 -- valid bodies of the first generation, and the robots among which they are searched
 local BODIES, SEARCHED = 12, 36
 
--- shares of the script's own step, and of the reference's
-local SHARES, REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 1 / 8
+-- shares of the script's own step, which is the second; and the reference's
+local SHARES, OWN, REFERENCE = { 2, 1, 1 / 2, 1 / 4 }, 2, 1 / 8
 
 -- largest elite regret of a step that fits, if twice the chaos floor's is not more
 local REGRET = 0.05
@@ -36,65 +35,52 @@ local MOST_OF_BOUND = 0.99
 -- s of wall time of one round of one setting
 local ROUND = 0.1
 
-local function first_generation(experiment, device)
-  local small = math.min(experiment.config.population, SEARCHED)
-  experiment = experiment:override { "population=" .. small, "generations=1", "repetitions=1" }
-  local function silent() end
-  return evolve.start(experiment, { device = device, say = silent }):generations()()
-end
-
--- A champion's description, of the experiment's lattice.
-local function champion_body(path, config)
+-- A champion, which must have the experiment's lattice.
+local function champion(path, lattice, materials)
   local description = robot_file.read(path)
-  for axis = 1, 3 do
-    if description.lattice[axis] ~= config.lattice[axis] then
-      failure.raise(2, ("--champion %s: its lattice is %dx%dx%d, the experiment's is %dx%dx%d")
-        :format(path, description.lattice[1], description.lattice[2], description.lattice[3],
-          unpack(config.lattice)))
-    end
+  local own, wanted = table.concat(description.lattice, "x"), table.concat(lattice, "x")
+  if own ~= wanted then
+    failure.raise(2, ("--champion %s: its lattice is %s, the experiment's is %s"):format(path, own,
+      wanted))
   end
-  return description
+  return robot_file.build(description, materials)
 end
 
 -- The bodies to try as one population of the experiment's materials: the first valid ones, then
 -- the champions.
 local function gather(experiment, champions, device)
-  local first = first_generation(experiment, device)
-  local world, chosen = first.world, {}
+  local first = walkers.random(experiment:override { "generations=1", "repetitions=1",
+    "population=" .. math.min(experiment.config.population, SEARCHED) }, device)
+  local config, sources, records = first.world.config, {}, {}
   for i = 1, #first do
-    local record = first.engine:body(i)
-    if #chosen < BODIES and record.status == "valid" then chosen[#chosen + 1] = i end
+    if #sources < BODIES and first.engine:body(i).status == "valid" then
+      sources[#sources + 1] = { first.engine, i }
+    end
   end
-  if #chosen + #champions < 2 then
+  if #sources + #champions < 2 then
     failure.raise(1, ("--tune: %d of the first %d bodies can be simulated; two are needed to be "
-      .. "ranked"):format(#chosen, #first))
+      .. "ranked"):format(#sources, #first))
   end
-  local together = engine.population { lattice = world.config.lattice,
-    count = #chosen + #champions }
-  for k, i in ipairs(chosen) do
-    together:set_body(k, first.engine:voxels(i), first.engine:weights(i))
+  for _, path in ipairs(champions) do
+    sources[#sources + 1] = { champion(path, config.lattice, first.materials), 1 }
   end
-  for k, path in ipairs(champions) do
-    local description = champion_body(path, world.config)
-    local one = robot_file.build(description, first.materials)
-    together:set_body(#chosen + k, one:voxels(1), one:weights(1))
+  local together = engine.population { lattice = config.lattice, count = #sources }
+  for k, each in ipairs(sources) do
+    together:set_body(k, each[1]:voxels(each[2]), each[1]:weights(each[2]))
+    records[k] = { id = k, generation = 0, parents = host.json.array {}, origin = "initial" }
   end
-  together:check(first.materials, { require_muscle = world.config.genome.require_muscle })
-  local records = {}
-  for i = 1, together.count do
-    records[i] = { id = i, generation = 0, parents = host.json.array {}, origin = "initial" }
-  end
-  return population.new(world, { engine = together, materials = first.materials, generation = 0,
-    repetition = 1, parameters = world.config.breeding,
+  together:check(first.materials, { require_muscle = config.genome.require_muscle })
+  return population.new(first.world, { engine = together, materials = first.materials,
+    generation = 0, repetition = 1, parameters = config.breeding,
     records = population.add_bodies(together, first.materials, records) })
 end
 
--- The experiment's setting with its step at a share; `more` steps to a sample interval are added.
-local function at_share(simulation, share, rate, more)
+-- The experiment's setting with its step at a share.
+local function at_share(simulation, share, rate)
   local setting = { integrator = simulation.integrator, precision = simulation.precision }
   if type(simulation.time_step) == "number" then
     local steps = math.max(1, math.floor(1 / (rate * simulation.time_step * share) + 0.5))
-    setting.time_step = 1 / (rate * (steps + (more or 0)))
+    setting.time_step = 1 / (rate * steps)
     return setting
   end
   setting.time_step = "auto"
@@ -108,19 +94,15 @@ end
 -- The reference, and its chaos floor: a step changed by one part in 1e4, or by the least that whole
 -- samples allow.
 local function references(simulation, rate, longest)
-  local fine = at_share(simulation, REFERENCE, rate)
-  fine.precision = "double"
-  local near
+  local fine, near = at_share(simulation, REFERENCE, rate)
   if type(fine.time_step) == "number" then
-    local steps = 1 / (rate * fine.time_step)
-    near = at_share(simulation, REFERENCE, rate,
-      math.max(1, math.floor(1e-4 * steps + 0.5)))
+    near = { integrator = fine.integrator, time_step = ranking.perturbed(fine.time_step, rate) }
   else
     -- the share that adds one step to each sample interval at the longest step
     local part = math.max(1e-4, longest * REFERENCE * rate)
     near = at_share(simulation, REFERENCE * (1 - part), rate)
   end
-  near.precision = "double"
+  fine.precision, near.precision = "double", "double"
   return fine, near
 end
 
@@ -158,56 +140,46 @@ function tune.choose(rows, floor, failed)
   return found, limit
 end
 
--- Rows of all shares, longest step first, and the chaos floor's.
+-- Rows of all shares, longest step first, the chaos floor's, and the robots that fail at the
+-- reference.
 local function measure(robots, how)
   local simulation = robots.world.config.simulation
   local rate = settings.base_rate(robots.world.config.record)
-  local own = at_share(simulation, 1, rate)
-  local list, plain = {}, {}
-  for k, share in ipairs(SHARES) do
-    list[k] = { share = share, setting = at_share(simulation, share, rate) }
-    plain[k] = list[k].setting
+  local list, scores, rows = {}, {}, {}
+  for k, share in ipairs(SHARES) do list[k] = at_share(simulation, share, rate) end
+  local prices = walkers.prices(robots, list, ROUND)
+  for k, setting in ipairs(list) do
+    host.raise_if_interrupted()
+    scores[k] = rescore.population(robots, setting)
   end
-  local prices = walkers.prices(robots, plain, ROUND)
-  local base
-  for k, share in ipairs(SHARES) do base = share == 1 and prices[k] or base end
-  local own_scores = rescore.population(robots, own)
-  local fine, near = references(simulation, rate, longest_step(own_scores))
+  local fine, near = references(simulation, rate, longest_step(scores[OWN]))
   how.say(("%d bodies against an eighth of the step, in double"):format(#robots))
   local reference = rescore.population(robots, fine)
-  local function row_of(name, share, setting, scores)
-    local row = ranking.compare(reference, scores, #robots)
-    row.setting, row.share, row.robots, row.failed = name, share, #robots, scores.failed
-    row.time_step, row.bound_fraction = longest_step(scores), setting.bound_fraction
+  local function row_of(name, share, setting, cheap)
+    local row = ranking.compare(reference, cheap, #robots)
+    row.setting, row.share, row.robots, row.failed = name, share, #robots, cheap.failed
+    row.time_step, row.bound_fraction = longest_step(cheap), setting.bound_fraction
     row.time_step_most = setting.time_step_most
     return row
   end
-  local rows = {}
-  for k, each in ipairs(list) do
-    host.raise_if_interrupted()
-    local scores = each.share == 1 and own_scores or rescore.population(robots, each.setting)
-    local name = each.share == 1 and "the script's own step"
-      or ("%g of the script's step"):format(each.share)
-    if each.share > 1 and each.setting.bound_fraction == MOST_OF_BOUND then
+  for k, share in ipairs(SHARES) do
+    local name = k == OWN and "the script's own step" or ("%g of the script's step"):format(share)
+    if share > 1 and list[k].bound_fraction == MOST_OF_BOUND then
       name = ("%g of the bound"):format(MOST_OF_BOUND)
     end
-    rows[k] = row_of(name, each.share, each.setting, scores)
-    rows[k].relative_price = prices[k] and base and prices[k] / base
+    rows[k] = row_of(name, share, list[k], scores[k])
+    rows[k].relative_price = prices[k] and prices[OWN] and prices[k] / prices[OWN]
   end
   local floor = row_of("chaos floor", REFERENCE, near, rescore.population(robots, near))
   return rows, floor, reference.failed
 end
 
-local function text(rows, style)
-  local lines = {}
-  for k, row in ipairs(rows) do
-    lines[k] = { row.setting, row.time_step, row.failed, row.tau or "-",
-      row.elite_regret and ("%.1f %%"):format(100 * row.elite_regret) or "-",
-      row.distance_error and 1e3 * row.distance_error or "-", row.relative_price or "-" }
-  end
-  return terminal.table({ "step", "longest, s", "failed", "tau", "elite regret", "distance, mm",
-    "price" }, lines, style)
-end
+local TABLE = { { "step", "setting" }, { "longest, s", "time_step" }, { "failed" }, { "tau" },
+  { "elite regret", function(row)
+    return row.elite_regret and ("%.1f %%"):format(100 * row.elite_regret)
+  end },
+  { "distance, mm", function(row) return row.distance_error and 1e3 * row.distance_error end },
+  { "price", "relative_price" } }
 
 --- Tries an experiment's steps and prints what to write into its script.
 ---@param how { tune: string, champions: string[]|nil, device: limax.device,
@@ -222,7 +194,7 @@ function tune.run(how)
   local rows, floor, failed = measure(robots, how)
   local found, limit = tune.choose(rows, floor.elite_regret, failed)
   rows[#rows + 1] = floor
-  how.say("\n" .. text(rows, terminal.style {}) .. "\n")
+  how.say("\n" .. terminal.rows(TABLE, rows, terminal.style {}) .. "\n")
   if found then
     how.say(("the elite regret stays below %.1f %% up to %s. Write into %s:\n  %s"):format(
       100 * limit, found.setting, how.tune, advice(found, experiment.config.simulation)))

@@ -13,14 +13,9 @@ local timing = require "limax.tools.bench.timing"
 
 local walkers = {}
 
----@class limax.accuracy.case
----@field name string
----@field script string file in scripts/experiments
----@field set string[]|nil overrides
-
---- The shipped scenes: the quickstart at two frequencies (fast gaits hop, which is chaotic), the
---- paper's, whose static friction is below the kinetic one, and the other tasks.
----@type limax.accuracy.case[]
+--- Files of scripts/experiments with overrides: the quickstart at two frequencies (fast gaits hop,
+--- which is chaotic), the paper's, whose static friction is below the kinetic one, and the other
+--- tasks.
 walkers.CASES = {
   { name = "walk, 2 Hz", script = "walk.lua" },
   { name = "walk, 5 Hz", script = "walk.lua", set = { "scene.actuation.frequency=5" } },
@@ -36,12 +31,11 @@ walkers.CASES = {
 local function silent() end
 
 --- An experiment of scripts/experiments with overrides.
----@param changes string[] further overrides
+---@param ... string[] further overrides
 ---@return limax.experiment
-function walkers.experiment(case, changes)
+function walkers.experiment(case, ...)
   local all = {}
-  for _, list in ipairs { case.set or {}, tiers.overrides "evolve", { "repetitions=1" },
-    changes } do
+  for _, list in ipairs { case.set or {}, tiers.overrides "evolve", { "repetitions=1" }, ... } do
     for _, text in ipairs(list) do all[#all + 1] = text end
   end
   return script.run(host.home .. "/scripts/experiments/" .. case.script):override(all)
