@@ -50,13 +50,11 @@ end
 -- what the supervisor decides.
 local function supervise(run, robots, choice)
   local parameters, fields, entry, shares = supervision.decide(run, robots)
-  local chosen = { mutation_rate = choice.mutation_rate, mutation_scale = choice.mutation_scale,
-    crossover_rate = choice.crossover_rate,
-    elite_fraction = choice.elites and #choice.elites / #robots }
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" } do
-    if chosen[name] ~= nil then
-      parameters[name] = chosen[name]
-      ledger.set(entry, name, chosen[name])
+  choice.elite_fraction = choice.elites and #choice.elites / #robots
+  for name in pairs(parameters) do
+    if choice[name] ~= nil then
+      parameters[name] = choice[name]
+      ledger.set(entry, name, choice[name])
     end
   end
   local same = materials.equal(fields, materials.fields(robots.materials))
@@ -136,11 +134,7 @@ function Run:generations()
       self.upcoming = first_generation(self)
     end
     self.population, self.upcoming = self.upcoming or nil, nil
-    if not self.population and self.owns_folder then
-      self.folder:status "done"
-      self.folder:close()
-      self.owns_folder = false
-    end
+    if not self.population then self:close() end
     return self.population
   end
 end
@@ -148,14 +142,7 @@ end
 --- Runs all generations that are left. Returns the history.
 ---@return limax.generation[]
 function Run:finish()
-  local fine, value, trace = failure.attempt(function()
-    for robots in self:generations() do robots:simulate():score():breed() end
-  end)
-  if not fine then
-    -- every complete generation is on disk before the error is handled
-    if self.folder then self.folder.writer:wait() end
-    failure.raise_again(value, trace)
-  end
+  for robots in self:generations() do robots:simulate():score():breed() end
   return self.history
 end
 

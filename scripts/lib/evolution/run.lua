@@ -78,7 +78,7 @@ local function once(show)
   end
 end
 
-local function on_standard_error(text) io.stderr:write(text, "\n") end
+local function print_warning(text) io.stderr:write(text, "\n") end
 
 local function advance(simulation, on_progress) simulation:run(on_progress) end
 
@@ -97,7 +97,7 @@ function run.new(experiment, options)
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
     fitness = experiment.fitness, first_materials = first, advance = options.wait or advance,
-    on_progress = options.on_progress, say = once(options.say or on_standard_error) }
+    on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()
   local encoding = engine.encoding { lattice = config.lattice, features = config.genome.features,
@@ -106,8 +106,7 @@ function run.new(experiment, options)
   world.first_step, world.first_step_material =
     full_body.bound(config.lattice, first, world.scene, world.options, device)
   return setmetatable({ experiment = experiment, config = config, repetition = repetition,
-    world = world,
-    device = device, scene = world.scene, options = world.options, encoding = encoding,
+    world = world, device = device, scene = world.scene, options = world.options, encoding = encoding,
     first_materials = first, first_fields = materials.fields(first), first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
     history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
@@ -143,14 +142,19 @@ end
 ---@return limax.materials
 function Run:materials_with(fields) return materials.with(self.first_materials, fields) end
 
---- Reads what a folder holds of this repetition: the loop begins with its last complete generation.
----@param folder limax.run_folder
----@param scores_valid boolean false where the configuration changed: elites are scored again
-function Run:restore(folder, scores_valid) record.read(self, folder, scores_valid) end
+Run.restore = record.read
 
 --- Shows a warning, once in a run.
 ---@param text string
 ---@param key? string what makes two texts the same; the whole text if left out
 function Run:say(text, key) self.world.say(text, key) end
+
+--- Marks a run that made its own folder as done, and unlocks the folder.
+function Run:close()
+  if not self.owns_folder then return end
+  self.folder:status "done"
+  self.folder:close()
+  self.owns_folder = false
+end
 
 return run

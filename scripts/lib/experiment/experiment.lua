@@ -78,8 +78,7 @@ local evaluations = schema.number { unit = "robots", minimum = 2, maximum = 1e9,
 local five = fields.experiment.lattice.value
 local rules = schema.fields {
   name = schema.text("[%w][%w_%-%.]*", "a name of letters, digits and _ - ."),
-  lattice = schema.list(schema.number(fields.experiment.lattice), { count = 3,
-    default = { five, five, five }, expected = "a list { nx, ny, nz } of voxels" }),
+  lattice = settings.lattice { five, five, five },
   materials = anything,
   seed = function(value, path)
     return schema.seed(value == nil and fields.experiment.seed.value or value, path)

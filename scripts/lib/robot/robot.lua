@@ -10,6 +10,7 @@ local robot_in_motion = require "limax.robot.robot_in_motion"
 local robot_of_genome = require "limax.robot.robot_of_genome"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
+local settings = require "limax.settings.settings"
 
 local robot = {}
 
@@ -91,11 +92,8 @@ local function weight_layers(weight, lattice, name)
   return layers
 end
 
-local weight_rule = schema.fields { stiffness = function(v) return v end,
-  amplitude = function(v) return v end, phase = function(v) return v end }
-
-local lattice_rule = schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
-  expected = "a list { nx, ny, nz } of voxels" })
+local weight_rule =
+  schema.fields { stiffness = schema.any, amplitude = schema.any, phase = schema.any }
 
 local rules = schema.fields {
   voxels = schema.text(".*", "letters: one block of lines per layer, the lowest first"),
@@ -105,23 +103,10 @@ local rules = schema.fields {
     end
     return weight_rule(value, path)
   end,
-  materials = function(value) return value end,
-  lattice = lattice_rule,
+  materials = schema.any,
+  lattice = settings.lattice(),
   edge = schema.number(defaults.fields.simulation.edge),
 }
-
--- Lines padded with empty voxels to the lattice.
-local function padded(layers, lattice)
-  local full = {}
-  for z = 1, lattice[3] do
-    full[z] = {}
-    for y = 1, lattice[2] do
-      local line = layers[z] and layers[z][y] or ""
-      full[z][y] = line .. ("."):rep(lattice[1] - #line)
-    end
-  end
-  return full
-end
 
 ---@class limax.robot.by_hand
 --- `voxels` holds the materials' letters: layers separated by an empty line, the lowest first; the
@@ -139,10 +124,7 @@ local function by_hand(fields)
   if not checked.voxels then
     fail 'limax.robot: voxels: is missing; expected letters, such as "ecs\\nece\\n\\nsbs\\ncec"'
   end
-  local materials = checked.materials or defaults.materials
-  if not (type(materials) == "table" and materials.get) then
-    materials = engine.materials(materials)
-  end
+  local materials = robot_file.materials(checked.materials)
   local layers = body.layers(checked.voxels)
   local size, wrong = body.measure_layers(layers, materials)
   if not size then engine.fail("limax.robot: voxels: " .. wrong) end
@@ -158,7 +140,7 @@ local function by_hand(fields)
     weights[name] = weight_layers(checked.weights[name], lattice, name)
   end
   return object({ schema = robot_file.schema, lattice = lattice, edge = checked.edge,
-    voxels = padded(layers, lattice), weights = weights, materials = materials:table() }, materials)
+    voxels = layers, weights = weights, materials = materials:table() }, materials)
 end
 
 ---@class limax.robot.of_genome

@@ -7,6 +7,8 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
+local settings = require "limax.settings.settings"
+local source = require "limax.base.source"
 
 local robot_file = {}
 
@@ -69,6 +71,14 @@ end
 
 -- ---- describing and building --------------------------------------------------------------------
 
+--- The materials that a script names, or has made; the paper's if it names none.
+---@param named? string|table|limax.materials
+---@return limax.materials
+function robot_file.materials(named)
+  if type(named) == "table" and named.get then return named end
+  return engine.materials(named or defaults.materials)
+end
+
 --- One robot of an engine's population as a plain table.
 ---@param i integer
 ---@param edge number m
@@ -110,13 +120,6 @@ local function required(rule, expected)
   end
 end
 
-local function table_rule(value, path)
-  if value ~= nil and type(value) ~= "table" then
-    return nil, ("%s: expected a table, got %s"):format(path, schema.show(value))
-  end
-  return value
-end
-
 local function schema_rule(value, path)
   if value == robot_file.schema then return value end
   return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(value))
@@ -129,25 +132,24 @@ local number = schema.number { unit = "" }
 local letters = schema.list(schema.text("[^%s]+", "a line of letters"),
   { expected = "a layer: a list of lines of letters" })
 
-local rules = {
+local optional = settings.optional
+
+local check_fields = schema.fields {
   schema = schema_rule,
-  lattice = required(schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
-    expected = "a list { nx, ny, nz } of voxels" }), "a list { nx, ny, nz } of voxels"),
+  lattice = required(settings.lattice(), "a list { nx, ny, nz } of voxels"),
   edge = schema.number(defaults.fields.simulation.edge),
   voxels = required(schema.list(letters, { expected = "a list of layers" }), "a list of layers"),
-  weights = required(table_rule, "a table of stiffness, amplitude and phase"),
-  materials = required(table_rule, "a table of materials"),
-  scene = table_rule,
-  simulation = table_rule,
+  weights = required(schema.table, "a table of stiffness, amplitude and phase"),
+  materials = required(schema.table, "a table of materials"),
+  scene = schema.table,
+  simulation = schema.table,
   fitness = schema.any,
-  score = function(value, path) return value and number(value, path) end,
-  outcome = table_rule,
-  id = function(value, path) return value and count(value, path) end,
-  generation = function(value, path) return value and count(value, path) end,
+  score = optional(number),
+  outcome = schema.table,
+  id = optional(count), generation = optional(count),
   parents = schema.list(count, { most = 2, expected = "a list of ids" }),
   origin = schema.text("[%w_ ]+", "a word"),
 }
-local check_fields = schema.fields(rules)
 
 -- One weight of every voxel: a number, or [z][y][x] of the lattice's size.
 local function weight_rule(lattice)
@@ -198,11 +200,8 @@ end
 ---@return limax.robot.description
 ---@return limax.materials
 function robot_file.read(path)
-  local file, refusal = io.open(path, "rb")
-  if not file then engine.fail(("robot file %s"):format(refusal)) end
-  local text = file:read "*a"
-  file:close()
-  if not text then engine.fail(("robot file %s: cannot be read (is it a folder?)"):format(path)) end
+  local text, refusal = source.read(path)
+  if not text then engine.fail(("robot file %s"):format(refusal)) end
   local decoded, message = host.json.decode(text, path)
   if decoded == nil then engine.fail(message) end
   local description, wrong, materials = robot_file.check(decoded)

@@ -7,6 +7,7 @@ local ffi = require "ffi"
 local genome_rules = require("limax.engine.encoding").genome_rules
 local robot_file = require "limax.robot.robot_file"
 local schema = require "limax.engine.schema"
+local settings = require "limax.settings.settings"
 
 local robot_of_genome = {}
 
@@ -16,8 +17,7 @@ local individual = { value = 1, unit = "of the initial population", minimum = 1,
 
 local rules = schema.fields {
   genome = schema.any,
-  lattice = schema.list(schema.number(defined.experiment.lattice),
-    { count = 3, default = { 5, 5, 5 }, expected = "a list { nx, ny, nz } of voxels" }),
+  lattice = settings.lattice { 5, 5, 5 },
   materials = schema.any,
   edge = schema.number(defined.simulation.edge),
   features = genome_rules.features, sigma = genome_rules.sigma, hidden = genome_rules.hidden,
@@ -52,10 +52,7 @@ end
 function robot_of_genome.describe(fields)
   local checked, message = rules(fields, "limax.robot")
   if not checked then engine.fail(message) end
-  local materials = checked.materials or defaults.materials
-  if not (type(materials) == "table" and materials.get) then
-    materials = engine.materials(materials)
-  end
+  local materials = robot_file.materials(checked.materials)
   local encoding = engine.encoding { lattice = checked.lattice, features = checked.features,
     sigma = checked.sigma, hidden = checked.hidden, materials = materials.count,
     initial_scale = checked.initial_scale, seed = checked.seed or 1,

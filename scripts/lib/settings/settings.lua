@@ -12,13 +12,25 @@ local fields = defaults.fields.simulation
 --- What a tier sets, and what an override that names a tier resets.
 settings.of_tier = { "integrator", "precision", "time_step", "bound_fraction", "time_step_most" }
 
--- A field that a tier sets when the script does not: absent stays absent.
-local function optional(rule)
+--- The rule of a field that may be absent.
+---@param rule schema.rule
+---@return schema.rule
+function settings.optional(rule)
   return function(value, path)
     if value == nil then return nil end
     return rule(value, path)
   end
 end
+
+--- The rule of a lattice.
+---@param default? integer[]
+---@return schema.rule
+function settings.lattice(default)
+  return schema.list(schema.number(defaults.fields.experiment.lattice), { count = 3,
+    default = default, expected = "a list { nx, ny, nz } of voxels" })
+end
+
+local optional = settings.optional
 
 local function choice(words, default)
   local rule = schema.choice(words)
@@ -26,6 +38,7 @@ local function choice(words, default)
 end
 
 local rules = {
+  -- a tier sets those that the script does not
   accuracy = choice({ "preview", "evolve", "publish", "reference" }, defaults.accuracy),
   integrator = optional(schema.choice(defaults.integrators)),
   precision = optional(schema.choice(defaults.precisions)),
