@@ -58,7 +58,6 @@ local function printed(arguments, result)
   return chosen and tables[chosen](result) or tables.text(result, terminal.style())
 end
 
----@return integer status
 function command.run(arguments)
   printed(arguments)
   local list = runs.read(arguments)

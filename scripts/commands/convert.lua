@@ -84,7 +84,6 @@ local function write(files, force)
   end
 end
 
----@return integer status
 function command.run(arguments)
   local from, to = arguments[1], arguments[2]
   local format, endings = formats.find(to, "write")

@@ -268,7 +268,6 @@ local function show(facts)
 end
 
 --- Runs the command.
----@return integer status
 function command.run(arguments)
   if arguments.scene then
     local facts = scene_report.gather(arguments.scene, engine.device "auto")

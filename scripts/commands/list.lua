@@ -58,7 +58,6 @@ local function row_of(path)
     config.generations and repetitions and config.generations * repetitions or "?"), best or "-" }
 end
 
----@return integer status
 function command.run(arguments)
   local path = arguments[1] or "runs"
   if host.file.exists(path) ~= "folder" then

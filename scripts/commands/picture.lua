@@ -148,7 +148,6 @@ local function check(arguments)
   return ending
 end
 
----@return integer status
 function command.run(arguments)
   local ending = check(arguments)
   local path = file_of(arguments[1])

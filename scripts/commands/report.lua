@@ -26,7 +26,6 @@ read as they are. With --figures the figures of a paper are written instead: SVG
   },
 }
 
----@return integer status
 function command.run(arguments)
   local folders = runs.read_all(arguments)
   local any = false

@@ -289,7 +289,6 @@ function command.run_experiment(experiment, arguments)
   return status
 end
 
----@return integer status
 function command.run(arguments)
   local file = arguments[1]
   if arguments.resume then

@@ -111,7 +111,6 @@ local function mark_of(folder)
   return table.concat(texts, " ")
 end
 
----@return integer status
 function command.run(arguments)
   local path = arguments[1]
   local folder = runs.read(path)

@@ -12,7 +12,6 @@ local limax = require "limax"
 return limax.experiment {
   name = "carry",
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m
-  materials = "paper",
   genome = { sigma = 0.25 },
   scene = limax.scenes.land {
     actuation = { frequency = 3 }, -- Hz
@@ -20,10 +19,6 @@ return limax.experiment {
     block = { size = { 0.2, 0.5, 0.2 }, position = { 0.55, -0.1, 0 }, mass = 4 },
   },
   simulation = { duration = 8, settle = 0.5, time_step = "auto" }, -- s
-  population = 30,
-  generations = 40,
-  repetitions = 1,
+  population = 30, generations = 40, repetitions = 1,
   fitness = { "carry", axis = "x" }, -- m
-  selection = { "tournament", size = 3 },
-  supervisor = "rules",
 }

@@ -12,17 +12,12 @@ local limax = require "limax"
 return limax.experiment {
   name = "climb",
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m
-  materials = "paper",
   genome = { sigma = 0.25 },
   -- downhill is -x, uphill is x
   scene = limax.scenes.slope { angle = math.rad(8), direction = math.pi,
     actuation = { frequency = 2 } }, -- Hz
   -- s; half of it is five whole periods, so that a periodic motion adds no distance
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" },
-  population = 20,
-  generations = 40,
-  repetitions = 1,
+  population = 20, generations = 40, repetitions = 1,
   fitness = { "walk", axis = "x" }, -- m
-  selection = { "tournament", size = 3 },
-  supervisor = "rules",
 }

@@ -24,7 +24,6 @@ end
 return limax.experiment {
   name = "grip",
   lattice = { 5, 3, 5 }, -- voxels of 0.1 m
-  materials = "paper",
   genome = { sigma = 0.25 },
   scene = {
     gravity = true, damping = true, friction = true,
@@ -35,10 +34,6 @@ return limax.experiment {
   },
   simulation = { duration = 3, settle = 0.5, time_step = "auto" },
   record = { contact = 50 }, -- Hz
-  population = 20,
-  generations = 30,
-  repetitions = 1,
+  population = 20, generations = 30, repetitions = 1,
   fitness = opening, -- 1
-  selection = { "tournament", size = 3 },
-  supervisor = "rules",
 }

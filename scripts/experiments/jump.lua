@@ -7,13 +7,10 @@ local limax = require "limax"
 
 return limax.experiment {
   name = "jump",
-  materials = "paper",
   scene = limax.scenes.land { actuation = { frequency = 3 } }, -- Hz
   simulation = { duration = 2, settle = 0.5, accuracy = "evolve" }, -- s
   -- Hz: the top of a jump lasts a few hundredths of a second
   record = { center_of_mass = 100 },
-  population = 30,
-  generations = 30,
-  repetitions = 1,
+  population = 30, generations = 30, repetitions = 1,
   fitness = "height", -- m
 }

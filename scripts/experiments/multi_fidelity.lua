@@ -62,20 +62,16 @@ local function score_again(robots, scored)
   return scores, seconds, #unscored
 end
 
--- Elites and pairs of parents by the finer scores, in tournaments of 3.
+local tournament = limax.selection.get { "tournament", size = 3 }
+
+-- Elites and pairs of parents by the finer scores.
 local function choose(seed, robots, scores)
   local best = ranked(scores)
-  local count = math.min(#best, math.floor(0.3 * #robots + 0.5))
   local elites, parents = {}, {}
-  for k = 1, count do elites[k] = best[k] end
-  for child = 1, #robots - count do
+  for k = 1, math.min(#best, math.floor(0.3 * #robots + 0.5)) do elites[k] = best[k] end
+  for child = 1, #robots - #elites do
     local random = limax.engine.random(seed, 1, "user", robots.generation, child)
-    local function pick()
-      local place = #best
-      for _ = 1, 3 do place = math.min(place, random:integer(#best)) end
-      return best[place]
-    end
-    parents[child] = { pick(), pick() }
+    parents[child] = { tournament({ ranked = best }, random) }
   end
   return { elites = elites, parents = parents }
 end

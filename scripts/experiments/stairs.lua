@@ -11,15 +11,10 @@ local limax = require "limax"
 return limax.experiment {
   name = "stairs",
   lattice = { 5, 3, 4 }, -- voxels of 0.1 m
-  materials = "paper",
   genome = { sigma = 0.25 },
   scene = limax.scenes.stairs { step = 0.033, depth = 0.25, count = 12, start = 0.6, width = 8,
     actuation = { frequency = 3 } }, -- m, Hz
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
-  population = 20,
-  generations = 30,
-  repetitions = 1,
+  population = 20, generations = 30, repetitions = 1,
   fitness = { "distance", axis = "x" }, -- m
-  selection = { "tournament", size = 3 },
-  supervisor = "rules",
 }

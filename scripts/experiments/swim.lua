@@ -15,14 +15,9 @@ local limax = require "limax"
 return limax.experiment {
   name = "swim",
   lattice = { 6, 3, 3 }, -- voxels of 0.1 m
-  materials = "paper",
   genome = { sigma = 0.25 },
   scene = limax.scenes.water { actuation = { frequency = 2 } },
   simulation = { duration = 4, settle = 0 },
-  population = 20,
-  generations = 30,
-  repetitions = 1,
+  population = 20, generations = 30, repetitions = 1,
   fitness = "walk", -- m
-  selection = { "tournament", size = 3 },
-  supervisor = "rules",
 }

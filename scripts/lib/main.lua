@@ -19,7 +19,6 @@ local function command_names()
   return names
 end
 
----@param name string
 ---@return limax.command
 local function load_command(name)
   local command = require("limax.commands." .. name)

@@ -26,7 +26,6 @@ function choice.sorted_keys(t)
 end
 
 --- Is a value in a list?
----@return boolean
 function choice.contains(list, value)
   for _, each in ipairs(list) do
     if each == value then return true end

@@ -16,7 +16,6 @@ end
 
 --- One line of names, then a line for each row.
 ---@param rows table[] values by column name
----@return string
 function csv.encode(columns, rows)
   local names = {}
   for i, column in ipairs(columns) do names[i] = cell(column) end

@@ -1,7 +1,6 @@
 --- duration.lua: seconds as text.
 
 --- "8 s", "3 min 20 s", "2 h 5 min".
----@return string
 return function(seconds)
   local s = math.floor(seconds + 0.5)
   if s < 60 then return ("%d s"):format(s) end

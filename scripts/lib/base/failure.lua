@@ -52,7 +52,6 @@ end
 
 --- A message without its place where that is a file of limax itself, which does not help a user.
 ---@param message any
----@return string
 function failure.bare(message)
   if fault.is(message) then return is_ours(message.place) and message.text or tostring(message) end
   local text = tostring(message)

@@ -22,7 +22,6 @@ local C_TYPES = { ["|b1"] = "uint8_t", ["|u1"] = "uint8_t", ["|i1"] = "int8_t",
 --- The bytes before the data of a .npy file.
 ---@param kind string NumPy's type: "<f4", "|u1", ...
 ---@param shape integer[]
----@return string
 function npy.header(kind, shape)
   local header = ("{'descr': '%s', 'fortran_order': False, 'shape': (%s%s), }"):format(kind,
     table.concat(shape, ", "), #shape == 1 and "," or "")
@@ -35,7 +34,6 @@ end
 ---@param kind string NumPy's type
 ---@param shape integer[]
 ---@param data string|number[] in row-major order
----@return string
 function npy.encode(kind, shape, data)
   if type(data) == "table" then data = bytes.pack(C_TYPES[kind], data) end
   return npy.header(kind, shape) .. data
@@ -74,7 +72,6 @@ function npy.numbers(array) return bytes.unpack(C_TYPES[array.kind], array.data)
 
 --- The bytes of a .npz archive.
 ---@param list { [1]: string, [2]: string }[] name and .npy bytes of each array
----@return string
 function npy.pack(list)
   local entries = {}
   for i, each in ipairs(list) do entries[i] = { each[1] .. ".npy", each[2] } end

@@ -185,7 +185,6 @@ end
 
 --- Rows of two aligned columns.
 ---@param rows string[][]
----@return string
 function options.columns(rows)
   local width = 0
   for _, row in ipairs(rows) do width = math.max(width, #row[1]) end
@@ -197,7 +196,6 @@ function options.columns(rows)
 end
 
 --- The help page of a command.
----@return string
 function options.help(command)
   local rows = {}
   for i, option in ipairs(all_options(command)) do

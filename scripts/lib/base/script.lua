@@ -9,7 +9,6 @@ local script = {}
 local exit_failed, exit_usage = 1, 2
 
 --- The compiled file. From now on `require` also finds Lua files in its folder.
----@param file string
 ---@return function chunk
 function script.load(file)
   local kind = host.file.exists(file)
@@ -29,7 +28,6 @@ function script.load(file)
 end
 
 --- Runs a file with `...` as its arguments, also in the global `arg`.
----@param file string
 ---@param ... string
 ---@return any ... what the file returns
 function script.run(file, ...)

@@ -5,14 +5,12 @@ local host = require "limax.host"
 local shell = {}
 
 --- A word, quoted if a shell needs it.
----@return string
 function shell.quoted(word)
   if word:find "^[%w%._/=%-]+$" then return word end
   return "'" .. word:gsub("'", "'\\''") .. "'"
 end
 
 --- A path, relative if it is below the working directory, quoted if a shell needs it.
----@return string
 function shell.path(path)
   local here = host.file.absolute "."
   if path:sub(1, #here + 1) == here .. "/" then path = path:sub(#here + 2) end
@@ -20,7 +18,6 @@ function shell.path(path)
 end
 
 --- The program as the user can call it: by name if it is on the PATH.
----@return string
 function shell.program()
   local executable = host.executable
   for folder in (os.getenv "PATH" or ""):gmatch "[^:]+" do

@@ -9,7 +9,6 @@ local source = {}
 local function folder_of(path) return path:match "^(.*)/[^/]*$" or "." end
 source.folder_of = folder_of
 
----@return string
 function source.name_of(path) return path:match "([^/]*)$" end
 
 --- The whole text of a file.
@@ -96,7 +95,6 @@ end
 
 --- The path of a file that an experiment names: as it is, else beside the experiment.
 ---@param folder string|nil of the experiment
----@return string
 function source.beside(path, folder)
   if host.file.exists(path) == "file" or not folder then return path end
   local beside = folder .. "/" .. path
@@ -158,7 +156,6 @@ end
 ---@param origin string|nil the experiment's file
 ---@param fields table the argument of limax.experiment
 ---@param named? string[] absolute paths of more files, if they exist
----@return string[]
 function source.scripts(origin, fields, named)
   local seen, list = {}, {}
   local function add(path)

@@ -25,14 +25,11 @@ function terminal.style(wish)
 end
 
 --- The text if it is UTF-8, else with a question mark for each byte above 127.
----@param text string
----@return string
 function terminal.utf8(text)
   return pcall(host.json.encode, text) and text or (text:gsub("[\128-\255]", "?"))
 end
 
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
----@return integer
 function terminal.width(text)
   local visible = text:gsub("\27%[[%d;]*m", "")
   local _, continuation = visible:gsub("[\128-\191]", "")
@@ -41,7 +38,6 @@ end
 
 --- A text padded to `width` columns.
 ---@param right? boolean align at the right
----@return string
 function terminal.pad(text, width, right)
   local fill = (" "):rep(width - terminal.width(text))
   return right and fill .. text or text .. fill
@@ -65,15 +61,12 @@ end
 
 --- A text in one of the 256 colours, or plain.
 ---@param code integer
----@return string
 function terminal.paint(text, code, style)
   return style.color and ("\27[38;5;%dm%s\27[0m"):format(code, text) or text
 end
 
----@return string
 function terminal.bold(text, style) return style.color and "\27[1m" .. text .. "\27[0m" or text end
 
----@return string
 function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\27[0m" or text end
 
 -- ---- tables -------------------------------------------------------------------------------------
@@ -81,7 +74,6 @@ function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\
 --- A table with a head: numbers aligned right, words left, two blanks between columns.
 ---@param head string[]
 ---@param rows (string|number)[][] numbers show as %.4g
----@return string
 function terminal.table(head, rows, style)
   local texts, widths, right = {}, {}, {}
   for c, title in ipairs(head) do widths[c], right[c] = terminal.width(title), #rows > 0 end

@@ -39,7 +39,6 @@ end
 
 ---@param a limax.material_fields
 ---@param b limax.material_fields of the same materials
----@return boolean
 function materials.equal(a, b)
   for name, fields in pairs(a) do
     for field, value in pairs(fields) do

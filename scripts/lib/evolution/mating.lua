@@ -16,7 +16,6 @@ end
 
 --- The elites: the best robots, at least one and at most all but one; or those that the script
 --- names, which must have a score.
----@param robots limax.population.scored
 ---@param fraction number of the population
 ---@param named? integer[]
 ---@return integer[] indices
@@ -39,7 +38,6 @@ end
 
 --- One pair of indices per robot of the next generation: an elite twice, then two parents for each
 --- offspring, by `select(child)` or as the script names them.
----@param robots limax.population.scored
 ---@param elites integer[]
 ---@param named? integer[][]
 ---@param select fun(child: integer): integer, integer
@@ -74,7 +72,6 @@ end
 
 --- The records of the next generation, still without the bodies of the offspring. Ids count on:
 --- they are unique in a repetition, and the same in a run that is continued.
----@param robots limax.population.scored
 ---@param elites integer number of the pairs that are elites, which come first
 ---@param parents integer[][] a pair of indices per robot
 ---@param keep boolean do elites keep their scores?

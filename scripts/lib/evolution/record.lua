@@ -13,8 +13,6 @@ local record = {}
 local EARLIER = {}
 
 --- Do the scores of a generation mean what they would mean now?
----@param robots limax.population.scored
----@return boolean
 function record.scores_valid(robots) return robots.scored_with ~= EARLIER end
 
 -- The champion's score under the run's first materials; nil where it does not end well under them.
@@ -63,7 +61,6 @@ local function remember(run, line, ledger, text, robots)
 end
 
 --- Writes a scored generation into history and folder.
----@param robots limax.population.scored
 function record.write(run, robots)
   local line = metrics.measure(robots)
   line.schema = "limax.metrics/1"
@@ -84,7 +81,6 @@ end
 
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
----@param folder limax.run_folder
 ---@param scores_valid boolean false where the configuration changed: elites are scored again
 function record.read(run, folder, scores_valid)
   for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do

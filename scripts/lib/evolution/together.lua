@@ -21,7 +21,6 @@ function together.wait(simulation) coroutine.yield(waiting, simulation) end
 
 --- How many repetitions at a time fill a device: at least two.
 ---@param population integer robots of one repetition
----@return integer
 function together.at_once(device, population)
   local units = 0
   for _, gpu in ipairs(device:describe().gpus or {}) do units = units + gpu.multiprocessors end

@@ -9,7 +9,6 @@ local budget = {}
 ---@param config table of the experiment
 ---@param generations integer scored so far
 ---@param evaluations integer spent on them
----@return boolean
 function budget.allows_another(config, generations, evaluations)
   if generations >= config.generations then return false end
   return not config.evaluations or evaluations + config.population <= config.evaluations
@@ -17,7 +16,6 @@ end
 
 --- The largest possible number of generations of a repetition: with the largest share of elites,
 --- all of which keep their scores.
----@return integer
 function budget.most_generations(config)
   if not config.evaluations then return config.generations end
   -- supervision limits the share to a half; a script that breeds itself leaves at least one robot

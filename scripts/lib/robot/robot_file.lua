@@ -210,7 +210,6 @@ function robot_file.read(path)
 end
 
 --- The text of a robot file.
----@return string
 function robot_file.text(description)
   return host.json.encode(description, { indent = 2 }) .. "\n"
 end

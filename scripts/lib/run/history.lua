@@ -38,7 +38,6 @@ history.genomes_kept = 3
 local rebuilt = setmetatable({}, { __mode = "kv" })
 
 --- One line per robot.
----@return string
 function history.encode(records)
   local lines = {}
   for i, record in ipairs(records) do lines[i] = host.json.encode(record) .. "\n" end

@@ -90,7 +90,6 @@ local function add_script_changes(lines, folder, scripts)
 end
 
 --- The script to load: the original, else its copy in the folder.
----@param folder limax.run_folder
 ---@return string path
 ---@return string|nil note
 function resume.script(folder)
@@ -136,7 +135,6 @@ local function judge(folder, config, scripts, allowed, switch)
 end
 
 --- Cuts a folder to its last complete generation and stores the current configuration.
----@param folder limax.run_folder
 ---@param options { repetition: integer|nil, overrides: string[]|nil } of the run
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it

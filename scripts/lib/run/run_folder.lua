@@ -35,19 +35,16 @@ local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n
 --- The path of a file of one generation in the run folder.
 ---@param kind "population"|"champions"
 ---@param ending string
----@return string
 function run_folder.place(repetition, kind, generation, ending)
   return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
 end
 
 --- The command that continues the run in a folder, ready to be pasted into a shell.
----@return string
 function run_folder.resume_command(path)
   return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
 end
 
 --- Is there a run that can be continued?
----@return boolean
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 
 -- A folder that this process locks; then what its checkpoint states.
@@ -185,7 +182,6 @@ end
 -- ---- a new run ----------------------------------------------------------------------------------
 
 --- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
----@return string
 function run_folder.next_free(name)
   local n = 1
   while host.file.exists(("runs/%s-%d"):format(name, n)) do n = n + 1 end

@@ -47,7 +47,6 @@ end
 
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
----@return string[]
 function plausible.doubts(config)
   local list = {}
   list[#list + 1] = upwards(config.scene)

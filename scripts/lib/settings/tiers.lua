@@ -38,7 +38,6 @@ end
 ---@param about table the device's description
 ---@param version string of limax
 ---@param machine { compiler: string, build: string }
----@return string
 local function key_of(about, version, machine)
   local model = about.gpus and about.gpus[1].name or ("%s, %s"):format(about.cpu, about.isa)
   return ("%s; limax %s, %s, %s"):format(model, version, machine.compiler, machine.build)
@@ -100,7 +99,6 @@ function tiers.of(simulation)
 end
 
 --- Overrides that give an experiment a whole tier, also the parts that its script sets.
----@return string[]
 function tiers.overrides(name)
   local list = { "simulation.accuracy=" .. name }
   for _, part in ipairs(PARTS) do list[#list + 1] = ("simulation.%s=null"):format(part) end
@@ -108,7 +106,6 @@ function tiers.overrides(name)
 end
 
 --- A tier in words: "leapfrog, compensated, at most 0.0002 s".
----@return string
 function tiers.describe(name)
   local tier = defaults.tiers[name]
   local most = tier.time_step_most > 0 and (", at most %g s"):format(tier.time_step_most) or ""
@@ -118,7 +115,6 @@ end
 
 --- Its error and cost, in one line.
 ---@param measured limax.tiers.measured|nil
----@return string
 function tiers.price(measured)
   if not measured then return "not measured here: limax bench accuracy" end
   local parts = {}

@@ -72,7 +72,10 @@ suite:test("tables that public names mention are known by their fields", functio
     fields[field.name] = true
     t:ok(entry[field.name] ~= nil, "a generation has no " .. field.name)
   end
-  for _, key in ipairs(choice.sorted_keys(entry)) do t:ok(fields[key], key .. " is not listed") end
+  for _, key in ipairs(choice.sorted_keys(entry)) do
+    t:ok(fields[key], ("history[n].%s is not described: add it to limax.generation in"
+      .. " scripts/lib/run/history.lua and to scripts/RUN_FOLDER.md"):format(key))
+  end
 end)
 
 suite:test("every entry has a text, and its comment describes its arguments", function(t)
