@@ -101,7 +101,7 @@ simulation_setup make_setup(const population& population, const material_table& 
 
 // Whether the population's genomes and bodies are where the device keeps its own.
 inline bool is_stored_on(const limax::population& population, const limax::device& device) {
-    return population.home() && device.houses(*population.home());
+    return population.on_device() && device.stores(*population.on_device());
 }
 
 }  // namespace limax::api

@@ -16,7 +16,7 @@ using limax::api::value_or;
 // Moves a population to where the device keeps its own: for the CPU, back to the host.
 void settle(const limax::population& population, limax::device& device) {
     if (!population.code() || is_stored_on(population, device)) return;
-    population.move_to(device.reside(population.code(), population.count()));
+    population.move_to(device.make_population(population.code(), population.count()));
 }
 
 }  // namespace

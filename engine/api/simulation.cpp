@@ -105,8 +105,8 @@ limax::simulation_setup limax::api::make_setup(const limax::population& populati
     setup.bodies.assign(population.bodies(), population.bodies() + setup.count);
     for (int32_t i = 0; i < setup.count; ++i) setup.mask.push_back(mask ? mask[i] != 0 : 1);
     if (is_stored_on(population, device) && all_fit(population, materials))
-        setup.resident = population.bodies_at_home();
-    if (!setup.resident) {
+        setup.bodies_on_device = population.bodies_on_device();
+    if (!setup.bodies_on_device) {
         const int64_t voxels = setup.grid.voxels() * setup.count;
         setup.voxels = limax::array<uint8_t>(voxels);
         setup.weights = limax::array<float>(3 * voxels);

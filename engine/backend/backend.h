@@ -10,9 +10,9 @@
 #include "base/array.h"
 #include "base/parallel.h"
 #include "body/lattice.h"
+#include "genome/device_population.h"
 #include "genome/encoding.h"
 #include "genome/network.h"
-#include "genome/residence.h"
 #include "limax.h"
 #include "physics/scene.h"
 
@@ -26,9 +26,9 @@ struct simulation_setup {
     lattice grid;
     int32_t count = 0;  // robots
     // Bodies on the device that simulates them; null where only the host has them.
-    std::shared_ptr<const resident_bodies> resident;
+    std::shared_ptr<const device_bodies> bodies_on_device;
     mutable array<uint8_t> voxels;   // [robot][voxel]; these two are empty until fetch_bodies()
-    mutable array<float> weights;    // [robot][3][voxel]      where there are resident ones
+    mutable array<float> weights;    // [robot][3][voxel]      where bodies are on a device
     std::vector<limax_body> bodies;  // [robot]
     std::vector<uint8_t> mask;       // robots to simulate, [robot]
 
@@ -36,11 +36,11 @@ struct simulation_setup {
     void fetch_bodies() const {
         static std::mutex mutex;
         const std::lock_guard lock(mutex);
-        if (!resident || voxels.size() > 0) return;
+        if (!bodies_on_device || voxels.size() > 0) return;
         const auto size = std::size_t(grid.voxels()) * std::size_t(count);
         array<uint8_t> materials_of(size);
         weights = array<float>(weight_kinds * size);
-        resident->fetch(materials_of.data(), weights.data());
+        bodies_on_device->fetch(materials_of.data(), weights.data());
         voxels = std::move(materials_of);
     }
 };
@@ -90,12 +90,12 @@ public:
 
     // Device memory for a population of `count` robots; null where populations stay on the host:
     // always on the CPU, and on a GPU without enough free memory.
-    virtual std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& /*code*/,
-                                              int32_t /*count*/) {
+    virtual std::shared_ptr<device_population> make_population(
+        const std::shared_ptr<const encoding>& /*code*/, int32_t /*count*/) {
         return nullptr;
     }
     // Whether this device holds it.
-    virtual bool houses(const residence& /*home*/) const { return false; }
+    virtual bool stores(const device_population& /*stored*/) const { return false; }
 };
 
 // `isa` null or empty: the best passes that this processor runs. Raises LIMAX_NO_DEVICE where the

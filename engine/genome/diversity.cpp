@@ -46,9 +46,9 @@ double population::hamming(const int32_t* robots, int32_t count) const {
     constexpr int64_t tile = 1024, materials = LIMAX_MAX_MATERIALS;
     const int64_t voxels = grid_.voxels(), pairs = int64_t(count) * count;
     double differing = 0;
-    if (bodies_at_home()) {
+    if (bodies_on_device()) {
         std::vector<int64_t> same(static_cast<std::size_t>(voxels));
-        home_->count_same(robots, count, same.data());
+        on_device_->count_same(robots, count, same.data());
         for (const int64_t of_voxel : same) differing += double(pairs - of_voxel);
         return differing / (double(count) * (count - 1.0) * double(voxels));
     }
@@ -82,7 +82,7 @@ double population::genotype(const int32_t* robots, int32_t count) const {
     const auto genes = static_cast<std::size_t>(code_->genes());
     std::vector<double> square(genes, 0.0);
     if (genomes_at_.device && !genomes_at_.lent) {
-        home_->sum_squares(robots, count, square.data());
+        on_device_->sum_squares(robots, count, square.data());
     } else {
         const float* const all = genomes();
         std::vector<double> mean(genes, 0.0);

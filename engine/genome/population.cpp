@@ -67,7 +67,7 @@ void population::genomes_to_host() const {
     if (genomes_at_.host || !code_) return;
     if (genomes_.size() == 0)
         genomes_ = array<float>(std::size_t(count_) * std::size_t(code_->genes()));
-    if (genomes_at_.device) home_->fetch_genomes(genomes_.data(), 0, count_);
+    if (genomes_at_.device) on_device_->fetch_genomes(genomes_.data(), 0, count_);
     genomes_at_.host = true;
 }
 
@@ -79,25 +79,25 @@ void population::bodies_to_host() const {
         voxels_ = array<uint8_t>(voxels);
         weights_ = std::move(weights);
     }
-    if (bodies_at_.device) home_->bodies()->fetch(voxels_.data(), weights_.data());
+    if (bodies_at_.device) on_device_->bodies()->fetch(voxels_.data(), weights_.data());
     bodies_at_.host = true;
 }
 
 void population::genomes_to_device() const {
     if (genomes_at_.device && !genomes_at_.lent) return;
     if (genomes_at_.host)
-        home_->send_genomes(genomes_.data());
+        on_device_->send_genomes(genomes_.data());
     else
-        home_->clear_genomes();
+        on_device_->clear_genomes();
     genomes_at_.device = true;
 }
 
 void population::bodies_to_device() const {
     if (bodies_at_.device && !bodies_at_.lent) return;
     if (bodies_at_.host)
-        home_->send_bodies(voxels_.data(), weights_.data());
+        on_device_->send_bodies(voxels_.data(), weights_.data());
     else
-        home_->clear_bodies();
+        on_device_->clear_bodies();
     bodies_at_.device = true;
 }
 
@@ -134,21 +134,21 @@ void population::read_genomes(int32_t first, int32_t count, float* out) const {
     require_genomes();
     require_robots(first, count);
     if (genomes_at_.device && !genomes_at_.host)
-        home_->fetch_genomes(out, first, count);
+        on_device_->fetch_genomes(out, first, count);
     else
         std::copy_n(genomes() + int64_t(first) * genes(), int64_t(count) * genes(), out);
 }
 
-void population::move_to(std::shared_ptr<residence> home) const {
-    if (home == home_) return;
+void population::move_to(std::shared_ptr<device_population> stored) const {
+    if (stored == on_device_) return;
     if (genomes_at_.device) genomes_to_host();
     if (bodies_at_.device) bodies_to_host();
     genomes_at_.device = bodies_at_.device = false;
-    home_ = std::move(home);
+    on_device_ = std::move(stored);
 }
 
-std::shared_ptr<const resident_bodies> population::bodies_at_home() const {
-    return bodies_at_.device && !bodies_at_.lent ? home_->bodies() : nullptr;
+std::shared_ptr<const device_bodies> population::bodies_on_device() const {
+    return bodies_at_.device && !bodies_at_.lent ? on_device_->bodies() : nullptr;
 }
 
 // ---- operations on robots ----
@@ -192,9 +192,9 @@ void population::initialize(int32_t first, int32_t count, const parallel_for& ea
     const network_shape& shape = code_->shape();
     const limax_encoding_options& options = code_->options();
     const int64_t genome_size = genes();
-    if (home_) {
+    if (on_device_) {
         if (!whole(first, count)) genomes_to_device();
-        home_->initialize(first, count);
+        on_device_->initialize(first, count);
         genomes_at_ = {.device = true};
         forget(first, count);
         return;
@@ -241,10 +241,10 @@ void population::express(const material_table& materials, bool require_muscle, e
         fail(LIMAX_INVALID_ARGUMENT,
              format("the encoding chooses among %d materials, but the table \"%s\" has %d",
                     shape.materials, materials.name().c_str(), materials.count()));
-    if (home_) {
+    if (on_device_) {
         genomes_to_device();
         if (!whole(first, count)) bodies_to_device();
-        home_->express(first, count, bodies_.data() + first);
+        on_device_->express(first, count, bodies_.data() + first);
         bodies_at_ = {.device = true};
         for (int32_t robot = first; robot < first + count; ++robot)
             judge(materials, require_muscle, robot);
@@ -323,10 +323,10 @@ void population::breed(const population& parents, const int32_t* pairs,
                      format("child %d: parent %lld does not exist; there are %d", child + 1,
                             from_one(parent), parents.count()));
 
-    if (home_ && parents.home_) {
+    if (on_device_ && parents.on_device_) {
         parents.genomes_to_device();
         if (!whole(first, count)) genomes_to_device();
-        home_->breed(*parents.home_, pairs + 2 * int64_t(first), breeding, first, count);
+        on_device_->breed(*parents.on_device_, pairs + 2 * int64_t(first), breeding, first, count);
         genomes_at_ = {.device = true};
         forget(first, count);
         return;

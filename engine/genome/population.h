@@ -9,9 +9,9 @@
 #include "base/parallel.h"
 #include "body/grid.h"
 #include "body/material.h"
+#include "genome/device_population.h"
 #include "genome/encoding.h"
 #include "genome/network.h"
-#include "genome/residence.h"
 #include "limax.h"
 
 namespace limax {
@@ -45,10 +45,10 @@ public:
     void read_genomes(int32_t first, int32_t count, float* out) const;
 
     // Stores the arrays on a device from now on; null for the host. Values do not change.
-    void move_to(std::shared_ptr<residence> home) const;
-    const residence* home() const { return home_.get(); }
+    void move_to(std::shared_ptr<device_population> stored) const;
+    const device_population* on_device() const { return on_device_.get(); }
     // The bodies on the device; null if only the host has the current ones.
-    std::shared_ptr<const resident_bodies> bodies_at_home() const;
+    std::shared_ptr<const device_bodies> bodies_on_device() const;
 
     // What follows runs where the arrays are stored; `each` and `pass` are for the host.
 
@@ -105,7 +105,7 @@ private:
     mutable array<float> genomes_;  // allocated when first needed, as the next two
     mutable array<uint8_t> voxels_;
     mutable array<float> weights_;
-    mutable std::shared_ptr<residence> home_;
+    mutable std::shared_ptr<device_population> on_device_;
     mutable presence genomes_at_, bodies_at_;
 };
 

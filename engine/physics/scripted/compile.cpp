@@ -112,7 +112,7 @@ reader::reader(const std::string& place, const std::string& text,
               {"t", input_at(input_time, false)}};
     for (const auto& [name, _] : names_) fixed_[name] = true;
     own_words_ = {{"real", true}, {"f", true}};
-    for (const function& known : functions) own_words_[known.name] = true;
+    for (const function& candidate : functions) own_words_[candidate.name] = true;
     for (const char* word : words_of_vectors) own_words_[word] = true;
     const int16_t zero = constant(0);
     names_["f"] = {true, zero, zero, zero};
@@ -341,10 +341,10 @@ value reader::primary() {
     if (now_.kind != token::word)
         refuse(format("expected a number, a name or '(', got %s", here().c_str()));
     const std::string name = now_.text;
-    const auto known = names_.find(name);
-    if (known != names_.end()) {
+    const auto found = names_.find(name);
+    if (found != names_.end()) {
         advance();
-        return known->second;
+        return found->second;
     }
     if (own_words_.count(name) && name != "real") {
         advance();
@@ -370,11 +370,11 @@ value reader::call(const std::string& name) {
             refuse_read(format("%s takes %zu %s, not %zu", name.c_str(), count,
                                count == 1 ? "value" : "values", arguments.size()));
     };
-    for (const function& known : functions) {
-        if (name != known.name) continue;
-        takes(std::size_t(known.operands));
+    for (const function& candidate : functions) {
+        if (name != candidate.name) continue;
+        takes(std::size_t(candidate.operands));
         for (const value v : arguments) need_number(v, name);
-        return number(known.what, arguments[0], arguments.size() > 1 ? arguments[1] : value{});
+        return number(candidate.what, arguments[0], arguments.size() > 1 ? arguments[1] : value{});
     }
     takes(name == "vec" ? 3 : name == "length" ? 1 : 2);
     if (name == "vec") {

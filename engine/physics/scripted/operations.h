@@ -29,7 +29,7 @@ enum class operation : uint8_t {
 };
 inline constexpr int operation_count = int(operation::choose) + 1;
 
-// The first registers of every program: what is known of a mass.
+// The first registers of every program: the state of a mass.
 enum input { input_position = 0, input_velocity = 3, input_mass = 6, input_time = 7, inputs = 8 };
 
 // Writes the next register. Operands are earlier registers.

@@ -19,7 +19,7 @@ struct traffic {
     bool operator==(const traffic&) const = default;
 };
 
-struct copied_bodies final : limax::resident_bodies {
+struct copied_bodies final : limax::device_bodies {
     copied_bodies(const population& robots, traffic& seen) : seen(seen) {
         const auto voxels_of_all = std::size_t(robots.grid().voxels() * robots.count());
         voxels.assign(robots.voxels(), robots.voxels() + voxels_of_all);
@@ -36,8 +36,8 @@ struct copied_bodies final : limax::resident_bodies {
 };
 
 // Its memory is a population that stays on the host.
-struct fake_residence final : limax::residence {
-    explicit fake_residence(const population& robots)
+struct fake_device_population final : limax::device_population {
+    explicit fake_device_population(const population& robots)
         : twin(grid_of(robots).data(), robots.count(), robots.code()) {
         // memory is not initialised
         std::fill_n(twin.genomes(), twin.genes() * twin.count(), std::nanf(""));
@@ -75,11 +75,11 @@ struct fake_residence final : limax::residence {
     void initialize(int32_t first, int32_t count) override {
         twin.initialize(first, count, in_order);
     }
-    void breed(const limax::residence& parents, const int32_t* pairs,
+    void breed(const limax::device_population& parents, const int32_t* pairs,
                const limax_breeding& breeding, int32_t first, int32_t count) override {
         std::vector<int32_t> all(2 * std::size_t(twin.count()));
         std::copy_n(pairs, 2 * count, all.begin() + 2 * first);
-        twin.breed(dynamic_cast<const fake_residence&>(parents).twin, all.data(), breeding,
+        twin.breed(dynamic_cast<const fake_device_population&>(parents).twin, all.data(), breeding,
                    in_order, first, count);
     }
     void express(int32_t first, int32_t count, limax_body* bodies) override {
@@ -110,7 +110,7 @@ struct fake_residence final : limax::residence {
             }
         }
     }
-    std::shared_ptr<const limax::resident_bodies> bodies() const override {
+    std::shared_ptr<const limax::device_bodies> bodies() const override {
         return std::make_shared<copied_bodies>(twin, seen);
     }
 
@@ -118,10 +118,10 @@ struct fake_residence final : limax::residence {
     mutable traffic seen;
 };
 
-std::shared_ptr<fake_residence> move_out(const population& robots) {
-    auto home = std::make_shared<fake_residence>(robots);
-    robots.move_to(home);
-    return home;
+std::shared_ptr<fake_device_population> move_out(const population& robots) {
+    auto stored = std::make_shared<fake_device_population>(robots);
+    robots.move_to(stored);
+    return stored;
 }
 
 }  // namespace
@@ -129,7 +129,7 @@ std::shared_ptr<fake_residence> move_out(const population& robots) {
 TEST_CASE("generations on a device are those of the host and copy nothing that is not requested") {
     population host_parents = make(20), host_children = make(20);
     population parents = make(20), children = make(20);
-    const auto home = move_out(parents), nursery = move_out(children);
+    const auto stored = move_out(parents), nursery = move_out(children);
     const auto pairs = some_pairs(20, 20);
     const auto set = everyone(20);
     for (int generation = 0; generation < 3; ++generation) {
@@ -144,8 +144,8 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
                               b = parents.diversity(set.data(), 20);
         CHECK(same_diversity(a, b));
         CHECK(std::memcmp(parents.bodies(), host_parents.bodies(), 20 * sizeof(limax_body)) == 0);
-        CHECK(parents.bodies_at_home());
-        CHECK(home->seen == traffic{});
+        CHECK(parents.bodies_on_device());
+        CHECK(stored->seen == traffic{});
         CHECK(nursery->seen == traffic{});
         host_parents.breed(host_children, pairs.data(), some_breeding(), in_order, 0, 20);
         parents.breed(children, pairs.data(), some_breeding(), in_order, 0, 20);
@@ -156,13 +156,13 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
     std::vector<float> some(3 * std::size_t(seen.genes()));
     seen.read_genomes(5, 3, some.data());
     CHECK(std::memcmp(some.data(), expected.genomes() + 5 * seen.genes(), 4 * some.size()) == 0);
-    CHECK(home->seen == traffic{0, 0, 1, 0, 0});
+    CHECK(stored->seen == traffic{0, 0, 1, 0, 0});
     // reading once brings everything here, and the device keeps counting
     CHECK(same_genomes(seen, expected));
     CHECK(same_genomes(seen, expected));
-    CHECK(home->seen == traffic{0, 0, 2, 0, 0});
+    CHECK(stored->seen == traffic{0, 0, 2, 0, 0});
     children.breed(seen, pairs.data(), some_breeding(), in_order, 0, 20);
-    CHECK(home->seen == traffic{0, 0, 2, 0, 0});
+    CHECK(stored->seen == traffic{0, 0, 2, 0, 0});
     CHECK(refused([&] { seen.read_genomes(18, 3, some.data()); }) ==
           "robots 19 to 21 do not all exist; there are 20");
 }
@@ -170,12 +170,12 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
 TEST_CASE("a device gets values written before and after the move") {
     population robots = make(4), expected = make(4), children = make(4);
     for (population* each : {&robots, &expected}) each->initialize(0, 4, in_order);
-    const auto home = move_out(robots);
+    const auto stored = move_out(robots);
     express_all(robots);
     express_all(expected);
-    CHECK(home->seen == traffic{1, 0, 0, 0, 0});
+    CHECK(stored->seen == traffic{1, 0, 0, 0, 0});
     express_all(robots);
-    CHECK(home->seen == traffic{1, 0, 0, 0, 0});
+    CHECK(stored->seen == traffic{1, 0, 0, 0, 0});
 
     // a pointer that somebody holds may be written through at any time
     float* genes = robots.genomes();
@@ -186,32 +186,32 @@ TEST_CASE("a device gets values written before and after the move") {
         }
         CHECK(same_bodies(static_cast<const population&>(robots), expected));
     }
-    CHECK(home->seen.sent_genomes == 3);
-    CHECK(home->seen.fetched_genomes == 0);
+    CHECK(stored->seen.sent_genomes == 3);
+    CHECK(stored->seen.fetched_genomes == 0);
 
     // the same of bodies: the host's count until the device writes them
-    CHECK(robots.bodies_at_home());
+    CHECK(robots.bodies_on_device());
     robots.voxels()[3] = uint8_t(robots.voxels()[3] == 1 ? 2 : 1);
-    CHECK_FALSE(robots.bodies_at_home());
+    CHECK_FALSE(robots.bodies_on_device());
     robots.check(paper(), false, 0, 4);
     CHECK(robots.bodies()[0].hash == limax::body_hash(robots.grid(), robots.voxels()));
     const auto set = everyone(4);
     (void)robots.diversity(set.data(), 4);
-    CHECK_FALSE(robots.bodies_at_home());
+    CHECK_FALSE(robots.bodies_on_device());
     // a device that writes some robots gets the others as the host has them
     const std::vector<uint8_t> before(robots.voxels(), robots.voxels() + 60);
     robots.express(paper(), false, nullptr, nullptr, 1, 3);
-    CHECK(home->seen.sent_bodies == 1);
-    CHECK(robots.bodies_at_home());
+    CHECK(stored->seen.sent_bodies == 1);
+    CHECK(robots.bodies_on_device());
     CHECK(std::memcmp(robots.voxels(), before.data(), 60) == 0);
 }
 
 TEST_CASE("robots that a device never wrote are 0, as on the host") {
     population robots = make(5);
-    const auto home = move_out(robots);
+    const auto stored = move_out(robots);
     robots.initialize(1, 2, in_order);
     robots.express(paper(), false, nullptr, nullptr, 1, 2);
-    CHECK(home->seen == traffic{0, 0, 0, 0, 2});
+    CHECK(stored->seen == traffic{0, 0, 0, 0, 2});
     const population& seen = robots;
     for (const int32_t robot : {0, 3, 4}) {
         for (int32_t gene = 0; gene < seen.genes(); ++gene)
@@ -226,7 +226,7 @@ TEST_CASE("a population that moves back, or to another device, keeps its values"
     population robots = make(6), expected = make(6), children = make(6),
                expected_children = make(6);
     for (population* each : {&robots, &expected}) each->initialize(0, 6, in_order);
-    std::weak_ptr<fake_residence> left = move_out(robots);
+    std::weak_ptr<fake_device_population> left = move_out(robots);
     express_all(robots);
     express_all(expected);
     const auto next = move_out(robots);
@@ -248,8 +248,8 @@ TEST_CASE("a population that moves back, or to another device, keeps its values"
     CHECK(same_genomes(static_cast<const population&>(children), expected_children));
 
     robots.move_to(nullptr);
-    CHECK(robots.home() == nullptr);
-    CHECK_FALSE(robots.bodies_at_home());
+    CHECK(robots.on_device() == nullptr);
+    CHECK_FALSE(robots.bodies_on_device());
     CHECK(same_genomes(static_cast<const population&>(robots), expected));
     CHECK(same_bodies(static_cast<const population&>(robots), expected));
     express_all(robots);
@@ -258,7 +258,7 @@ TEST_CASE("a population that moves back, or to another device, keeps its values"
 
 TEST_CASE("refusals on a device are those of the host, and change nothing") {
     population robots = make(3), others = make(3);
-    const auto home = move_out(robots), other_home = move_out(others);
+    const auto stored = move_out(robots), other_stored = move_out(others);
     const auto pairs = some_pairs(3, 3);
     CHECK(refused([&] { robots.initialize(0, 4, in_order); }) ==
           "robots 1 to 4 do not all exist; there are 3");
@@ -268,6 +268,6 @@ TEST_CASE("refusals on a device are those of the host, and change nothing") {
     breeding.mutation_rate = 2;
     CHECK(refused([&] { robots.breed(others, pairs.data(), breeding, in_order, 0, 3); }) ==
           "mutation_rate is 2; it must be 0 to 1 per gene");
-    CHECK(home->seen == traffic{});
-    CHECK(other_home->seen == traffic{});
+    CHECK(stored->seen == traffic{});
+    CHECK(other_stored->seen == traffic{});
 }

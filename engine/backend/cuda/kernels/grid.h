@@ -56,7 +56,7 @@ struct grid_robot {
 
     // ---- where things are ----
 
-    __device__ int sites() const { return site_grid::known ? grid.count() : count; }
+    __device__ int sites() const { return site_grid::fixed ? grid.count() : count; }
     __device__ int64_t index() const { return robot; }
     __device__ bool leads() const { return block == 0 && thread == 0; }
     __device__ robot_solid solid() const { return solid_of(launch, robot, sites(), after); }

@@ -12,11 +12,11 @@ namespace limax::cuda {
 // The lattice's sites along each axis: constants in a kernel for one lattice, else from its launch.
 struct site_grid {
 #if defined(LIMAX_NX)
-    static constexpr bool known = true;
+    static constexpr bool fixed = true;
     static constexpr int x = LIMAX_NX + 1, y = LIMAX_NY + 1, z = LIMAX_NZ + 1;
     LIMAX_LAW constexpr explicit site_grid(const lattice& /*grid*/) {}
 #else
-    static constexpr bool known = false;
+    static constexpr bool fixed = false;
     int x, y, z;
     LIMAX_LAW constexpr explicit site_grid(const lattice& grid)
         : x(grid.nx + 1), y(grid.ny + 1), z(grid.nz + 1) {}

@@ -120,7 +120,7 @@ __device__ inline void meet(unsigned* arrived, int blocks) {
 // Parameters of a cube's springs. They never change and are in global memory, so most are loaded
 // early; registers do not suffice for all, and for fewer if they also hold the lattice.
 struct fetched_springs {
-    static constexpr int early = site_grid::known ? 9 : 6;
+    static constexpr int early = site_grid::fixed ? 9 : 6;
     spring_parameters held[early];
     const site_grid& grid;
     const float* columns;

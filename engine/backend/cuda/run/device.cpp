@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "backend/cuda/run/residence.h"
+#include "backend/cuda/run/population.h"
 
 namespace limax::cuda {
 
@@ -47,11 +47,13 @@ public:
         check_beyond_cpu(setup.options);
         return make_simulation(std::move(setup), team_);
     }
-    std::shared_ptr<residence> reside(const std::shared_ptr<const encoding>& code,
-                                      int32_t count) override {
-        return make_residence(team_, code, count);
+    std::shared_ptr<device_population> make_population(const std::shared_ptr<const encoding>& code,
+                                                       int32_t count) override {
+        return cuda::make_population(team_, code, count);
     }
-    bool houses(const residence& home) const override { return stored_on(home, *team_); }
+    bool stores(const device_population& population) const override {
+        return stored_on(population, *team_);
+    }
 
 private:
     std::unique_ptr<device> host_;
@@ -66,21 +68,21 @@ gpu_team::gpu_team(const driver& driver) : threads_(int(driver.gpus().size())) {
         places_.push_back(std::make_unique<gpu_place>(driver, one.ordinal));
 }
 
-std::shared_ptr<const resident_encoding> gpu_team::encoding_on_gpu(
+std::shared_ptr<const device_encoding> gpu_team::encoding_on_gpu(
     const std::shared_ptr<const encoding>& code) {
     const std::lock_guard lock(mutex_);
-    std::erase_if(encodings_, [](const auto& known) { return known.second.expired(); });
-    std::weak_ptr<const resident_encoding>& known = encodings_[code.get()];
-    if (auto there = known.lock()) return there;
+    std::erase_if(encodings_, [](const auto& entry) { return entry.second.expired(); });
+    std::weak_ptr<const device_encoding>& entry = encodings_[code.get()];
+    if (auto there = entry.lock()) return there;
     const context& gpu = places_.front()->gpu;
-    auto made = std::make_shared<resident_encoding>();
+    auto made = std::make_shared<device_encoding>();
     made->code = code;
     const std::size_t size = 2 * std::size_t(code->options().features) * code->grid().voxels();
     made->features = device_memory<float>(gpu, size, "the features of an encoding");
     const stream queue(gpu);
     made->features.upload(code->features(), size, queue);
     queue.synchronize("sending the features of an encoding to the GPU");
-    known = made;
+    entry = made;
     return made;
 }
 

@@ -14,7 +14,7 @@
 
 namespace limax::cuda {
 
-struct resident_encoding;  // residence.h
+struct device_encoding;  // population.h
 
 // Everything that outlives a simulation. An encoding is uploaded once and stays as long as a
 // population uses it.
@@ -27,7 +27,7 @@ public:
     thread_team& threads() { return threads_; }
     block_plans& plans() { return plans_; }
     // On the first GPU, which stores the populations.
-    std::shared_ptr<const resident_encoding> encoding_on_gpu(
+    std::shared_ptr<const device_encoding> encoding_on_gpu(
         const std::shared_ptr<const encoding>& code);
 
 private:
@@ -36,7 +36,7 @@ private:
     block_plans plans_;
     std::mutex mutex_;
     // What they point to keeps the key alive.
-    std::map<const encoding*, std::weak_ptr<const resident_encoding>> encodings_;
+    std::map<const encoding*, std::weak_ptr<const device_encoding>> encodings_;
 };
 
 std::unique_ptr<simulation> make_simulation(simulation_setup setup, std::shared_ptr<gpu_team> team);

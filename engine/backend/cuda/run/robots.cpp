@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "backend/cuda/plan/kernel_sets.h"
-#include "backend/cuda/run/residence.h"
+#include "backend/cuda/run/population.h"
 #include "backend/summary.h"
 
 namespace limax::cuda {
@@ -193,7 +193,7 @@ pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
     prepare_launch<R> launch = scene_.template prepare_arguments<R>();
     device_memory<uint8_t> voxels;
     device_memory<float> weights;
-    const auto* bodies = dynamic_cast<const gpu_bodies*>(setup_.resident.get());
+    const auto* bodies = dynamic_cast<const gpu_bodies*>(setup_.bodies_on_device.get());
     if (bodies && &bodies->place().gpu == &gpu_) {
         launch.voxels = bodies->voxels();
         launch.weights = bodies->weights();

@@ -1,6 +1,6 @@
-// residence.cpp: launches of the kernels between two simulations. Every function waits for its
+// population.cpp: launches of the kernels between two simulations. Every function waits for its
 // work, so populations need no order among themselves and a simulation may read bodies immediately.
-#include "backend/cuda/run/residence.h"
+#include "backend/cuda/run/population.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -58,10 +58,10 @@ void gpu_bodies::fetch(uint8_t* voxels, float* weights) const {
 
 // ---- populations ----
 
-class gpu_residence final : public residence {
+class gpu_population final : public device_population {
 public:
-    gpu_residence(std::shared_ptr<gpu_team> team, const std::shared_ptr<const encoding>& code,
-                  int32_t count)
+    gpu_population(std::shared_ptr<gpu_team> team, const std::shared_ptr<const encoding>& code,
+                   int32_t count)
         : team_(std::move(team)),
           place_(*team_->places().front()),
           code_(team_->encoding_on_gpu(code)),
@@ -83,12 +83,12 @@ public:
     void send_bodies(const uint8_t* voxels, const float* weights) override;
     void fetch_genomes(float* genomes, int32_t first, int32_t count) const override;
     void initialize(int32_t first, int32_t count) override;
-    void breed(const residence& parents, const int32_t* pairs, const limax_breeding& breeding,
-               int32_t first, int32_t count) override;
+    void breed(const device_population& parents, const int32_t* pairs,
+               const limax_breeding& breeding, int32_t first, int32_t count) override;
     void express(int32_t first, int32_t count, limax_body* bodies) override;
     void count_same(const int32_t* robots, int32_t count, int64_t* same) const override;
     void sum_squares(const int32_t* robots, int32_t count, double* squares) const override;
-    std::shared_ptr<const resident_bodies> bodies() const override { return bodies_; }
+    std::shared_ptr<const device_bodies> bodies() const override { return bodies_; }
 
 private:
     std::shared_ptr<gpu_bodies> new_bodies() const {
@@ -103,7 +103,7 @@ private:
 
     const std::shared_ptr<gpu_team> team_;  // outlives everything below
     gpu_place& place_;
-    const std::shared_ptr<const resident_encoding> code_;
+    const std::shared_ptr<const device_encoding> code_;
     const lattice grid_;
     const int32_t count_, genes_;
     const stream stream_;
@@ -114,14 +114,14 @@ private:
 };
 
 template <class Launch>
-void gpu_residence::run(const char* entry, const char* function, const launch_shape& shape,
-                        const std::string& doing, const Launch& arguments) const {
+void gpu_population::run(const char* entry, const char* function, const launch_shape& shape,
+                         const std::string& doing, const Launch& arguments) const {
     const auto module = place_.kernels.load({entry, {}});
     launch(place_.gpu, module->function(function), shape, stream_, doing, arguments);
 }
 
 // Those that nobody else holds. With `all` nothing of what is there has to stay.
-gpu_bodies& gpu_residence::bodies_to_write(bool all) {
+gpu_bodies& gpu_population::bodies_to_write(bool all) {
     if (bodies_.use_count() > 1) {
         auto fresh = new_bodies();
         if (!all) {
@@ -134,37 +134,37 @@ gpu_bodies& gpu_residence::bodies_to_write(bool all) {
     return *bodies_;
 }
 
-void gpu_residence::clear_genomes() {
+void gpu_population::clear_genomes() {
     genomes_.clear(stream_);
     stream_.synchronize("clearing genomes");
 }
 
-void gpu_residence::clear_bodies() {
+void gpu_population::clear_bodies() {
     gpu_bodies& bodies = bodies_to_write(true);
     bodies.voxels_.clear(stream_);
     bodies.weights_.clear(stream_);
     stream_.synchronize("clearing bodies");
 }
 
-void gpu_residence::send_genomes(const float* genomes) {
+void gpu_population::send_genomes(const float* genomes) {
     genomes_.upload(genomes, genomes_.size(), stream_);
     stream_.synchronize("sending genomes to the GPU");
 }
 
-void gpu_residence::send_bodies(const uint8_t* voxels, const float* weights) {
+void gpu_population::send_bodies(const uint8_t* voxels, const float* weights) {
     gpu_bodies& bodies = bodies_to_write(true);
     bodies.voxels_.upload(voxels, bodies.voxels_.size(), stream_);
     bodies.weights_.upload(weights, bodies.weights_.size(), stream_);
     stream_.synchronize("sending bodies to the GPU");
 }
 
-void gpu_residence::fetch_genomes(float* genomes, int32_t first, int32_t count) const {
+void gpu_population::fetch_genomes(float* genomes, int32_t first, int32_t count) const {
     genomes_.download(genomes, std::size_t(genes_) * std::size_t(count), stream_,
                       std::size_t(genes_) * std::size_t(first));
     stream_.synchronize("fetching genomes");
 }
 
-void gpu_residence::initialize(int32_t first, int32_t count) {
+void gpu_population::initialize(int32_t first, int32_t count) {
     const limax_encoding_options& options = code_->code->options();
     initialize_launch arguments{};
     arguments.shape = code_->code->shape();
@@ -182,14 +182,14 @@ void gpu_residence::initialize(int32_t first, int32_t count) {
     stream_.synchronize("drawing genomes");
 }
 
-void gpu_residence::breed(const residence& parents, const int32_t* pairs,
-                          const limax_breeding& breeding, int32_t first, int32_t count) {
+void gpu_population::breed(const device_population& parents, const int32_t* pairs,
+                           const limax_breeding& breeding, int32_t first, int32_t count) {
     pairs_.upload(pairs, 2 * std::size_t(count), stream_);
     breed_launch arguments{};
     arguments.rates = {breeding.mutation_rate, breeding.mutation_scale, breeding.crossover_rate};
     arguments.key = {breeding.seed, breeding.repetition, LIMAX_STREAM_BREEDING, breeding.generation,
                      0};
-    arguments.parents = dynamic_cast<const gpu_residence&>(parents).genomes_.data();
+    arguments.parents = dynamic_cast<const gpu_population&>(parents).genomes_.data();
     arguments.pairs = pairs_.data();
     arguments.genomes = genomes_.data() + int64_t(first) * genes_;
     arguments.first = first;
@@ -202,7 +202,7 @@ void gpu_residence::breed(const residence& parents, const int32_t* pairs,
     stream_.synchronize("breeding");
 }
 
-void gpu_residence::express(int32_t first, int32_t count, limax_body* bodies) {
+void gpu_population::express(int32_t first, int32_t count, limax_body* bodies) {
     gpu_bodies& written = bodies_to_write(count == count_);
     const auto columns = launch_express(first, count, written);
     const auto numbers = launch_describe(first, count, written);
@@ -213,8 +213,8 @@ void gpu_residence::express(int32_t first, int32_t count, limax_body* bodies) {
 }
 
 // Returns what the kernel needs until it has ended, as the next does.
-device_memory<float> gpu_residence::launch_express(int32_t first, int32_t count,
-                                                   gpu_bodies& bodies) {
+device_memory<float> gpu_population::launch_express(int32_t first, int32_t count,
+                                                    gpu_bodies& bodies) {
     const int64_t voxels = grid_.voxels();
     express_launch arguments{};
     arguments.shape = code_->code->shape();
@@ -252,8 +252,8 @@ device_memory<float> gpu_residence::launch_express(int32_t first, int32_t count,
     return scratch;
 }
 
-device_memory<int32_t> gpu_residence::launch_describe(int32_t first, int32_t count,
-                                                      gpu_bodies& bodies) {
+device_memory<int32_t> gpu_population::launch_describe(int32_t first, int32_t count,
+                                                       gpu_bodies& bodies) {
     const int64_t voxels = grid_.voxels();
     describe_launch arguments{};
     arguments.grid = grid_;
@@ -279,7 +279,7 @@ device_memory<int32_t> gpu_residence::launch_describe(int32_t first, int32_t cou
     return scratch;
 }
 
-void gpu_residence::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
+void gpu_population::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
     const auto voxels = std::size_t(grid_.voxels());
     device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
     device_memory<int64_t> sums(place_.gpu, voxels, "the voxels that a set shares");
@@ -297,7 +297,7 @@ void gpu_residence::count_same(const int32_t* robots, int32_t count, int64_t* sa
     stream_.synchronize("comparing voxels");
 }
 
-void gpu_residence::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
+void gpu_population::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
     device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
     device_memory<double> sums(place_.gpu, std::size_t(genes_), "the deviations of genes");
     members.upload(robots, std::size_t(count), stream_);
@@ -314,20 +314,20 @@ void gpu_residence::sum_squares(const int32_t* robots, int32_t count, double* sq
     stream_.synchronize("comparing genomes");
 }
 
-std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
-                                          const std::shared_ptr<const encoding>& code,
-                                          int32_t count) {
+std::shared_ptr<device_population> make_population(std::shared_ptr<gpu_team> team,
+                                                   const std::shared_ptr<const encoding>& code,
+                                                   int32_t count) {
     try {
-        return std::make_shared<gpu_residence>(std::move(team), code, count);
+        return std::make_shared<gpu_population>(std::move(team), code, count);
     } catch (const cuda_error& problem) {
         if (problem.result() != CUDA_ERROR_OUT_OF_MEMORY) throw;
         return nullptr;
     }
 }
 
-bool stored_on(const residence& home, const gpu_team& team) {
-    const auto* here = dynamic_cast<const gpu_residence*>(&home);
-    return here && &here->team() == &team;
+bool stored_on(const device_population& population, const gpu_team& team) {
+    const auto* found = dynamic_cast<const gpu_population*>(&population);
+    return found && &found->team() == &team;
 }
 
 }  // namespace limax::cuda

@@ -1,5 +1,5 @@
-// residence.h: the interface that a device implements to store a population's arrays and to work on
-// them.
+// device_population.h: the interface that a device implements to store a population's arrays and to
+// work on them.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 namespace limax {
 
 // Bodies on a device, unchanged as long as this object exists.
-class resident_bodies {
+class device_bodies {
 public:
-    virtual ~resident_bodies() = default;
+    virtual ~device_bodies() = default;
     // All of them: voxels [robot][voxel], weights [robot][3][voxel].
     virtual void fetch(uint8_t* voxels, float* weights) const = 0;
 };
@@ -20,9 +20,9 @@ public:
 // The arrays of one population on one device, not initialised at first. Shapes and resulting bits
 // are those of the class population, which checks all arguments beforehand. Every function returns
 // when its work is done.
-class residence {
+class device_population {
 public:
-    virtual ~residence() = default;
+    virtual ~device_population() = default;
 
     // Sets everything to 0, the initial values of a population.
     virtual void clear_genomes() = 0;
@@ -35,7 +35,7 @@ public:
 
     virtual void initialize(int32_t first, int32_t count) = 0;
     // From parents on the same device. `pairs` [count][2] are those of these children.
-    virtual void breed(const residence& parents, const int32_t* pairs,
+    virtual void breed(const device_population& parents, const int32_t* pairs,
                        const limax_breeding& breeding, int32_t first, int32_t count) = 0;
     // Sets `bodies` [count], with an unknown status.
     virtual void express(int32_t first, int32_t count, limax_body* bodies) = 0;
@@ -47,7 +47,7 @@ public:
     virtual void sum_squares(const int32_t* robots, int32_t count, double* squares) const = 0;
 
     // The bodies as they are now; later writes do not change them.
-    virtual std::shared_ptr<const resident_bodies> bodies() const = 0;
+    virtual std::shared_ptr<const device_bodies> bodies() const = 0;
 };
 
 }  // namespace limax

@@ -1,23 +1,23 @@
-// residence.h: populations stored on a GPU: their genomes, bodies and descriptions, and the
+// population.h: populations stored on a GPU: their genomes, bodies and descriptions, and the
 // kernels that make them. With several GPUs the first one stores them.
 #pragma once
 
 #include <memory>
 
 #include "backend/cuda/run/device.h"
+#include "genome/device_population.h"
 #include "genome/encoding.h"
-#include "genome/residence.h"
 
 namespace limax::cuda {
 
 // An encoding on a GPU; the populations that use it share it.
-struct resident_encoding {
+struct device_encoding {
     std::shared_ptr<const encoding> code;
     device_memory<float> features;  // [feature][voxel]
 };
 
 // The bodies of a population on a GPU. Whoever holds them keeps them as they are.
-class gpu_bodies final : public resident_bodies {
+class gpu_bodies final : public device_bodies {
 public:
     gpu_bodies(std::shared_ptr<gpu_team> team, gpu_place& place, int64_t voxels, int32_t count);
 
@@ -28,7 +28,7 @@ public:
     void fetch(uint8_t* voxels, float* weights) const override;
 
 private:
-    friend class gpu_residence;
+    friend class gpu_population;
 
     const std::shared_ptr<gpu_team> team_;  // outlives the memory
     gpu_place& place_;
@@ -37,11 +37,11 @@ private:
 };
 
 // Null where the GPU has no memory left for it.
-std::shared_ptr<residence> make_residence(std::shared_ptr<gpu_team> team,
-                                          const std::shared_ptr<const encoding>& code,
-                                          int32_t count);
+std::shared_ptr<device_population> make_population(std::shared_ptr<gpu_team> team,
+                                                   const std::shared_ptr<const encoding>& code,
+                                                   int32_t count);
 
 // Whether it is on a GPU of this team.
-bool stored_on(const residence& home, const gpu_team& team);
+bool stored_on(const device_population& population, const gpu_team& team);
 
 }  // namespace limax::cuda
