@@ -2,11 +2,9 @@
 // at any time.
 #include <zip.h>
 
-#include <cstring>
 #include <memory>
-#include <stdexcept>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
 #include "guard.h"
@@ -28,133 +26,80 @@ struct free_zip {
     void operator()(zip_source_t* source) const { zip_source_free(source); }
     void operator()(zip_file_t* file) const { zip_fclose(file); }
 };
-using archive_handle = std::unique_ptr<zip_t, free_zip>;
-using source_handle = std::unique_ptr<zip_source_t, free_zip>;
-using file_handle = std::unique_ptr<zip_file_t, free_zip>;
 
-std::string text_of(zip_error_t& error) {
-    std::string text = zip_error_strerror(&error);
-    zip_error_fini(&error);
+// An archive over bytes in memory, which the caller keeps, or over those that it writes itself.
+struct memory_archive {
+    std::unique_ptr<zip_source_t, free_zip> source;
+    std::unique_ptr<zip_t, free_zip> zip;
+
+    memory_archive(std::string_view bytes, int flags) {
+        zip_error_t error;
+        zip_error_init(&error);
+        source.reset(zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error));
+        if (source) zip.reset(zip_open_from_source(source.get(), flags, &error));
+        const std::string problem = zip_error_strerror(&error);
+        zip_error_fini(&error);
+        if (!zip) throw failure(problem);
+        // the archive frees the source too
+        zip_source_keep(source.get());
+    }
+    // Throws libzip's message unless it is fine.
+    void check(bool fine) const {
+        if (!fine) throw failure(zip_strerror(zip.get()));
+    }
+};
+
+// Text i of an entry, the table on top of the stack, which keeps it alive.
+std::string_view entry_text(lua_State* L, int i) {
+    lua_rawgeti(L, -1, i);
+    luaL_argcheck(L, lua_type(L, -1) == LUA_TSTRING, 1, "an entry is a list { name, bytes }");
+    const std::string_view text = text_at(L, -1);
+    lua_pop(L, 1);
     return text;
 }
 
-[[noreturn]] void fail(zip_t* archive) { throw std::runtime_error(zip_strerror(archive)); }
-
-// Opens an archive over a source that the caller keeps.
-archive_handle open_archive(zip_source_t* source, int flags) {
-    zip_error_t error;
-    zip_error_init(&error);
-    zip_source_keep(source);
-    zip_t* const archive = zip_open_from_source(source, flags, &error);
-    if (archive == nullptr) {
-        zip_source_free(source);
-        throw std::runtime_error(text_of(error));
+// pack({ { name, bytes }, ... }): in that order
+int pack(lua_State* L) {
+    luaL_checktype(L, 1, LUA_TTABLE);
+    memory_archive archive({}, ZIP_CREATE | ZIP_TRUNCATE);
+    zip_t* const zip = archive.zip.get();
+    const int count = static_cast<int>(lua_objlen(L, 1));
+    for (int i = 1; i <= count; ++i) {
+        lua_rawgeti(L, 1, i);
+        luaL_argcheck(L, lua_istable(L, -1), 1, "an entry is a list { name, bytes }");
+        const std::string_view name = entry_text(L, 1), bytes = entry_text(L, 2);
+        luaL_argcheck(L, name.find('\0') == name.npos, 1, "a name must not contain a zero byte");
+        lua_pop(L, 1);
+        zip_source_t* const source = zip_source_buffer(zip, bytes.data(), bytes.size(), 0);
+        const zip_int64_t added = zip_file_add(zip, name.data(), source, ZIP_FL_ENC_UTF_8);
+        if (added < 0) zip_source_free(source);
+        archive.check(added >= 0);
+        const auto index = static_cast<zip_uint64_t>(added);
+        archive.check(zip_set_file_compression(zip, index, ZIP_CM_DEFLATE, 0) == 0 &&
+                      zip_file_set_dostime(zip, index, 0, first_day, 0) == 0);
     }
-    zip_error_fini(&error);
-    return archive_handle(archive);
-}
-
-source_handle memory(const char* data, std::size_t size) {
-    zip_error_t error;
-    zip_error_init(&error);
-    zip_source_t* const source = zip_source_buffer_create(data, size, 0, &error);
-    if (source == nullptr) throw std::runtime_error(text_of(error));
-    zip_error_fini(&error);
-    return source_handle(source);
-}
-
-// All bytes of a source that an archive was written to.
-std::string contents(zip_source_t* source) {
+    archive.check(zip_close(zip) == 0);
+    static_cast<void>(archive.zip.release());
     zip_stat_t facts;
     zip_stat_init(&facts);
+    zip_source_t* const source = archive.source.get();
     if (zip_source_stat(source, &facts) != 0 || zip_source_open(source) != 0)
         throw std::runtime_error("the archive in memory cannot be read");
     std::string bytes(facts.size, '\0');
-    const zip_int64_t count = zip_source_read(source, bytes.data(), bytes.size());
+    zip_source_read(source, bytes.data(), bytes.size());
     zip_source_close(source);
-    if (count != static_cast<zip_int64_t>(bytes.size()))
-        throw std::runtime_error("the archive in memory was cut short");
-    return bytes;
+    return push(L, bytes);
 }
 
-// A string in the table on top of the stack, which keeps the bytes alive.
-std::pair<const char*, std::size_t> string_at(lua_State* L, int i) {
-    lua_rawgeti(L, -1, i);
-    if (lua_type(L, -1) != LUA_TSTRING)
-        throw std::runtime_error("zip: an entry is a list { name, bytes }");
-    std::size_t size = 0;
-    const char* const data = lua_tolstring(L, -1, &size);
-    lua_pop(L, 1);
-    return {data, size};
+// Whether a name leads out of the archive or means something else on another system.
+bool is_refused(const std::string& name) {
+    return name.empty() || name[0] == '/' || name.find_first_of("\\:") != name.npos ||
+           ("/" + name + "/").find("/../") != std::string::npos;
 }
 
-// pack({ { name, bytes }, ... }) -> bytes of the archive, in that order
-int pack(lua_State* L) {
-    luaL_checktype(L, 1, LUA_TTABLE);
-    std::string bytes;
-    {
-        const source_handle target = memory(nullptr, 0);
-        archive_handle archive = open_archive(target.get(), ZIP_CREATE | ZIP_TRUNCATE);
-        const int count = static_cast<int>(lua_objlen(L, 1));
-        for (int i = 1; i <= count; ++i) {
-            lua_rawgeti(L, 1, i);
-            if (!lua_istable(L, -1))
-                throw std::runtime_error("zip: an entry is a list { name, bytes }");
-            const auto [name, name_size] = string_at(L, 1);
-            const auto [data, size] = string_at(L, 2);
-            if (std::strlen(name) != name_size)
-                throw std::runtime_error("zip: an entry's name must not contain a zero byte");
-            lua_pop(L, 1);
-            zip_source_t* const source = zip_source_buffer(archive.get(), data, size, 0);
-            if (source == nullptr) fail(archive.get());
-            const zip_int64_t index = zip_file_add(archive.get(), name, source, ZIP_FL_ENC_UTF_8);
-            if (index < 0) {
-                zip_source_free(source);
-                fail(archive.get());
-            }
-            if (zip_set_file_compression(archive.get(), static_cast<zip_uint64_t>(index),
-                                         ZIP_CM_DEFLATE, 0) != 0 ||
-                zip_file_set_dostime(archive.get(), static_cast<zip_uint64_t>(index), 0, first_day,
-                                     0) != 0)
-                fail(archive.get());
-        }
-        if (zip_close(archive.get()) != 0) fail(archive.get());
-        static_cast<void>(archive.release());
-        bytes = contents(target.get());
-    }
-    lua_pushlstring(L, bytes.data(), bytes.size());
-    return 1;
-}
-
-// Why an entry's name is refused; empty if it is not.
-std::string refusal(const std::string& name) {
-    const bool climbs = name == ".." || name.rfind("../", 0) == 0 ||
-                        name.find("/../") != std::string::npos ||
-                        (name.size() > 2 && name.compare(name.size() - 3, 3, "/..") == 0);
-    if (name.empty() || name[0] == '/' || climbs || name.find('\\') != std::string::npos ||
-        name.find(':') != std::string::npos)
-        return "an entry names a place outside of the archive";
-    return {};
-}
-
-// Name and size of an entry, checked. `left`: bytes that may still be unpacked.
-zip_stat_t checked_entry(zip_t* archive, zip_uint64_t index, zip_uint64_t& left) {
-    zip_stat_t facts;
-    if (zip_stat_index(archive, index, 0, &facts) != 0) fail(archive);
-    if ((facts.valid & ZIP_STAT_NAME) == 0 || (facts.valid & ZIP_STAT_SIZE) == 0)
-        throw std::runtime_error("an entry without a name or a size");
-    const std::string problem = refusal(facts.name);
-    if (!problem.empty()) throw std::runtime_error(problem);
-    if (facts.size > left)
-        throw std::runtime_error("more than " + std::to_string(most_bytes) +
-                                 " bytes when unpacked");
-    left -= facts.size;
-    return facts;
-}
-
-std::string read_entry(zip_t* archive, zip_uint64_t index, zip_uint64_t size) {
-    const file_handle file(zip_fopen_index(archive, index, 0));
-    if (!file) fail(archive);
+std::string read_entry(const memory_archive& archive, zip_uint64_t index, zip_uint64_t size) {
+    const std::unique_ptr<zip_file_t, free_zip> file(zip_fopen_index(archive.zip.get(), index, 0));
+    archive.check(file != nullptr);
     std::string bytes(size, '\0');
     zip_uint64_t have = 0;
     while (have < size) {
@@ -165,47 +110,40 @@ std::string read_entry(zip_t* archive, zip_uint64_t index, zip_uint64_t size) {
     // reading past the end compares the checksum
     char beyond = 0;
     if (have != size || zip_fread(file.get(), &beyond, 1) != 0)
-        throw std::runtime_error("an entry is damaged, or its size is wrong");
+        throw failure("an entry is damaged, or its size is wrong");
     return bytes;
 }
 
-// Puts all entries into the table on top of the stack; throws with the reason.
-void read_entries(lua_State* L, const char* data, std::size_t size) {
-    const source_handle source = memory(data, size);
-    const archive_handle archive = open_archive(source.get(), ZIP_RDONLY);
-    const zip_int64_t count = zip_get_num_entries(archive.get(), 0);
+// unpack(bytes) -> { { name, bytes }, ... }
+int unpack(lua_State* L) {
+    const memory_archive archive(text_argument(L, 1), ZIP_RDONLY);
+    const zip_int64_t count = zip_get_num_entries(archive.zip.get(), 0);
     if (count > most_entries)
-        throw std::runtime_error(std::to_string(count) + " entries; at most " +
-                                 std::to_string(most_entries) + " are read");
+        throw failure(std::to_string(count) + " entries; at most " + std::to_string(most_entries) +
+                      " are read");
     // check all before unpacking the first
-    std::vector<zip_stat_t> entries;
-    zip_uint64_t left = most_bytes;
-    for (zip_int64_t i = 0; i < count; ++i)
-        entries.push_back(checked_entry(archive.get(), static_cast<zip_uint64_t>(i), left));
+    std::vector<zip_stat_t> entries(static_cast<std::size_t>(count));
+    zip_uint64_t unpacked = 0;
     for (std::size_t i = 0; i < entries.size(); ++i) {
-        const std::string bytes = read_entry(archive.get(), i, entries[i].size);
+        zip_stat_t& facts = entries[i];
+        archive.check(zip_stat_index(archive.zip.get(), i, 0, &facts) == 0);
+        if ((facts.valid & ZIP_STAT_NAME) == 0 || (facts.valid & ZIP_STAT_SIZE) == 0)
+            throw failure("an entry without a name or a size");
+        if (is_refused(facts.name)) throw failure("an entry names a place outside of the archive");
+        if (facts.size > most_bytes - unpacked)
+            throw failure("more than " + std::to_string(most_bytes) + " bytes when unpacked");
+        unpacked += facts.size;
+    }
+    lua_newtable(L);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
         lua_createtable(L, 2, 0);
-        lua_pushstring(L, entries[i].name);
+        push(L, entries[i].name);
         lua_rawseti(L, -2, 1);
-        lua_pushlstring(L, bytes.data(), bytes.size());
+        push(L, read_entry(archive, i, entries[i].size));
         lua_rawseti(L, -2, 2);
         lua_rawseti(L, -2, static_cast<int>(i + 1));
     }
-}
-
-// unpack(bytes) -> { { name, bytes }, ... } | nil, message
-int unpack(lua_State* L) {
-    std::size_t size = 0;
-    const char* const data = luaL_checklstring(L, 1, &size);
-    lua_newtable(L);
-    std::string problem;
-    try {
-        read_entries(L, data, size);
-        return 1;
-    } catch (const std::exception& caught) {
-        problem = caught.what();
-    }
-    return push_failure(L, problem);
+    return 1;
 }
 
 }  // namespace

@@ -11,8 +11,8 @@
 namespace limax::host {
 
 void fail(const char* what, const std::string& path) {
-    const std::string reason = std::generic_category().message(errno);
-    throw system_problem{std::string("cannot ") + what + " " + path + ": " + reason};
+    throw failure(std::string("cannot ") + what + " " + path + ": " +
+                  std::generic_category().message(errno));
 }
 
 int open_path(const std::string& path, int flags, mode_t mode) {
@@ -20,9 +20,8 @@ int open_path(const std::string& path, int flags, mode_t mode) {
 }
 
 std::string folder_of(const std::string& path) {
-    const std::size_t slash = path.find_last_of('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    return folder.empty() ? "." : folder;
 }
 
 void sync_path(const std::string& path, int flags) {
@@ -53,9 +52,8 @@ std::string temporary_beside(const std::string& path) {
 
 // The file to replace: for a link its target, so that the link stays.
 std::string target_of(const std::string& path) {
-    struct stat found {};
-    if (lstat(path.c_str(), &found) != 0 || !S_ISLNK(found.st_mode)) return path;
     std::error_code problem;
+    if (!std::filesystem::is_symlink(path, problem)) return path;
     const std::filesystem::path real = std::filesystem::canonical(path, problem);
     return problem ? path : real.string();
 }
@@ -91,7 +89,7 @@ void write_atomic(const std::string& link, std::span<const std::string_view> pie
         for (const std::string_view piece : pieces) write_all(file, piece, path);
         if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
         if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
-    } catch (const system_problem&) {
+    } catch (const failure&) {
         unlink(part.c_str());
         throw;
     }
@@ -99,22 +97,20 @@ void write_atomic(const std::string& link, std::span<const std::string_view> pie
 }
 
 void append(const std::string& path, std::string_view text, mode_t mode) {
-    descriptor file(open_path(path, O_WRONLY | O_APPEND));
-    const bool created = !file.fine() && errno == ENOENT;
-    const descriptor fresh(created ? open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode)
-                                   : file.release());
-    if (!fresh.fine()) fail("open", path);
-    const off_t before = lseek(fresh.get(), 0, SEEK_END);
-    const ssize_t written = persist([&] { return write(fresh.get(), text.data(), text.size()); });
+    const bool created = access(path.c_str(), F_OK) != 0;
+    const descriptor file(open_path(path, O_WRONLY | O_APPEND | O_CREAT, mode));
+    if (!file.fine()) fail("open", path);
+    const off_t before = lseek(file.get(), 0, SEEK_END);
+    const ssize_t written = persist([&] { return write(file.get(), text.data(), text.size()); });
     if (written != static_cast<ssize_t>(text.size())) {
         const int reason = written < 0 ? errno : ENOSPC;
-        if (written > 0 && before >= 0 && ftruncate(fresh.get(), before) != 0)
+        if (written > 0 && before >= 0 && ftruncate(file.get(), before) != 0)
             fail("remove a part of a line from", path);
         errno = reason;
         fail("append to", path);
     }
     // EINVAL: a pipe or a device
-    if (persist([&] { return fdatasync(fresh.get()); }) != 0 && errno != EINVAL) fail("sync", path);
+    if (persist([&] { return fdatasync(file.get()); }) != 0 && errno != EINVAL) fail("sync", path);
     if (created) sync_path(folder_of(path), O_DIRECTORY);
 }
 

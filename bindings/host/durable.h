@@ -1,6 +1,6 @@
 // durable.h: files that survive a kill at any moment: complete or absent (write_atomic), or
-// extended by whole lines (append), on disk when the call returns. Includes the standard library
-// only.
+// extended by whole lines (append), on disk when the call returns. Includes guard.h and the
+// standard library only. Any thread may call these functions, which throw a `failure`.
 #pragma once
 
 #include <fcntl.h>
@@ -11,16 +11,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "guard.h"
 
 namespace limax::host {
 
 constexpr mode_t file_mode = 0666;     // less the umask
 constexpr mode_t private_mode = 0600;  // only for its owner
-
-// A failure of the system; Lua functions return it as nil and a message.
-struct system_problem {
-    std::string message;
-};
 
 // Throws "cannot WHAT PATH: REASON", the reason from errno.
 [[noreturn]] void fail(const char* what, const std::string& path);
@@ -36,11 +34,7 @@ public:
 
     bool fine() const { return number_ >= 0; }
     int get() const { return number_; }
-    int release() {
-        const int number = number_;
-        number_ = -1;
-        return number;
-    }
+    int release() { return std::exchange(number_, -1); }
 
 private:
     int number_;
@@ -64,11 +58,11 @@ std::string folder_of(const std::string& path);
 void sync_path(const std::string& path, int flags);
 
 // Writes the pieces one after the other, completely or not at all. A terminal or a pipe is written
-// to directly. Throws system_problem. Any thread.
+// to directly.
 void write_atomic(const std::string& path, std::span<const std::string_view> pieces);
 
 // Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk
-// accepted is removed again. Throws system_problem. Any thread.
+// accepted is removed again.
 void append(const std::string& path, std::string_view text, mode_t mode = file_mode);
 
 }  // namespace limax::host

@@ -3,12 +3,10 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 
-#include <algorithm>
-#include <cerrno>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "durable.h"
 #include "guard.h"
@@ -17,166 +15,111 @@
 namespace limax::host {
 namespace {
 
-constexpr mode_t folder_mode = 0777;      // less the umask
-constexpr off_t largest_private = 65536;  // bytes
+namespace fs = std::filesystem;
+
+constexpr std::size_t largest_private = 65536;  // bytes
 const char* const lock_type = "limax.lock";
 
-// The text of a small file that only its owner, this process's user, may read or write: a key.
-std::string read_private(const std::string& path) {
+// read_private(path): the text of a small file that only this user may read or write: a key
+int lua_read_private(lua_State* L) {
+    const std::string path = path_argument(L, 1);
     const descriptor file(open_path(path, O_RDONLY | O_NONBLOCK));
     if (!file.fine()) fail("open", path);
     // of the opened file; the path may name another one by now
     struct stat found {};
     if (fstat(file.get(), &found) != 0) fail("look at", path);
-    if (!S_ISREG(found.st_mode)) throw system_problem{path + " is not a regular file"};
-    if (found.st_uid != geteuid()) throw system_problem{path + " belongs to another user"};
+    if (!S_ISREG(found.st_mode)) throw failure(path + " is not a regular file");
+    if (found.st_uid != geteuid()) throw failure(path + " belongs to another user");
     if ((found.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-        throw system_problem{path + " is accessible to other users; run: chmod 600 " + path};
-    if (found.st_size > largest_private)
-        throw system_problem{path + " is longer than 64 KiB: not a key"};
-    std::string text(static_cast<std::size_t>(found.st_size), '\0');
-    std::size_t have = 0;
-    while (have < text.size()) {
-        const ssize_t count =
-            persist([&] { return read(file.get(), text.data() + have, text.size() - have); });
-        if (count < 0) fail("read", path);
-        if (count == 0) break;
-        have += static_cast<std::size_t>(count);
-    }
-    text.resize(have);
-    return text;
-}
-
-// Makes the folder and those above it, where they are missing.
-void make_folder(const std::string& path) {
-    struct stat found {};
-    if (stat(path.c_str(), &found) == 0) {
-        if (S_ISDIR(found.st_mode)) return;
-        errno = ENOTDIR;
-        fail("make the folder", path);
-    }
-    const std::string above = folder_of(path.substr(0, path.find_last_not_of('/') + 1));
-    if (above != path && above != "." && above != "/") make_folder(above);
-    if (mkdir(path.c_str(), folder_mode) != 0 && errno != EEXIST) fail("make the folder", path);
-}
-
-std::vector<std::string> list_folder(const std::string& path) {
-    std::vector<std::string> names;
-    try {
-        for (const auto& entry : std::filesystem::directory_iterator(path))
-            names.push_back(entry.path().filename().string());
-    } catch (const std::filesystem::filesystem_error& problem) {
-        throw system_problem{"cannot list " + path + ": " + problem.code().message()};
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
-// Ends a Lua function: true, or nil and the message of a system_problem.
-template <typename work>
-int answer(lua_State* L, work&& try_it) {
-    std::string message;
-    try {
-        try_it();
-        lua_pushboolean(L, 1);
-        return 1;
-    } catch (const system_problem& problem) {
-        message = problem.message;
-    }
-    return push_failure(L, message);
+        throw failure(path + " is accessible to other users; run: chmod 600 " + path);
+    std::string text(largest_private + 1, '\0');
+    const ssize_t count = persist([&] { return read(file.get(), text.data(), text.size()); });
+    if (count < 0) fail("read", path);
+    text.resize(static_cast<std::size_t>(count));
+    if (text.size() > largest_private) throw failure(path + " is longer than 64 KiB: not a key");
+    return push(L, text);
 }
 
 int lua_write_atomic(lua_State* L) {
-    const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);
-    return answer(L, [&] { write_atomic(path, {&text, 1}); });
+    write_atomic(path_argument(L, 1), {&text, 1});
+    return push(L, true);
 }
 
-// append(path, text[, private]): if private, only its owner may access a file that it creates
 int lua_append(lua_State* L) {
-    const std::string path = path_argument(L, 1);
     const std::string_view text = text_argument(L, 2);
     luaL_argcheck(L, !text.empty() && text.back() == '\n', 2,
                   "only whole lines are appended: the text must end in a line break");
-    const mode_t mode = lua_toboolean(L, 3) != 0 ? private_mode : file_mode;
-    return answer(L, [&] { append(path, text, mode); });
+    append(path_argument(L, 1), text, lua_toboolean(L, 3) != 0 ? private_mode : file_mode);
+    return push(L, true);
 }
 
 int lua_mkdir(lua_State* L) {
-    const std::string path = path_argument(L, 1);
-    return answer(L, [&] { make_folder(path); });
+    // a slash at the end would name an empty folder
+    const fs::path path = path_argument(L, 1);
+    std::error_code problem;
+    fs::create_directories(path.has_filename() ? path : path.parent_path(), problem);
+    if (problem)
+        throw failure("cannot make the folder " + path.string() + ": " + problem.message());
+    return push(L, true);
 }
 
-// exists(path) -> "file" | "folder" | nil; anything but a folder counts as a file
+// "file" | "folder" | nil; anything but a folder counts as a file
 int lua_exists(lua_State* L) {
-    struct stat found {};
-    if (stat(path_argument(L, 1), &found) != 0)
-        lua_pushnil(L);
-    else
-        lua_pushstring(L, S_ISDIR(found.st_mode) ? "folder" : "file");
-    return 1;
+    std::error_code problem;
+    const fs::file_status status = fs::status(path_argument(L, 1), problem);
+    if (!fs::exists(status)) return 0;
+    return push(L, fs::is_directory(status) ? "folder" : "file");
 }
 
 int lua_list(lua_State* L) {
-    const std::string path = path_argument(L, 1);
-    std::vector<std::string> names;
-    const int results = answer(L, [&] { names = list_folder(path); });
-    if (results != 1) return results;
+    const char* const path = path_argument(L, 1);
+    std::set<std::string> names;
+    try {
+        for (const auto& entry : fs::directory_iterator(path))
+            names.insert(entry.path().filename().string());
+    } catch (const fs::filesystem_error& problem) {
+        throw failure("cannot list " + std::string(path) + ": " + problem.code().message());
+    }
     lua_createtable(L, static_cast<int>(names.size()), 0);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        lua_pushlstring(L, names[i].data(), names[i].size());
-        lua_rawseti(L, -2, static_cast<int>(i + 1));
+    int count = 0;
+    for (const std::string& name : names) {
+        push(L, name);
+        lua_rawseti(L, -2, ++count);
     }
     return 1;
 }
 
 int lua_truncate(lua_State* L) {
-    const std::string path = path_argument(L, 1);
+    const char* const path = path_argument(L, 1);
     const lua_Number size = luaL_checknumber(L, 2);
     luaL_argcheck(L, size >= 0 && size <= 9007199254740992.0, 2,
                   "a size in bytes must not be negative");
-    return answer(L, [&] {
-        if (persist([&] { return truncate(path.c_str(), static_cast<off_t>(size)); }) != 0)
-            fail("truncate", path);
-        sync_path(path, 0);
-    });
+    if (persist([&] { return truncate(path, static_cast<off_t>(size)); }) != 0)
+        fail("truncate", path);
+    sync_path(path, 0);
+    return push(L, true);
 }
 
-// read_private(path) -> text | nil, message
-int lua_read_private(lua_State* L) {
-    const std::string path = path_argument(L, 1);
-    std::string text;
-    const int results = answer(L, [&] { text = read_private(path); });
-    if (results != 1) return results;
-    lua_pushlstring(L, text.data(), text.size());
-    return 1;
-}
-
-// remove(path): a file or an empty folder
 int lua_remove(lua_State* L) {
-    const std::string path = path_argument(L, 1);
-    return answer(L, [&] {
-        if (remove(path.c_str()) != 0) fail("remove", path);
-    });
+    const char* const path = path_argument(L, 1);
+    if (remove(path) != 0) fail("remove", path);
+    return push(L, true);
 }
 
 int lua_rename(lua_State* L) {
-    const std::string from = path_argument(L, 1);
-    const std::string to = path_argument(L, 2);
-    return answer(L, [&] {
-        if (rename(from.c_str(), to.c_str()) != 0) fail("rename", from + " to " + to);
-        sync_path(folder_of(to), O_DIRECTORY);
-    });
+    const char* const from = path_argument(L, 1);
+    const char* const to = path_argument(L, 2);
+    if (rename(from, to) != 0) fail("rename", std::string(from) + " to " + to);
+    sync_path(folder_of(to), O_DIRECTORY);
+    return push(L, true);
 }
 
 // absolute(path): from the root, without "." and ".."; links are kept
 int lua_absolute(lua_State* L) {
-    const std::filesystem::path path =
-        std::filesystem::absolute(path_argument(L, 1)).lexically_normal();
-    std::string text = path.string();
-    if (text.size() > 1 && text.back() == '/') text.pop_back();
-    lua_pushlstring(L, text.data(), text.size());
-    return 1;
+    std::string path = fs::absolute(path_argument(L, 1)).lexically_normal().string();
+    if (path.size() > 1 && path.back() == '/') path.pop_back();
+    return push(L, path);
 }
 
 // The lock is the open descriptor: it ends with the handle and with the process.
@@ -187,27 +130,20 @@ int lock_free(lua_State* L) {
     return 0;
 }
 
-// lock(path) -> handle | nil, message: locks a folder or a file (created if missing) for this
-// process
+// lock(path): locks a folder or a file (created if missing) for this process
 int lua_lock(lua_State* L) {
-    const std::string path = path_argument(L, 1);
+    const char* const path = path_argument(L, 1);
+    descriptor file(open_path(path, access(path, F_OK) == 0 ? O_RDONLY : O_RDWR | O_CREAT));
+    if (!file.fine()) fail("open", path);
+    if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+        if (errno == EWOULDBLOCK)
+            throw failure(std::string(path) + " is in use by another process");
+        fail("lock", path);
+    }
     auto* const held = static_cast<int*>(lua_newuserdata(L, sizeof(int)));
-    *held = -1;
+    *held = file.release();
     luaL_getmetatable(L, lock_type);
     lua_setmetatable(L, -2);
-    const int results = answer(L, [&] {
-        struct stat found {};
-        const bool missing = stat(path.c_str(), &found) != 0 && errno == ENOENT;
-        descriptor file(open_path(path, missing ? O_RDWR | O_CREAT : O_RDONLY));
-        if (!file.fine()) fail("open", path);
-        if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-            if (errno == EWOULDBLOCK) throw system_problem{path + " is in use by another process"};
-            fail("lock", path);
-        }
-        *held = file.release();
-    });
-    if (results != 1) return results;
-    lua_pop(L, 1);
     return 1;
 }
 

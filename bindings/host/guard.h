@@ -1,4 +1,4 @@
-// guard.h: turns C++ exceptions into Lua errors; helpers for arguments and fields. Every function
+// guard.h: turns C++ exceptions into Lua errors; helpers for arguments and results. Every function
 // that Lua calls is `guarded<body>`. Includes Lua and the standard library only.
 #pragma once
 
@@ -8,20 +8,30 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace limax::host {
 
 // Longest message of an exception, bytes; a longer one is cut.
-constexpr std::size_t longest_message = 4096;
+constexpr std::size_t longest_message = 8192;
 
-// A lua_CFunction whose C++ exceptions become Lua errors at the caller's line. Lua errors pass
-// through: LuaJIT unwinds them as foreign exceptions, which run destructors and which `catch (...)`
-// would catch.
+// A failure that a Lua function returns as nil and a message, instead of raising it.
+struct failure : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+// A lua_CFunction whose C++ exceptions become Lua errors at the caller's line; a `failure` becomes
+// nil and its message. Lua errors pass through: LuaJIT unwinds them as foreign exceptions, which
+// run destructors and which `catch (...)` would catch.
 template <lua_CFunction body>
 int guarded(lua_State* L) {
     char message[longest_message];
     try {
         return body(L);
+    } catch (const failure& problem) {
+        lua_pushnil(L);
+        lua_pushstring(L, problem.what());
+        return 2;
     } catch (const std::exception& problem) {
         std::snprintf(message, sizeof message, "%s", problem.what());
     }
@@ -36,34 +46,46 @@ void add_function(lua_State* L, const char* name) {
     lua_setfield(L, -2, name);
 }
 
-// Pushes nil and a message; returns their count.
-inline int push_failure(lua_State* L, const std::string& message) {
-    lua_pushnil(L);
-    lua_pushlstring(L, message.data(), message.size());
-    return 2;
+// Pushes a bool, a number or a text; returns 1, the number of results.
+template <class T>
+int push(lua_State* L, const T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+        lua_pushboolean(L, value);
+    } else if constexpr (std::is_arithmetic_v<T>) {
+        lua_pushnumber(L, static_cast<lua_Number>(value));
+    } else {
+        const std::string_view text = value;
+        lua_pushlstring(L, text.data(), text.size());
+    }
+    return 1;
+}
+
+// Sets a field of the table on top of the stack.
+template <class T>
+void set(lua_State* L, const char* field, const T& value) {
+    push(L, value);
+    lua_setfield(L, -2, field);
+}
+
+// The text of the string at `index`, which the stack keeps alive.
+inline std::string_view text_at(lua_State* L, int index) {
+    std::size_t length = 0;
+    const char* const text = lua_tolstring(L, index, &length);
+    return {text, length};
 }
 
 // A string argument; the stack keeps it alive.
 inline std::string_view text_argument(lua_State* L, int index) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, index, &length);
-    return {text, length};
-}
-
-// Sets a field of the table on top of the stack.
-inline void set_text(lua_State* L, const char* field, std::string_view text) {
-    lua_pushlstring(L, text.data(), text.size());
-    lua_setfield(L, -2, field);
+    luaL_checkstring(L, index);
+    return text_at(L, index);
 }
 
 // A string argument for the system, without zero bytes.
 inline const char* path_argument(lua_State* L, int index) {
-    std::size_t length = 0;
-    const char* path = luaL_checklstring(L, index, &length);
-    luaL_argcheck(L, length > 0, index, "a path must not be empty");
-    luaL_argcheck(L, std::string::traits_type::length(path) == length, index,
-                  "a path must not contain a zero byte");
-    return path;
+    const std::string_view path = text_argument(L, index);
+    luaL_argcheck(L, !path.empty(), index, "a path must not be empty");
+    luaL_argcheck(L, path.find('\0') == path.npos, index, "a path must not contain a zero byte");
+    return path.data();
 }
 
 }  // namespace limax::host

@@ -1,5 +1,5 @@
-// host.cpp: the executable `limax`: a LuaJIT state with the module limax.host, which passes the
-// command line to scripts/lib/main.lua and exits with the status that it returns.
+// host.cpp: the executable `limax`: a LuaJIT state with the module limax.host, in which start.lua
+// runs the command line. It exits with the status that start.lua returns.
 #include <unistd.h>
 
 #include <cerrno>
@@ -8,24 +8,20 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <system_error>
 
-#include "globals.h"
 #include "guard.h"
-#include "images.h"
 #include "json.h"
 #include "limax_cdef.inc"
 #include "modules.h"
-#include "packages.h"
-#include "parser_process.h"
-#include "protect.h"
-#include "sha256.h"
 #include "signals.h"
-#include "url.h"
 
 namespace limax::host {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr int status_failed = 1;
 constexpr int status_interrupted = 130;
@@ -33,9 +29,33 @@ constexpr int status_interrupted = 130;
 struct command_line {
     int count;
     char** words;
-    std::string executable;
+    fs::path executable;
     std::string home;
 };
+
+// The data folder, absolute: $LIMAX_HOME, else share/limax beside the executable's folder, else the
+// source tree. Throws with the places that it searched.
+std::string find_home(const fs::path& executable) {
+    const auto has_scripts = [](const fs::path& folder) {
+        std::error_code problem;
+        return fs::is_regular_file(folder / "scripts" / "lib" / "main.lua", problem);
+    };
+    if (const char* const named = secure_getenv("LIMAX_HOME"); named != nullptr && *named != '\0') {
+        if (has_scripts(named)) return fs::canonical(named).string();
+        throw std::runtime_error("LIMAX_HOME is " + std::string(named) +
+                                 ", which contains no scripts/lib/main.lua");
+    }
+    const fs::path beside = executable.parent_path().parent_path();
+    std::string searched;
+    for (const fs::path& place : {beside / "share" / "limax", fs::path(LIMAX_SOURCE_DIR), beside}) {
+        if (has_scripts(place)) return fs::canonical(place).string();
+        searched += "\n  " + place.string();
+    }
+    throw std::runtime_error(
+        "limax's own scripts were not found; set LIMAX_HOME to the folder that contains scripts/. "
+        "Searched:" +
+        searched);
+}
 
 // Ends the process; with a failure if output was lost.
 [[noreturn]] void leave(lua_State* L, int status) {
@@ -64,35 +84,28 @@ int lua_exit(lua_State* L) {
     leave(L, status);
 }
 
-int lua_sha256(lua_State* L) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, 1, &length);
-    const std::string hex = sha256({text, length});
-    lua_pushlstring(L, hex.data(), hex.size());
-    return 1;
-}
-
-// Makes the table of `require "limax.host"`.
+// Makes the table of `require "limax.host"`, to which start.lua adds the rest.
 void open_host(lua_State* L, const command_line& line) {
     lua_getfield(L, LUA_REGISTRYINDEX, "_LOADED");
     lua_newtable(L);
-    set_text(L, "home", line.home);
-    set_text(L, "executable", line.executable);
-    set_text(L, "version", LIMAX_VERSION);
-    if (*LIMAX_COMMIT != '\0') set_text(L, "commit", LIMAX_COMMIT);
-    set_text(L, "cdef", limax_cdef);
+    set(L, "home", line.home);
+    set(L, "executable", line.executable.string());
+    set(L, "version", LIMAX_VERSION);
+    if (*LIMAX_COMMIT != '\0') set(L, "commit", LIMAX_COMMIT);
+    set(L, "compiler", LIMAX_COMPILER);
+    set(L, "build", LIMAX_BUILD_TYPE);
+    set(L, "cuda_compiler", LIMAX_CUDA_COMPILER);
+    set(L, "cdef", limax_cdef);
     add_function<lua_exit>(L, "exit");
-    add_function<lua_sha256>(L, "sha256");
     open_signals(L);
-    open_protect(L, line.home.c_str());
+    open_protect(L, line.home);
     open_json(L);
+    open_sha256(L);
     open_http(L);
-    open_url(L);
     open_xml(L);
     open_archives(L);
     open_files(L);
     open_images(L);
-    open_machine(L);
     open_line_editor(L);
     open_sandbox(L);
     open_time_limit(L);
@@ -105,26 +118,18 @@ int start(lua_State* L) {
     const command_line& line = *static_cast<const command_line*>(lua_touserdata(L, 1));
     luaL_openlibs(L);
     open_host(L, line);
-    install_searchers(L, line.home);
-    lock_globals(L);
-
-    lua_getglobal(L, "require");
-    lua_pushliteral(L, "limax.main");
-    lua_call(L, 1, 1);
-    lua_getfield(L, -1, "main");
-    lua_createtable(L, line.count, 0);
-    for (int i = 1; i < line.count; ++i) {
-        lua_pushstring(L, line.words[i]);
-        lua_rawseti(L, -2, i);
-    }
-    lua_call(L, 1, 1);
+    const std::string file = line.home + "/bindings/host/start.lua";
+    if (luaL_loadfilex(L, file.c_str(), "t") != 0) return lua_error(L);
+    luaL_checkstack(L, line.count, "too many arguments");
+    for (int i = 1; i < line.count; ++i) lua_pushstring(L, line.words[i]);
+    lua_call(L, line.count - 1, 1);
     return 1;
 }
 
 [[noreturn]] void run(int count, char** words) {
     // the parent may ignore it, and then a closed pipe would not end this process
     std::signal(SIGPIPE, SIG_DFL);
-    command_line line{count, words, find_executable(), {}};
+    command_line line{count, words, fs::read_symlink("/proc/self/exe"), {}};
     line.home = find_home(line.executable);
 
     lua_State* const L = luaL_newstate();
@@ -145,8 +150,8 @@ int start(lua_State* L) {
 
 int main(int count, char** words) {
     try {
-        if (count == 2 && std::strcmp(words[1], limax::host::parser_process_argument) == 0)
-            return limax::host::run_parser_process();
+        if (count == 3 && std::strcmp(words[1], limax::host::parser_process_argument) == 0)
+            return limax::host::run_parser_process(std::atof(words[2]));
         limax::host::run(count, words);
     } catch (const std::exception& problem) {
         std::fprintf(stderr, "limax: %s\n", problem.what());

@@ -1,6 +1,6 @@
 ---@meta limax.host
---- host.lua: the module `limax.host`, for editors. The C++ files beside it implement it; this file
---- is never run.
+--- host.lua: the module `limax.host`, for editors. The C++ files beside it and start.lua implement
+--- it; this file is never run.
 
 ---@class limax.host.json
 ---@field null userdata the value of null

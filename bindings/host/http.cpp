@@ -1,13 +1,13 @@
-// http.cpp: one HTTP request at a time through libcurl's multi interface, with short waits so that
-// Ctrl-C ends it. https to any host, with verified certificates; plain http to this machine, and
-// elsewhere only where the request allows it; no redirects; the size of an answer is limited. No
-// message contains a header, which may be a key.
+// http.cpp: host.http: one HTTP request through libcurl, which Ctrl-C ends; and host.url. https to
+// any host, with verified certificates; plain http to this machine, and elsewhere only where the
+// request allows it; no redirects; the size of an answer is limited. No message contains a header
+// or a field's value, which may be a key.
+#include <arpa/inet.h>
 #include <curl/curl.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <csignal>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,20 +15,167 @@
 #include <string>
 
 #include "guard.h"
-#include "http_request.h"
 #include "modules.h"
 #include "signals.h"
-#include "url.h"
 
 namespace limax::host {
 namespace {
 
 // bytes of all headers, interim answers included
 constexpr std::size_t largest_headers = std::size_t{64} << 10;
-constexpr int wait_slice = 50;  // ms between checks for Ctrl-C
+constexpr std::size_t largest_answer = std::size_t{16} << 20;  // bytes of a body, unpacked
+constexpr double longest_timeout = 86400;                      // s
+constexpr double longest_connect = 30;                         // s
+
+struct free_curl {
+    void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
+    void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+    void operator()(CURLU* url) const { curl_url_cleanup(url); }
+};
+
+// ---- URLs ----
+
+struct url_parts {
+    std::map<std::string, std::string> parts;  // those that the URL has
+    bool loopback;                             // is the host this machine?
+    bool credentials;                          // does it contain a user or a password?
+    // Scheme, host and port, for messages.
+    std::string name() const {
+        const auto port = parts.find("port");
+        return parts.at("scheme") + "://" + parts.at("host") +
+               (port == parts.end() ? "" : ":" + port->second);
+    }
+};
+
+bool is_loopback(const std::string& name) {
+    in_addr four{};
+    if (inet_pton(AF_INET, name.c_str(), &four) == 1) return ntohl(four.s_addr) >> 24 == 127;
+    // libcurl always resolves this name to the loopback addresses
+    return name == "localhost" || name == "[::1]";
+}
+
+// The parts by libcurl's parser, so that the checked URL is the requested one.
+url_parts read_url(const std::string& text) {
+    const std::unique_ptr<CURLU, free_curl> url(curl_url());
+    const CURLUcode code = curl_url_set(url.get(), CURLUPART_URL, text.c_str(), 0);
+    if (code != CURLUE_OK)
+        throw failure(std::string("not a valid URL: ") + curl_url_strerror(code));
+    const std::pair<const char*, CURLUPart> names[] = {
+        {"scheme", CURLUPART_SCHEME}, {"host", CURLUPART_HOST},
+        {"port", CURLUPART_PORT},     {"path", CURLUPART_PATH},
+        {"query", CURLUPART_QUERY},   {"fragment", CURLUPART_FRAGMENT},
+        {"user", CURLUPART_USER},     {"password", CURLUPART_PASSWORD}};
+    url_parts result;
+    for (const auto& [name, part] : names) {
+        char* value = nullptr;
+        if (curl_url_get(url.get(), part, &value, 0) != CURLUE_OK) continue;
+        if (*value != '\0') result.parts[name] = value;
+        curl_free(value);
+    }
+    result.loopback = is_loopback(result.parts["host"]);
+    result.credentials = result.parts.erase("user") + result.parts.erase("password") > 0;
+    return result;
+}
+
+int url(lua_State* L) {
+    const std::string_view text = text_argument(L, 1);
+    if (text.find('\0') != text.npos) throw failure("a URL must not contain a zero byte");
+    const url_parts url = read_url(text.data());
+    lua_createtable(L, 0, 8);
+    for (const auto& [name, value] : url.parts) set(L, name.c_str(), value);
+    set(L, "loopback", url.loopback);
+    set(L, "credentials", url.credentials);
+    return 1;
+}
+
+// ---- a script's table as a request ----
+
+struct http_request {
+    std::string url;
+    std::string method;
+    std::map<std::string, std::string> headers;
+    std::optional<std::string> body;
+    std::string ca_file;  // certificates to trust instead of the system's; empty: the system's
+    double timeout = 60;  // s
+    double connect_timeout = longest_connect;  // s
+    double largest = largest_answer;           // bytes
+    bool allow_insecure = false;
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw std::runtime_error("http: " + what); }
+
+// The value on top of the stack.
+std::string text_field(lua_State* L, const std::string& name) {
+    if (lua_type(L, -1) != LUA_TSTRING)
+        refuse(name + " must be a string, not a " + luaL_typename(L, -1));
+    return std::string(text_at(L, -1));
+}
+
+// Refuses line breaks, which would begin another header.
+std::string line_field(lua_State* L, const std::string& name) {
+    std::string text = text_field(L, name);
+    if (text.find_first_of(std::string("\r\n\0", 3)) != std::string::npos)
+        refuse(name + " must not contain a line break or a zero byte");
+    return text;
+}
+
+double seconds_field(lua_State* L, const std::string& name, double most) {
+    const double value = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+    if (!(value > 0 && value <= most))
+        refuse(name + " must be a number of seconds above 0, at most " +
+               std::to_string(std::lround(most)));
+    return value;
+}
+
+void read_field(lua_State* L, const std::string& field, http_request& request) {
+    if (field == "url") {
+        request.url = line_field(L, field);
+    } else if (field == "method") {
+        request.method = line_field(L, field);
+    } else if (field == "body") {
+        request.body = text_field(L, field);
+    } else if (field == "timeout") {
+        request.timeout = seconds_field(L, field, longest_timeout);
+    } else if (field == "connect_timeout") {
+        request.connect_timeout = seconds_field(L, field, longest_connect);
+    } else if (field == "largest") {
+        request.largest = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
+        if (!(request.largest >= 1 && request.largest <= double(largest_answer)))
+            refuse("largest must be a number of bytes, 1 to 16777216");
+    } else if (field == "allow_insecure") {
+        if (!lua_isboolean(L, -1)) refuse("allow_insecure must be true or false");
+        request.allow_insecure = lua_toboolean(L, -1) != 0;
+    } else if (field == "ca_file") {
+        request.ca_file = line_field(L, field);
+    } else if (field == "headers") {
+        if (!lua_istable(L, -1)) refuse("headers must be a table");
+        for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1)) {
+            lua_pushvalue(L, -2);
+            const std::string name = line_field(L, "the name of a header");
+            lua_pop(L, 1);
+            request.headers[name] = line_field(L, "a header's value");
+        }
+    } else {
+        refuse("unknown field '" + field +
+               "'; known are: allow_insecure, body, ca_file, connect_timeout, headers, largest, "
+               "method, timeout, url");
+    }
+}
+
+http_request read_request(lua_State* L) {
+    luaL_checktype(L, 1, LUA_TTABLE);
+    http_request request;
+    for (lua_pushnil(L); lua_next(L, 1) != 0; lua_pop(L, 1))
+        read_field(L, lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : luaL_typename(L, -2),
+                   request);
+    if (request.url.empty()) refuse("the field url is missing");
+    if (request.method.empty()) request.method = request.body ? "POST" : "GET";
+    return request;
+}
+
+// ---- the exchange ----
 
 struct http_answer {
-    bool interrupted = false;
     std::string problem;       // empty if a whole answer came
     const char* kind = "url";  // of the problem: a value of `kind_of`, or a refused URL
     std::string curl;          // libcurl's message
@@ -40,64 +187,16 @@ struct http_answer {
     bool over_size = false;
 };
 
-struct free_curl {
-    void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-};
-
-// A multi handle with at most one transfer, which is removed before either is freed.
-class transfer {
-public:
-    transfer() : multi_(curl_multi_init()), easy_(curl_easy_init()) {
-        if (multi_ == nullptr || easy_ == nullptr) {
-            end();
-            throw std::runtime_error("libcurl cannot start");
-        }
-    }
-    ~transfer() { end(); }
-    transfer(const transfer&) = delete;
-    transfer& operator=(const transfer&) = delete;
-
-    CURLM* multi() { return multi_; }
-    CURL* easy() { return easy_; }
-
-private:
-    void end() {
-        if (multi_ != nullptr && easy_ != nullptr) curl_multi_remove_handle(multi_, easy_);
-        curl_easy_cleanup(easy_);
-        curl_multi_cleanup(multi_);
-    }
-
-    CURLM* multi_;
-    CURL* easy_;
-};
-
-// A write to a socket that the other side closed is an error here; elsewhere SIGPIPE ends the
-// process.
-class without_sigpipe {
-public:
-    without_sigpipe() {
-        struct sigaction ignore {};
-        ignore.sa_handler = SIG_IGN;
-        sigaction(SIGPIPE, &ignore, &before_);
-    }
-    ~without_sigpipe() { sigaction(SIGPIPE, &before_, nullptr); }
-    without_sigpipe(const without_sigpipe&) = delete;
-    without_sigpipe& operator=(const without_sigpipe&) = delete;
-
-private:
-    struct sigaction before_ {};
-};
-
 // Throws if requests to the URL are not allowed.
 url_parts check_url(const http_request& request) {
-    url_parts parts = read_url(request.url);
-    const bool plain = parts.scheme == "http" && (parts.loopback || request.allow_insecure);
-    if (parts.scheme != "https" && !plain)
-        throw std::runtime_error("only https, or http to this machine, is allowed, not " +
-                                 parts.scheme + "://" + parts.host);
-    if (parts.credentials)
-        throw std::runtime_error("a URL with credentials is not allowed: " + parts.name());
-    return parts;
+    url_parts url = read_url(request.url);
+    const std::string& scheme = url.parts["scheme"];
+    const bool plain = scheme == "http" && (url.loopback || request.allow_insecure);
+    if (scheme != "https" && !plain)
+        throw failure("only https, or http to this machine, is allowed, not " + scheme + "://" +
+                      url.parts["host"]);
+    if (url.credentials) throw failure("a URL with credentials is not allowed: " + url.name());
+    return url;
 }
 
 // libcurl's callbacks: a return value other than the number of bytes ends the transfer. No
@@ -129,7 +228,7 @@ std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* 
         } else if (colon != std::string::npos) {
             std::string name = line.substr(0, colon);
             for (char& letter : name)
-                if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+                if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter | 0x20);
             const std::size_t from = line.find_first_not_of(" \t", colon + 1);
             const std::size_t to_last = line.find_last_not_of(" \t\r\n");
             const std::string value = from > to_last ? "" : line.substr(from, to_last - from + 1);
@@ -142,21 +241,15 @@ std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* 
     return size * count;
 }
 
+int stop_if_interrupted(void*, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+    return interrupted() ? 1 : 0;
+}
+
 template <typename value>
-void set(CURL* easy, CURLoption option, value to) {
+void set_option(CURL* easy, CURLoption option, value to) {
     const CURLcode code = curl_easy_setopt(easy, option, to);
     if (code != CURLE_OK)
         throw std::runtime_error(std::string("libcurl: ") + curl_easy_strerror(code));
-}
-
-using header_list = std::unique_ptr<curl_slist, free_curl>;
-
-void append(header_list& list, const std::string& line) {
-    curl_slist* const longer = curl_slist_append(list.get(), line.c_str());
-    if (longer == nullptr) throw std::runtime_error("libcurl is out of memory");
-    // it begins with the list before, unless that was empty
-    [[maybe_unused]] curl_slist* const before = list.release();
-    list.reset(longer);
 }
 
 // What failed, as one word by which scripts decide about a retry. `begun`: was the connection
@@ -192,7 +285,7 @@ void describe_problem(http_answer& answer, CURLcode code, const http_request& re
     char amount[32];
     answer.problem = where.name();
     if (kind == "size") {
-        std::snprintf(amount, sizeof amount, "%g", static_cast<double>(request.largest) / 1048576);
+        std::snprintf(amount, sizeof amount, "%g", request.largest / 1048576);
         answer.problem += std::string(" answered more than ") + amount + " MiB";
     } else if (kind == "headers") {
         answer.problem += " answered more than 64 KiB of headers";
@@ -211,72 +304,57 @@ void describe_problem(http_answer& answer, CURLcode code, const http_request& re
 long milliseconds(double seconds) { return static_cast<long>(std::ceil(seconds * 1000)); }
 
 void set_request(CURL* easy, const http_request& request, const url_parts& where) {
-    set(easy, CURLOPT_URL, request.url.c_str());
-    set(easy, CURLOPT_PROTOCOLS_STR, "http,https");
-    set(easy, CURLOPT_FOLLOWLOCATION, 0L);
-    set(easy, CURLOPT_NOSIGNAL, 1L);
+    set_option(easy, CURLOPT_URL, request.url.c_str());
+    set_option(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+    set_option(easy, CURLOPT_FOLLOWLOCATION, 0L);
     // on Ctrl-C, do not wait for a resolver's thread
-    set(easy, CURLOPT_QUICK_EXIT, 1L);
-    set(easy, CURLOPT_USERAGENT, "limax/" LIMAX_VERSION);
-    set(easy, CURLOPT_ACCEPT_ENCODING, "");
-    set(easy, CURLOPT_SSL_VERIFYPEER, 1L);
-    set(easy, CURLOPT_SSL_VERIFYHOST, 2L);
-    if (!request.ca_file.empty()) set(easy, CURLOPT_CAINFO, request.ca_file.c_str());
-    set(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
-    set(easy, CURLOPT_CONNECTTIMEOUT_MS,
-        milliseconds(std::min(request.timeout, request.connect_timeout)));
-    set(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
+    set_option(easy, CURLOPT_QUICK_EXIT, 1L);
+    set_option(easy, CURLOPT_USERAGENT, "limax/" LIMAX_VERSION);
+    set_option(easy, CURLOPT_ACCEPT_ENCODING, "");
+    set_option(easy, CURLOPT_SSL_VERIFYPEER, 1L);
+    set_option(easy, CURLOPT_SSL_VERIFYHOST, 2L);
+    if (!request.ca_file.empty()) set_option(easy, CURLOPT_CAINFO, request.ca_file.c_str());
+    set_option(easy, CURLOPT_TIMEOUT_MS, milliseconds(request.timeout));
+    set_option(easy, CURLOPT_CONNECTTIMEOUT_MS,
+               milliseconds(std::min(request.timeout, request.connect_timeout)));
+    set_option(easy, CURLOPT_MAXFILESIZE_LARGE, static_cast<curl_off_t>(request.largest));
     // a proxy may be another machine
-    if (where.loopback) set(easy, CURLOPT_NOPROXY, "*");
+    if (where.loopback) set_option(easy, CURLOPT_NOPROXY, "*");
     if (request.body) {
-        set(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(request.body->size()));
-        set(easy, CURLOPT_POSTFIELDS, request.body->data());
+        set_option(easy, CURLOPT_POSTFIELDSIZE_LARGE,
+                   static_cast<curl_off_t>(request.body->size()));
+        set_option(easy, CURLOPT_POSTFIELDS, request.body->data());
     } else if (request.method == "HEAD") {
-        set(easy, CURLOPT_NOBODY, 1L);
+        set_option(easy, CURLOPT_NOBODY, 1L);
     }
-    set(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
+    set_option(easy, CURLOPT_CUSTOMREQUEST, request.method.c_str());
 }
 
 http_answer perform(const http_request& request, const url_parts& where) {
     static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
-    if (started != CURLE_OK) throw std::runtime_error("libcurl cannot start");
-    const without_sigpipe quiet;
-    // declared before the handles that point at them
+    const std::unique_ptr<CURL, free_curl> handle(curl_easy_init());
+    if (started != CURLE_OK || !handle) throw std::runtime_error("libcurl cannot start");
+    CURL* const easy = handle.get();
     http_answer answer;
-    answer.largest = request.largest;
+    answer.largest = static_cast<std::size_t>(request.largest);
     char detail[CURL_ERROR_SIZE] = "";
-    header_list headers;
-    for (const auto& [name, value] : request.headers)
-        append(headers, value.empty() ? name + ";" : name + ": " + value);
     // send a long body without waiting for permission
-    append(headers, "Expect:");
+    curl_slist* list = curl_slist_append(nullptr, "Expect:");
+    const std::unique_ptr<curl_slist, free_curl> headers(list);  // lines are added behind the first
+    for (const auto& [name, value] : request.headers)
+        curl_slist_append(list, (value.empty() ? name + ";" : name + ": " + value).c_str());
 
-    transfer handles;
-    CURL* const easy = handles.easy();
     set_request(easy, request, where);
-    set(easy, CURLOPT_ERRORBUFFER, detail);
-    set(easy, CURLOPT_HTTPHEADER, headers.get());
-    set(easy, CURLOPT_WRITEFUNCTION, take_body);
-    set(easy, CURLOPT_WRITEDATA, &answer);
-    set(easy, CURLOPT_HEADERFUNCTION, take_header);
-    set(easy, CURLOPT_HEADERDATA, &answer);
+    set_option(easy, CURLOPT_ERRORBUFFER, detail);
+    set_option(easy, CURLOPT_HTTPHEADER, list);
+    set_option(easy, CURLOPT_WRITEFUNCTION, take_body);
+    set_option(easy, CURLOPT_WRITEDATA, &answer);
+    set_option(easy, CURLOPT_HEADERFUNCTION, take_header);
+    set_option(easy, CURLOPT_HEADERDATA, &answer);
+    set_option(easy, CURLOPT_NOPROGRESS, 0L);
+    set_option(easy, CURLOPT_XFERINFOFUNCTION, stop_if_interrupted);
 
-    if (curl_multi_add_handle(handles.multi(), easy) != CURLM_OK)
-        throw std::runtime_error("libcurl cannot start a transfer");
-    for (int running = 1; running != 0;) {
-        if (interrupted()) {
-            answer.interrupted = true;
-            return answer;
-        }
-        CURLMcode code = curl_multi_perform(handles.multi(), &running);
-        if (code == CURLM_OK && running != 0)
-            code = curl_multi_poll(handles.multi(), nullptr, 0, wait_slice, nullptr);
-        if (code != CURLM_OK)
-            throw std::runtime_error(std::string("libcurl: ") + curl_multi_strerror(code));
-    }
-    int left = 0;
-    const CURLMsg* const message = curl_multi_info_read(handles.multi(), &left);
-    const CURLcode result = message == nullptr ? CURLE_FAILED_INIT : message->data.result;
+    const CURLcode result = curl_easy_perform(easy);
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
     if (result != CURLE_OK) {
         curl_off_t begun = 0;  // microseconds until the request could be sent; 0: never
@@ -286,43 +364,36 @@ http_answer perform(const http_request& request, const url_parts& where) {
     return answer;
 }
 
-// Pushes { status, body, headers }; status is 0 if no line of an answer came.
-void push_answer(lua_State* L, const http_answer& answer) {
-    lua_createtable(L, 0, 5);
-    lua_pushinteger(L, answer.status);
-    lua_setfield(L, -2, "status");
-    set_text(L, "body", answer.body);
-    lua_createtable(L, 0, static_cast<int>(answer.headers.size()));
-    for (const auto& [name, value] : answer.headers) set_text(L, name.c_str(), value);
-    lua_setfield(L, -2, "headers");
-}
-
-// http(request) -> { status=, headers=, body= } | nil, message, { kind=, curl=, status=, headers=,
-// body= } with the part that came
 int http(lua_State* L) {
-    bool stopped = false;
-    int results = 1;
-    {
-        const http_request request = read_http_request(L);
-        http_answer answer;
-        try {
-            answer = perform(request, check_url(request));
-        } catch (const std::runtime_error& error) {
-            answer.problem = answer.curl = error.what();
-        }
-        stopped = answer.interrupted;
-        if (!stopped && !answer.problem.empty()) results += push_failure(L, answer.problem);
-        if (!stopped) push_answer(L, answer);
-        if (results > 1) {
-            set_text(L, "kind", answer.kind);
-            set_text(L, "curl", answer.curl);
-        }
+    const http_request request = read_request(L);
+    http_answer answer;
+    try {
+        answer = perform(request, check_url(request));
+    } catch (const failure& refused) {
+        answer.problem = answer.curl = refused.what();
     }
-    return stopped ? raise_interrupt(L) : results;
+    if (interrupted()) return raise_interrupt(L);
+    if (!answer.problem.empty()) {
+        lua_pushnil(L);
+        push(L, answer.problem);
+    }
+    lua_createtable(L, 0, 5);
+    set(L, "status", answer.status);  // 0 if no line of an answer came
+    set(L, "body", answer.body);
+    lua_createtable(L, 0, static_cast<int>(answer.headers.size()));
+    for (const auto& [name, value] : answer.headers) set(L, name.c_str(), value);
+    lua_setfield(L, -2, "headers");
+    if (answer.problem.empty()) return 1;
+    set(L, "kind", answer.kind);
+    set(L, "curl", answer.curl);
+    return 3;
 }
 
 }  // namespace
 
-void open_http(lua_State* L) { add_function<http>(L, "http"); }
+void open_http(lua_State* L) {
+    add_function<http>(L, "http");
+    add_function<url>(L, "url");
+}
 
 }  // namespace limax::host

@@ -1,7 +1,5 @@
 // images.cpp: host.image (png, gif) and host.deflate. Pixels are texts of four bytes each: red,
 // green, blue, opacity; rows from the top.
-#include "images.h"
-
 #include <gif_lib.h>
 #include <png.h>
 #include <zlib.h>
@@ -18,6 +16,7 @@
 #include <vector>
 
 #include "guard.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
@@ -31,13 +30,12 @@ constexpr int clear_index = 255;  // of the palette: a transparent pixel
 constexpr int bucket_count = 32 * 32 * 32;
 
 std::string_view pixels_argument(lua_State* L, int index, int width, int height) {
-    std::size_t length = 0;
-    const char* const bytes = luaL_checklstring(L, index, &length);
-    if (length != std::size_t(width) * std::size_t(height) * 4)
+    const std::string_view bytes = text_argument(L, index);
+    if (bytes.size() != std::size_t(width) * std::size_t(height) * 4)
         throw std::runtime_error("expected " + std::to_string(width) + " x " +
                                  std::to_string(height) + " pixels of four bytes, got " +
-                                 std::to_string(length) + " bytes");
-    return {bytes, length};
+                                 std::to_string(bytes.size()) + " bytes");
+    return bytes;
 }
 
 int side_argument(lua_State* L, int index) {
@@ -83,8 +81,7 @@ int lua_png(lua_State* L) {
         throw std::runtime_error(std::string("PNG: ") + image.message);
     bytes.resize(size);
     if (dpi > 0) bytes.insert(png_header_end, physical_size(dpi));
-    lua_pushlstring(L, bytes.data(), bytes.size());
-    return 1;
+    return push(L, bytes);
 }
 
 // ---- GIF ----
@@ -217,22 +214,19 @@ int lua_gif(lua_State* L) {
     }
     // the trailer is written when the file is closed
     file.reset();
-    lua_pushlstring(L, bytes.data(), bytes.size());
-    return 1;
+    return push(L, bytes);
 }
 
 // deflate(bytes) -> bytes: a zlib stream (RFC 1950), as small as zlib makes it
 int lua_deflate(lua_State* L) {
-    std::size_t length = 0;
-    const char* const bytes = luaL_checklstring(L, 1, &length);
-    uLongf size = compressBound(uLong(length));
+    const std::string_view bytes = text_argument(L, 1);
+    uLongf size = compressBound(uLong(bytes.size()));
     std::string packed(size, '\0');
-    const int done =
-        compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                  reinterpret_cast<const Bytef*>(bytes), uLong(length), Z_BEST_COMPRESSION);
-    if (done != Z_OK) throw std::runtime_error("deflate: zlib failed");
-    lua_pushlstring(L, packed.data(), size);
-    return 1;
+    if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                  reinterpret_cast<const Bytef*>(bytes.data()), uLong(bytes.size()),
+                  Z_BEST_COMPRESSION) != Z_OK)
+        throw std::runtime_error("deflate: zlib failed");
+    return push(L, packed.substr(0, size));
 }
 
 }  // namespace

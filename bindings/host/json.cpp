@@ -6,16 +6,13 @@
 namespace limax::host {
 namespace {
 
-// Their addresses are keys of the registry.
-const char null_key = 0;
-const char array_key = 0;
+// In the registry: the value of null, and the metatable of arrays.
+const char* const null_key = "limax.json.null";
+const char* const array_key = "limax.json.array";
 
 constexpr int largest_indent = 16;
 
-int null_text(lua_State* L) {
-    lua_pushliteral(L, "null");
-    return 1;
-}
+int null_text(lua_State* L) { return push(L, "null"); }
 
 // encode(value [, { indent = spaces }]) -> text
 int encode(lua_State* L) {
@@ -27,24 +24,13 @@ int encode(lua_State* L) {
         indent = luaL_optint(L, -1, 0);
         luaL_argcheck(L, indent >= 0 && indent <= largest_indent, 2, "indent must be 0 to 16");
     }
-    const std::string text = encode_json(L, 1, indent);
-    lua_pushlstring(L, text.data(), text.size());
-    return 1;
+    return push(L, encode_json(L, 1, indent));
 }
 
-// decode(text [, origin]) -> value | nil, message
+// decode(text [, origin])
 int decode(lua_State* L) {
-    std::size_t length = 0;
-    const char* const text = luaL_checklstring(L, 1, &length);
-    const char* const origin = luaL_optstring(L, 2, "JSON text");
-    std::string problem;
-    try {
-        decode_json(L, {text, length}, origin);
-        return 1;
-    } catch (const std::runtime_error& error) {
-        problem = error.what();
-    }
-    return push_failure(L, problem);
+    decode_json(L, text_argument(L, 1), luaL_optstring(L, 2, "JSON text"));
+    return 1;
 }
 
 int array(lua_State* L) {
@@ -57,43 +43,36 @@ int array(lua_State* L) {
 }
 
 int is_array(lua_State* L) {
-    lua_pushboolean(L, lua_istable(L, 1) && (is_json_array(L, 1) || lua_objlen(L, 1) > 0));
-    return 1;
+    return push(L, lua_istable(L, 1) && (is_json_array(L, 1) || lua_objlen(L, 1) > 0));
 }
 
 }  // namespace
 
-void push_json_null(lua_State* L) {
-    lua_pushlightuserdata(L, const_cast<char*>(&null_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
-}
+void push_json_null(lua_State* L) { lua_getfield(L, LUA_REGISTRYINDEX, null_key); }
 
 void mark_json_array(lua_State* L, int index) {
-    if (index < 0) index += lua_gettop(L) + 1;
-    lua_pushlightuserdata(L, const_cast<char*>(&array_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
-    lua_setmetatable(L, index);
+    lua_pushvalue(L, index);
+    luaL_getmetatable(L, array_key);
+    lua_setmetatable(L, -2);
+    lua_pop(L, 1);
 }
 
 bool is_json_array(lua_State* L, int index) {
     if (lua_getmetatable(L, index) == 0) return false;
-    lua_pushlightuserdata(L, const_cast<char*>(&array_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
+    luaL_getmetatable(L, array_key);
     const bool same = lua_rawequal(L, -1, -2) != 0;
     lua_pop(L, 2);
     return same;
 }
 
 void open_json(lua_State* L) {
-    lua_pushlightuserdata(L, const_cast<char*>(&null_key));
+    luaL_newmetatable(L, array_key);
     lua_newuserdata(L, 0);
     lua_newtable(L);
     add_function<null_text>(L, "__tostring");
     lua_setmetatable(L, -2);
-    lua_rawset(L, LUA_REGISTRYINDEX);
-    lua_pushlightuserdata(L, const_cast<char*>(&array_key));
-    lua_newtable(L);
-    lua_rawset(L, LUA_REGISTRYINDEX);
+    lua_setfield(L, LUA_REGISTRYINDEX, null_key);
+    lua_pop(L, 1);
 
     lua_newtable(L);
     add_function<encode>(L, "encode");

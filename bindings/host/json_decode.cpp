@@ -1,5 +1,6 @@
 // json_decode.cpp: JSON text to Lua tables with nlohmann's SAX parser. Stricter than the grammar:
 // no duplicate keys, no whole number beyond 2^53, no nesting deeper than json_nesting.
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "guard.h"
 #include "json.h"
 
 namespace limax::host {
@@ -30,32 +32,21 @@ struct cursor {
         *read = ++at;
         return *this;
     }
-    cursor operator++(int) {
-        const cursor before = *this;
-        ++*this;
-        return before;
-    }
-    bool operator==(const cursor& other) const { return at == other.at; }
     bool operator!=(const cursor& other) const { return at != other.at; }
+    bool operator==(const cursor& other) const { return at == other.at; }
 };
 
-// "origin: line L, column C: what", columns counted in characters.
-std::string place(const std::string& origin, std::string_view text, std::size_t offset,
-                  const std::string& what) {
-    if (offset > text.size()) offset = text.size();
-    std::size_t line = 1;
-    std::size_t column = 1;
-    for (const char letter : text.substr(0, offset)) {
-        const bool continues = (static_cast<unsigned char>(letter) & 0xc0) == 0x80;
-        if (letter == '\n') {
-            ++line;
-            column = 1;
-        } else if (!continues) {
-            ++column;
-        }
-    }
-    return origin + ": line " + std::to_string(line) + ", column " + std::to_string(column) + ": " +
-           what;
+// Refuses the text with "origin: line L, column C: what", columns counted in characters.
+[[noreturn]] void refuse(const std::string& origin, std::string_view text, std::size_t offset,
+                         const std::string& what) {
+    const std::string_view before = text.substr(0, offset);
+    const auto lines = std::count(before.begin(), before.end(), '\n');
+    const std::string_view line = before.substr(before.rfind('\n') + 1);
+    const auto column = std::count_if(line.begin(), line.end(), [](char letter) {
+        return (static_cast<unsigned char>(letter) & 0xc0) != 0x80;  // begins a character
+    });
+    throw failure(origin + ": line " + std::to_string(1 + lines) + ", column " +
+                  std::to_string(1 + column) + ": " + what);
 }
 
 // The parser's message without "[json.exception...] parse error at line 1, column 2: ".
@@ -71,7 +62,7 @@ std::string bare(const std::string& message) {
 
 // Builds the value on the Lua stack: an array takes one slot, an object one and one for a pending
 // key.
-class builder {
+struct builder {
 public:
     builder(lua_State* L, std::string_view text, const char* const* read)
         : L_(L), text_(text), read_(read) {}
@@ -134,8 +125,9 @@ public:
         return refuse(position == 0 ? 0 : position - 1, bare(error.what()));
     }
 
-    std::size_t error_offset() const { return error_offset_; }
-    const std::string& error_text() const { return error_text_; }
+    // of a refused text
+    std::size_t error_offset = 0;
+    std::string error_text;
 
 private:
     struct level {
@@ -145,9 +137,9 @@ private:
 
     std::size_t offset() const { return static_cast<std::size_t>(*read_ - text_.data()); }
 
-    bool refuse(std::size_t offset, std::string text) {
-        error_offset_ = offset;
-        error_text_ = std::move(text);
+    bool refuse(std::size_t at, std::string text) {
+        error_offset = at;
+        error_text = std::move(text);
         return false;
     }
     bool refuse_integer() {
@@ -194,8 +186,6 @@ private:
     const char* const* read_;
     level levels_[json_nesting]{};
     int depth_ = 0;
-    std::size_t error_offset_ = 0;
-    std::string error_text_;
 };
 
 }  // namespace
@@ -203,7 +193,7 @@ private:
 void decode_json(lua_State* L, std::string_view text, const std::string& origin) {
     // the parser reports no position for encoding errors
     if (const std::size_t bad = find_invalid_utf8(text); bad != std::string_view::npos)
-        throw std::runtime_error(place(origin, text, bad, "not UTF-8"));
+        refuse(origin, text, bad, "not UTF-8");
     if (lua_checkstack(L, 2 * json_nesting + 8) == 0)
         throw std::runtime_error("the stack is too full to read JSON");
     const int top = lua_gettop(L);
@@ -213,7 +203,7 @@ void decode_json(lua_State* L, std::string_view text, const std::string& origin)
     const cursor last{text.data() + text.size(), &read};
     if (nlohmann::json::sax_parse(first, last, &handler)) return;
     lua_settop(L, top);
-    throw std::runtime_error(place(origin, text, handler.error_offset(), handler.error_text()));
+    refuse(origin, text, handler.error_offset, handler.error_text);
 }
 
 }  // namespace limax::host

@@ -1,11 +1,13 @@
 // json_encode.cpp: Lua tables to JSON text. Numbers are the shortest text that reads back equal,
 // independent of the locale; keys are sorted, so equal values give equal bytes.
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
+#include "guard.h"
 #include "json.h"
 
 namespace limax::host {
@@ -47,7 +49,7 @@ private:
             case LUA_TNIL: text_ += "null"; return;
             case LUA_TBOOLEAN: text_ += lua_toboolean(L_, index) != 0 ? "true" : "false"; return;
             case LUA_TNUMBER: number(lua_tonumber(L_, index)); return;
-            case LUA_TSTRING: string(view(index)); return;
+            case LUA_TSTRING: string(text_at(L_, index)); return;
             case LUA_TTABLE: table(index); return;
             case LUA_TUSERDATA: {
                 push_json_null(L_);
@@ -61,12 +63,6 @@ private:
             }
             default: refuse(std::string("a ") + luaL_typename(L_, index));
         }
-    }
-
-    std::string_view view(int index) const {
-        std::size_t length = 0;
-        const char* const bytes = lua_tolstring(L_, index, &length);
-        return {bytes, length};
     }
 
     void number(double x) {
@@ -135,8 +131,9 @@ private:
         int entries = 0;
         for (lua_pushnil(L_); lua_next(L_, index) != 0; lua_pop(L_, 1)) {
             if (lua_type(L_, -2) != LUA_TNUMBER) {
-                const std::string key =
-                    lua_type(L_, -2) == LUA_TSTRING ? std::string(view(-2)) : luaL_typename(L_, -2);
+                const std::string key = lua_type(L_, -2) == LUA_TSTRING
+                                            ? std::string(text_at(L_, -2))
+                                            : luaL_typename(L_, -2);
                 refuse("an array with the key " + key);
             }
             const double key = lua_tonumber(L_, -2);
@@ -163,7 +160,7 @@ private:
         for (lua_pushnil(L_); lua_next(L_, index) != 0; lua_pop(L_, 1)) {
             if (lua_type(L_, -2) != LUA_TSTRING)
                 refuse(std::string("a table with a key that is a ") + luaL_typename(L_, -2));
-            keys_.push_back(view(-2));
+            keys_.push_back(text_at(L_, -2));
         }
         const std::size_t last = keys_.size();
         std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(first), keys_.end());
@@ -176,7 +173,7 @@ private:
             string(key);
             path_.push_back({key, 0});
             text_ += indent_ > 0 ? ": " : ":";
-            lua_pushlstring(L_, key.data(), key.size());
+            push(L_, key);
             lua_rawget(L_, index);
             value(lua_gettop(L_));
             lua_pop(L_, 1);
@@ -213,37 +210,21 @@ private:
 }  // namespace
 
 std::size_t find_invalid_utf8(std::string_view text) {
-    const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
-    for (std::size_t i = 0; i < text.size();) {
-        // lead byte, count of continuation bytes, and the legal range of the first of them (Unicode
-        // 15, table 3-7)
-        const unsigned char lead = bytes[i];
-        std::size_t more = 0;
-        unsigned char low = 0x80;
-        unsigned char high = 0xbf;
-        if (lead < 0x80) {
-            ++i;
-            continue;
+    // the smallest letter of a sequence with so many continuation bytes
+    constexpr unsigned least[] = {0, 0x80, 0x800, 0x10000};
+    for (std::size_t i = 0, more = 0; i < text.size(); i += more + 1) {
+        const auto lead = static_cast<unsigned char>(text[i]);
+        const int ones = std::countl_one(lead);
+        if (ones == 1 || ones > 4) return i;
+        more = ones == 0 ? 0 : static_cast<std::size_t>(ones) - 1;
+        unsigned letter = lead & (0xffu >> (ones + 1));
+        if (i + more >= text.size()) return i;
+        for (const char next : text.substr(i + 1, more)) {
+            if ((static_cast<unsigned char>(next) & 0xc0) != 0x80) return i;
+            letter = letter << 6 | (static_cast<unsigned char>(next) & 0x3fu);
         }
-        if (lead >= 0xc2 && lead <= 0xdf) {
-            more = 1;
-        } else if (lead >= 0xe0 && lead <= 0xef) {
-            more = 2;
-            if (lead == 0xe0) low = 0xa0;   // shorter forms
-            if (lead == 0xed) high = 0x9f;  // surrogates
-        } else if (lead >= 0xf0 && lead <= 0xf4) {
-            more = 3;
-            if (lead == 0xf0) low = 0x90;   // shorter forms
-            if (lead == 0xf4) high = 0x8f;  // beyond U+10FFFF
-        } else {
-            return i;
-        }
-        for (std::size_t k = 1; k <= more; ++k) {
-            if (i + k >= text.size() || bytes[i + k] < low || bytes[i + k] > high) return i;
-            low = 0x80;
-            high = 0xbf;
-        }
-        i += more + 1;
+        const bool surrogate = letter >> 11 == 0x1b;
+        if (letter < least[more] || surrogate || letter > 0x10ffff) return i;
     }
     return std::string_view::npos;
 }

@@ -1,29 +1,37 @@
-// modules.h: the parts of limax.host. Each function adds its part to the host table on top of the
-// stack. Includes Lua only.
+// modules.h: the parts of limax.host. Each open_ function adds its part to the host table on top of
+// the stack; host.lua describes what they add. Includes Lua and the standard library only.
 #pragma once
 
 #include <lua.hpp>
+#include <string>
 
 namespace limax::host {
 
-// file: files that survive a kill at any moment
-void open_files(lua_State* L);
-// http: one HTTP request at a time
-void open_http(lua_State* L);
-// line_editor: lines typed at a terminal, edited by libedit; absent where built without libedit
-void open_line_editor(lua_State* L);
-// terminal, clock, wait, time, environment, opens
-void open_machine(lua_State* L);
-// within: a call with a limit on time and memory
-void open_time_limit(lua_State* L);
-// sandbox: a parser of a language model's text in a child process
-void open_sandbox(lua_State* L);
-// xml: XML as Lua tables, for files of other programs
-void open_xml(lua_State* L);
-// zip: ZIP archives in memory, for .npz and .3mf
 void open_archives(lua_State* L);
+void open_files(lua_State* L);
+void open_http(lua_State* L);
+void open_images(lua_State* L);
+// Absent where limax is built without libedit.
+void open_line_editor(lua_State* L);
+// Tracebacks leave out files below `home` that only launch a script.
+void open_protect(lua_State* L, const std::string& home);
+void open_sandbox(lua_State* L);
+void open_sha256(lua_State* L);
+void open_time_limit(lua_State* L);
+void open_xml(lua_State* L);
 
 // Adds the function `writer` to the table `file` on top of the stack.
 void add_writer(lua_State* L);
+
+// Calls the function below its `arguments`, as lua_pcall does, keeping all results.
+// On failure (false) leaves two values: the error, and its text with the traceback.
+// An interrupt ends here: the error is then the interrupt value, and hook and flags are cleared.
+bool protected_call(lua_State* L, int arguments);
+
+// The command line argument that makes this executable a parser's process, before its seconds.
+constexpr char parser_process_argument[] = "--parser-process";
+// The parser's process: reads a request as JSON from standard input, writes the answer as JSON to
+// standard output. It is killed after so many seconds. Returns the exit status.
+int run_parser_process(double seconds);
 
 }  // namespace limax::host

@@ -2,44 +2,37 @@
 // as its standard input and output. Before it reads anything it gives up the right to open files
 // and limits its memory and time. The parser finds string, table, math, json and little more.
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <cmath>
 #include <cstddef>
-#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <iterator>
 #include <memory>
 #include <string>
 
 #include "guard.h"
 #include "json.h"
-#include "parser_process.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
 
 // What a parser may use beyond the executable itself. A good one takes about a thousandth.
 constexpr rlim_t most_bytes = rlim_t{64} << 20;
-// A process that outlives its parent, which measures the wall time, ends by this limit.
 constexpr rlim_t most_cpu_seconds = 6;
 constexpr std::size_t longest_error = 300;  // bytes of a parser's own message
 constexpr char out_of_memory[] = R"({"problem":"it needs more than 64 MB"})";
 
-// Bytes of this process's address space; 0: unknown.
-rlim_t address_space() {
-    std::FILE* const file = std::fopen("/proc/self/statm", "r");
-    unsigned long pages = 0;
-    if (file == nullptr || std::fscanf(file, "%lu", &pages) != 1) return 0;
-    std::fclose(file);
-    return rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
-}
-
-bool confine() {
-    const rlim_t mapped = address_space();
-    if (mapped == 0) return false;
+bool confine(double seconds) {
+    rlim_t pages = 0;  // of this process's address space
+    if (!(std::ifstream("/proc/self/statm") >> pages)) return false;
     const struct {
         __rlimit_resource_t resource;
         rlim_t most;
-    } limits[] = {{RLIMIT_AS, mapped + most_bytes},
+    } limits[] = {{RLIMIT_AS, pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + most_bytes},
                   {RLIMIT_CPU, most_cpu_seconds},
                   {RLIMIT_NOFILE, 0},
                   {RLIMIT_FSIZE, 0},
@@ -49,28 +42,11 @@ bool confine() {
         const rlimit limit{each.most, each.most};
         if (setrlimit(each.resource, &limit) != 0) return false;
     }
-    return true;
-}
-
-std::string read_all() {
-    std::string text;
-    char buffer[65536];
-    for (;;) {
-        const ssize_t count = read(STDIN_FILENO, buffer, sizeof buffer);
-        if (count > 0)
-            text.append(buffer, static_cast<std::size_t>(count));
-        else if (count == 0 || errno != EINTR)
-            return text;
-    }
-}
-
-bool write_all(std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t count = write(STDOUT_FILENO, text.data(), text.size());
-        if (count < 0 && errno != EINTR) return false;
-        if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
-    }
-    return true;
+    // its signal ends the process
+    const double whole = std::floor(seconds);
+    const itimerval timer{{0, 0},
+                          {static_cast<time_t>(whole), std::lround(1e6 * (seconds - whole))}};
+    return setitimer(ITIMER_REAL, &timer, nullptr) == 0;
 }
 
 // The libraries of a parser.
@@ -89,23 +65,20 @@ void open_libraries(lua_State* L) {
     lua_replace(L, LUA_GLOBALSINDEX);
 }
 
-void check_type(lua_State* L, int index, int type, const char* expected) {
-    if (lua_type(L, index) != type)
-        luaL_error(L, "expected %s, got %s", expected, luaL_typename(L, index));
-}
-
 // Takes the request's text as light userdata; replaces it by the answer's.
 int parse(lua_State* L) {
     std::string& exchanged = *static_cast<std::string*>(lua_touserdata(L, 1));
     open_libraries(L);
     decode_json(L, exchanged, "the request");
     for (const char* name : {"source", "name", "text", "limits"}) lua_getfield(L, 2, name);
-    std::size_t length = 0;
-    const char* const source = luaL_checklstring(L, 3, &length);
+    const std::string_view source = text_argument(L, 3);
     // "t": text, no bytecode, which could do anything
-    if (luaL_loadbufferx(L, source, length, luaL_checkstring(L, 4), "t") != 0) return lua_error(L);
+    if (luaL_loadbufferx(L, source.data(), source.size(), luaL_checkstring(L, 4), "t") != 0)
+        return lua_error(L);
     lua_call(L, 0, 1);
-    check_type(L, -1, LUA_TFUNCTION, "a file that returns a function");
+    if (!lua_isfunction(L, -1))
+        return luaL_error(L, "expected a file that returns a function, got %s",
+                          luaL_typename(L, -1));
     lua_pushvalue(L, 5);
     lua_pushvalue(L, 6);
     lua_call(L, 2, 3);
@@ -127,9 +100,9 @@ int describe(lua_State* L) {
     std::string& answer = *static_cast<std::string*>(lua_touserdata(L, 1));
     lua_newtable(L);
     if (lua_type(L, 2) == LUA_TSTRING)
-        set_text(L, "problem", std::string_view(lua_tostring(L, 2)).substr(0, longest_error));
+        set(L, "problem", text_at(L, 2).substr(0, longest_error));
     else
-        set_text(L, "problem", std::string("an error that is a ") + luaL_typename(L, 2));
+        set(L, "problem", std::string("an error that is a ") + luaL_typename(L, 2));
     answer = encode_json(L, -1, 0);
     return 0;
 }
@@ -156,9 +129,10 @@ std::string answer_to(std::string request) {
 
 }  // namespace
 
-int run_parser_process() {
-    if (!confine()) return 1;
-    return write_all(answer_to(read_all())) ? 0 : 1;
+int run_parser_process(double seconds) {
+    if (!confine(seconds)) return 1;
+    std::cout << answer_to({std::istreambuf_iterator<char>(std::cin), {}}) << std::flush;
+    return std::cout ? 0 : 1;
 }
 
 }  // namespace limax::host

@@ -1,11 +1,9 @@
 // protect.cpp: protected calls of the host and their tracebacks: Lua frames only, file and line
 // first, without the files that only launch a script.
-#include "protect.h"
-
-#include <cstring>
 #include <string>
 
 #include "guard.h"
+#include "modules.h"
 #include "signals.h"
 
 namespace limax::host {
@@ -15,16 +13,14 @@ namespace {
 constexpr int frames_first = 12;
 constexpr int levels_last = 16;
 
-const char home_key = 0;  // its address is the registry key of the home folder
+std::string home;  // the home folder
 
 // Whether the frame is between the command line and a script.
-bool launches(const std::string& home, const char* source) {
-    static const char* const places[] = {"/scripts/lib/main.lua", "/scripts/lib/base/script.lua",
-                                         "/scripts/commands/repl.lua", "/scripts/lib/tools/repl/"};
-    if (*source != '@' || std::strncmp(source + 1, home.c_str(), home.size()) != 0) return false;
-    const char* const rest = source + 1 + home.size();
-    for (const char* place : places)
-        if (std::strncmp(rest, place, std::strlen(place)) == 0) return true;
+bool launches(const std::string& source) {
+    for (const char* place :
+         {"/bindings/host/", "/scripts/lib/main.lua", "/scripts/lib/base/script.lua",
+          "/scripts/commands/repl.lua", "/scripts/lib/tools/repl/"})
+        if (source.rfind("@" + home + place, 0) == 0) return true;
     return false;
 }
 
@@ -42,22 +38,13 @@ int depth(lua_State* L) {
     lua_Debug frame{};
     int beyond = 1;
     while (lua_getstack(L, beyond, &frame) != 0) beyond *= 2;
-    int within = beyond / 2;
-    while (beyond - within > 1) {
-        const int middle = within + (beyond - within) / 2;
-        (lua_getstack(L, middle, &frame) != 0 ? within : beyond) = middle;
-    }
+    for (int step = beyond / 4; step > 0; step /= 2)
+        if (lua_getstack(L, beyond - step, &frame) == 0) beyond -= step;
     return beyond;
 }
 
 // Lines of the Lua frames from `level` outwards, each after a line break.
 std::string frames(lua_State* L, int level) {
-    lua_pushlightuserdata(L, const_cast<char*>(&home_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
-    const char* const folder = lua_tostring(L, -1);
-    const std::string home = folder == nullptr ? "" : folder;
-    lua_pop(L, 1);
-
     std::string text;
     int shown = 0;
     const int all = depth(L);
@@ -69,24 +56,35 @@ std::string frames(lua_State* L, int level) {
         }
         lua_getinfo(L, "Sln", &frame);
         // C frames have no line
-        if (*frame.what == 'C' || frame.currentline < 1 || launches(home, frame.source)) continue;
+        if (*frame.what == 'C' || frame.currentline < 1 || launches(frame.source)) continue;
         text += describe(frame);
         ++shown;
     }
     return text;
 }
 
+// Pushes a printable text for the error at `index`: the string itself, its __tostring, or its type.
+// May raise what __tostring raises.
+void push_error_text(lua_State* L, int index) {
+    if (luaL_callmeta(L, index, "__tostring") != 0) {
+        if (lua_isstring(L, -1) != 0) return;
+        lua_pop(L, 1);
+    }
+    if (lua_isstring(L, index) != 0)
+        lua_pushvalue(L, index);
+    else
+        lua_pushfstring(L, "(an error that is a %s)", luaL_typename(L, index));
+}
+
 // The message handler: returns the error and its traceback as one table.
 int wrap_error(lua_State* L) {
     lua_settop(L, 1);
+    push_error_text(L, 1);
+    const std::string text = lua_tostring(L, 2) + frames(L, 1);
     lua_createtable(L, 2, 0);
     lua_pushvalue(L, 1);
     lua_rawseti(L, -2, 1);
-    push_error_text(L, 1);
-    std::string text = lua_tostring(L, -1);
-    lua_pop(L, 1);
-    text += frames(L, 1);
-    lua_pushlstring(L, text.data(), text.size());
+    push(L, text);
     lua_rawseti(L, -2, 2);
     return 1;
 }
@@ -134,21 +132,8 @@ bool protected_call(lua_State* L, int arguments) {
     return false;
 }
 
-void push_error_text(lua_State* L, int index) {
-    if (luaL_callmeta(L, index, "__tostring") != 0) {
-        if (lua_isstring(L, -1) != 0) return;
-        lua_pop(L, 1);
-    }
-    if (lua_isstring(L, index) != 0)
-        lua_pushvalue(L, index);
-    else
-        lua_pushfstring(L, "(an error that is a %s)", luaL_typename(L, index));
-}
-
-void open_protect(lua_State* L, const char* home) {
-    lua_pushlightuserdata(L, const_cast<char*>(&home_key));
-    lua_pushstring(L, home);
-    lua_rawset(L, LUA_REGISTRYINDEX);
+void open_protect(lua_State* L, const std::string& folder) {
+    home = folder;
     add_function<protect>(L, "protect");
 }
 

@@ -1,10 +1,13 @@
 // sha256.cpp: SHA-256 as FIPS 180-4 defines it (sections 4.1.2, 4.2.2, 5.1.1, 5.3.3, 6.2.2); names
 // follow that text.
-#include "sha256.h"
-
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "guard.h"
+#include "modules.h"
 
 namespace limax::host {
 namespace {
@@ -57,9 +60,9 @@ void digest(state& H, const unsigned char* block) {
     for (std::size_t i = 0; i < H.size(); ++i) H[i] += change[i];
 }
 
-}  // namespace
-
-std::string sha256(std::string_view text) {
+// sha256(text): 64 hexadecimal digits, lower case
+int sha256(lua_State* L) {
+    const std::string_view text = text_argument(L, 1);
     // first 32 bits of the fractional parts of the square roots of the first 8 primes (section
     // 5.3.3)
     state H = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
@@ -80,7 +83,11 @@ std::string sha256(std::string_view text) {
     std::string hex;
     for (const std::uint32_t word : H)
         for (int shift = 28; shift >= 0; shift -= 4) hex += "0123456789abcdef"[word >> shift & 0xf];
-    return hex;
+    return push(L, hex);
 }
+
+}  // namespace
+
+void open_sha256(lua_State* L) { add_function<sha256>(L, "sha256"); }
 
 }  // namespace limax::host

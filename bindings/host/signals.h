@@ -1,12 +1,12 @@
-// signals.h: Ctrl-C: a flag for the engine and for waits, a hook for interpreted Lua, a watchdog
-// for compiled Lua. Includes Lua only.
+// signals.h: Ctrl-C: a flag for the engine and for waits, a hook for interpreted Lua, an alarm for
+// compiled Lua. Includes Lua only.
 #pragma once
 
 #include <lua.hpp>
 
 namespace limax::host {
 
-// Installs the handler of SIGINT. Call on the thread that runs Lua, before any other thread starts.
+// Installs the handlers. Call on the thread that runs Lua.
 void install_signals(lua_State* L);
 // Call before the Lua state closes: from here on an interrupt ends the process at once.
 void release_signals();
@@ -14,7 +14,7 @@ void release_signals();
 // release_signals.
 void settle_status(int status);
 
-// Whether Ctrl-C came and was not acknowledged. `true` also tells the watchdog that it was noticed.
+// Whether Ctrl-C came and was not acknowledged.
 bool interrupted();
 // Clears hook and flags, so that clean-up can run. A second Ctrl-C still ends the process at once.
 void acknowledge_interrupt();

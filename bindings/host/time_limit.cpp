@@ -59,25 +59,22 @@ void check(lua_State* L, lua_Debug* frame) {
     luaL_error(L, "stopped");
 }
 
-// What within() returns after a protected call above seconds and handler.
-int protected_results(lua_State* L, int status) {
-    lua_pushboolean(L, status == 0);
+// Calls what is above seconds and handler; returns the number of results: true and the call's own,
+// or false and that of the handler.
+int protected_results(lua_State* L) {
+    const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
+    push(L, status == 0);
     lua_replace(L, 2);
     return lua_gettop(L) - 1;
 }
 
-// within(seconds, handler, call, ...) -> true, results... | false, result of `handler` | false,
-// message
 int within(lua_State* L) {
     const double seconds = luaL_checknumber(L, 1);
     luaL_argcheck(L, seconds > 0 && seconds <= most_seconds, 1, "seconds above 0");
     luaL_checktype(L, 2, LUA_TFUNCTION);
     luaL_checkany(L, 3);
     // a nested call keeps the outer limit
-    if (timed != nullptr) {
-        const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
-        return protected_results(L, status);
-    }
+    if (timed != nullptr) return protected_results(L);
 
     limit here;
     here.deadline = steady::now() + std::chrono::duration_cast<steady::duration>(
@@ -87,24 +84,21 @@ int within(lua_State* L) {
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_FLUSH);
     set_hook(L, check, LUA_MASKCOUNT, instructions_between);
-    const int status = lua_pcall(L, lua_gettop(L) - 3, LUA_MULTRET, 2);
+    const int results = protected_results(L);
     set_hook(L, nullptr, 0, 0);
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_ON);
     timed = nullptr;
 
     if (interrupted()) return raise_interrupt(L);
-    if (here.stopped) {
-        lua_settop(L, 0);
-        lua_pushboolean(L, 0);
-        if (here.stack_full)
-            lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
-        else if (here.out_of_memory)
-            lua_pushfstring(L, "it took more than %d MB%s", most_growth >> 10, here.place);
-        else
-            lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
-        return 2;
-    }
-    return protected_results(L, status);
+    if (!here.stopped) return results;
+    push(L, false);
+    if (here.stack_full)
+        lua_pushfstring(L, "stack overflow: its recursion has no end%s", here.place);
+    else if (here.out_of_memory)
+        lua_pushfstring(L, "it took more than %d MB%s", most_growth >> 10, here.place);
+    else
+        lua_pushfstring(L, "it did not come back within %f s%s", seconds, here.place);
+    return 2;
 }
 
 }  // namespace

@@ -78,20 +78,8 @@ private:
         sigset_t all, before;
         sigfillset(&all);
         pthread_sigmask(SIG_SETMASK, &all, &before);
-        try {
-            thread_ = std::thread([this] { work(); });
-        } catch (...) {
-            pthread_sigmask(SIG_SETMASK, &before, nullptr);
-            throw;
-        }
+        thread_ = std::thread([this] { work(); });
         pthread_sigmask(SIG_SETMASK, &before, nullptr);
-    }
-
-    static void carry_out(const job& next) {
-        if (next.appends)
-            append(next.path, next.pieces[0]);
-        else
-            write_atomic(next.path, next.pieces);
     }
 
     void work() {
@@ -104,11 +92,12 @@ private:
             lock.unlock();
             std::string problem;
             try {
-                carry_out(next);
-            } catch (const system_problem& found) {
-                problem = found.message;
+                if (next.appends)
+                    append(next.path, next.pieces[0]);
+                else
+                    write_atomic(next.path, next.pieces);
             } catch (const std::exception& found) {
-                problem = "cannot write " + next.path + ": " + found.what();
+                problem = found.what();
             }
             lock.lock();
             if (problem.empty()) {
@@ -152,8 +141,7 @@ int add(lua_State* L, job next, int first) {
     // before the job is added: from then on the other thread reads them
     lua_rawseti(L, -2, static_cast<int>(target.added + 1));
     target.add(std::move(next));
-    lua_pushnumber(L, static_cast<lua_Number>(target.added));
-    return 1;
+    return push(L, target.added);
 }
 
 // writer:write(path, text[, array, bytes]) -> number: as write_atomic, with an FFI array after the
@@ -192,16 +180,12 @@ int lua_wait(lua_State* L) {
     luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(target.added), 2,
                   "there is no such job");
     const std::string problem = target.wait(static_cast<std::uint64_t>(number));
-    if (!problem.empty()) return push_failure(L, problem);
-    lua_pushboolean(L, 1);
-    return 1;
+    if (!problem.empty()) throw failure(problem);
+    return push(L, true);
 }
 
 // writer:done() -> number of jobs that are on disk
-int lua_done(lua_State* L) {
-    lua_pushnumber(L, static_cast<lua_Number>(writer_argument(L).done()));
-    return 1;
-}
+int lua_done(lua_State* L) { return push(L, writer_argument(L).done()); }
 
 int lua_collect(lua_State* L) {
     writer_argument(L).~writer();

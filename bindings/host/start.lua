@@ -1,0 +1,165 @@
+--- start.lua: what limax.host does in Lua: how `require` finds modules, the global table of
+--- scripts, facts about this machine. Then it runs the command line, `...`, and returns the exit
+--- status.
+-- luacheck: ignore 122
+
+local ffi = require "ffi"
+local host = require "limax.host"
+
+-- ---- modules: limax's own, and Lua files along package.path, which is empty at first ------------
+
+-- Modules that users' scripts may name; other names may change.
+local PUBLIC = {
+  limax = "scripts/lib/limax", ["limax.engine"] = "bindings/engine/engine",
+  ["limax.fitness"] = "scripts/lib/experiment/fitness",
+  ["limax.scenes"] = "scripts/lib/settings/scenes",
+  ["limax.selection"] = "scripts/lib/experiment/selection",
+  ["limax.supervise"] = "scripts/lib/supervise/supervise",
+  ["limax.test"] = "scripts/lib/tools/test/test",
+}
+
+-- The file of one of limax's modules below home; nil for any other module.
+local function file_of(module)
+  if PUBLIC[module] then return PUBLIC[module] end
+  -- words between single dots: no path outside of the folder
+  local rest = module:match "^limax%.([%l%d_.]+)$"
+  if not rest or ("." .. rest .. "."):find("..", 1, true) then return nil end
+  local path = rest:gsub("%.", "/")
+  if path:match "^engine/" then return "bindings/" .. path end
+  return (path:match "^commands/" and "scripts/" or "scripts/lib/") .. path
+end
+
+local function search(module)
+  local file = file_of(module)
+  if not file then return nil end
+  local path = ("%s/%s.lua"):format(host.home, file)
+  if host.file.exists(path) ~= "file" then return ("\n\tno file '%s'"):format(path) end
+  return assert(loadfile(path, "t"))
+end
+
+package.path, package.cpath = "", ""
+package.loaders = { package.loaders[1], search, package.loaders[2] }
+
+-- ---- globals: a misspelt name is an error, and results depend on neither chance nor locale ------
+
+local function shown(key) return type(key) == "string" and key or type(key) end
+
+setmetatable(_G, {
+  __index = function(_, key)
+    error(("undefined name '%s': write local %s, or require the module that defines it")
+      :format(shown(key), shown(key)), 2)
+  end,
+  __newindex = function(_, key)
+    error(("assignment to the undefined name '%s': write local %s")
+      :format(shown(key), shown(key)), 2)
+  end,
+})
+
+function math.random()
+  error("math.random would make runs irreproducible: use the `random` argument of selection and "
+    .. "supervisor functions", 2)
+end
+math.randomseed = math.random
+
+function os.setlocale(name)
+  if name == nil then return "C" end
+  error('os.setlocale would change how numbers are read and written: the locale stays "C"', 2)
+end
+
+function os.exit(status)
+  if type(status) == "boolean" then status = status and 0 or 1 end
+  host.exit(status)
+end
+
+-- ---- this machine; none of it may affect results ------------------------------------------------
+
+ffi.cdef [[
+int clock_gettime(int clock, long* seconds_and_nanoseconds);
+int ioctl(int descriptor, unsigned long request, ...);
+int isatty(int descriptor);
+int sched_getaffinity(int process, size_t size, void* set);
+int uname(void* names);
+int usleep(unsigned microseconds);
+]]
+local C = ffi.C
+
+-- Linux
+local CLOCK_MONOTONIC, TIOCGWINSZ = 1, 0x5413
+local LONGEST_WAIT = 86400 -- s
+local WAIT_SLICE = 0.05    -- s between checks for Ctrl-C, which may come just before a sleep
+
+local now = ffi.new "long[2]"
+function host.clock()
+  C.clock_gettime(CLOCK_MONOTONIC, now)
+  return tonumber(now[0]) + 1e-9 * tonumber(now[1])
+end
+
+function host.wait(seconds)
+  if not (seconds >= 0 and seconds <= LONGEST_WAIT) then error("expected 0 to 86400 seconds", 2) end
+  local stop = host.clock() + seconds
+  repeat
+    host.raise_if_interrupted()
+    local left = stop - host.clock()
+    if left > 0 then C.usleep(1e6 * math.min(left, WAIT_SLICE)) end
+  until left <= 0
+end
+
+function host.time() return os.date "!%Y-%m-%dT%H:%M:%SZ" end
+
+local function columns()
+  local size = ffi.new "unsigned short[4]" -- rows, columns, and two for pixels
+  for descriptor = 1, 2 do
+    if C.ioctl(descriptor, TIOCGWINSZ, size) == 0 and size[1] > 0 then return size[1] end
+  end
+  local count = tonumber((os.getenv "COLUMNS" or ""):match "^%d+")
+  return count and count > 0 and count or 80
+end
+
+-- colours as https://no-color.org asks
+function host.terminal()
+  local kind = os.getenv "TERM"
+  local plain = (os.getenv "NO_COLOR" or "") ~= "" or not kind or kind == "dumb"
+  local out, err = C.isatty(1) ~= 0, C.isatty(2) ~= 0
+  return { stdin = C.isatty(0) ~= 0, stdout = out, stderr = err, color = out and not plain,
+    color_stderr = err and not plain, columns = columns() }
+end
+
+-- What a pattern finds in a file of the system; nil if nothing.
+local function found(path, pattern)
+  local file = io.open(path)
+  local text = file and file:read "*a"
+  if file then file:close() end
+  return text and text:match(pattern)
+end
+
+local function usable_cores()
+  local set, count = ffi.new "uint8_t[128]", 0
+  if C.sched_getaffinity(0, ffi.sizeof(set), set) < 0 then return 1 end
+  for k = 0, 8 * ffi.sizeof(set) - 1 do
+    count = count + bit.band(bit.rshift(set[bit.rshift(k, 3)], bit.band(k, 7)), 1)
+  end
+  return count
+end
+
+function host.environment()
+  local names = ffi.new "char[6][65]" -- struct utsname
+  C.uname(names)
+  local kernel, hostname, release, machine = ffi.string(names[0]), ffi.string(names[1]),
+    ffi.string(names[2]), ffi.string(names[4])
+  local system = found("/etc/os-release", 'PRETTY_NAME="?([^"\n]+)')
+  return {
+    compiler = host.compiler, build = host.build, luajit = jit.version, hostname = hostname,
+    cpu = found("/proc/cpuinfo", "model name%s*:%s*([^\n]-)%s*\n") or machine,
+    cores = usable_cores(),
+    system = ("%s%s %s"):format(system and system .. ", " or "", kernel, release),
+    cuda = found("/proc/driver/nvidia/version", "NVRM version:%s*([^\n]-)%s*\n"),
+    cuda_compiler = host.cuda_compiler ~= "" and host.cuda_compiler or nil,
+  }
+end
+
+function host.opens(library)
+  local fine, message = pcall(ffi.load, library)
+  return fine or nil, not fine and message or nil
+end
+
+return require("limax.main").main { ... }
