@@ -7,7 +7,6 @@ local host = require "limax.host"
 local reply = require "limax.supervise.llm.reply"
 local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
-local usage = require "limax.supervise.llm.usage"
 
 local attempt = {}
 
@@ -42,7 +41,6 @@ end
 ---@field reply limax.llm.reply|nil
 ---@field decoded table|nil the answer
 ---@field usage { input_tokens: integer, output_tokens: integer }|nil
----@field prompt_tokens integer estimated
 ---@field body string
 
 -- Sets class, message and what else follows from a whole HTTP answer.
@@ -70,50 +68,31 @@ local function read(outcome, answer)
     HINTS[status] and "; " .. HINTS[status] or "")
 end
 
----@class limax.llm.attempt_options
----@field endpoint limax.llm.endpoint
----@field fields table of the request
----@field body string the same as JSON
----@field timeout number s
----@field number integer of this attempt within its question
----@field probe boolean is it the breaker's?
----@field options table of the client
----@field machine limax.llm.machine
-
--- The record before the request is sent.
-local function begin_record(request)
-  local fields, endpoint = request.fields, request.endpoint
-  return {
-    time = host.time(), attempt = request.number, probe = request.probe,
-    endpoint = endpoint.redact(endpoint.shown),
-    request = endpoint.redact(request.body), request_sha256 = host.sha256(request.body),
+-- The record of a request and its response: an answer of host.http, or its problem.
+local function record_of(endpoint, request, response, outcome)
+  local redact, fields = endpoint.redact, request.fields
+  local function cleaned(value) return value and short(redact(value)) or nil end
+  local headers, readable = response.headers, terminal.utf8(outcome.body) == outcome.body
+  local record = {
+    attempt = request.number, probe = request.probe, endpoint = redact(endpoint.shown),
+    request = redact(request.body), request_sha256 = host.sha256(request.body),
+    http_status = response.status > 0 and response.status or nil,
+    retry_after = cleaned(headers["retry-after"]),
+    retry_after_ms = cleaned(headers["retry-after-ms"]),
+    x_request_id = cleaned(headers["x-request-id"]),
+    curl = cleaned(response.curl), curl_kind = response.kind, failure = outcome.class,
+    raw_body = readable and outcome.body or nil,
+    raw_body_base64 = not readable and base64.encode(outcome.body) or nil,
+    raw_body_truncated = response.kind == "size",
     ["gen_ai.operation.name"] = "chat", ["gen_ai.provider.name"] = endpoint.provider,
-    ["gen_ai.request.model"] = endpoint.redact(endpoint.model),
+    ["gen_ai.request.model"] = redact(endpoint.model),
     ["gen_ai.request.temperature"] = fields.temperature, ["gen_ai.request.seed"] = fields.seed,
     ["gen_ai.request.max_tokens"] = fields.max_tokens or fields.max_completion_tokens,
   }
-end
-
--- Adds the response to the record; `response` is an answer of host.http or its problem.
-local function finish_record(record, outcome, response, redact)
-  local function header(name)
-    local value = response.headers[name]
-    return value and short(redact(value)) or nil
-  end
-  record.http_status = response.status > 0 and response.status or nil
-  record.retry_after, record.retry_after_ms = header "retry-after", header "retry-after-ms"
-  record.x_request_id = header "x-request-id"
-  record.curl, record.curl_kind = response.curl and short(redact(response.curl)), response.kind
-  record.raw_body_truncated = response.kind == "size"
-  if terminal.utf8(outcome.body) == outcome.body then
-    record.raw_body = outcome.body
-  else
-    record.raw_body_base64 = base64.encode(outcome.body)
-  end
-  record.failure = outcome.class
   for name, value in pairs(outcome.decoded and reply.telemetry(outcome.decoded) or {}) do
     record[name] = value
   end
+  return record
 end
 
 --- The body of a request; nil and a message where JSON cannot hold it.
@@ -126,22 +105,22 @@ function attempt.encode(fields, redact)
   return nil, short(redact(failure.bare(body)))
 end
 
---- Sends one request and records it. Raises only what Ctrl-C and `record` raise.
----@param request limax.llm.attempt_options
+--- Sends one request of a client and records it. Raises only what Ctrl-C and `record` raise.
+---@param client limax.llm.client
+---@param request { fields: table, body: string, timeout: number, number: integer, probe: boolean }
+--- `body` is `fields` as JSON, `timeout` in seconds, `number` within the question
 ---@return limax.llm.outcome
-function attempt.send(request)
-  local endpoint, machine = request.endpoint, request.machine
-  local redact, record = endpoint.redact, begin_record(request)
-  local started = machine.clock()
+function attempt.send(client, request)
+  local endpoint, machine = client.endpoint, client.machine
+  local time, started = host.time(), machine.clock()
   local answer, message, problem = machine.http {
     url = endpoint.url, method = "POST", headers = endpoint.headers(), body = request.body,
     timeout = request.timeout, connect_timeout = CONNECT, largest = LARGEST,
-    allow_insecure = request.options.allow_insecure or false, ca_file = request.options.ca_file,
+    allow_insecure = client.options.allow_insecure or false, ca_file = client.options.ca_file,
   }
-  record.ms = math.floor((machine.clock() - started) * 1000 + 0.5)
+  local took = machine.clock() - started
   local response = answer or problem
-  local outcome = { headers = response.headers, body = redact(response.body),
-    prompt_tokens = usage.prompt_tokens(request.fields.messages) }
+  local outcome = { headers = response.headers, body = endpoint.redact(response.body) }
   if answer then
     outcome.status = answer.status
     read(outcome, answer)
@@ -149,8 +128,9 @@ function attempt.send(request)
     outcome.kind, outcome.class = problem.kind, CLASSES[problem.kind] or "transport"
     outcome.message = message
   end
-  outcome.message = outcome.message and short(redact(outcome.message))
-  finish_record(record, outcome, response, redact)
+  outcome.message = outcome.message and short(endpoint.redact(outcome.message))
+  local record = record_of(endpoint, request, response, outcome)
+  record.time, record.ms = time, math.floor(took * 1000 + 0.5)
   machine.record(record)
   return outcome
 end

@@ -39,7 +39,7 @@ function check.gather(ask)
   if failure then
     facts.failure = ("%s: %s"):format(failure.class, failure.message)
   else
-    facts.form, facts.usage = made.form.values.format, answer.usage
+    facts.form, facts.usage = made.shared.form.format, answer.usage
   end
   return facts
 end

@@ -11,15 +11,15 @@ local host = require "limax.host"
 local options_rules = require "limax.supervise.llm.options"
 local reply = require "limax.supervise.llm.reply"
 local retry = require "limax.supervise.llm.retry"
+local source = require "limax.base.source"
 local usage = require "limax.supervise.llm.usage"
 
 local client = {}
 
--- With less time left no further attempt is begun: it could only fail.
-local LEAST_ATTEMPT = 1 -- s
-local PROBE = 5 -- s
-local PROBE_TOKENS = 16 -- the least that some models accept
-local PROBE_MESSAGES = { { role = "user", content = "Answer with the word OK." } }
+-- The breaker's short request, and its seconds. Some models accept no fewer tokens.
+local PROBE = { messages = { { role = "user", content = "Answer with the word OK." } },
+  max_tokens = 16, plain = true, probe = true }
+local PROBE_TIME = 5
 
 -- Failures of a working endpoint.
 local ALIVE = { context = true, refusal = true, filter = true }
@@ -33,9 +33,10 @@ end
 ---@field endpoint limax.llm.endpoint
 ---@field options table
 ---@field machine limax.llm.machine
----@field breaker limax.llm.breaker
----@field form limax.llm.form
----@field account limax.llm.account
+---@field shared { breaker: limax.llm.breaker, form: limax.llm.form } by clients of this endpoint
+--- and model
+---@field own { totals: limax.llm.totals, generation: integer|nil } of this client; the newest
+--- generation
 ---@field budget number s per generation
 ---@field timeout number s per attempt
 local Client = {}
@@ -68,17 +69,16 @@ function client.new(options, machine)
   local name = table.concat({ found.shown, found.model, options.format or "" }, "\n")
   endpoints[name] = endpoints[name]
     or { breaker = retry.breaker(), form = form.new(found.provider, options.format) }
-  endpoints[name].breaker:begin()
+  retry.begin(endpoints[name].breaker)
   local where, fields = found.loopback and "_loopback" or "", defaults.fields.llm
   return setmetatable({
-    endpoint = found, options = options,
+    endpoint = found, options = options, shared = endpoints[name],
+    own = { totals = usage.totals(options.price) },
     machine = {
       clock = machine.clock or host.clock, wait = machine.wait or host.wait,
       wall = machine.wall or os.time, http = machine.http or host.http,
       random = machine.random or jitter, record = machine.record or function() end,
     },
-    breaker = endpoints[name].breaker, form = endpoints[name].form,
-    account = usage.account(options),
     budget = options.budget or fields["budget" .. where].value,
     timeout = options.timeout or fields["timeout" .. where].value,
   }, Client)
@@ -91,23 +91,31 @@ function Client:describe()
     provider = found.provider, key = found.key_source }
 end
 
--- One attempt.
+-- One attempt of at most `timeout` seconds; an outcome that is not `sent` left no trace.
 local function send(self, wish, timeout, number)
-  local fields = self.form:fields(wish)
+  if timeout <= 0 then
+    return { class = "budget", message = "no time is left in this generation's budget" }
+  end
+  local options, totals = self.options, self.own.totals
+  local refused = usage.refusal(options, totals, usage.prompt_tokens(wish.messages))
+  if refused then return { class = "caps", message = refused } end
+  local fields = form.fields(self.shared.form, wish)
   fields.model = self.endpoint.model
   local body, message = attempt.encode(fields, self.endpoint.redact)
-  if not body then return { class = "request", headers = {}, message = message } end
-  self.account:count()
-  local outcome = attempt.send { endpoint = self.endpoint, options = self.options,
-    machine = self.machine, fields = fields, body = body, timeout = timeout, number = number,
-    probe = wish.probe or false }
+  if not body then return { class = "request", message = message } end
+  totals.calls = totals.calls + 1
+  local outcome = attempt.send(self, { fields = fields, body = body, timeout = timeout,
+    number = number, probe = wish.probe or false })
+  outcome.sent, outcome.prompt_tokens = true, usage.prompt_tokens(fields.messages)
   local answer, refusal = outcome.reply, outcome.refusal
-  if outcome.decoded and reply.has_choice(outcome.decoded) then
+  outcome.model_ran = outcome.decoded and reply.has_choice(outcome.decoded)
+  if outcome.model_ran then
     local written = answer and answer.content .. (answer.reasoning or "") or ""
-    outcome.cost = self.account:add(outcome.usage, outcome.prompt_tokens, usage.tokens(written))
+    outcome.cost = usage.add(totals, options.price, outcome.usage, outcome.prompt_tokens,
+      usage.tokens(written))
   end
   if refusal and outcome.class == "http" and (outcome.status == 400 or outcome.status == 422) then
-    outcome.learnt = self.form:learn(refusal, fields)
+    outcome.learnt = form.learn(self.shared.form, refusal, fields)
   end
   return outcome
 end
@@ -125,66 +133,32 @@ local function answer_of(self, outcome)
   return answer
 end
 
-local function failed(class, message, outcome)
-  outcome = outcome or {}
-  return { class = class, message = message, http_status = outcome.status, usage = outcome.usage,
-    cost = outcome.cost }
-end
-
-local function no_time()
-  return failed("budget", "no time is left in this generation's budget")
-end
-
--- Seconds to wait before a failed attempt is repeated; nil where it is not, and perhaps a reason.
-local function wait_for(self, outcome, retries, timeouts, left)
-  if not retry.wanted(outcome) then return nil end
-  if retries == retry.MOST then return nil, ("%d attempts failed"):format(retries + 1) end
-  if timeouts > retry.MOST_AFTER_TIMEOUT then return nil, "two attempts timed out" end
-  local seconds, reason = retry.wait(retries + 1, outcome.headers, self.machine.wall(),
-    self.machine.random())
-  if not seconds then return nil, reason end
-  if seconds + LEAST_ATTEMPT > left then return nil, "no time is left for another attempt" end
-  return seconds
+local function failed(outcome, class, message)
+  return { class = class or outcome.class, message = message or outcome.message,
+    http_status = outcome.status, usage = outcome.usage, cost = outcome.cost }
 end
 
 -- Attempts until one succeeds or none may follow; `number` of them were made before. Returns
 -- answer, failure and the number of attempts.
 local function try(self, wish, deadline, number)
-  local clock, retries, timeouts = self.machine.clock, 0, 0
+  local machine, made = self.machine, { retries = 0, timeouts = 0 }
   while true do
-    local left = deadline - clock()
-    if left <= 0 then return nil, no_time(), number end
-    local refused = self.account:refusal(usage.prompt_tokens(wish.messages))
-    if refused then return nil, failed("caps", refused), number end
-    local outcome = send(self, wish, math.min(self.timeout, left), number + 1)
-    if outcome.class == "request" then return nil, failed("request", outcome.message), number end
+    local outcome = send(self, wish, math.min(self.timeout, deadline - machine.clock()), number + 1)
+    if not outcome.sent then return nil, failed(outcome), number end
     number = number + 1
     if outcome.reply then return answer_of(self, outcome), nil, number end
-    if outcome.kind == "timeout" then timeouts = timeouts + 1 end
+    if outcome.kind == "timeout" then made.timeouts = made.timeouts + 1 end
     if not outcome.learnt then
-      local seconds, reason = wait_for(self, outcome, retries, timeouts, deadline - clock())
+      local seconds, reason = retry.wait(outcome, made, deadline - machine.clock(),
+        machine.wall(), machine.random())
       if not seconds then
         local message = outcome.message .. (reason and "; " .. reason or "")
-        return nil, failed(outcome.class, message, outcome), number
+        return nil, failed(outcome, nil, message), number
       end
-      retries = retries + 1
-      self.machine.wait(seconds)
+      made.retries = made.retries + 1
+      machine.wait(seconds)
     end
   end
-end
-
--- One short request; nil where the endpoint answers, else the failure.
-local function probe(self, left)
-  if left <= 0 then return no_time() end
-  local wish = { messages = PROBE_MESSAGES, max_tokens = PROBE_TOKENS, plain = true,
-    probe = true }
-  local refused = self.account:refusal(usage.prompt_tokens(wish.messages))
-  if refused then return failed("caps", refused) end
-  local outcome = send(self, wish, math.min(PROBE, self.timeout, left), 1)
-  -- an answer without a text counts: all tokens may have been used for reasoning
-  local ran = outcome.decoded and reply.has_choice(outcome.decoded)
-  if ran or outcome.learnt or ALIVE[outcome.class] then return nil end
-  return failed("breaker", "a probe found the endpoint failing: " .. outcome.message, outcome)
 end
 
 local function check_messages(messages)
@@ -198,30 +172,43 @@ local function check_messages(messages)
   end
 end
 
+-- Generations since the last question of this client, 0 in the same one. A client that serves
+-- several repetitions begins again at 0; questions without a number are generations of their own.
+local function generations_passed(self, generation)
+  local last = self.own.generation
+  self.own.generation = generation
+  if generation and generation == last then return 0 end
+  return math.max(generation and last and generation - last or 1, 1)
+end
+
 -- Asks unless the breaker is open. Returns answer, failure and the number of attempts.
 local function ask(self, messages, question, deadline)
-  local state, left = self.breaker:enter(question.generation, self)
+  local breaker, options, probed = self.shared.breaker, self.options, 0
+  local state, left = retry.enter(breaker, generations_passed(self, question.generation))
   if state == "open" then
-    return nil, failed("breaker", ("the endpoint failed in %d generations; generations until it is"
-      .. " probed: %d"):format(self.breaker.values.failures, left)), 0
-  end
-  local probed = 0
-  if state == "probe" then
-    local failure = probe(self, deadline - self.machine.clock())
-    if failure and failure.class == "breaker" then self.breaker:failed() end
-    if failure then return nil, failure, failure.class == "breaker" and 1 or 0 end
+    return nil, failed({}, "breaker", ("the endpoint failed in %d generations; generations until it"
+      .. " is probed: %d"):format(breaker.failures, left)), 0
+  elseif state == "probe" then
+    local outcome = send(self, PROBE,
+      math.min(PROBE_TIME, self.timeout, deadline - self.machine.clock()), 1)
+    if not outcome.sent then return nil, failed(outcome), 0 end
+    -- an answer without a text counts: all tokens may have been used for reasoning
+    if not (outcome.model_ran or outcome.learnt or ALIVE[outcome.class]) then
+      retry.failed(breaker)
+      return nil, failed(outcome, "breaker",
+        "a probe found the endpoint failing: " .. outcome.message), 1
+    end
     probed = 1
   end
-  local options = self.options
   local answer, failure, count = try(self, {
     messages = messages, schema = question.schema, name = question.name, plain = question.plain,
     max_tokens = question.max_tokens or options.max_tokens or defaults.fields.llm.max_tokens.value,
     temperature = options.temperature, seed = options.seed,
   }, deadline, probed)
   if answer or ALIVE[failure.class] then
-    self.breaker:succeeded()
+    retry.succeeded(breaker)
   elseif failure.class ~= "caps" and failure.class ~= "request" and count > probed then
-    self.breaker:failed()
+    retry.failed(breaker)
   end
   return answer, failure, count
 end
@@ -275,23 +262,25 @@ end
 
 --- Calls, tokens and cost so far.
 ---@return limax.llm.totals
-function Client:totals() return self.account:state() end
+function Client:totals() return source.copy(self.own.totals) end
 
 --- Breaker, accepted fields and totals as plain values, for a checkpoint.
 ---@return table
 function Client:state()
-  local about = self:describe()
-  return { endpoint = about.endpoint, model = about.model, breaker = self.breaker:state(),
-    capabilities = self.form:state(), totals = self.account:state() }
+  local about, breaker = self:describe(), source.copy(self.shared.breaker)
+  breaker.generation = self.own.generation
+  return { endpoint = about.endpoint, model = about.model, breaker = breaker,
+    capabilities = source.copy(self.shared.form), totals = self:totals() }
 end
 
 --- Continues from a checkpoint. What was learnt of another endpoint or model is left out.
 function Client:restore(state)
   local about = self:describe()
-  self.account:restore(state.totals)
+  self.own.totals = source.copy(state.totals)
   if state.endpoint ~= about.endpoint or state.model ~= about.model then return end
-  self.breaker:restore(state.breaker)
-  self.form:restore(state.capabilities)
+  self.shared.breaker, self.shared.form = source.copy(state.breaker),
+    source.copy(state.capabilities)
+  self.own.generation = state.breaker.generation
 end
 
 return client

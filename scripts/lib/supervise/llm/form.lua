@@ -2,12 +2,8 @@
 --- accept. Requests begin with the most exact form; a field that a refusal (400 or 422) names is
 --- left out from then on.
 
-local source = require "limax.base.source"
-
 local form = {}
 
--- How an answer's form is asked for, best first.
-local FORMATS = { "json_schema", "json_object", "plain" }
 local OTHER = { max_tokens = "max_completion_tokens", max_completion_tokens = "max_tokens" }
 local JSON_PLEASE = "\n\nAnswer with one JSON object."
 
@@ -18,16 +14,11 @@ local FORMAT_WORDS = { "json_schema", "json_object", "structured output", "gramm
 local VALUE_WORDS = { "too large", "too high", "too small", "less than", "greater than", "at most",
   "at least", "exceed" }
 
----@class limax.llm.form.state
+---@class limax.llm.form plain values
 ---@field format "json_schema"|"json_object"|"plain"
 ---@field token_field "max_tokens"|"max_completion_tokens"
 ---@field switched boolean was the token field changed?
 ---@field dropped table<string, boolean> fields that are not sent
-
----@class limax.llm.form
----@field values limax.llm.form.state
-local Form = {}
-Form.__index = Form
 
 --- OpenAI's own models refuse max_tokens; other servers do not know max_completion_tokens and would
 --- write without end.
@@ -35,9 +26,8 @@ Form.__index = Form
 ---@param format string|nil the first to try
 ---@return limax.llm.form
 function form.new(provider, format)
-  local compatible = provider == "openai_compatible"
-  return setmetatable({ values = { format = format or FORMATS[1], switched = false, dropped = {},
-    token_field = compatible and "max_tokens" or "max_completion_tokens" } }, Form)
+  return { format = format or "json_schema", switched = false, dropped = {},
+    token_field = provider == "openai_compatible" and "max_tokens" or "max_completion_tokens" }
 end
 
 -- json_object is refused where no message has the word.
@@ -47,7 +37,7 @@ local function with_json(messages)
   end
   local copy = { unpack(messages) }
   local last = copy[#copy]
-  if last then copy[#copy] = { role = last.role, content = last.content .. JSON_PLEASE } end
+  copy[#copy] = { role = last.role, content = last.content .. JSON_PLEASE }
   return copy
 end
 
@@ -62,23 +52,21 @@ end
 ---@field probe boolean|nil is it the breaker's?
 
 --- The fields of a request except its model.
+---@param accepted limax.llm.form
 ---@param wish limax.llm.wish
 ---@return table
-function Form:fields(wish)
-  local values = self.values
+function form.fields(accepted, wish)
   local fields = { messages = wish.messages, stream = false }
-  fields[values.token_field] = wish.max_tokens
+  fields[accepted.token_field] = wish.max_tokens
   for _, name in ipairs { "temperature", "seed" } do
-    if not values.dropped[name] then fields[name] = wish[name] end
+    if not accepted.dropped[name] then fields[name] = wish[name] end
   end
-  if wish.plain then return fields end
-  local format = values.format
-  if format == "json_schema" and not wish.schema then format = "json_object" end
-  if format == "json_schema" then
+  local format = wish.plain and "plain" or accepted.format
+  if format == "json_schema" and wish.schema then
     fields.response_format = { type = format,
       json_schema = { name = wish.name or "answer", strict = true, schema = wish.schema } }
-  elseif format == "json_object" then
-    fields.response_format = { type = format }
+  elseif format ~= "plain" then
+    fields.response_format = { type = "json_object" }
     fields.messages = with_json(wish.messages)
   end
   return fields
@@ -94,8 +82,7 @@ local function first_of(text, words)
 end
 
 -- The field that a refusal means: its parameter, else the field that its message names first.
-local function refused_field(refusal, fields, token_field)
-  local message, param = (refusal.message or ""):lower(), refusal.param or ""
+local function refused_field(message, param, fields, token_field)
   local found, first
   for _, name in ipairs { "response_format", token_field, "temperature", "seed" } do
     if fields[name] ~= nil then
@@ -109,30 +96,23 @@ local function refused_field(refusal, fields, token_field)
 end
 
 --- Learns from a refusal of a request with these fields. False where nothing can be changed.
+---@param accepted limax.llm.form
 ---@param refusal { message: string|nil, param: string|nil }
 ---@param fields table as sent
-function Form:learn(refusal, fields)
-  local values = self.values
-  local name = refused_field(refusal, fields, values.token_field)
+function form.learn(accepted, refusal, fields)
+  local message, token_field = (refusal.message or ""):lower(), accepted.token_field
+  local name = refused_field(message, refusal.param or "", fields, token_field)
   if not name then return false end
   if name == "response_format" then
-    values.format = fields.response_format.type == "json_schema" and "json_object" or "plain"
-  elseif name == values.token_field then
-    if values.switched or first_of((refusal.message or ""):lower(), VALUE_WORDS) then
-      return false
-    end
-    values.switched, values.token_field = true, OTHER[name]
+    accepted.format = fields.response_format.type == "json_schema" and "json_object" or "plain"
+  elseif name ~= token_field then
+    accepted.dropped[name] = true
+  elseif accepted.switched or first_of(message, VALUE_WORDS) then
+    return false
   else
-    values.dropped[name] = true
+    accepted.switched, accepted.token_field = true, OTHER[name]
   end
   return true
 end
-
---- Plain values, for a checkpoint.
----@return limax.llm.form.state
-function Form:state() return source.copy(self.values) end
-
----@param state limax.llm.form.state
-function Form:restore(state) self.values = source.copy(state) end
 
 return form

@@ -24,13 +24,9 @@ Template.__index = Template
 -- ---- tables as data -----------------------------------------------------------------------------
 
 -- All but letters, digits and signs that neither markup nor templates nor chat formats use.
-local SPECIAL = "[^%w %.,:;!%?%+%-%*/=%(%)'_%%]"
+local SPECIAL = "[^%w %.,:;!%?%+%-%*/=%(%)'_%%\\\1\2]"
 
-local function escaped(letter)
-  -- already escaped by JSON
-  if letter == "\\" or letter == '"' then return nil end
-  return ("\\u%04x"):format(letter:byte())
-end
+local function escaped(character) return ("\\u%04x"):format(character:byte()) end
 
 -- The inside of a JSON string as ASCII with special characters escaped. The encoder has checked
 -- that it is UTF-8.
@@ -43,29 +39,16 @@ local function escape_string(inside)
     code = code - 0x10000
     return ("\\u%04x\\u%04x"):format(0xd800 + math.floor(code / 0x400), 0xdc00 + code % 0x400)
   end)
-  return (ascii:gsub(SPECIAL, escaped))
+  return '"' .. ascii:gsub(SPECIAL, escaped) .. '"'
 end
 
 --- A value as JSON with all special characters of its strings escaped; it reads back equal.
 ---@return string
 function prompt.json(value)
-  local text, parts, at = host.json.encode(value), {}, 1
-  while true do
-    local quote = text:find('"', at, true)
-    if not quote then break end
-    local close = quote
-    repeat
-      close = text:find('["\\]', close + 1)
-      local is_escape = text:byte(close) == 92
-      if is_escape then close = close + 1 end
-    until not is_escape
-    parts[#parts + 1] = text:sub(at, quote)
-    parts[#parts + 1] = escape_string(text:sub(quote + 1, close - 1))
-    parts[#parts + 1] = '"'
-    at = close + 1
-  end
-  parts[#parts + 1] = text:sub(at)
-  return table.concat(parts)
+  -- JSON has no raw control characters: two of them hold the places of \\ and \"
+  local json = host.json.encode(value):gsub("\\\\", "\1"):gsub('\\"', "\2")
+  json = json:gsub('"([^"]*)"', escape_string):gsub("\2", '\\"'):gsub("\1", "\\\\")
+  return json
 end
 
 -- ---- templates ----------------------------------------------------------------------------------

@@ -42,66 +42,54 @@ text.SHORTEST_KEY = 8
 -- Characters in a row from the rest of a key that are taken for it; fewer occur by chance.
 local SHORTEST_PIECE = 12
 
--- The letters of base64 that depend on the key only, for its three offsets in a longer text.
-local function add_base64(forms, key)
-  for offset = 0, 2 do
-    local form = base64.encode(("\0"):rep(offset) .. key):gsub("=+$", "")
-    local first = ({ 1, 3, 4 })[offset + 1]
-    local last = (#key + offset) % 3 == 0 and #form or #form - 1
-    form = form:sub(first, last)
-    local shortest = math.floor(text.SHORTEST_KEY * 4 / 3) - 1
-    forms[#forms + 1] = { form, shortest }
-    forms[#forms + 1] = { form:gsub("%+", "-"):gsub("/", "_"), shortest }
-  end
-end
+-- How a key may be escaped: the characters, and the format of each.
+local ESCAPES = { { ".", "%%%02X" }, { ".", "%%%02x" }, { ".", "%02X" }, { ".", "%02x" },
+  { ".", "\\u%04X" }, { ".", "\\u%04x" }, { "[^%w%-._~]", "%%%02X" }, { "[^%w%-._~]", "%%%02x" },
+  { "/", "\\%c" }, { '[\\"]', "\\%c" } }
 
 -- The key as it may be written in a text: { form, length of the shortest beginning }.
 local function forms_of(key)
   local forms = { { key, text.SHORTEST_KEY } }
-  for at = 2, #key - SHORTEST_PIECE + 1 do forms[#forms + 1] = { key:sub(at), SHORTEST_PIECE } end
-  local function add(pattern, format)
+  for _, row in ipairs(ESCAPES) do
     local function escaped(part)
-      return (part:gsub(pattern, function(character) return format:format(character:byte()) end))
+      return (part:gsub(row[1], function(character) return row[2]:format(character:byte()) end))
     end
     forms[#forms + 1] = { escaped(key), #escaped(key:sub(1, text.SHORTEST_KEY)) }
   end
-  for _, format in ipairs { "%%%02X", "%%%02x", "%02X", "%02x", "\\u%04X", "\\u%04x" } do
-    add(".", format)
+  -- the letters of base64 that depend on the key only, for its three offsets in a longer text
+  for offset = 0, 2 do
+    local form = base64.encode(("\0"):rep(offset) .. key):gsub("=+$", "")
+    form = form:sub(({ 1, 3, 4 })[offset + 1], (#key + offset) % 3 == 0 and -1 or -2)
+    local shortest = math.floor(text.SHORTEST_KEY * 4 / 3) - 1
+    forms[#forms + 1] = { form, shortest }
+    forms[#forms + 1] = { form:gsub("%+", "-"):gsub("/", "_"), shortest }
   end
-  add("[^%w%-._~]", "%%%02X")
-  add("[^%w%-._~]", "%%%02x")
-  add("/", "\\/")
-  add('[\\"]', "\\%c")
-  add_base64(forms, key)
+  for at = 2, #key - SHORTEST_PIECE + 1 do forms[#forms + 1] = { key:sub(at), SHORTEST_PIECE } end
   return forms
 end
 
--- How much of a form a text holds from `at` on, bytes.
+-- How much of a form a text has at `at`, bytes; 0 for less than its shortest beginning.
 local function matched(value, at, form, shortest)
-  local length = shortest
+  local length = 0
   while length < #form and value:byte(at + length) == form:byte(length + 1) do
     length = length + 1
   end
-  return length
+  return length >= shortest and length or 0
 end
 
--- The text with the longest form at each place replaced.
-local function without(value, forms)
-  local parts, from, places = {}, 1, {}
-  while true do
-    local at, length = #value + 1, 0
-    for k, form in ipairs(forms) do
-      if not places[k] or places[k] < from then
-        places[k] = value:find(form[1]:sub(1, form[2]), from, true) or math.huge
-      end
-      if places[k] < at then at, length = places[k], 0 end
-      if places[k] == at then length = math.max(length, matched(value, at, form[1], form[2])) end
+-- The text with the longest of all forms replaced wherever the beginning of form `k` is.
+local function without(value, forms, k)
+  local beginning, parts, from = forms[k][1]:sub(1, forms[k][2]), {}, 1
+  for at in function() return (value:find(beginning, from, true)) end do
+    local length = 0
+    for _, form in ipairs(forms) do
+      length = math.max(length, matched(value, at, form[1], form[2]))
     end
     parts[#parts + 1] = value:sub(from, at - 1)
-    if length == 0 then return table.concat(parts) end
-    parts[#parts + 1] = text.MARK
     from = at + length
   end
+  parts[#parts + 1] = value:sub(from)
+  return table.concat(parts, text.MARK)
 end
 
 --- The function that takes this key out of a text: in plain form, percent-encoded, in hexadecimal,
@@ -112,7 +100,10 @@ end
 function text.redactor(key)
   if not key or #key < text.SHORTEST_KEY then return function(value) return value end end
   local forms = forms_of(key)
-  return function(value) return without(value, forms) end
+  return function(value)
+    for k = 1, #forms do value = without(value, forms, k) end
+    return value
+  end
 end
 
 return text

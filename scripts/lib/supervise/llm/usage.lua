@@ -3,7 +3,6 @@
 --- 0.
 
 local host = require "limax.host"
-local source = require "limax.base.source"
 
 local usage = {}
 
@@ -44,31 +43,24 @@ end
 ---@field charged number the cost that the caps see, estimates included
 ---@field cost number|userdata of all answers; null as soon as one cost is unknown
 
----@class limax.llm.account
----@field caps { max_calls?: integer, max_tokens_total?: number, max_cost?: number,
---- price?: { input: number, output: number } }
----@field totals limax.llm.totals
-local Account = {}
-Account.__index = Account
-
----@param caps table options of a client
----@return limax.llm.account
-function usage.account(caps)
-  return setmetatable({ caps = caps, totals = { calls = 0, answers = 0, input_tokens = 0,
-    output_tokens = 0, estimated_tokens = 0, charged = 0,
-    cost = caps.price and 0 or host.json.null } }, Account)
+---@param price table|nil
+---@return limax.llm.totals
+function usage.totals(price)
+  return { calls = 0, answers = 0, input_tokens = 0, output_tokens = 0, estimated_tokens = 0,
+    charged = 0, cost = price and 0 or host.json.null }
 end
 
-function Account:cost(input, output)
-  local price = self.caps.price
+local function cost_of(price, input, output)
   return price and (price.input * input + price.output * output) / 1e6
 end
 
 --- Why a prompt may not be sent; nil where it may.
+---@param caps { max_calls?: integer, max_tokens_total?: number, max_cost?: number,
+--- price?: { input: number, output: number } }
+---@param totals limax.llm.totals
 ---@param prompt integer estimated tokens
 ---@return string|nil reason
-function Account:refusal(prompt)
-  local caps, totals = self.caps, self.totals
+function usage.refusal(caps, totals, prompt)
   if caps.max_calls and totals.calls >= caps.max_calls then
     return ("max_calls: %d requests have been sent"):format(totals.calls)
   end
@@ -77,21 +69,19 @@ function Account:refusal(prompt)
     return ("max_tokens_total: %.0f tokens are used, the next prompt has about %d, and the cap is"
       .. " %.0f"):format(used, prompt, caps.max_tokens_total)
   end
-  if caps.max_cost and totals.charged + self:cost(prompt, 0) > caps.max_cost then
+  if caps.max_cost and totals.charged + cost_of(caps.price, prompt, 0) > caps.max_cost then
     return ("max_cost: %.6g is spent, and the cap is %.6g"):format(totals.charged, caps.max_cost)
   end
 end
 
---- Counts a request that is about to be sent.
-function Account:count() self.totals.calls = self.totals.calls + 1 end
-
 --- Adds an answer. Without a usage its estimates count towards the caps.
+---@param totals limax.llm.totals
+---@param price table|nil
 ---@param used { input_tokens: integer, output_tokens: integer }|nil
 ---@param prompt integer estimated tokens
 ---@param written integer estimated tokens
 ---@return number|nil cost
-function Account:add(used, prompt, written)
-  local totals = self.totals
+function usage.add(totals, price, used, prompt, written)
   totals.answers = totals.answers + 1
   local input, output = prompt, written
   if used then
@@ -101,20 +91,14 @@ function Account:add(used, prompt, written)
   else
     totals.estimated_tokens = totals.estimated_tokens + input + output
   end
-  local cost = self:cost(input, output)
+  local cost = cost_of(price, input, output)
   totals.charged = totals.charged + (cost or 0)
-  if not used then cost = nil end
-  if totals.cost ~= host.json.null then
-    totals.cost = cost and totals.cost + cost or host.json.null
+  if not used or not cost then
+    totals.cost = host.json.null
+    return nil
   end
+  if totals.cost ~= host.json.null then totals.cost = totals.cost + cost end
   return cost
 end
-
---- A copy of the totals, for a checkpoint.
----@return limax.llm.totals
-function Account:state() return source.copy(self.totals) end
-
----@param totals limax.llm.totals
-function Account:restore(totals) self.totals = source.copy(totals) end
 
 return usage
