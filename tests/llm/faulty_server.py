@@ -8,173 +8,112 @@ GET /_counts answers { name: { requests, keys } }: how many requests a scenario 
 them carried a key. GET /_names answers all names.
 """
 
+import http.server
 import json
 import os
 import socket
+import ssl
 import struct
+import subprocess
 import sys
 import threading
 import time
+import urllib.parse
 
 sys.dont_write_bytecode = True  # the source tree stays as it is
 
-import certificates
 import scenarios
 
 LOOPBACK = "127.0.0.1"
-LONGEST_REQUEST = 4 << 20  # bytes
-TLS_HANDSHAKE = 0x16  # the first byte of a TLS connection
 PATIENCE = 60  # s: no connection outlives it
+KEPT = []  # sockets that stay open
 
 lock = threading.Lock()
 counts = {}
 
 
-class Closed(Exception):
-    """The client has gone."""
-
-
-class Connection:
+class Handler(http.server.BaseHTTPRequestHandler):
     """One connection with one request."""
 
-    def __init__(self, peer):
-        self.peer = peer
-        self.body = b""
-        self.headers = {}
-        peer.settimeout(PATIENCE)
+    timeout = PATIENCE
 
-    def read_request(self):
-        """Reads a whole request; returns its method and path."""
-        data = b""
-        while b"\r\n\r\n" not in data:
-            more = self.peer.recv(65536)
-            if not more or len(data) > LONGEST_REQUEST:
-                raise Closed
-            data += more
-            if data[0] == TLS_HANDSHAKE:
-                self.answer("400 Bad Request", b"this port speaks no TLS")
-                raise Closed
-        head, self.body = data.split(b"\r\n\r\n", 1)
-        lines = head.decode("latin-1").split("\r\n")
-        for line in lines[1:]:
-            name, _, value = line.partition(":")
-            self.headers[name.strip().lower()] = value.strip()
-        length = int(self.headers.get("content-length", "0"))
-        while len(self.body) < length:
-            more = self.peer.recv(65536)
-            if not more:
-                raise Closed
-            self.body += more
-        method, target, _ = lines[0].split(" ", 2)
-        # a proxy is asked for a whole URL
-        if "://" in target:
-            target = "/" + target.split("://", 1)[1].partition("/")[2]
-        return method, target
+    def log_message(self, *_):
+        """Standard error is for this server's own faults."""
 
-    def key(self):
-        """The key that the client sent, "" where it sent none."""
+    def name(self):
+        """The first part of the path; a proxy is asked for a whole URL."""
+        return urllib.parse.urlsplit(self.path).path.strip("/").split("/")[0]
+
+    def do_GET(self):
+        """Answers what the tests ask about the server."""
+        with lock:
+            facts = {"_counts": counts, "_names": sorted(scenarios.ALL)}.get(self.name())
+            self.connection.sendall(scenarios.answer("200 OK", facts))
+
+    def do_POST(self):
+        """Plays a scenario."""
         bearer = self.headers.get("authorization", "").replace("Bearer ", "", 1)
-        return self.headers.get("api-key") or bearer
-
-    def send(self, data):
-        """Bytes as they are."""
-        self.peer.sendall(data)
-
-    def trickle(self, data, pause):
-        """Bytes one by one, `pause` seconds apart."""
-        for byte in data:
-            self.send(bytes([byte]))
-            time.sleep(pause)
-
-    def head(self, status, headers):
-        """The lines before a body."""
-        lines = ["HTTP/1.1 %s" % status, "Connection: close"]
-        lines += ["%s: %s" % pair for pair in headers.items()]
-        self.send(("\r\n".join(lines) + "\r\n\r\n").encode("latin-1"))
-
-    def answer(self, status, body, headers=None):
-        """A whole answer; a body other than bytes is sent as JSON."""
-        fields = {"Content-Type": "application/json"}
-        if not isinstance(body, bytes):
-            body = json.dumps(body).encode()
-        fields["Content-Length"] = len(body)
-        fields.update(headers or {})
-        self.head(status, fields)
-        self.send(body)
-
-    def hold(self):
-        """Sends nothing until the client closes the connection."""
-        while self.peer.recv(65536):
-            pass
-
-    def reset(self):
-        """Ends the connection with a reset."""
-        self.peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-
-
-def serve(peer):
-    """Reads one request and plays its scenario."""
-    connection = Connection(peer)
-    try:
-        method, target = connection.read_request()
-        parts = target.split("?")[0].strip("/").split("/")
-        if method == "GET" and parts[0] == "_counts":
-            with lock:
-                connection.answer("200 OK", counts)
-            return
-        if method == "GET" and parts[0] == "_names":
-            connection.answer("200 OK", sorted(scenarios.ALL))
-            return
-        name = parts[0]
+        self.key = self.headers.get("api-key") or bearer
+        self.host = self.headers["host"]
+        self.body = self.rfile.read(int(self.headers.get("content-length", "0")))
+        name = self.name()
         with lock:
             entry = counts.setdefault(name, {"requests": 0, "keys": 0})
             entry["requests"] += 1
-            entry["keys"] += 1 if connection.key() else 0
-            number = entry["requests"]
-        play = scenarios.ALL.get(name)
-        if play is None:
-            connection.answer("404 Not Found", {"error": {"message": "no scenario " + name}})
-        else:
-            play(connection, number)
-    except (Closed, OSError):
-        pass
-    finally:
+            entry["keys"] += 1 if self.key else 0
+            self.number = entry["requests"]
+        missing = [scenarios.error("404 Not Found", "no scenario " + name)]
         try:
-            peer.close()
-        except OSError:
+            for step in scenarios.ALL.get(name, lambda _: missing)(self):
+                self.take(step)
+        except OSError:  # the client has gone
             pass
 
-
-def accept(listener, wrap=None):
-    """Serves each connection on its own thread; `wrap` starts TLS."""
-
-    def begin(peer):
-        try:
-            serve(wrap(peer) if wrap else peer)
-        except OSError:  # a handshake that failed
-            peer.close()
-
-    while True:
-        peer, _ = listener.accept()
-        threading.Thread(target=begin, args=(peer,), daemon=True).start()
-
-
-def listen(wrap=None):
-    """A listener on the loopback interface; returns its port."""
-    listener = socket.create_server((LOOPBACK, 0), backlog=64)
-    threading.Thread(target=accept, args=(listener, wrap), daemon=True).start()
-    return listener.getsockname()[1]
+    def take(self, step):
+        """One step of a scenario."""
+        if step == scenarios.HOLD:
+            while self.connection.recv(65536):
+                pass
+        elif step == scenarios.RESET:
+            self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER,
+                                       struct.pack("ii", 1, 0))
+            self.connection.close()
+        elif isinstance(step, bytes):
+            self.connection.sendall(step)
+        else:
+            time.sleep(step)
 
 
-KEPT = []  # sockets that stay open
+class Server(http.server.ThreadingHTTPServer):
+    """Serves each connection on its own thread."""
+
+    def handle_error(self, *_):
+        """A handshake that failed, or a client that has gone."""
 
 
-def refuse():
-    """A port that is bound and does not listen: connections are refused."""
-    taken = socket.socket()
-    taken.bind((LOOPBACK, 0))
-    KEPT.append(taken)
-    return taken.getsockname()[1]
+def listen(context=None):
+    """A server on the loopback interface, with TLS where there is a context; returns its port."""
+    server = Server((LOOPBACK, 0), Handler)
+    if context:
+        server.socket = context.wrap_socket(server.socket, server_side=True)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return server.server_address[1]
+
+
+def certificates(folder):
+    """{ name: the file of a certificate that is signed by itself }."""
+    names = {"expired": "IP:127.0.0.1", "good": "IP:127.0.0.1,DNS:localhost",
+             "wrong_host": "DNS:elsewhere.example.org"}
+    made = {name: os.path.join(folder, name + ".pem") for name in names}
+    for name, path in made.items():
+        for words in (
+                ("req", "-new", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                 "-nodes", "-subj", "/CN=limax test", "-addext", "subjectAltName=" + names[name],
+                 "-keyout", path + ".key", "-out", path + ".csr"),
+                ("x509", "-req", "-in", path + ".csr", "-signkey", path + ".key", "-out", path,
+                 "-copy_extensions", "copy", "-days", "-1" if name == "expired" else "2")):
+            subprocess.run(("openssl", *words), check=True, capture_output=True)
+    return made
 
 
 def swallow(family, host, port):
@@ -193,24 +132,26 @@ def swallow(family, host, port):
 
 
 def main():
-    ports = {
-        "port": listen(),
-        "refused": refuse(),
-        "blackhole": swallow(socket.AF_INET, LOOPBACK, 0),
-    }
+    """Prints the ports and serves until the parent ends."""
+    refused = socket.socket()  # bound, but does not listen
+    refused.bind((LOOPBACK, 0))
+    ports = {"port": listen(), "refused": refused.getsockname()[1],
+             "blackhole": swallow(socket.AF_INET, LOOPBACK, 0)}
     try:
         # the same port over IPv6 leads nowhere
         swallow(socket.AF_INET6, "::1", ports["port"])
         ports["ipv6"] = True
-    except OSError as problem:
-        ports["ipv6_missing"] = str(problem)
+    except OSError:
+        pass
     if len(sys.argv) > 1:
         try:
-            made = certificates.make(sys.argv[1])
-            ports["tls"] = {name: listen(context) for name, context in made.items()}
-            ports["ca_file"] = os.path.join(sys.argv[1], certificates.AUTHORITY)
-        except certificates.Missing as problem:
-            ports["tls_missing"] = str(problem)
+            ports["tls"], ports["certificates"] = {}, certificates(sys.argv[1])
+            for name, path in ports["certificates"].items():
+                context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+                context.load_cert_chain(path, path + ".key")
+                ports["tls"][name] = listen(context)
+        except (OSError, subprocess.CalledProcessError) as problem:
+            ports["tls_missing"] = "openssl, which makes the certificates: %s" % problem
     print(json.dumps(ports), flush=True)
     sys.stdin.buffer.read()
     os._exit(0)

@@ -1,226 +1,127 @@
-"""The ways in which the faulty server misbehaves, by name. Each takes the connection, whose request
-has been read, and the number of this request to it, from 1. What an answer's JSON may contain is
-tested without a server, in the suite llm_reply.lua."""
+"""The ways in which the faulty server misbehaves, by name: functions of a request (number from 1,
+key, body, host) that return the steps of the answer: bytes to send, seconds to wait, RESET or HOLD.
+What an answer's JSON may contain is tested without a server, in the suite llm_reply.lua."""
 
 import base64
 import gzip
+import itertools
 import json
-import time
 import urllib.parse
 
-ALL = {}
+RESET = "reset"  # end the connection with a reset
+HOLD = "hold"  # send nothing until the client closes the connection
 GOOD = '{"mutation_rate": 0.2}'
-JSON = {"Content-Type": "application/json"}
-CHUNKED = {**JSON, "Transfer-Encoding": "chunked"}
 
 
-def scenario(play):
-    """Enters a scenario under its function's name."""
-    ALL[play.__name__] = play
-    return play
+def head(status="200 OK", **headers):
+    """The lines before a body; underscores in the names of headers are dashes."""
+    lines = ["HTTP/1.1 " + status, "Connection: close"]
+    lines += ["%s: %s" % (name.replace("_", "-"), value) for name, value in headers.items()]
+    return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1")
 
 
-def completion(content=GOOD, finish="stop", usage=None, **fields):
+def answer(status, body, **headers):
+    """A whole answer; a body other than bytes is sent as JSON."""
+    body = body if isinstance(body, bytes) else json.dumps(body).encode()
+    return head(status, **{"Content_Type": "application/json", "Content_Length": len(body),
+                           **headers}) + body
+
+
+def completion(content=GOOD, tokens=40, finish="stop", **fields):
     """The body of a good answer, with fields changed."""
-    body = {
+    return {
         "id": "cmpl-1", "object": "chat.completion", "created": 1, "model": "played-1",
-        "system_fingerprint": "fp-1",
-        "choices": [{"index": 0, "finish_reason": finish,
-                     "message": {"role": "assistant", "content": content}}],
-        "usage": usage or {"prompt_tokens": 40, "completion_tokens": 8},
-    }
-    body.update(fields)
-    return body
+        "system_fingerprint": "fp-1", "choices": [{
+            "index": 0, "finish_reason": finish,
+            "message": {"role": "assistant", "content": content}}],
+        "usage": {"prompt_tokens": tokens, "completion_tokens": 8}, **fields}
 
 
-WHOLE = json.dumps(completion()).encode()
-
-
-def good(connection, number=0, **changed):
+def good(request, content=GOOD):
     """A good answer with a plausible number of tokens."""
-    usage = {"prompt_tokens": len(connection.body) // 4, "completion_tokens": 8}
-    connection.answer("200 OK", completion(usage=usage, **changed))
+    return answer("200 OK", completion(content, len(request.body) // 4))
 
 
-def error(message, **fields):
+def error(status, message, code=None, **headers):
     """OpenAI's form of an error."""
-    return {"error": {"message": message, **fields}}
+    return answer(status, {"error": {"message": message, "code": code}}, **headers)
 
 
-ALL["good"] = good
-
-
-@scenario
-def varied(connection, number):
-    good(connection, content='{"mutation_rate": %.2f}' % (0.05 + number % 10 / 50))
-
-
-@scenario
-def unreliable(connection, number):
+def unreliable(request):
     """Fails three requests of ten, by status, reset and nonsense."""
-    turn = number * 7 % 10
-    if turn == 0:
-        connection.answer("503 Busy", error("busy"))
-    elif turn == 1:
-        connection.reset()
-    else:
-        good(connection, content="no JSON here" if turn == 2 else GOOD)
+    failures = {0: error("503 Busy", "busy"), 1: RESET, 2: good(request, "no JSON here")}
+    return [failures.get(request.number * 7 % 10, good(request))]
 
 
-# ---- connections and bodies that break off or never end ------------------------------------------
+def trickle(data, pause):
+    """Bytes one by one, `pause` seconds apart."""
+    for byte in data:
+        yield bytes([byte])
+        yield pause
 
 
-@scenario
-def reset(connection, number):
-    connection.reset()
+def endless(first, data, pause=0):
+    """The same bytes again and again."""
+    yield first
+    for _ in itertools.count():
+        yield data
+        yield pause
 
 
-@scenario
-def reset_in_body(connection, number):
-    connection.head("200 OK", {**JSON, "Content-Length": 1000})
-    connection.send(b'{"id": "half')
-    time.sleep(0.05)  # a reset may overtake what was sent
-    connection.reset()
-
-
-@scenario
-def silent(connection, number):
-    connection.hold()
-
-
-@scenario
-def slow_headers(connection, number):
-    connection.trickle(b"HTTP/1.1 200 OK\r\nX-Long: " + b"x" * 10000, 0.05)
-
-
-@scenario
-def slow_body(connection, number):
-    connection.head("200 OK", {**JSON, "Content-Length": len(WHOLE)})
-    connection.trickle(WHOLE, 1.0)
-
-
-@scenario
-def endless_headers(connection, number):
-    connection.send(b"HTTP/1.1 200 OK\r\n")
-    while True:
-        connection.send(b"X-More: " + b"y" * 1000 + b"\r\n")
-
-
-@scenario
-def endless_interim(connection, number):
-    while True:
-        connection.send(b"HTTP/1.1 100 Continue\r\n\r\n" * 20)
-
-
-@scenario
-def endless_body(connection, number):
-    connection.head("200 OK", CHUNKED)
-    while True:
-        connection.send(b"4000\r\n" + b"x" * 0x4000 + b"\r\n")
-
-
-@scenario
-def endless_events(connection, number):
-    connection.head("200 OK", {"Content-Type": "text/event-stream"})
-    while True:
-        connection.send(b'data: {"choices": [{"delta": {"content": "a"}}]}\n\n')
-        time.sleep(0.01)
-
-
-@scenario
-def length_too_long(connection, number):
-    connection.answer("200 OK", WHOLE, {"Content-Length": len(WHOLE) + 10})
-
-
-@scenario
-def length_too_short(connection, number):
-    connection.answer("200 OK", WHOLE, {"Content-Length": len(WHOLE) - 10})
-
-
-@scenario
-def broken_chunks(connection, number):
-    connection.head("200 OK", CHUNKED)
-    connection.send(b"10\r\n0123456789abcdef\r\nnot a length\r\nxx\r\n")
-
-
-@scenario
-def chunks_break_off(connection, number):
-    connection.head("200 OK", CHUNKED)
-    connection.send(b"ffff\r\n{")
-
-
-@scenario
-def no_http(connection, number):
-    connection.send(b"\x00\x01\x02 this is not HTTP\r\n\r\n")
-
-
-@scenario
-def gzip_bomb(connection, number):
-    packed = gzip.compress(b'{"a": "' + b" " * (64 << 20) + b'"}', 1)
-    connection.answer("200 OK", packed, {"Content-Encoding": "gzip"})
-
-
-@scenario
-def gzip_good(connection, number):
-    connection.answer("200 OK", gzip.compress(WHOLE), {"Content-Encoding": "gzip"})
-
-
-@scenario
-def gzip_wrong(connection, number):
-    connection.answer("200 OK", WHOLE, {"Content-Encoding": "gzip"})
-
-
-# ---- statuses, redirects and proxies -------------------------------------------------------------
-
-
-@scenario
-def retry_after(connection, number):
-    if number == 1:
-        connection.answer("503 Busy", error("slow down"), {"Retry-After": "0.3"})
-    else:
-        good(connection)
-
-
-@scenario
-def retry_after_minute(connection, number):
-    connection.answer("503 Busy", error("slow down"), {"Retry-After": "60"})
-
-
-@scenario
-def redirect(connection, number):
-    connection.answer("307 Moved", b"", {
-        "Location": "http://" + connection.headers["host"] + "/redirect_target/v1/chat/completions"})
-
-
-@scenario
-def proxy_page(connection, number):
-    connection.answer("502 Bad Gateway", b"<!DOCTYPE html>\n<html></html>\n",
-                      {"Content-Type": "text/html"})
-
-
-# ---- an echoed key -------------------------------------------------------------------------------
-
-
-@scenario
-def unauthorized(connection, number):
-    text = "Incorrect API key provided: %s. You can find yours at /account" % connection.key()
-    connection.answer("401 Unauthorized", error(text, code="invalid_api_key"),
-                      {"x-request-id": "req-" + connection.key()})
-
-
-@scenario
-def echo(connection, number):
-    key = connection.key()
+def echo(request):
+    """The key in many forms, in every part of an answer."""
+    key = request.key
     forms = [key, key[:12] + "****", base64.b64encode(key.encode()).decode(),
              urllib.parse.quote(key, safe=""), base64.b64encode(b"user:" + key.encode()).decode(),
              key.encode().hex()]
-    body = completion(content=" ".join(forms), id=key, model=key, finish=key)
-    body["echo"] = forms
+    body = completion(" ".join(forms), finish=key, id=key, model=key, echo=forms)
     escaped = "".join("\\u%04x" % ord(letter) for letter in key)
     text = json.dumps(body).replace('"echo"', '"%s"' % escaped)
-    connection.answer("200 OK", text.encode(), {"x-request-id": key, "Retry-After": key})
+    return [answer("200 OK", text.encode(), x_request_id=key, Retry_After=key)]
 
 
-@scenario
-def echo_reset(connection, number):
-    connection.send(("HTTP/1.1 200 OK\r\nContent-Length: 9999\r\n\r\n" + connection.key()).encode())
+WHOLE = json.dumps(completion()).encode()
+CHUNKED = head(Transfer_Encoding="chunked")
+
+ALL = {
+    "good": lambda r: [good(r)],
+    "varied": lambda r: [good(r, '{"mutation_rate": %.2f}' % (0.05 + r.number % 10 / 50))],
+    "unreliable": unreliable,
+    # connections and bodies that break off or never end; a reset may overtake what was sent
+    "reset": lambda r: [RESET],
+    "reset_in_body": lambda r: [head(Content_Length=1000) + b'{"id": "half', 0.05, RESET],
+    "silent": lambda r: [HOLD],
+    "slow_headers": lambda r: trickle(b"HTTP/1.1 200 OK\r\nX-Long: " + b"x" * 10000, 0.05),
+    "slow_body": lambda r: itertools.chain([head(Content_Length=len(WHOLE))], trickle(WHOLE, 1)),
+    "endless_headers": lambda r: endless(b"HTTP/1.1 200 OK\r\n", b"X-More: %s\r\n" % (b"y" * 1000)),
+    "endless_interim": lambda r: endless(b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 20),
+    "endless_body": lambda r: endless(CHUNKED, b"4000\r\n" + b"x" * 0x4000 + b"\r\n"),
+    "endless_events": lambda r: endless(
+        head(Content_Type="text/event-stream"),
+        b'data: {"choices": [{"delta": {"content": "a"}}]}\n\n', 0.01),
+    "length_too_long": lambda r: [answer("200 OK", WHOLE, Content_Length=len(WHOLE) + 10)],
+    "length_too_short": lambda r: [answer("200 OK", WHOLE, Content_Length=len(WHOLE) - 10)],
+    "broken_chunks": lambda r: [CHUNKED + b"10\r\n0123456789abcdef\r\nnot a length\r\nxx\r\n"],
+    "chunks_break_off": lambda r: [CHUNKED + b"ffff\r\n{"],
+    "no_http": lambda r: [b"\x00\x01\x02 this is not HTTP\r\n\r\n"],
+    "gzip_bomb": lambda r: [answer(
+        "200 OK", gzip.compress(b'{"a": "' + b" " * (64 << 20) + b'"}', 1),
+        Content_Encoding="gzip")],
+    "gzip_good": lambda r: [answer("200 OK", gzip.compress(WHOLE), Content_Encoding="gzip")],
+    "gzip_wrong": lambda r: [answer("200 OK", WHOLE, Content_Encoding="gzip")],
+    # statuses, redirects and proxies
+    "retry_after": lambda r: [
+        error("503 Busy", "slow down", Retry_After="0.3") if r.number == 1 else good(r)],
+    "retry_after_minute": lambda r: [error("503 Busy", "slow down", Retry_After="60")],
+    "redirect": lambda r: [answer(
+        "307 Moved", b"", Location="http://%s/redirect_target/v1/chat/completions" % r.host)],
+    "proxy_page": lambda r: [answer(
+        "502 Bad Gateway", b"<!DOCTYPE html>\n<html></html>\n", Content_Type="text/html")],
+    # a key that comes back
+    "unauthorized": lambda r: [error(
+        "401 Unauthorized", "Incorrect API key provided: %s. You can find yours at /account"
+        % r.key, "invalid_api_key", x_request_id="req-" + r.key)],
+    "echo": echo,
+    "echo_reset": lambda r: [
+        ("HTTP/1.1 200 OK\r\nContent-Length: 9999\r\n\r\n" + r.key).encode()],
+}

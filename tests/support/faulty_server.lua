@@ -13,16 +13,16 @@ local class = { __index = methods }
 
 --- Starts the server; skips the test without Python.
 ---@param t limax.test_context
----@param options { certificates: boolean|nil }|nil
+---@param tls? boolean makes certificates and speaks TLS too
 ---@return table server with .ports: see faulty_server.py
-function faulty_server.open(t, options)
+function faulty_server.open(t, tls)
   if os.execute "command -v python3 >/dev/null 2>&1" ~= 0 then t:skip "python3 is not installed" end
   local folder = t:folder()
   local script = host.home .. "/tests/llm/faulty_server.py"
   if host.file.exists(script) ~= "file" then t:skip "tests/llm is not installed" end
   local pipe = assert(io.popen(("exec python3 -B %s %s >%s 2>%s"):format(process.quote(script),
-    options and options.certificates and process.quote(folder) or "",
-    process.quote(folder .. "/ports"), process.quote(folder .. "/log")), "w"))
+    tls and process.quote(folder) or "", process.quote(folder .. "/ports"),
+    process.quote(folder .. "/log")), "w"))
   local start = host.clock()
   while not process.read(folder .. "/ports"):find "\n" do
     t:ok(host.clock() - start < START, process.read(folder .. "/log"))
@@ -38,16 +38,12 @@ end
 ---@return string
 function methods:url(name) return self.base .. name .. "/v1" end
 
---- How many requests each scenario had: { name = { requests = , keys = } }.
----@return table<string, { requests: integer, keys: integer }>
-function methods:counts()
-  return host.json.decode(assert(host.http { url = self.base .. "_counts" }).body)
-end
-
---- All scenarios.
----@return string[]
-function methods:names()
-  return host.json.decode(assert(host.http { url = self.base .. "_names" }).body)
+--- What the server states about itself: "counts", of the requests of each scenario, { name = {
+--- requests = , keys = } }, or "names", a list.
+---@param what "counts"|"names"
+---@return table
+function methods:ask(what)
+  return host.json.decode(assert(host.http { url = self.base .. "_" .. what }).body)
 end
 
 function methods:close() self.pipe:close() end

@@ -6,6 +6,7 @@ local evolution = require "support.evolution"
 local faulty_server = require "support.faulty_server"
 local field_page = require "support.field_page"
 local host = require "limax.host"
+local model_stage = require "support.model_stage"
 local played = require "support.played"
 local process = require "support.process"
 local source = require "limax.base.source"
@@ -25,7 +26,7 @@ local function client_of(urls)
     function made:restore() end
     function made:ask(messages, question)
       return client.new({ url = urls[question.generation], model = "m", timeout = TIMEOUT }, {
-        environment = function(name) return name == "LIMAX_LLM_KEY" and played.KEY or nil end,
+        environment = function(name) return name == "LIMAX_LLM_KEY" and model_stage.KEY or nil end,
         record = hooks.record, wait = function() end,
       }):ask(messages, question)
     end
@@ -57,7 +58,7 @@ end
 
 suite:test("a run with a different fault in each generation", { limit = 300 }, function(t)
   local server, urls = faulty_server.open(t), {}
-  local names = server:names()
+  local names = server:ask "names"
   for k, name in ipairs(names) do urls[k] = server:url(name) end
   local done = talker.run(t, { "llm", client = client_of(urls), budget = BUDGET },
     { generations = #names + 1 })
@@ -82,7 +83,7 @@ suite:test("a run with a different fault in each generation", { limit = 300 }, f
     sources[line.source] = (sources[line.source] or 0) + 1
   end
   t:ok(sources.model >= 5 and sources.keep > 15)
-  t:ok(server:counts().echo.keys > 0, "the server should see the key")
+  t:ok(server:ask "counts".echo.keys > 0, "the server should see the key")
   server:close()
   t:ok(search(t, done.folder) > #names)
   t:ok(not played.leaks(done.output), done.output)
@@ -129,7 +130,7 @@ suite:test("the shipped experiment runs, replays as its file says, and shows no 
       "--set", "lattice=[3,3,3]", "--set", "simulation.duration=0.4" }
     local done = process.completes(t, folder, { "run", script, "--out", "live", unpack(small) },
       { before = ("export LIMAX_LLM_URL=%s LIMAX_LLM_MODEL=m LIMAX_LLM_KEY=%s;"):format(
-        server:url "varied", process.quote(played.KEY)) })
+        server:url "varied", process.quote(model_stage.KEY)) })
     server:close()
     t:ok(not played.leaks(done.stdout .. done.stderr))
     search(t, folder .. "/live")

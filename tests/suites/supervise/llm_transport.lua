@@ -5,106 +5,111 @@
 local client = require "limax.supervise.llm.client"
 local faulty_server = require "support.faulty_server"
 local host = require "limax.host"
+local model_stage = require "support.model_stage"
 local played = require "support.played"
 local process = require "support.process"
 local proxies = require "support.proxies"
 
 local suite = require("limax.test").suite "llm transport"
 
-local play, play_all = played.once, played.all
+local play = played.once
 
-suite:test("names, ports and connections that fail are retried", function(t)
+local function local_url(port, path) return ("http://127.0.0.1:%d%s"):format(port, path or "") end
+
+-- Scenario, class, number of requests, and where they matter: libcurl's kind of the failure, text
+-- of the message, options.
+local HALF_A_SECOND = { budget = 0.5 }
+local FAULTS = {
+  { "reset", "transport", 3 }, { "reset_in_body", "transport", 3 },
+  { "length_too_long", "transport", 3, "partial" }, { "broken_chunks", "transport", 3 },
+  { "chunks_break_off", "transport", 3 }, { "no_http", "transport", 1 },
+  { "length_too_short", "envelope", 1, nil, "not JSON" },
+  { "redirect", "http", 1, nil, "a redirect, which is not followed" },
+  { "proxy_page", "http", 3, nil, "HTTP 502" },
+  -- stopped by the deadline or by their size
+  { "silent", "timeout", 1, nil, nil, HALF_A_SECOND },
+  { "slow_headers", "timeout", 1, nil, nil, HALF_A_SECOND },
+  { "slow_body", "timeout", 1, nil, nil, HALF_A_SECOND },
+  { "endless_events", "timeout", 1, nil, nil, HALF_A_SECOND },
+  { "endless_headers", "transport", 1, nil, "64 KiB of headers" },
+  { "endless_interim", "transport", 1, nil, "64 KiB of headers" },
+  { "endless_body", "envelope", 1, "size", "answered more than 1 MiB" },
+  { "gzip_bomb", "envelope", 1, "size", "answered more than 1 MiB" },
+  { "gzip_wrong", "envelope", 1 }, { "gzip_good", "answer", 1 },
+}
+
+suite:test("each fault of a connection has its class and its number of requests", function(t)
   local server = faulty_server.open(t)
-  local function port(number) return ("http://127.0.0.1:%d"):format(number) end
+  for _, row in ipairs(FAULTS) do
+    local name, class, requests, kind, text, options = unpack(row, 1, 6)
+    local result = play(t, server, name, options)
+    t:equal({ name, result.class, result.requests, kind and result.kind },
+      { name, class, requests, kind })
+    t:ok(not text or result.message:find(text, 1, true), name .. ": " .. result.message)
+    t:ok(options ~= HALF_A_SECOND or result.took > 0.4, name)
+    t:equal(server:ask "counts"[name].requests, requests)
+    local record = result.records[1]
+    t:equal(record.raw_body_truncated, kind == "size")
+    t:ok(not record.raw_body or #record.raw_body <= 2 ^ 20)
+    if class == "answer" then t:equal(result.answer.content, '{"mutation_rate": 0.2}') end
+  end
+  t:equal(server:ask "counts".redirect_target, nil)
+  local result = play(t, server, "silent", { timeout = 0.3 })
+  t:equal({ result.class, result.requests, result.waits }, { "timeout", 2, { 0.5 } })
+
   -- a name too long for any resolver: nothing leaves the machine
-  local result = proxies.with({}, function()
-    return play(t, server, "no such name", { options = { allow_insecure = true },
+  result = proxies.with({}, function()
+    return play(t, server, "no such name", { allow_insecure = true,
       url = ("http://%s.invalid"):format(("x"):rep(64)) })
   end)
   t:equal({ result.class, result.requests, result.waits }, { "transport", 3, { 0.5, 1 } })
-  result = play(t, server, "refused", { url = port(server.ports.refused) })
+  result = play(t, server, "refused", { url = local_url(server.ports.refused) })
   t:equal({ result.class, result.requests, result.kind }, { "transport", 3, "connect" })
   -- a full queue: no connection is accepted
-  result = play(t, server, "blackhole", { url = port(server.ports.blackhole),
-    options = { budget = 1 } })
+  result = play(t, server, "blackhole", { url = local_url(server.ports.blackhole), budget = 1 })
   t:equal({ result.class, result.requests, result.kind }, { "timeout", 1, "connect_timeout" })
-  play_all(t, server, {
-    { "reset", "transport", 3 }, { "reset_in_body", "transport", 3 },
-    { "length_too_long", "transport", 3, "partial" }, { "broken_chunks", "transport", 3 },
-    { "chunks_break_off", "transport", 3 }, { "no_http", "transport", 1 },
-    { "length_too_short", "envelope", 1, nil, "not JSON" },
-    { "redirect", "http", 1, nil, "a redirect, which is not followed" },
-    { "proxy_page", "http", 3, nil, "HTTP 502" },
-  })
-  t:equal(server:counts().redirect_target, nil)
-  server:close()
-end)
-
-suite:test("an answer that never ends is stopped by the deadline or by its size", function(t)
-  local server = faulty_server.open(t)
-  for _, name in ipairs { "silent", "slow_headers", "slow_body", "endless_events" } do
-    local result = play(t, server, name, { options = { budget = 0.5 } })
-    t:equal({ name, result.class, result.requests }, { name, "timeout", 1 })
-    t:ok(result.took > 0.4, name)
-  end
-  local result = play(t, server, "silent", { options = { timeout = 0.3 } })
-  t:equal({ result.class, result.requests, result.waits }, { "timeout", 2, { 0.5 } })
-  play_all(t, server, {
-    { "endless_headers", "transport", 1, nil, "64 KiB of headers" },
-    { "endless_interim", "transport", 1, nil, "64 KiB of headers" },
-    { "endless_body", "envelope", 1, "size", "answered more than 1 MiB" },
-    { "gzip_bomb", "envelope", 1, "size", "answered more than 1 MiB" },
-    { "gzip_wrong", "envelope", 1 }, { "gzip_good", "answer", 1 },
-  })
-  result = play(t, server, "endless_body")
-  t:ok(result.records[1].raw_body_truncated and #result.records[1].raw_body <= 2 ^ 20)
+  -- the wait that a server asks for is kept
+  result = play(t, server, "retry_after", nil, true)
+  t:equal({ result.class, result.requests }, { "answer", 2 })
+  t:ok(result.took >= 0.3)
   server:close()
 end)
 
 suite:test("without a valid certificate the key is not sent", function(t)
-  local server = faulty_server.open(t, { certificates = true })
-  local tls = server.ports.tls
-  if not tls then t:skip(server.ports.tls_missing) end
-  local function ask(name, ca_file)
-    return play(t, server, name, { options = { ca_file = ca_file },
-      url = ("https://127.0.0.1:%d/good"):format(tls[name] or server.ports.port) })
+  local server = faulty_server.open(t, true)
+  if server.ports.tls_missing then t:skip(server.ports.tls_missing) end
+  local certificates = server.ports.certificates
+  -- server, certificates that the client trusts -> class, requests, kind
+  for _, row in ipairs {
+    { "good", certificates.good, "answer", 1 },
+    { "good", nil, "transport", 1, "certificate" },
+    { "good", certificates.wrong_host, "transport", 1, "certificate" },
+    { "expired", certificates.expired, "transport", 1, "certificate" },
+    { "wrong_host", certificates.wrong_host, "transport", 1, "certificate" },
+    { "without TLS", certificates.good, "transport", 3, "tls" },
+  } do
+    local name, ca_file, class, requests, kind = unpack(row, 1, 5)
+    local result = play(t, server, name, { ca_file = ca_file,
+      url = ("https://127.0.0.1:%d/good"):format(server.ports.tls[name] or server.ports.port) })
+    t:equal({ name, result.class, result.requests, result.kind }, { name, class, requests, kind })
   end
-  local ours = server.ports.ca_file
-  t:equal(ask("good", ours).class, "answer")
-  for name, ca_file in pairs { good = false, self_signed = ours, expired = ours,
-    wrong_host = ours } do
-    local result = ask(name, ca_file or nil)
-    t:equal({ name, result.class, result.requests, result.kind },
-      { name, "transport", 1, "certificate" })
-  end
-  -- a server without TLS
-  local result = ask("plain", ours)
-  t:equal({ result.class, result.requests, result.kind }, { "transport", 3, "tls" })
-  t:equal(ask("good", "/nonexistent.pem").class, "transport")
-  t:equal(server:counts().good, { requests = 1, keys = 1 })
+  t:equal(play(t, server, "good", { ca_file = "/nonexistent.pem",
+    url = ("https://127.0.0.1:%d/good"):format(server.ports.tls.good) }).class, "transport")
+  t:equal(server:ask "counts".good, { requests = 1, keys = 1 })
   server:close()
 end)
 
 suite:test("a proxy is asked where the environment names one, IPv4 where IPv6 fails", function(t)
   local server = faulty_server.open(t)
   local result = proxies.with({ http_proxy = server.base }, function()
-    return play(t, server, "good", { options = { allow_insecure = true },
-      url = "http://model.invalid/good" })
+    return play(t, server, "good", { allow_insecure = true, url = "http://model.invalid/good" })
   end)
-  t:equal({ result.class, server:counts().good.requests }, { "answer", 1 })
+  t:equal({ result.class, server:ask "counts".good.requests }, { "answer", 1 })
   if server.ports.ipv6 then
-    result = play(t, server, "good", { url = ("http://localhost:%d/good"):format(
-      server.ports.port) })
+    result = play(t, server, "good",
+      { url = ("http://localhost:%d/good"):format(server.ports.port) })
     t:equal({ result.class, result.requests }, { "answer", 1 })
   end
-  server:close()
-end)
-
-suite:test("the wait that a server asks for is kept", function(t)
-  local server = faulty_server.open(t)
-  local result = play(t, server, "retry_after", { real = true })
-  t:equal({ result.class, result.requests }, { "answer", 2 })
-  t:ok(result.took >= 0.3)
   server:close()
 end)
 
@@ -119,7 +124,7 @@ suite:test("a key that a server echoes in any form is taken out everywhere", fun
   t:equal({ result.class, result.records[1].raw_body }, { "transport", "[key]" })
   result = play(t, server, "unauthorized")
   t:equal(result.records[1].x_request_id, "req-[key]")
-  t:equal(server:counts().echo, { requests = 1, keys = 1 })
+  t:equal(server:ask "counts".echo, { requests = 1, keys = 1 })
   server:close()
 end)
 
@@ -157,14 +162,14 @@ suite:test("limax doctor describes the endpoint and asks it only with --llm", fu
   local function doctor(words, name)
     return process.run(t:folder(), { "doctor", unpack(words) }, name and
       ("LIMAX_LLM_URL=%s LIMAX_LLM_MODEL=m LIMAX_LLM_KEY='%s'"):format(server:url(name),
-        played.KEY) or "-u LIMAX_LLM_URL")
+        model_stage.KEY) or "-u LIMAX_LLM_URL")
   end
   local status, output = doctor({}, "good")
-  t:equal({ status, server:counts().good }, { 0, nil })
+  t:equal({ status, server:ask "counts".good }, { 0, nil })
   t:ok(output:find(server:url "good" .. "/chat/completions, model m, key from LIMAX_LLM_KEY; not"
     .. " asked", 1, true), output)
   status, output = doctor({ "--llm" }, "good")
-  t:equal({ status, server:counts().good.requests }, { 0, 1 })
+  t:equal({ status, server:ask "counts".good.requests }, { 0, 1 })
   t:ok(output:find("; answered in %d+%.%d s, form json_schema, %d+ %+ 8 tokens"), output)
   t:ok(not played.leaks(output), output)
   status, output = doctor({ "--llm", "--json" }, "unauthorized")
