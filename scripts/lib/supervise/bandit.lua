@@ -67,7 +67,6 @@ return {
   },
   make = function(options)
     return function(history)
-      if #history == 0 then return nil, "nothing is scored yet" end
       local now = history[#history].parameters
       local settings = settings_of(history[1].parameters, options.spread)
       local plays, rewards = count(history, settings)

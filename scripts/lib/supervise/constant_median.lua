@@ -36,8 +36,7 @@ return {
   make = function(options)
     local from = donor.read(options)
     local middle = medians(from.settings)
-    return function(history, _, limits)
-      if #history == 0 then return nil, "nothing is scored yet" end
+    return function(_, _, limits)
       return donor.proposal(middle, limits), "the medians of " .. donor.name(from)
     end
   end,

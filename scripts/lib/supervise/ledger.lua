@@ -32,6 +32,9 @@ local proposable = {
   { field = "phase", minimum = 0, maximum = math.pi, step = 0.5, unit = "rad", material = true },
 }
 
+--- Names of the four parameters.
+ledger.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+
 -- Fields of an experiment that a proposal never reaches.
 local fixed = { "population", "generations", "repetitions", "seed", "scene", "lattice", "genome",
   "simulation", "accuracy", "fitness", "selection", "supervisor", "record", "mass_per_site",

@@ -48,7 +48,6 @@ return {
   make = function(options)
     return function(history, random, limits)
       local now = history[#history]
-      if not now then return nil, "nothing is scored yet" end
       local proposal = {}
       for _, limit in ipairs(limits) do
         local before = now.parameters[limit.field]

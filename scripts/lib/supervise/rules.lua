@@ -4,6 +4,7 @@
 --- The rules are ours; exploration after a loss of diversity is from Ursem, "Diversity-guided
 --- evolutionary algorithms" (2002).
 
+local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
 
 local function best_of(entry) return entry.best_standard or entry.best end
@@ -35,7 +36,7 @@ end
 -- A fifth of the way from each parameter to its first value.
 local function towards_first(now, first)
   local proposal
-  for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" } do
+  for _, name in ipairs(ledger.parameters) do
     local gap = first[name] - now[name]
     if math.abs(gap) > 0.01 * math.max(math.abs(first[name]), 0.01) then
       proposal = proposal or {}
@@ -78,7 +79,6 @@ return {
   make = function(options)
     return function(history)
       local now = history[#history]
-      if not now then return nil, "nothing is scored yet" end
       local p = now.parameters
       local count = #now.population
 

@@ -6,7 +6,7 @@
 
 local schema = require "limax.engine.schema"
 
-local parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+local parameters = require("limax.supervise.ledger").parameters
 
 -- Points { generation, value }, generations rising.
 local function points_rule(value, path)
@@ -55,7 +55,6 @@ return {
   options = options,
   make = function(chosen)
     return function(history)
-      if #history == 0 then return nil, "nothing is scored yet" end
       local coming = history[#history].generation + 1
       local proposal
       for _, name in ipairs(parameters) do

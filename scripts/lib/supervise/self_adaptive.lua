@@ -31,7 +31,6 @@ return {
   make = function(options)
     return function(history, random)
       local now = history[#history]
-      if not now then return nil, "nothing is scored yet" end
       local best = ranked(now.population)
       if #best == 0 then return nil, "no robot has a score" end
       local count = math.max(1, math.floor(options.parents * #now.population + 0.5))

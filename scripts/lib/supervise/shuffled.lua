@@ -28,7 +28,6 @@ return {
     local from = donor.read(chosen)
     local order = permutation(#from.settings, chosen.seed, chosen.repetition)
     return function(history, _, limits)
-      if #history == 0 then return nil, "nothing is scored yet" end
       local generation = order[history[#history].generation + 1]
       if not generation then return nil, donor.name(from) .. " has no setting left" end
       return donor.proposal(from.settings[generation], limits),

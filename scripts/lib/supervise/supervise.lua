@@ -3,6 +3,7 @@
 --- and a reason.
 
 local choice = require "limax.base.choice"
+local ledger = require "limax.supervise.ledger"
 
 local supervise = {}
 
@@ -17,11 +18,12 @@ local supervise = {}
 ---@alias limax.supervisor.law
 ---| fun(history: limax.generation[], random: table, limits: limax.limit[]): limax.proposal?,string?
 
+--- An entry of the library. Required are `options` and either `make` or `start`.
 ---@class limax.supervisor.entry
----@field options table<string, schema.rule>
----@field make? fun(options: table): limax.supervisor.law
+---@field options table<string, schema.rule> the rule of each option; {} for none
+---@field make? fun(options: table): limax.supervisor.law a function of a history that is not empty
 ---@field start? fun(options: table, run: limax.run, fallback: limax.supervisor|nil):
---- limax.supervisor.session instead of `make`, for supervisors with state between generations
+--- limax.supervisor.session for supervisors with state between generations
 ---@field unfit? fun(options: table, config: table): string|nil why it cannot serve this experiment
 
 ---@class limax.supervisor.session
@@ -51,7 +53,7 @@ for name, entry in pairs(supervise.entries) do
 end
 
 --- Names of the four parameters.
-supervise.parameters = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+supervise.parameters = ledger.parameters
 
 ---@class limax.supervisor
 ---@field name string a library name, or "function"
@@ -76,7 +78,11 @@ function supervise.get(spec)
   if entry.start then
     supervisor.start = function(run) return entry.start(options, run, fallback) end
   else
-    supervisor.call = entry.make(options)
+    local law = entry.make(options)
+    supervisor.call = function(history, random, limits)
+      if #history == 0 then return nil, "nothing is scored yet" end
+      return law(history, random, limits)
+    end
   end
   return supervisor
 end

@@ -11,7 +11,6 @@ return {
   make = function(options)
     local from = donor.read(options)
     return function(history, _, limits)
-      if #history == 0 then return nil, "nothing is scored yet" end
       local coming = history[#history].generation + 1
       local setting = from.settings[coming]
       if not setting then

@@ -6,44 +6,128 @@ local ledger = require "limax.supervise.ledger"
 
 local suite = require("limax.test").suite "supervise"
 
-local PARAMETERS = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction" }
+local PARAMETERS = limax.supervise.parameters
 local FIRST, copy, entry = histories.FIRST, histories.copy, histories.entry
 local history_of, stream, ask = histories.history_of, histories.stream, histories.ask
 
-suite:test("no supervisor proposes before a generation is scored", function(t)
-  for _, name in ipairs { "fixed", "schedule", "random", "one_fifth", "rules", "self_adaptive",
-    "bandit" } do
-    t:equal(ask(t, name, {}), nil)
+local function changed(fields)
+  local parameters = copy(FIRST)
+  for name, value in pairs(fields) do parameters[name] = value end
+  return parameters
+end
+
+-- A stall after three generations, with fields of the last one.
+local function stalled(last) return history_of({ 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 }, last) end
+
+local function standard_scores()
+  local history = stalled()
+  for k, generation in ipairs(history) do generation.best_standard = k end
+  return history
+end
+
+-- Two generations: parents that score 1 to 10, and offspring of parents 3 and 5 with these scores;
+-- false for one that failed, nil for elites.
+local function family(scores)
+  local before, now = entry(0, 10), entry(1, 10)
+  for i = 1, 10 do
+    before.population[i].fitness, before.population[i].origin = i, "initial"
+    local parents = { before.population[3].id, before.population[5].id }
+    now.population[i] = { id = 100 + i, origin = scores[i] == nil and "elite" or "bred",
+      parents = parents, fitness = scores[i] or nil }
+  end
+  return { before, now }
+end
+
+-- A family of which all offspring win, and a generation of theirs that all lose.
+local function three_generations()
+  local history, later = family { 6, 6, 6, 6, 6, 6, 6, 6, 6, 6 }, entry(2, 10)
+  for i = 1, 10 do
+    later.population[i] = { id = 200 + i, origin = "bred", parents = { 101 }, fitness = 1 }
+  end
+  history[3] = later
+  return history
+end
+
+local function scheduled(shape)
+  return { "schedule", shape = shape, mutation_scale = { { 2, 0.4 }, { 6, 0.1 } } }
+end
+
+-- Supervisor, history, proposal, text of the reason.
+local PROPOSALS = {
+  { "fixed", history_of { 1, 1, 1, 1, 1, 1, 1, 1 }, nil, "fixed parameters" },
+
+  { scheduled(), { entry(0, 1) }, { mutation_scale = 0.4 }, "schedule for generation 1" },
+  { scheduled(), { entry(3, 1) }, { mutation_scale = 0.25 } },
+  { scheduled "geometric", { entry(3, 1) }, { mutation_scale = 0.2 } },
+  { scheduled "step", { entry(3, 1) }, { mutation_scale = 0.4 } },
+  { scheduled "step", { entry(5, 1) }, { mutation_scale = 0.1 } },
+  { scheduled(), { entry(5, 1) }, { mutation_scale = 0.1 } },
+  { scheduled(), { entry(90, 1) }, { mutation_scale = 0.1 } },
+
+  { { "one_fifth", factor = 1.5 }, family { 6, 6, 6, 4, 4, 4, 4, 4, 4, 5 },
+    { mutation_scale = 0.15 }, "3 of 10 offspring" },
+  { { "one_fifth", factor = 1.5 }, family { 6, 4, 4, 4, 4, 4, 4, 4, 4, 4 },
+    { mutation_scale = 0.1 * 1.5 ^ -0.25 } },
+  -- exactly a fifth, and failed offspring count as tried
+  { "one_fifth", family { 6, 6, 4, 4, 4, false, false, 4, 4, 4 }, nil, "exactly a fifth" },
+  -- elites are not offspring
+  { "one_fifth", family { 6, 4, 4 }, { mutation_scale = 0.15 }, "1 of 3" },
+  { "one_fifth", { entry(0, 1) }, nil, "no offspring" },
+  { { "one_fifth", window = 2 }, three_generations(), { mutation_scale = 0.15 }, "10 of 20" },
+  { { "one_fifth", window = 1 }, three_generations(), { mutation_scale = 0.1 * 1.5 ^ -0.25 },
+    "0 of 10" },
+
+  { "rules", history_of { 1, 2, 3 }, nil, "improving: nothing to change" },
+  { "rules", stalled(), { mutation_rate = 0.08, mutation_scale = 0.08 },
+    "less than 2 % in 5 generations while robots still differ" },
+  { "rules", stalled { diversity = { all = { hamming = 0.3 } } },
+    { mutation_rate = 0.12, mutation_scale = 0.12 }, "robots have become alike: larger mutations" },
+  -- after the finest mutations
+  { "rules", stalled { parameters = changed { mutation_scale = 0.02 } },
+    { mutation_rate = 0.2, mutation_scale = 0.04 }, "larger ones again" },
+  { { "rules", patience = 9 }, stalled(), nil, "improving" },
+  { "rules", history_of { -5, -3, -3, -3, -3, -3, -3 },
+    { mutation_rate = 0.08, mutation_scale = 0.08 }, "rose by less than" },
+  -- the score under the first materials counts, where there is one
+  { "rules", standard_scores(), nil, "improving" },
+  { "rules", history_of({ 1, 2, 3 }, { diversity = { all = { hamming = 0.08 } } }),
+    { mutation_rate = 0.125, mutation_scale = 0.125, elite_fraction = 0.24 },
+    "diversity fell to 10 %" },
+  { { "rules", alike = 0.05 },
+    history_of({ 1, 2, 3 }, { diversity = { all = { hamming = 0.08 } } }), nil, "improving" },
+  -- failures come first
+  { "rules", history_of({ 3, 3, 3, 3, 3, 3, 3 }, { diversity = { all = { hamming = 0.1 } },
+    failed = { invalid = 4, diverged = 2, fitness = 0 } }),
+    { mutation_rate = 0.08, mutation_scale = 0.08 }, "6 of 10 robots failed" },
+  { "rules", history_of({ 1, 2, 3 }, { parameters = changed { mutation_scale = 0.2 } }),
+    { mutation_scale = 0.18 }, "back towards the first parameters" },
+}
+
+suite:test("each scheme's proposal for a history", function(t)
+  for k, row in ipairs(PROPOSALS) do
+    local spec, history, expected, text = unpack(row, 1, 4)
+    local proposal, reason = ask(t, spec, history)
+    local name = ("row %d, %s: %s"):format(k, type(spec) == "table" and spec[1] or spec, reason)
+    t:ok((proposal == nil) == (expected == nil), name)
+    t:near({ k, proposal or {} }, { k, expected or {} })
+    t:ok(not text or reason:find(text, 1, true), name)
   end
 end)
 
-suite:test("fixed proposes nothing", function(t)
-  t:equal(ask(t, "fixed", history_of { 1, 1, 1, 1, 1, 1, 1, 1 }), nil)
-end)
-
-suite:test("schedule follows its lines", function(t)
-  local function scale_after(generation, shape, points)
-    local history = { entry(generation, 1) }
-    return ask(t, { "schedule", mutation_scale = points, shape = shape }, history).mutation_scale
-  end
-  local points = { { 2, 0.4 }, { 6, 0.1 } }
-  t:equal(scale_after(0, nil, points), 0.4)
-  t:near(scale_after(3, nil, points), 0.25)
-  t:near(scale_after(3, "geometric", points), 0.2)
-  t:equal(scale_after(3, "step", points), 0.4)
-  t:equal(scale_after(5, "step", points), 0.1)
-  t:equal(scale_after(5, nil, points), 0.1)
-  t:equal(scale_after(90, nil, points), 0.1)
-  t:raises("does not come after", function()
-    limax.supervise.get { "schedule", mutation_scale = { { 5, 1 }, { 5, 2 } } }
-  end)
-  t:raises('did you mean "mutation_rate"?', function()
-    limax.supervise.get { "schedule", mutation_rates = { { 5, 1 } } }
-  end)
+suite:test("names, options and functions", function(t)
+  local own = function() return nil, "mine" end
+  t:ok(limax.supervise.get(own).call == own)
+  for text, spec in pairs {
+    ['did you mean "one_fifth"?'] = "one_fith",
+    ['did you mean "mutation_rate"?'] = { "schedule", mutation_rates = { { 5, 1 } } },
+    ["does not come after"] = { "schedule", mutation_scale = { { 5, 1 }, { 5, 2 } } },
+  } do t:raises(text, function() limax.supervise.get(spec) end) end
 end)
 
 suite:test("random stays in the ranges, makes allowed steps, and covers the ranges", function(t)
-  local list, limits = ledger.limits(10, nil, { hyperparameters = true, materials = false }), {}
+  local list = ledger.limits(10, { crossover_rate = { 0.4, 0.41 } },
+    { hyperparameters = true, materials = false })
+  local limits = {}
   for _, limit in ipairs(list) do limits[limit.field] = limit end
   local supervisor, random = limax.supervise.get "random", stream()
   local now, low, high = entry(0, 1), {}, {}
@@ -68,121 +152,6 @@ suite:test("random stays in the ranges, makes allowed steps, and covers the rang
     t:ok(low[name] < limit.minimum + 0.05 * (limit.maximum - limit.minimum), name)
     t:ok(high[name] > limit.maximum - 0.2 * (limit.maximum - limit.minimum), name)
   end
-end)
-
-suite:test("random keeps to the narrowed ranges of an experiment", function(t)
-  local run = limax.start(limax.experiment { fitness = "distance", lattice = { 2, 2, 2 },
-    population = 4, generations = 12, repetitions = 1, supervisor = "random",
-    simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
-    supervision = { ranges = { mutation_rate = { 0.09, 0.11 }, crossover_rate = { 0.4, 0.41 } } } },
-    { say = function() end })
-  local moved = false
-  for k, generation in ipairs(run:finish()) do
-    local parameters = generation.parameters
-    t:ok(parameters.mutation_rate >= 0.09 and parameters.mutation_rate <= 0.11)
-    t:ok(parameters.crossover_rate >= 0.4 and parameters.crossover_rate <= 0.41)
-    moved = moved or k > 1 and parameters.mutation_rate ~= 0.1
-    for _, one in ipairs(generation.ledger.entries) do
-      t:ok(one.outcome ~= "clamped", ("%s: %s"):format(one.field, tostring(one.reason)))
-    end
-  end
-  t:ok(moved)
-end)
-
--- Two generations: parents that score 1 to 10, and offspring of parents 3 and 5 with these scores.
-local function family(scores)
-  local before, now = entry(0, 10), entry(1, 10)
-  for i = 1, 10 do
-    before.population[i].fitness, before.population[i].origin = i, "initial"
-    local parents = { before.population[3].id, before.population[5].id }
-    now.population[i] = { id = 100 + i, origin = scores[i] == nil and "elite" or "bred",
-      parents = parents, fitness = scores[i] or nil }
-  end
-  return { before, now }
-end
-
-suite:test("one_fifth counts offspring that beat both parents", function(t)
-  local scale = FIRST.mutation_scale
-  local proposal, reason = ask(t, { "one_fifth", factor = 1.5 },
-    family { 6, 6, 6, 4, 4, 4, 4, 4, 4, 5 })
-  t:near(proposal.mutation_scale, 1.5 * scale)
-  t:ok(reason:find("3 of 10 offspring", 1, true))
-  proposal = ask(t, { "one_fifth", factor = 1.5 }, family { 6, 4, 4, 4, 4, 4, 4, 4, 4, 4 })
-  t:near(proposal.mutation_scale, scale * 1.5 ^ -0.25)
-  -- exactly a fifth, and failed offspring count as tried
-  t:equal(ask(t, "one_fifth", family { 6, 6, 4, 4, 4, false, false, 4, 4, 4 }), nil)
-  -- elites are not offspring
-  proposal, reason = ask(t, "one_fifth", family { 6, 4, 4 })
-  t:ok(proposal.mutation_scale > scale and reason:find("1 of 3", 1, true))
-  t:equal(ask(t, "one_fifth", { entry(0, 1) }), nil)
-end)
-
-suite:test("one_fifth looks back over its window", function(t)
-  local history = family { 6, 6, 6, 6, 6, 6, 6, 6, 6, 6 }
-  local later = entry(2, 10)
-  for i = 1, 10 do
-    later.population[i] = { id = 200 + i, origin = "bred", parents = { 101 }, fitness = 1 }
-  end
-  history[3] = later
-  local _, wide = ask(t, { "one_fifth", window = 2 }, history)
-  t:ok(wide:find("10 of 20", 1, true))
-  local _, narrow = ask(t, { "one_fifth", window = 1 }, history)
-  t:ok(narrow:find("0 of 10", 1, true))
-end)
-
-suite:test("rules changes nothing in a run that improves", function(t)
-  t:equal(ask(t, "rules", history_of { 1, 2, 3 }), nil)
-end)
-
-suite:test("rules answers a stall with smaller mutations, larger if robots are alike", function(t)
-  local stalled = history_of { 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 }
-  local proposal, reason = ask(t, "rules", stalled)
-  t:ok(proposal.mutation_scale < 0.1 and proposal.mutation_rate < 0.1)
-  t:ok(reason:find("less than 2 % in 5 generations while robots still differ", 1, true), reason)
-  local alike = history_of({ 1, 2, 3, 3, 3.01, 3.02, 3.02, 3.03 },
-    { diversity = { all = { hamming = 0.3 } } })
-  proposal, reason = ask(t, "rules", alike)
-  t:ok(proposal.mutation_scale > 0.1 and proposal.mutation_rate > 0.1)
-  t:ok(reason:find("robots have become alike: larger mutations", 1, true), reason)
-  -- after the finest mutations
-  stalled[8].parameters = copy(FIRST)
-  stalled[8].parameters.mutation_scale = 0.02
-  proposal, reason = ask(t, "rules", stalled)
-  t:near(proposal.mutation_scale, 0.04)
-  t:ok(reason:find("larger ones again", 1, true), reason)
-  stalled[8].parameters = copy(FIRST)
-  -- patience is an option; a negative best
-  t:equal(ask(t, { "rules", patience = 9 }, stalled), nil)
-  local negative = history_of { -5, -3, -3, -3, -3, -3, -3 }
-  t:ok(ask(t, "rules", negative).mutation_scale < 0.1)
-  -- the score under the first materials counts, where there is one
-  for k, generation in ipairs(stalled) do generation.best_standard = k end
-  t:equal(ask(t, "rules", stalled), nil)
-end)
-
-suite:test("rules answers falling diversity", function(t)
-  local alike = history_of({ 1, 2, 3 }, { diversity = { all = { hamming = 0.08 } } })
-  local proposal, reason = ask(t, "rules", alike)
-  t:ok(proposal.mutation_scale > 0.1 and proposal.elite_fraction < 0.3)
-  t:ok(reason:find("diversity fell to 10 %", 1, true), reason)
-  t:equal(ask(t, { "rules", alike = 0.05 }, alike), nil)
-end)
-
-suite:test("rules answers many failures first", function(t)
-  local failing = history_of({ 3, 3, 3, 3, 3, 3, 3 },
-    { failed = { invalid = 4, diverged = 2, fitness = 0 },
-      diversity = { all = { hamming = 0.1 } } })
-  local proposal, reason = ask(t, "rules", failing)
-  t:ok(proposal.mutation_scale < 0.1)
-  t:ok(reason:find("6 of 10 robots failed", 1, true), reason)
-end)
-
-suite:test("rules returns to the first parameters when the run improves again", function(t)
-  local wide = copy(FIRST)
-  wide.mutation_scale = 0.2
-  local proposal = ask(t, "rules", history_of({ 1, 2, 3 }, { parameters = wide }))
-  t:equal(copy(proposal), { mutation_scale = proposal.mutation_scale })
-  t:near(proposal.mutation_scale, 0.18)
 end)
 
 -- ---- self_adaptive and bandit -------------------------------------------------------------------
@@ -266,10 +235,4 @@ suite:test("bandit credits the setting nearest to what was applied", function(t)
     { 0.5, 0.5, 1 }, { 0.5, 1, 1 }, { 0.5, 2, 1 }, { 1, 0.5, 1 }, { 1, 2, 1 }, { 2, 0.5, 1 },
     { 2, 1, 1 } })
   t:equal(reason, "setting 9 of 9: 1 of 1 generations found a new best, bound 1")
-end)
-
-suite:test("a function is used as it is, a wrong name gets a suggestion", function(t)
-  local own = function() return nil, "mine" end
-  t:ok(limax.supervise.get(own).call == own)
-  t:raises('did you mean "one_fifth"?', function() limax.supervise.get "one_fith" end)
 end)

@@ -41,6 +41,18 @@ local function settings(history)
   return list
 end
 
+suite:test("no scheme of the library proposes before a generation is scored", function(t)
+  local folder, tested = donor(t), 0
+  for name, entry_of in pairs(limax.supervise.entries) do
+    if entry_of.make then
+      local spec = entry_of.options.run and { name, run = folder } or name
+      t:equal({ name, (ask(t, spec, {})) }, { name, nil })
+      tested = tested + 1
+    end
+  end
+  t:ok(tested >= 10, "all but the language model and its replay")
+end)
+
 suite:test("yoked repeats the bits of another run's parameters and materials", function(t)
   local folder, other = donor(t)
   local history = run_to(t:folder() .. "/own", free({ "yoked", run = folder }, { seed = 5 }))

@@ -63,16 +63,17 @@ end
 function Session:open()
   if self.transcript then return end
   self.transcript = transcript.open(self.run.folder)
-  local recorded = self.transcript.recorded
-  if not recorded then return end
+  local recorded, outcome = self.transcript.recorded, nil
   -- the state after the newest generation on disk
   for generation = #self.run.history - 1, 1, -1 do
-    local outcome = recorded:outcome(self.run.repetition, generation)
-    if outcome then
-      self:resume_from(outcome)
-      self:compare_prompts(outcome)
-      return
-    end
+    outcome = outcome or recorded and recorded:outcome(self.run.repetition, generation)
+  end
+  if not outcome then return end
+  self:resume_from(outcome)
+  local ask, now = outcome.asks[1], self.exchange.prompt.template
+  if ask and ask.template_sha256 ~= now.sha256 then
+    self.run:say(("%s has changed since generation %d; the run continues with the new version")
+      :format(now.name, outcome.generation))
   end
 end
 
@@ -80,15 +81,6 @@ function Session:resume_from(outcome)
   if outcome.client then self.client:restore(outcome.client) end
   self.unchanged, self.answered = outcome.unchanged or 0, true
   self.same = outcome.answer_sha256
-end
-
--- Tells the user where a resumed run continues with another prompt.
-function Session:compare_prompts(outcome)
-  local ask, now = outcome.asks[1], self.exchange.prompt.template
-  if ask and ask.template_sha256 ~= now.sha256 then
-    self.run:say(("%s has changed since generation %d; the run continues with the new version")
-      :format(now.name, outcome.generation))
-  end
 end
 
 -- Called by the client for each attempt, before its answer is read.
@@ -192,41 +184,31 @@ end
 
 -- ---- deciding -----------------------------------------------------------------------------------
 
--- A copy of a proposal that JSON can hold, so that a replay judges the same values.
-local function recordable(value, depth)
-  if type(value) == "number" and (value ~= value or math.abs(value) == math.huge) then
-    return tostring(value)
-  end
-  if type(value) == "string" then return text.line(value, 300) end
-  if type(value) == "number" or type(value) == "boolean" then return value end
-  if type(value) ~= "table" or depth == 0 then return "a " .. type(value) end
-  local copy = {}
-  for key, entry in next, value do
-    copy[type(key) == "string" and text.line(key, 60) or ("[%s]"):format(type(key))] =
-      recordable(entry, depth - 1)
-  end
-  return copy
+local function kept(why, proposal)
+  return { source = "keep", why = why, reason = "kept: " .. why, proposal = proposal }
+end
+
+-- The fallback's proposal and reason; raises an error if they cannot be recorded.
+local function propose_instead(fallback, step)
+  local proposal, reason = fallback.call(step.history, step.random, step.limits)
+  if type(proposal) ~= "table" then proposal = nil end
+  host.json.encode { proposal }
+  return proposal, type(reason) == "string" and "; " .. text.line(reason, 200) or ""
 end
 
 -- The outcome without a usable answer: the fallback's proposal, which may fail too. Without one the
 -- ledger shows how the model's fields were rejected.
 function Session:fall_back(step, why, rejected)
-  if not self.fallback then
-    return { source = "keep", why = why, reason = "kept: " .. why,
-      proposal = rejected and rejected.proposal }
-  end
-  local name = self.fallback.name
-  local ok, proposal, reason =
-    user_call.attempt(self.fallback.call, step.history, step.random, step.limits)
+  local fallback = self.fallback
+  if not fallback then return kept(why, rejected and rejected.proposal) end
+  local ok, proposal, reason = user_call.attempt(propose_instead, fallback, step)
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
-    why = ("%s; the fallback %s failed: %s"):format(why, name,
-      text.line(failure.bare(proposal), 200))
-    return { source = "keep", why = why, reason = "kept: " .. why }
+    return kept(("%s; the fallback %s failed: %s"):format(why, fallback.name,
+      text.line(failure.bare(proposal), 200)))
   end
-  reason = type(reason) == "string" and "; " .. text.line(reason, 200) or ""
-  return { source = name, why = why, proposal = type(proposal) == "table"
-    and recordable(proposal, 3) or nil, reason = ("%s instead: %s%s"):format(name, why, reason) }
+  return { source = fallback.name, why = why, proposal = proposal,
+    reason = ("%s instead: %s%s"):format(fallback.name, why, reason) }
 end
 
 -- Counts equal answers in a row.
@@ -239,7 +221,7 @@ function Session:compare(proposal)
   end
 end
 
--- Tells the user how long the answers will take, once in an experiment.
+-- Estimates the time of all answers, once in an experiment.
 function Session:project()
   local experiment = self.run.experiment
   if self.answered or experiment.projected then return end
@@ -263,13 +245,14 @@ function Session:decide_now(step)
   if (step.generation - 1) % every ~= 0 then
     return { source = "held", reason = ("the model is asked every %d generations"):format(every) }
   end
-  if not self.transcript:flush() then return self:fall_back(step, self:unwritable()) end
-  local ok, parsed, why, rejected = failure.attempt(self.consult, self, step.history)
+  local ok, parsed, why, rejected = true, nil, nil, nil
+  if self.transcript:write() then
+    ok, parsed, why, rejected = failure.attempt(self.consult, self, step.history)
+  end
   if not ok then
     if failure.of_machine(parsed) then error(parsed, 0) end
     -- most likely a client of the experiment's own
-    why, rejected = "asking failed: " .. text.line(failure.bare(parsed), 200), nil
-    parsed = nil
+    parsed, why, rejected = nil, "asking failed: " .. text.line(failure.bare(parsed), 200), nil
   end
   if self.transcript.problem then return self:fall_back(step, self:unwritable()) end
   if not parsed then return self:fall_back(step, why, rejected) end
@@ -311,8 +294,8 @@ function Session:record_outcome(step, line, began)
       line.source, line.why, line.proposal, line.reason = "keep", why, nil, "kept: " .. why
       parameters, fields, record = supervisor.apply(line, step.judge)
       line.fields = record.entries
-      self.transcript:replace_waiting(line)
     end
+    self.transcript:keep(line)
   end
   -- printed once per cause; causes that differ only in a number are one
   if line.why then run:say(("before generation %d the model was not used: %s")

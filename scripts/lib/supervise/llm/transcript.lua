@@ -11,19 +11,10 @@ local transcript = {}
 transcript.FILE = "transcript.jsonl"
 local SCHEMA = "limax.transcript/1"
 
----@class limax.llm.transcript
----@field path string|nil nil: a run without a folder, which keeps nothing
----@field problem string|nil why the last line could not be written
-local Transcript = {}
-Transcript.__index = Transcript
-
 -- ---- reading ------------------------------------------------------------------------------------
 
 -- The last line of a process that was killed may be incomplete: it counts as not written.
-local function whole_lines(text)
-  local last_break = text:match ".*()\n" or 0
-  return text:sub(1, last_break), #text > last_break
-end
+local function whole_lines(text) return text:sub(1, text:match ".*()\n" or 0) end
 
 local function key_of(repetition, name) return repetition .. ":" .. name end
 
@@ -56,9 +47,8 @@ Recorded.__index = Recorded
 function transcript.read(path)
   local text, message = source.read(path)
   if not text then failure.raise(2, message) end
-  local recorded = { outcomes = {}, attempts = {}, by_request = {} }
-  local number = 0
-  for row in (whole_lines(text)):gmatch "([^\n]*)\n" do
+  local recorded, number = { outcomes = {}, attempts = {}, by_request = {} }, 0
+  for row in whole_lines(text):gmatch "([^\n]*)\n" do
     number = number + 1
     local place = ("%s: line %d"):format(path, number)
     local line, unreadable = host.json.decode(row, place)
@@ -93,61 +83,69 @@ end
 
 -- ---- writing ------------------------------------------------------------------------------------
 
+---@class limax.llm.transcript
+---@field path string|nil nil: a run without a folder, which keeps nothing
+---@field recorded limax.llm.recorded|nil of a run that is resumed
+---@field waiting string lines that could not be written
+---@field problem string|nil why they could not
+local Transcript = {}
+Transcript.__index = Transcript
+
 --- Opens the transcript of a run folder at its end, without an incomplete last line.
 ---@param folder limax.run_folder|nil
 ---@return limax.llm.transcript
 function transcript.open(folder)
-  local self = setmetatable({ waiting = {}, attempts = {} }, Transcript)
+  local self = setmetatable({ waiting = "", attempts = {} }, Transcript)
   if not folder then return self end
   self.path = folder.path .. "/" .. transcript.FILE
   local text = source.read(self.path)
   if text then
-    local whole, incomplete = whole_lines(text)
-    if incomplete then self:note(host.file.truncate(self.path, #whole)) end
+    local whole = whole_lines(text)
+    if #whole < #text then
+      local ok, message = host.file.truncate(self.path, #whole)
+      if not ok then failure.raise(1, message) end
+    end
     self.recorded = transcript.read(self.path)
     self.attempts = self.recorded.attempts
   end
   return self
 end
 
-function Transcript:note(ok, message) self.problem = not ok and message or nil end
-
---- Writes the lines that wait. False while they cannot be written; `problem` is the reason.
-function Transcript:flush()
+--- Writes the lines that wait, and this one. False if they cannot be written: `problem` is the
+--- reason, and `line` is not kept.
+---@param line? table
+function Transcript:write(line)
   if not self.path then return true end
-  while self.waiting[1] do
-    self:note(host.file.append(self.path, self.waiting[1]))
-    if self.problem then return false end
-    table.remove(self.waiting, 1)
-  end
-  return true
+  local text = self.waiting .. (line and host.json.encode(line) .. "\n" or "")
+  if text == "" then return true end
+  local ok, message = host.file.append(self.path, text)
+  self.problem = not ok and message or nil
+  if ok then self.waiting = "" end
+  return ok
 end
 
-function Transcript:append(kind, repetition, generation, line)
-  if not self.path then return true end
-  line.kind, line.repetition, line.generation = kind, repetition, generation
-  line.schema = SCHEMA
-  self.waiting[#self.waiting + 1] = host.json.encode(line) .. "\n"
-  return self:flush()
+--- Keeps a line that could not be written.
+---@param line table
+function Transcript:keep(line) self.waiting = self.waiting .. host.json.encode(line) .. "\n" end
+
+local function complete(line, kind, repetition, generation)
+  line.schema, line.kind, line.repetition, line.generation = SCHEMA, kind, repetition, generation
 end
 
---- Adds an attempt: on disk when this returns true.
+--- Adds an attempt, on disk if there is no `problem` then.
 ---@param line table the client's record and its request
 function Transcript:attempt(repetition, generation, line)
   local key = key_of(repetition, generation)
   self.attempts[key] = (self.attempts[key] or 0) + 1
   line.attempt = self.attempts[key]
-  return self:append("attempt", repetition, generation, line)
+  complete(line, "attempt", repetition, generation)
+  if not self:write(line) then self:keep(line) end
 end
 
---- Adds the outcome of a generation.
+--- Adds the outcome of a generation. False if it cannot be written, and is not kept.
 function Transcript:outcome(repetition, generation, line)
-  return self:append("outcome", repetition, generation, line)
-end
-
---- Replaces the last line that waits.
-function Transcript:replace_waiting(line)
-  self.waiting[#self.waiting] = host.json.encode(line) .. "\n"
+  complete(line, "outcome", repetition, generation)
+  return self:write(line)
 end
 
 return transcript
