@@ -30,25 +30,6 @@ suite:test("the ledger records parameters that an own loop sets", function(t)
   end
 end)
 
-suite:test("a proposal is limited by ranges and largest changes", function(t)
-  local history = finished { generations = 2, supervisor = function(history)
-    t:equal(#history, 1)
-    return { mutation_rate = 0.4, crossover_rate = 0.5, elite_fraction = 2, population = 9,
-      mutation_scale = "big", materials = { bone = { stiffness = 1 } } }, "because"
-  end }
-  local record, entries = history[2].ledger, {}
-  t:equal(record.reason, "because")
-  for _, entry in ipairs(record.entries) do entries[entry.field] = entry end
-  t:equal({ entries.mutation_rate.outcome, entries.mutation_rate.applied }, { "rate-limited", 0.2 })
-  t:equal({ entries.crossover_rate.outcome, entries.crossover_rate.applied }, { "accepted", 0.5 })
-  t:equal(entries.elite_fraction.outcome, "rate-limited")
-  t:near(entries.elite_fraction.applied, 0.4)
-  t:equal(entries.population.outcome, "rejected")
-  t:equal(entries.mutation_scale.outcome, "rejected")
-  t:equal(entries["materials.bone.stiffness"].outcome, "rejected")
-  t:equal(history[2].parameters.mutation_rate, 0.2)
-end)
-
 suite:test("a supervisor that fails costs its change, never the run", function(t)
   local output = {}
   local history = finished({ supervisor = function() error("no idea", 0) end },
@@ -77,60 +58,75 @@ suite:test("a supervisor that fails costs its change, never the run", function(t
   t:equal(fields, { "mutation_rate", "[7]", "[a table]" })
 end)
 
-suite:test("a range of the experiment narrows a proposal", function(t)
-  local history = finished { generations = 2,
-    supervision = { ranges = { mutation_rate = { 0.08, 0.12 } } },
-    supervisor = function() return { mutation_rate = 0.2 } end }
-  t:equal(history[2].parameters.mutation_rate, 0.12)
-end)
+suite:test("a range of the experiment narrows a proposal, and is shown to the supervisor",
+  function(t)
+    local history = finished { generations = 2,
+      supervision = { ranges = { mutation_rate = { 0.08, 0.12 } } },
+      supervisor = function(_, _, limits)
+        t:equal({ limits[1].minimum, limits[1].maximum }, { 0.08, 0.12 })
+        return { mutation_rate = 0.2, materials = { bone = { stiffness = 1 } } }, "because"
+      end }
+    t:equal(history[2].parameters.mutation_rate, 0.12)
+    local record = history[2].ledger
+    t:equal(record.reason, "because")
+    for _, entry in ipairs(record.entries) do
+      if entry.field == "materials.bone.stiffness" then t:equal(entry.outcome, "rejected") end
+    end
+  end)
+
+-- Proposal, field, its outcome, the value that is applied, text of the reason, changes of the
+-- request.
+local BONE, MUSCLE = "materials.bone.", "materials.expanding muscle."
+local RULES = {
+  { { mutation_rate = 0.12 }, "mutation_rate", "accepted", 0.12 },
+  { { mutation_rate = 0.4 }, "mutation_rate", "rate-limited", 0.2, "at most x2 per generation" },
+  { { mutation_rate = 0.0001 }, "mutation_rate", "rate-limited", 0.05 },
+  { { elite_fraction = 0.6 }, "elite_fraction", "rate-limited", 0.4, "the range is 0.0333333 to" },
+  { { crossover_rate = -1 }, "crossover_rate", "rate-limited", 0.2 },
+  { { crossover_rate = 1.1 }, "crossover_rate", "clamped", 1, "the range is 0 to 1",
+    { parameters = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.9,
+      elite_fraction = 0.3 } } },
+  { { mutation_rate = 0 / 0 }, "mutation_rate", "rejected", 0.1, "expected a finite number" },
+  { { mutation_scale = math.huge }, "mutation_scale", "rejected", 0.1 },
+  { { mutation_scale = "big" }, "mutation_scale", "rejected", 0.1 },
+  { { population = 9 }, "population", "rejected", nil, "is not for a supervisor to change" },
+  { { mutation_raet = 0.1 }, "mutation_raet", "rejected", nil, 'did you mean "mutation_rate"' },
+  { { materials = { b = { stiffness = 1.1e4 } } }, BONE .. "stiffness", "accepted", 1.1e4 },
+  { { materials = { b = { mass_per_site = 2 } } }, BONE .. "mass_per_site", "rejected" },
+  { { materials = { b = { amplitude = 0.1 } } }, BONE .. "amplitude", "rejected" },
+  { { materials = { wood = {} } }, "materials.wood", "rejected", nil, "neither added nor renamed" },
+  { { materials = { e = { amplitude = 0.4 } } }, MUSCLE .. "amplitude", "clamped", 0.3 },
+  { { materials = { e = { phase = 0 } } }, MUSCLE .. "phase", "rate-limited", math.pi - 0.5 },
+  -- a set that would more than halve the step of a full body is clamped to one that halves it
+  { { materials = { b = { stiffness = 1.2e4 } } }, BONE .. "stiffness", "clamped", 1e4 / 0.9,
+    "cost: the step of a full body", { first_step = 1.8,
+      cost = function(fields) return 1e4 / fields.bone.stiffness end } },
+}
 
 suite:test("each rule of the ledger", function(t)
-  local limits = ledger.limits(30)
-  local materials = engine.materials "paper"
-  local list, first = {}, {}
+  local materials, list, first = engine.materials "paper", {}, {}
   for i = 1, materials.count do
     list[i] = materials:get(i)
     first[list[i].name] = list[i]
   end
-  local function judge(proposal, changes)
-    local request = { proposal = proposal, supervisor = "test", limits = limits, materials = list,
-      first = first, parameters = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
-        elite_fraction = 0.3 }, allowed = { hyperparameters = true, materials = true },
+  for _, row in ipairs(RULES) do
+    local proposal, field, outcome, applied, text, changes = unpack(row, 1, 6)
+    local request = { proposal = proposal, supervisor = "test", limits = ledger.limits(30),
+      materials = list, first = first, parameters = { mutation_rate = 0.1, mutation_scale = 0.1,
+        crossover_rate = 0.4, elite_fraction = 0.3 },
+      allowed = { hyperparameters = true, materials = true },
       cost = function() return 1 end, first_step = 1 }
     for name, value in pairs(changes or {}) do request[name] = value end
     local parameters, fields, record = ledger.judge(request)
-    local entries = {}
-    for _, entry in ipairs(record.entries) do entries[entry.field] = entry end
-    return entries, parameters, fields
+    local found
+    for _, entry in ipairs(record.entries) do
+      if entry.field == field then found = entry end
+    end
+    t:equal({ field, found.outcome }, { field, outcome })
+    t:ok(not text or found.reason:find(text, 1, true), found.reason)
+    t:near({ found.applied }, { applied }, { rtol = 1e-4 })
+    local material, name = field:match "^materials%.(.*)%.(.*)$"
+    local value = parameters[field] or material and fields[material][name]
+    t:equal({ field, value }, { field, found.applied })
   end
-  local entries, parameters = judge { mutation_rate = 0.0001 }
-  t:equal({ entries.mutation_rate.outcome, parameters.mutation_rate }, { "rate-limited", 0.05 })
-  entries = judge { elite_fraction = 0.6, crossover_rate = -1 }
-  t:near(entries.elite_fraction.applied, 0.4)
-  t:near(entries.crossover_rate.applied, 0.2)
-  entries = judge({ crossover_rate = 1.1 }, { parameters = { mutation_rate = 0.1,
-    mutation_scale = 0.1, crossover_rate = 0.9, elite_fraction = 0.3 } })
-  t:equal({ entries.crossover_rate.outcome, entries.crossover_rate.applied }, { "clamped", 1 })
-  entries = judge { mutation_rate = 0 / 0, mutation_scale = math.huge }
-  t:equal({ entries.mutation_rate.outcome, entries.mutation_scale.outcome },
-    { "rejected", "rejected" })
-  entries = judge { mutation_raet = 0.1 }
-  t:ok(entries.mutation_raet.reason:find 'did you mean "mutation_rate"')
-  entries = judge { materials = { b = { stiffness = 1.1e4, mass_per_site = 2, amplitude = 0.1 },
-    wood = {} } }
-  t:equal(entries["materials.bone.stiffness"].applied, 1.1e4)
-  t:equal(entries["materials.bone.mass_per_site"].outcome, "rejected")
-  t:equal(entries["materials.bone.amplitude"].outcome, "rejected")
-  t:equal(entries["materials.wood"].outcome, "rejected")
-  entries = judge { materials = { e = { amplitude = 0.4, phase = 0 } } }
-  t:near(entries["materials.expanding muscle.amplitude"].applied, 0.3)
-  t:near(entries["materials.expanding muscle.phase"].applied, math.pi - 0.5)
-  -- a set that would more than halve the step of a full body is clamped to one that halves it
-  local cost = function(fields) return 1e4 / fields.bone.stiffness end
-  entries = judge({ materials = { b = { stiffness = 1.2e4 } } }, { cost = cost, first_step = 1.8 })
-  t:equal(entries["materials.bone.stiffness"].outcome, "clamped")
-  t:ok(entries["materials.bone.stiffness"].reason:find "cost")
-  t:near(entries["materials.bone.stiffness"].applied, 1e4 / 0.9, { rtol = 1e-4 })
 end)
-
-return suite
