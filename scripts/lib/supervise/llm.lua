@@ -3,8 +3,37 @@
 --- over an evolution strategy's step size is Custode et al., arXiv 2408.02451; the paper's is arXiv
 --- 2405.00698.
 
-local client_options = require "limax.supervise.llm.options"
+local defaults = require "limax.settings.defaults"
 local schema = require "limax.engine.schema"
+
+local fields = defaults.fields.llm
+
+-- A key comes from the environment, so that no file that is shared or recorded contains one.
+local function no_key(value, path)
+  if value == nil then return nil end
+  return nil, ("%s: an experiment cannot name a key, because it is recorded with the run; set"
+    .. " LIMAX_LLM_KEY, or LIMAX_LLM_KEY_FILE to a file that only you can read"):format(path)
+end
+
+-- A number whose default depends on the endpoint.
+local function optional(field)
+  local rule = schema.number(field)
+  return function(value, path)
+    if value ~= nil then return rule(value, path) end
+  end
+end
+
+-- { input = , output = }
+local function price(value, path)
+  if value == nil then return nil end
+  local number = schema.number { unit = "per 1e6 tokens", minimum = 0, maximum = 1e6 }
+  local checked, message = schema.fields { input = number, output = number }(value, path)
+  if not checked then return nil, message end
+  if not checked.input or not checked.output then
+    return nil, path .. ": expected { input = , output = }, both per 1e6 tokens"
+  end
+  return checked
+end
 
 -- A rule for a function, or a value that `accepts`.
 local function function_or(accepts, expected)
@@ -21,28 +50,40 @@ local function fallback(value, path)
   return nil, ("%s: %s cannot be the fallback of a model"):format(path, schema.show(name))
 end
 
-local function context_tokens(value, path)
-  if value == nil then return nil end
-  return schema.number({ unit = "tokens", minimum = 200, maximum = 1e6, integer = true })(value,
-    path)
-end
-
 local options = {
   prompt = schema.text("[^%c]+", "the path of a prompt"),
   again = schema.text("[^%c]+", "the path of a prompt"),
   context = function_or(function(value) return value == "summary" or value == "paper" end,
     '"summary", "paper" or a function'),
-  context_tokens = context_tokens,
+  context_tokens = schema.number { unit = "tokens", minimum = 200, maximum = 1e6, integer = true },
   parse = function_or(function(value) return type(value) == "string" and value ~= "" end,
     "a file that returns a parser, or a function"),
   fallback = fallback,
   ask_every = schema.number { value = 1, unit = "generations", minimum = 1, maximum = 1e6,
     integer = true, reason = "as in the paper" },
   client = function_or(function() return false end, "a function that makes a client"),
+  -- of the client
+  url = schema.text("%S+", "the URL of an endpoint, without spaces"),
+  model = schema.text("%S[^%c]*", "the name of a model"),
+  budget = optional(fields.budget),
+  timeout = optional(fields.timeout),
+  max_tokens = schema.number(fields.max_tokens),
+  max_calls = schema.number { unit = "requests", minimum = 1, maximum = 1e9, integer = true },
+  max_tokens_total = schema.number { unit = "tokens", minimum = 1, maximum = 1e12 },
+  max_cost = schema.number { unit = "the currency of the price", above = 0, maximum = 1e9 },
+  price = price,
+  -- some models refuse these, so they are sent only if named
+  temperature = schema.number { unit = "1", minimum = 0, maximum = 2 },
+  seed = schema.number { unit = "1", minimum = 0, maximum = 2 ^ 31 - 1, integer = true },
+  format = schema.choice { "json_schema", "json_object", "plain" },
+  key_header = schema.choice { "authorization", "api-key" },
+  ca_file = schema.text("[^%c]+", "the path of a file with certificates"),
+  allow_insecure = schema.boolean(false),
 }
-
--- Those of the endpoint: url, model, budget, ...
-for name, rule in pairs(client_options.rules) do options[name] = rule end
+for _, name in ipairs { "key", "api_key", "apikey", "api-key", "authorization", "token",
+  "headers" } do
+  options[name] = no_key
+end
 
 return {
   options = options,

@@ -231,8 +231,4 @@ suite:test("wrong options are refused before the run", function(t)
     options[1], options.client = "llm", client
     t:raises(expected, function() run(t, options) end)
   end
-  t:raises("no endpoint of a language model is configured", function()
-    if os.getenv "LIMAX_LLM_URL" then t:skip "LIMAX_LLM_URL is set" end
-    run(t, "llm")
-  end)
 end)

@@ -6,13 +6,14 @@ local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local endpoint = require "limax.supervise.llm.endpoint"
 local host = require "limax.host"
-local options = require "limax.supervise.llm.options"
+local llm = require "limax.supervise.llm"
 local process = require "support.process"
 local text_of = require "limax.supervise.llm.text"
 
 local suite = require("limax.test").suite "llm endpoint"
 
-local KEY = "sk-SENTINEL/0123+456789=abcdef"
+local KEY = require("support.model_stage").KEY
+local HERE, AZURE = "http://127.0.0.1:8080", "https://x.openai.azure.com"
 
 local function find(variables, changes)
   variables.LIMAX_LLM_MODEL = variables.LIMAX_LLM_MODEL or "m"
@@ -21,123 +22,108 @@ end
 
 suite:test("a base URL with or without /v1 and /chat/completions is the same endpoint", function(t)
   for url, expected in pairs {
-    ["http://127.0.0.1:8080"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://127.0.0.1:8080/"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://127.0.0.1:8080/v1"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://127.0.0.1:8080/v1/"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://127.0.0.1:8080/v1/chat/completions"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://127.0.0.1:8080/v1/chat/completions/"] = "http://127.0.0.1:8080/v1/chat/completions",
-    ["http://localhost/proxy"] = "http://localhost/proxy/v1/chat/completions",
-    ["http://[::1]:11434/v1"] = "http://[::1]:11434/v1/chat/completions",
-    ["https://openrouter.ai/api/v1"] = "https://openrouter.ai/api/v1/chat/completions",
+    [HERE] = HERE .. "/v1", [HERE .. "/"] = HERE .. "/v1", [HERE .. "/v1"] = HERE .. "/v1",
+    [HERE .. "/v1/"] = HERE .. "/v1", [HERE .. "/v1/chat/completions"] = HERE .. "/v1",
+    [HERE .. "/v1/chat/completions/"] = HERE .. "/v1",
+    ["http://localhost/proxy"] = "http://localhost/proxy/v1",
+    ["http://[::1]:11434/v1"] = "http://[::1]:11434/v1",
+    ["https://openrouter.ai/api/v1"] = "https://openrouter.ai/api/v1",
     ["https://generativelanguage.googleapis.com/v1beta/openai"] =
-      "https://generativelanguage.googleapis.com/v1beta/openai/chat/completions",
-    ["https://x.openai.azure.com/openai/v1/"] =
-      "https://x.openai.azure.com/openai/v1/chat/completions",
-    ["https://x.openai.azure.com/openai/deployments/d?api-version=2024-10-21"] =
-      "https://x.openai.azure.com/openai/deployments/d/chat/completions",
+      "https://generativelanguage.googleapis.com/v1beta/openai",
+    [AZURE .. "/openai/v1/"] = AZURE .. "/openai/v1",
+    [AZURE .. "/openai/deployments/d?api-version=2024-10-21"] = AZURE .. "/openai/deployments/d",
   } do
     local found, message = find { LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }
-    t:equal(found and found.shown or message, expected)
-    t:equal(found.url, expected .. (url:match "%?.*" or ""))
+    t:equal(found and found.shown or message, expected .. "/chat/completions")
+    t:equal(found.url, found.shown .. (url:match "%?.*" or ""))
   end
-end)
-
-suite:test("the header of the key follows the host, or the option", function(t)
-  local function header(url, changes)
-    local headers = find({ LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }, changes).headers()
-    return headers.Authorization, headers["api-key"]
-  end
-  local bearer = "Bearer " .. KEY
-  t:equal({ header "https://example.org" }, { bearer })
-  t:equal({ header "https://x.openai.azure.com" }, { nil, KEY })
-  t:equal({ header "https://openai.azure.com.example.org" }, { bearer })
-  t:equal({ header("https://example.org", { key_header = "api-key" }) }, { nil, KEY })
-  t:equal({ header("https://x.openai.azure.com", { key_header = "authorization" }) }, { bearer })
-  local headers = find({ LIMAX_LLM_URL = "http://127.0.0.1" }).headers()
-  t:equal(headers, { Accept = "application/json", ["Content-Type"] = "application/json" })
-end)
-
-suite:test("url and model of an experiment win over the environment, a key is refused", function(t)
-  local found = find({ LIMAX_LLM_URL = "http://127.0.0.1:1", LIMAX_LLM_MODEL = "a" },
+  local found = find({ LIMAX_LLM_URL = HERE, LIMAX_LLM_MODEL = "a" },
     { url = "http://127.0.0.1:2", model = "b" })
   t:equal({ found.shown, found.model }, { "http://127.0.0.1:2/v1/chat/completions", "b" })
-  for _, name in ipairs { "key", "api_key", "apikey", "api-key", "authorization", "token",
-    "headers" } do
-    t:raises("an experiment cannot name a key, because it is recorded with the run", function()
-      choice.read("supervisor", { "llm", [name] = KEY }, { llm = { options = options.rules } })
-    end)
-  end
-  local message = t:raises("budget: expected a number above 0", function()
-    choice.read("supervisor", { "llm", budget = -1 }, { llm = { options = options.rules } })
-  end)
-  t:ok(message:find("(s)", 1, true), message)
-end)
-
-suite:test("OPENAI_API_KEY goes to OpenAI's own host over https and nowhere else", function(t)
-  local function source(url, changes)
-    local found = find({ LIMAX_LLM_URL = url, OPENAI_API_KEY = KEY }, changes)
-    return found and (found.key_source or "none")
-  end
-  t:equal(source "https://api.openai.com/v1", "OPENAI_API_KEY")
-  t:equal(source "https://API.OpenAI.com/v1", "OPENAI_API_KEY")
-  for _, url in ipairs { "https://api.openai.com.example.org", "https://api.openai.com.",
-    "https://eu.api.openai.com", "https://example.org/api.openai.com", "https://openai.com" } do
-    t:equal(source(url), nil)
-  end
-  t:equal(source "http://127.0.0.1:8080", "none")
-  t:equal(source("http://api.openai.com", { allow_insecure = true }), "none")
-  t:equal(find({ LIMAX_LLM_URL = "https://api.openai.com", OPENAI_API_KEY = "a",
-    LIMAX_LLM_KEY = "b" }).headers().Authorization, "Bearer b")
-end)
-
-suite:test("invalid URLs are refused without being printed", function(t)
-  for url, expected in pairs {
-    ["https://me:" .. KEY:gsub("[/+=]", "") .. "@example.org/v1"] = "contains credentials",
-    ["https://me@example.org/v1"] = "contains credentials",
-    ["https://example.org/v1?api_key=" .. KEY] = "looks like a key",
-    ["https://example.org/v1?a=1&Token=" .. KEY] = "looks like a key",
-    ["https://example.org/v1?x=" .. KEY] = "contains the key",
-    ["https://example.org/v1#" .. KEY] = "a part after #",
-    ["http://example.org/v1"] = "use https, or set allow_insecure = true",
-    ["http://127.0.0.1.example.org/v1"] = "use https",
-    ["http://10.0.0.1:8080"] = "use https",
-    ["ftp://127.0.0.1/"] = "must start with https://",
-    ["127.0.0.1:8080"] = "not a valid URL",
-    ["http://127.0.0.1\r\nX: y"] = "not a valid URL",
-  } do
-    local found, message = find { LIMAX_LLM_URL = url, LIMAX_LLM_KEY = KEY }
-    t:equal(found, nil)
-    t:ok(message:find(expected, 1, true), message)
-    t:ok(message:find("^LIMAX_LLM_URL: ") or expected == "contains the key", message)
-    t:ok(not message:find("SENTINEL", 1, true), message)
-  end
-  local found, message = find {}
-  t:equal(found, nil)
-  t:ok(message:find("set LIMAX_LLM_URL", 1, true), message)
-  found, message = find { LIMAX_LLM_URL = "https://example.org" }
-  t:equal(found, nil)
-  t:ok(message:find("no key for https://example.org: set LIMAX_LLM_KEY", 1, true), message)
-  found, message = endpoint.find({ url = "http://127.0.0.1" }, function() return "" end)
-  t:equal(found, nil)
-  t:ok(message:find("no model is named: set LIMAX_LLM_MODEL", 1, true), message)
   t:equal(find({ LIMAX_LLM_URL = "http://10.0.0.1:8000" }, { allow_insecure = true }).shown,
     "http://10.0.0.1:8000/v1/chat/completions")
 end)
 
-suite:test("a key with a line break or a space is refused without being repeated",
+suite:test("an experiment cannot name a key", function(t)
+  local function read(options) choice.read("supervisor", options, { llm = llm }) end
+  for _, name in ipairs { "key", "api_key", "apikey", "api-key", "authorization", "token",
+    "headers" } do
+    t:raises("an experiment cannot name a key, because it is recorded with the run",
+      function() read { "llm", [name] = KEY } end)
+  end
+  local message = t:raises("budget: expected a number above 0",
+    function() read { "llm", budget = -1 } end)
+  t:ok(message:find("(s)", 1, true), message)
+end)
+
+suite:test("OPENAI_API_KEY goes only to OpenAI over https, headers follow host or option",
   function(t)
-    for key, expected in pairs { [KEY .. "\nX-Header: y"] = "contains a line break",
-      [KEY .. "\r"] = "contains a line break", [KEY .. " x"] = "contains a space",
-      ["\200" .. KEY] = "a character that no key has",
-      [("k"):rep(8193)] = "longer than 8192 bytes" } do
-      local found, message = find { LIMAX_LLM_URL = "http://127.0.0.1", LIMAX_LLM_KEY = key }
-      t:equal(found, nil)
-      t:ok(message:find("the key in LIMAX_LLM_KEY " .. "", 1, true) and message:find(expected, 1,
-        true), message)
-      t:ok(not message:find("SENTINEL", 1, true) and not message:find("kkk", 1, true), message)
+    local bearer, azure, none = { "Bearer " .. KEY }, { nil, KEY }, {}
+    -- URL, variable of the key, header (nil: no endpoint), options
+    for _, row in ipairs {
+      { "https://example.org", "LIMAX_LLM_KEY", bearer }, { AZURE, "LIMAX_LLM_KEY", azure },
+      { "https://openai.azure.com.example.org", "LIMAX_LLM_KEY", bearer },
+      { "https://example.org", "LIMAX_LLM_KEY", azure, { key_header = "api-key" } },
+      { AZURE, "LIMAX_LLM_KEY", bearer, { key_header = "authorization" } },
+      { HERE, "NO_KEY", none }, { HERE, "OPENAI_API_KEY", none },
+      { "https://api.openai.com/v1", "OPENAI_API_KEY", bearer },
+      { "https://API.OpenAI.com/v1", "OPENAI_API_KEY", bearer },
+      { "https://api.openai.com.example.org", "OPENAI_API_KEY" },
+      { "https://api.openai.com.", "OPENAI_API_KEY" },
+      { "https://eu.api.openai.com", "OPENAI_API_KEY" },
+      { "https://example.org/api.openai.com", "OPENAI_API_KEY" },
+      { "https://openai.com", "OPENAI_API_KEY" },
+      { "http://api.openai.com", "OPENAI_API_KEY", none, { allow_insecure = true } },
+    } do
+      local url, variable, expected, changes = unpack(row, 1, 4)
+      local found = find({ LIMAX_LLM_URL = url, [variable] = KEY }, changes)
+      local headers = found and found.headers()
+      t:equal({ url, headers and { headers.Authorization, headers["api-key"] } },
+        { url, expected })
+      t:equal(found and found.key_source, expected and next(expected) and variable or nil)
+      -- no table of an endpoint holds the key
+      for _, value in pairs(found or {}) do
+        t:ok(type(value) ~= "table" and not tostring(value):find("SENTINEL", 1, true))
+      end
     end
+    t:equal(find({ LIMAX_LLM_URL = HERE }).headers(),
+      { Accept = "application/json", ["Content-Type"] = "application/json" })
+    t:equal(find({ LIMAX_LLM_URL = "https://api.openai.com", OPENAI_API_KEY = "a",
+      LIMAX_LLM_KEY = "b" }).headers().Authorization, "Bearer b")
   end)
+
+suite:test("invalid URLs and keys are refused without being printed", function(t)
+  local org = "https://example.org/v1"
+  -- URL, key, text of the message
+  for _, row in ipairs {
+    { "https://me:" .. KEY:gsub("[/+=]", "") .. "@example.org/v1", KEY, "contains credentials" },
+    { "https://me@example.org/v1", KEY, "LIMAX_LLM_URL: it contains credentials" },
+    { org .. "?api_key=" .. KEY, KEY, "looks like a key" },
+    { org .. "?a=1&Token=" .. KEY, KEY, "looks like a key" },
+    { org .. "?x=" .. KEY, KEY, "contains the key" },
+    { org .. "#" .. KEY, KEY, "a part after #" },
+    { "http://example.org/v1", KEY, "use https, or set allow_insecure = true" },
+    { "http://127.0.0.1.example.org/v1", KEY, "use https" },
+    { "http://10.0.0.1:8080", KEY, "use https" },
+    { "ftp://127.0.0.1/", KEY, "must start with https://" },
+    { "127.0.0.1:8080", KEY, "LIMAX_LLM_URL: not a valid URL" },
+    { "http://127.0.0.1\r\nX: y", KEY, "not a valid URL" },
+    { nil, KEY, "set LIMAX_LLM_URL" },
+    { org, nil, "no key for https://example.org: set LIMAX_LLM_KEY" },
+    { HERE, KEY .. "\nX-Header: y", "the key in LIMAX_LLM_KEY contains a line break" },
+    { HERE, KEY .. "\r", "contains a line break" }, { HERE, KEY .. " x", "contains a space" },
+    { HERE, "\200" .. KEY, "a character that no key has" },
+    { HERE, ("SENTINEL"):rep(1025), "longer than 8192 bytes" },
+  } do
+    local url, key, expected = unpack(row, 1, 3)
+    local found, message = find { LIMAX_LLM_URL = url, LIMAX_LLM_KEY = key }
+    t:equal(found, nil)
+    t:ok(message:find(expected, 1, true) and not message:find("SENTINEL", 1, true), message)
+  end
+  local found, message = endpoint.find({ url = "http://127.0.0.1" }, function() return "" end)
+  t:equal(found, nil)
+  t:ok(message:find("no model is named: set LIMAX_LLM_MODEL", 1, true), message)
+end)
 
 suite:test("a key file is read if only its owner can access it", function(t)
   local path = t:folder() .. "/key"
@@ -177,14 +163,6 @@ suite:test("a key file is read if only its owner can access it", function(t)
   -- a pipe without a writer does not block
   os.execute("mkfifo -m 600 " .. path)
   refused "is not a regular file"
-end)
-
-suite:test("no table of an endpoint holds the key", function(t)
-  local found = find { LIMAX_LLM_URL = "http://127.0.0.1", LIMAX_LLM_KEY = KEY }
-  for _, value in pairs(found) do
-    t:ok(type(value) ~= "table")
-    t:ok(not tostring(value):find("SENTINEL", 1, true))
-  end
 end)
 
 local function each(text, format)
@@ -239,22 +217,14 @@ suite:test("base64 is that of RFC 4648", function(t)
   end
 end)
 
-suite:test("the client's page names every option and default, and its example runs", function(t)
+suite:test("the pages name every option and default", function(t)
   local page = process.read(host.home .. "/scripts/lib/supervise/llm/README.md")
-  for name in pairs(options.rules) do
-    t:ok(page:find("`" .. name .. "`", 1, true) or name:find "^api" or name == "token", name)
+  local both = page .. process.read(host.home .. "/prompts/README.md")
+  for name in pairs(llm.options) do
+    t:ok(name:find "^api" or both:find("%f[%w_]" .. name .. "%f[^%w_]"), name)
   end
   for _, name in ipairs { "budget", "budget_loopback", "timeout", "timeout_loopback",
     "max_tokens" } do
-    local value = defaults.fields.llm[name].value
-    t:ok(page:find("[^%d]" .. value .. "[^%d]"), name)
+    t:ok(page:find("[^%d]" .. defaults.fields.llm[name].value .. "[^%d]"), name)
   end
-  local example = page:match "```lua\n(.-)```"
-  local status, output = process.script(t:folder(), example, "-u LIMAX_LLM_URL")
-  t:equal(status, 0)
-  t:ok(output:find("^no endpoint of a language model is configured"), output)
-  status, output = process.script(t:folder(), example, "-u LIMAX_LLM_KEY -u LIMAX_LLM_KEY_FILE"
-    .. " LIMAX_LLM_URL=http://127.0.0.1:9 LIMAX_LLM_MODEL=m")
-  t:equal(status, 0)
-  t:ok(output:find("^transport: .*\n3\thttp://127.0.0.1:9/v1/chat/completions\n"), output)
 end)

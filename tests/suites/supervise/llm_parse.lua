@@ -98,27 +98,6 @@ suite:test("values are kept as they are, for the ledger to judge", function(t)
     { proposal = {}, reason = nil, stage = "whole" })
 end)
 
-suite:test("text of a model is never executed", function(t)
-  local folder = t:folder()
-  local touch = folder .. "/touched"
-  for _, text in ipairs {
-    ('os.execute("touch %s")'):format(touch),
-    ('{"mutation_rate": (function() io.open(%q, "w"):close() end)()}'):format(touch),
-    ('{"mutation_rate": 0.2, "reason": "$(touch %s)`touch %s`"}'):format(touch, touch),
-    ('{"mutation_rate": 0.2, "parse": "%s", "url": "http://127.0.0.1:1/"}'):format(touch),
-    '{"mutation_rate": 0.2, "supervisor": {"url": "https://example.org"}, "LIMAX_LLM_KEY": "x"}',
-    "]] .. os.exit(3) .. [[", "%s%s%n%99999d", '{"__index": 1, "mutation_rate": 0.2}',
-    '{"mutation_rate": 0.2, "reason": "{{generations}} {{secret}}"}',
-  } do
-    local got = read(text)
-    if got then
-      t:equal(got.proposal.mutation_rate, 0.2)
-      t:ok(not got.reason or not got.reason:find "%c")
-    end
-    t:equal(host.file.exists(touch), nil)
-  end
-end)
-
 -- ---- parsers of the user's own ------------------------------------------------------------------
 
 suite:test("a parser may be a file or a function without upvalues", function(t)

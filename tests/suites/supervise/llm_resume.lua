@@ -108,14 +108,6 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
     t:ok(all <= uninterrupted + 2 * kills,
       ("%d questions, %d uninterrupted"):format(all, uninterrupted))
     t:note(("%d kills, %d questions instead of %d"):format(kills, all, uninterrupted))
-    -- and the broken run's transcript replays
-    local text = source.read(folder .. "/talk.lua")
-      :gsub("supervisor = (%b{})", 'supervisor = { "replay", run = "broken" }')
-    assert(host.file.write_atomic(folder .. "/again.lua", text))
-    completes(t, folder, { "run", "again.lua", "--out", "again", "--set", "name=talk",
-      unpack(on_cpu) })
-    evolution.same_files(t, folder .. "/again", folder .. "/whole", SAME)
-    t:equal(asked(folder), all)
   end)
 
 suite:test("an answer that came before the end is used, and a cut line is dropped", { limit = 60 },

@@ -8,7 +8,6 @@ local endpoint = require "limax.supervise.llm.endpoint"
 local engine = require "limax.engine"
 local form = require "limax.supervise.llm.form"
 local host = require "limax.host"
-local options_rules = require "limax.supervise.llm.options"
 local reply = require "limax.supervise.llm.reply"
 local retry = require "limax.supervise.llm.retry"
 local source = require "limax.base.source"
@@ -55,14 +54,16 @@ Client.__index = Client
 
 --- A client for the endpoint that options and environment name; nil and a message where there is
 --- none.
----@param options table as `options.rules` of limax.llm.options check them
+---@param options table as `options` of limax.supervise.llm check them
 ---@param machine? limax.llm.machine
 ---@return limax.llm.client|nil
 ---@return string|nil message
 function client.new(options, machine)
   machine = machine or {}
-  local conflict = options_rules.conflict(options)
-  if conflict then return nil, conflict end
+  if options.max_cost and not options.price then
+    return nil, "max_cost needs price = { input = , output = }, per 1e6 tokens: without it no cost"
+      .. " is known"
+  end
   local found, message = endpoint.find(options, machine.environment)
   if not found then return nil, message end
   local endpoints = machine.endpoints or {}
