@@ -4,6 +4,7 @@
 local evolution = require "support.evolution"
 local host = require "limax.host"
 local limax = require "limax"
+local process = require "support.process"
 local source = require "limax.base.source"
 local talker = require "support.talker"
 
@@ -157,7 +158,11 @@ suite:test("a replay that asks another question, or runs longer, ends with the r
         limax.start(talker.experiment({ "replay", run = recorded.folder, match = "generation" },
           { generations = 9 }), { out = folder, device = "cpu" }):finish()
       end)
-    t:equal(host.json.decode(source.read(folder .. "/checkpoint")).generation, 3)
+    -- it is written asynchronously
+    local began = host.clock()
+    while host.clock() - began < process.LATE and source.read_json(folder .. "/checkpoint")
+      .generation < 3 do host.wait(0.01) end
+    t:equal(source.read_json(folder .. "/checkpoint").generation, 3)
     t:ok(run(t, { "replay", run = recorded.folder, match = "generation" }, { seed = 2 }))
   end)
 
