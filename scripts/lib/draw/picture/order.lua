@@ -1,7 +1,7 @@
 --- order.lua: the order in which pieces are painted, the farthest first, so that each may be
---- painted over those before it. What does not move divides space by its planes (a BSP tree); faces
---- of bodies are cut where they cross one, and sorted by depth within a part of space. Metres,
---- along, away, up.
+--- painted over those before it. What does not move divides space by its planes (a BSP tree); small
+--- faces, of bodies and terrain, are cut where they cross one, and sorted by depth within a part of
+--- space. Metres, along, away, up.
 
 local polygon = require "limax.draw.picture.polygon"
 
@@ -15,7 +15,6 @@ local TRIED = 8
 ---@class limax.picture.item what is painted at one place in the order
 ---@field plane limax.picture.space what is in front of it is painted later, what is behind earlier
 ---@field parts limax.picture.polygon[]
----@field whole boolean|nil is never cut and comes before all others: slices of terrain
 
 ---@class limax.picture.order
 ---@field sight number[]
@@ -37,7 +36,7 @@ end
 -- The item whose plane cuts fewest of the others.
 local function best_of(items)
   local best, fewest = 1, math.huge
-  for k = 1, items[1].whole and 0 or math.min(TRIED, #items) do
+  for k = 1, math.min(TRIED, #items) do
     local count = 0
     for _, item in ipairs(items) do
       local front, behind = split(item, items[k].plane, SLACK)
@@ -54,9 +53,7 @@ local function build(items)
   local best = best_of(items)
   local root, front, behind = items[best], {}, {}
   for k, item in ipairs(items) do
-    if item.whole and k ~= best then
-      front[#front + 1] = item
-    elseif k ~= best then
+    if k ~= best then
       front[#front + 1], behind[#behind + 1] = split(item, root.plane, 1e-6)
     end
   end
@@ -64,7 +61,7 @@ local function build(items)
 end
 
 --- An order of what does not move.
----@param items limax.picture.item[] whole ones first
+---@param items limax.picture.item[]
 ---@param sight number[] away from the viewer
 ---@return limax.picture.order
 function order.new(items, sight)
@@ -84,9 +81,8 @@ end
 --- Adds a face that is turned to the viewer.
 function Order:add(face) push(self.root, face) end
 
---- Sorts polygons by the mean depth of their corners, the farthest first.
----@param sight number[] away from the viewer
-function order.by_depth(list, sight)
+-- Sorts polygons by the mean depth of their corners, the farthest first.
+local function sort_by_depth(list, sight)
   for k, each in ipairs(list) do
     local sum = 0
     for _, p in ipairs(each.points) do sum = sum + polygon.dot(p, sight) end
@@ -103,7 +99,7 @@ end
 function Order:each(paint)
   local function visit(node)
     if node.faces then
-      order.by_depth(node.faces, self.sight)
+      sort_by_depth(node.faces, self.sight)
       for _, face in ipairs(node.faces) do paint(face) end
       return
     end

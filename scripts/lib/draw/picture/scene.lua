@@ -174,7 +174,8 @@ end
 ---@param pose? limax.motion.pose without one only the world is drawn
 function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
   local block = pose and #pose.block > 0 and block_picture.spaces(pose.block) or nil
-  local items, veils = stage.pieces(film.stage, slab, view.sight, block, block_picture.hex)
+  local items, veils, patches = stage.pieces(film.stage, slab, view.sight, block,
+    block_picture.hex)
   local function paint(piece, opacity)
     local points = {}
     for k, p in ipairs(piece.points) do points[k] = place(p) end
@@ -187,6 +188,7 @@ function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
     if piece.look.ruled and not opacity then draw_rules(canvas, piece, place) end
   end
   local sorted = order.new(items, view.sight)
+  for _, patch in ipairs(patches) do sorted:add(patch) end
   for _, face in ipairs(pose and skin.visible(film.faces, pose.points, film.colors, view.sight,
     film.held) or {}) do
     sorted:add(face)

@@ -205,12 +205,12 @@ end
 ---@param block_hex? string
 ---@return limax.picture.item[] items for order.new
 ---@return limax.picture.polygon[] veils planes seen from behind: they are in front of all
+---@return limax.picture.polygon[] patches of terrain
 function stage.pieces(self, slab, sight, block, block_hex)
   local center, reach = middle_of(slab)
   local context = { sight = sight, center = center, reach = reach }
   local within, open = spaces_of(slab.low, slab.high), open_of(self)
-  local items = self.terrain and terrain.items(self, slab, within, sight) or {}
-  local veils = {}
+  local items, veils = {}, {}
   for _, sheet in ipairs(sheets_of(self, within, open, context)) do
     if not sight or dot(sheet.plane.normal, sight) < 0 then
       items[#items + 1] = sheet
@@ -231,7 +231,7 @@ function stage.pieces(self, slab, sight, block, block_hex)
     add_sphere(items, sphere, inside and open or joined(within, open), context)
   end
   if block then add_solid(items, block, context, block_hex, skin.ink) end
-  return items, veils
+  return items, veils, self.terrain and terrain.patches(self, slab, within, sight) or {}
 end
 
 return stage

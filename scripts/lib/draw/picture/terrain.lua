@@ -1,7 +1,6 @@
 --- terrain.lua: a height field as pieces to paint: patches of its surface, and the walls where a
 --- slab of space cuts it. Metres, along, away, up.
 
-local order = require "limax.draw.picture.order"
 local palette = require "limax.draw.palette"
 local polygon = require "limax.draw.picture.polygon"
 local skin = require "limax.draw.skin"
@@ -13,8 +12,6 @@ local terrain = {}
 local PATCHES = 14
 -- m of soil below the lowest place
 local DEPTH = 0.02
-
-local dot = polygon.dot
 
 -- What the corners of a slab's floor span in the world.
 local function footprint(stage, slab)
@@ -30,7 +27,7 @@ end
 -- Adds a piece with four corners, counter-clockwise seen from outside, if it faces the viewer.
 local function add(patches, points, edges, within, sight)
   local normal = polygon.quad_normal(points)
-  if dot(normal, normal) == 0 or sight and dot(normal, sight) >= 0 then return end
+  if polygon.dot(normal, normal) == 0 or sight and polygon.dot(normal, sight) >= 0 then return end
   patches[#patches + 1] = polygon.within({ points = points, edges = edges,
     look = { fill = palette.shade(world.soil, skin.brightness(polygon.unit(normal))),
       ink = world.furrow } }, within)
@@ -60,39 +57,12 @@ local function add_walls(patches, stage, slab, step, floor, sight)
   end
 end
 
--- Patches as slices along the ground, the farthest first; the plane of each is where it begins. In
--- a slice the terrain is painted first, since the viewer looks from above.
-local function slices_of(patches, sight, thickness)
-  order.by_depth(patches, sight)
-  local length = math.sqrt(sight[1] ^ 2 + sight[2] ^ 2)
-  if length < 1e-6 then
-    return { { plane = { normal = { 0, 0, 1 }, offset = -math.huge }, parts = patches,
-      whole = true } }
-  end
-  local toward = { -sight[1] / length, -sight[2] / length, 0 }
-  local by_number, least, most = {}, math.huge, -math.huge
-  for _, patch in ipairs(patches) do
-    local sum = 0
-    for _, p in ipairs(patch.points) do sum = sum + dot(toward, p) end
-    local k = math.floor(sum / #patch.points / thickness)
-    by_number[k] = by_number[k] or {}
-    table.insert(by_number[k], patch)
-    least, most = math.min(least, k), math.max(most, k)
-  end
-  local slices = {}
-  for k = least, most do
-    slices[#slices + 1] = { plane = { normal = toward, offset = k * thickness },
-      parts = by_number[k] or {}, whole = true }
-  end
-  return slices
-end
-
 --- Pieces that face the viewer. Where heights are finer than a picture can show some are left out;
 --- where they are coarse the surface between them is followed.
 ---@param within limax.picture.space[] the slab; its first four sides are upright
 ---@param sight? number[] away from the viewer; without it all sides are returned
----@return limax.picture.item[]
-function terrain.items(stage, slab, within, sight)
+---@return limax.picture.polygon[]
+function terrain.patches(stage, slab, within, sight)
   local field, low, high = stage.terrain, footprint(stage, slab)
   local wanted = math.max(slab.high[1] - slab.low[1], slab.high[2] - slab.low[2])
     / (slab.patches or PATCHES)
@@ -117,7 +87,7 @@ function terrain.items(stage, slab, within, sight)
     end
   end
   add_walls(patches, stage, slab, step, lowest - DEPTH, sight)
-  return sight and slices_of(patches, sight, step) or { { parts = patches } }
+  return patches
 end
 
 return terrain

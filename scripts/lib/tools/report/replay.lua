@@ -117,7 +117,8 @@ local function world_of(around, samples)
     slab.high[c] = math.ceil((high[c] + BEYOND) / ROUND) * ROUND
   end
   local turned = stage.new(around)
-  local items = stage.pieces(turned, slab)
+  local items, _, patches = stage.pieces(turned, slab)
+  items[#items + 1] = { parts = patches }
   if turned.ground then items[#items + 1] = { parts = { stage.ground_in(turned, slab) } } end
   for _, item in ipairs(items) do
     for _, part in ipairs(item.parts) do
