@@ -40,7 +40,6 @@ local ENOUGH = 20
 ---@field held table<integer, boolean> masses that anchors hold
 ---@field world limax.world
 ---@field stage limax.picture.stage the same, turned
----@field note string|nil what is not drawn, and why
 ---@field start number m along the path
 
 -- Directions of along, away and up in the world. Along is level, in the direction of the
@@ -64,34 +63,15 @@ local function mean_of(points)
   return { sum[1] / #points, sum[2] / #points, sum[3] / #points }
 end
 
-local function turned(points, turn)
+local function turned(points, film)
   local result = {}
-  for k, point in ipairs(points) do result[k] = turn(point) end
+  for k, point in ipairs(points) do result[k] = film.stage.turn(point) end
   return result
 end
 
 -- The sample of a trace that is nearest to a time.
 local function sample_at(trace, time)
   return math.min(trace:size(), math.max(0, math.floor(time * trace.rate + 0.5)) + 1)
-end
-
--- The trace of the scene's block; nil where there is no block or it was not recorded.
-local function block_trace(robot)
-  local recorded = (robot.context.options.record.block or 0) > 0
-  return robot.context.scene.block and recorded and robot:trace "block" or nil
-end
-
--- The middle of all masses at each sample. (With equal masses it is the centre of mass, whose trace
--- is used where there is one.)
-local function path_of(robot, trace, turn)
-  local path = {}
-  if robot.context.options.record.center_of_mass == trace.rate then
-    local centers = robot:trace "center_of_mass"
-    for s = 1, centers:size() do path[s] = turn(centers[s]) end
-  else
-    for s = 1, trace:size() do path[s] = turn(mean_of(trace[s]:table())) end
-  end
-  return path
 end
 
 -- The height that a pose is seen from: of the ground below its middle, else about that of the body.
@@ -105,20 +85,17 @@ local function base_of(film, pose, rate)
   return sum / count
 end
 
---- The masses that a scene's anchors hold.
----@param sites integer[] of the masses, as the engine counts them
----@return table<integer, boolean> by mass
-function motion.held(robot, sites)
+-- The masses that a scene's anchors hold; `sites` are those of the masses.
+local function held_of(robot, sites)
   local anchors, voxel, held = robot.context.scene.anchors, robot.body.voxel, {}
   if not anchors then return held end
-  local wide, deep = #voxel + 1, #voxel[1] + 1
-  local places, corner = {}, { math.huge, math.huge, math.huge }
+  local wide, deep, edge = #voxel + 1, #voxel[1] + 1, robot.context.options.edge
+  local places, corner, _, take = {}, polygon.bounds(3)
   for m, site in ipairs(sites) do
     local row = math.floor(site / wide)
     places[m] = { site % wide, row % deep, math.floor(row / deep) }
-    for c = 1, 3 do corner[c] = math.min(corner[c], places[m][c]) end
+    take(places[m])
   end
-  local edge = robot.context.options.edge
   for m, place in ipairs(places) do
     local within = true
     for c = 1, 3 do
@@ -131,52 +108,52 @@ function motion.held(robot, sites)
   return held
 end
 
---- The faces of a body's skin, see skin.lua, and the sites of its masses, as the engine counts
---- them.
----@return table[] faces
----@return integer[] sites
-function motion.faces(robot)
+--- What of a robot does not change as it moves: the faces of its skin, see skin.lua, its materials
+--- with their colours, the masses that anchors hold, and the world around it.
+---@param robot limax.scored_robot
+---@return limax.motion.film without stage, poses and path
+function motion.body(robot)
   local context = robot.context
-  local sites, mass_at = context.simulation:sites(context.index):table(), {}
+  local sites, mass_at, used = context.simulation:sites(context.index):table(), {}, {}
   for m, site in ipairs(sites) do mass_at[site] = m end
-  return skin.faces(robot.body.voxel, mass_at), sites
-end
-
--- What does not move: the body's skin and colours, and the world along this direction.
-local function film_of(robot, displacement, least)
-  local around, materials = world.of(robot.context.scene), robot.context.materials:table().materials
-  local faces, sites = motion.faces(robot)
-  local used = {}
   for letter in robot.body.letters:gmatch "[^%s.]" do used[letter] = true end
-  return { materials = materials, colors = palette.of(materials), used = used, world = around,
-    held = motion.held(robot, sites), faces = faces,
-    stage = stage.new(around, axes_of(displacement, least, around.up)) }
+  local materials = context.materials:table().materials
+  return { materials = materials, colors = palette.of(materials), used = used,
+    faces = skin.faces(robot.body.voxel, mass_at), held = held_of(robot, sites),
+    world = world.of(context.scene), poses = {}, path = {} }
 end
 
---- Everything that pictures draw of a robot whose "position" was recorded.
+-- The corners of the scene's block at a sample of its trace; none without a block.
+local function corners_of(robot, sample)
+  local block = robot.context.scene.block
+  return block and block_picture.corners(sample, block.size) or {}
+end
+
+local function add_pose(film, sample, rate, points, corners)
+  local pose = { sample = sample, time = (sample - 1) / rate, points = turned(points, film),
+    block = turned(corners, film) }
+  pose.middle = mean_of(pose.points)
+  pose.base = base_of(film, pose, rate)
+  film.poses[#film.poses + 1] = pose
+  film.start = film.start or pose.middle[1]
+  return pose
+end
+
+--- Everything that pictures draw of a robot that motion.simulate has simulated.
 ---@param times number[] s, of the poses
 ---@return limax.motion.film
 function motion.of(robot, times)
-  local trace, block = robot:trace "position", block_trace(robot)
-  local film = film_of(robot, robot:displacement(), LEAST_DISPLACEMENT * robot:length())
-  local turn = film.stage.turn
-  film.path, film.poses = path_of(robot, trace, turn), {}
-  for k, wanted in ipairs(times) do
-    local sample = sample_at(trace, wanted)
-    local pose = { sample = sample, time = (sample - 1) / trace.rate, block = {},
-      points = turned(trace[sample]:table(), turn) }
-    pose.middle = mean_of(pose.points)
-    pose.base = base_of(film, pose, trace.rate)
-    if block then
-      pose.block = turned(block_picture.corners(block[sample_at(block, pose.time)]:table(),
-        robot.context.scene.block.size), turn)
-    end
-    film.poses[k] = pose
+  local film, trace = motion.body(robot), robot:trace "position"
+  local block = robot.context.scene.block and robot:trace "block"
+  film.stage = stage.new(film.world, axes_of(robot:displacement(),
+    LEAST_DISPLACEMENT * robot:length(), film.world.up))
+  -- with equal masses the middle of all is the centre of mass
+  for s = 1, trace:size() do film.path[s] = film.stage.turn(mean_of(trace[s]:table())) end
+  for _, time in ipairs(times) do
+    local sample = sample_at(trace, time)
+    add_pose(film, sample, trace.rate, trace[sample]:table(),
+      corners_of(robot, block and block[sample]:table()))
   end
-  if robot.context.scene.block and not block then
-    film.note = "the block is not drawn: its positions were not recorded"
-  end
-  film.start = film.poses[1].middle[1]
   return film
 end
 
@@ -186,18 +163,16 @@ end
 ---@param time number s
 ---@return limax.motion.film
 function motion.now(robot, positions, time)
-  local film, context = film_of(robot, { 1, 0, 0 }, 0), robot.context
-  local turn = film.stage.turn
-  local pose = { sample = 1, time = time, points = turned(positions, turn), block = {} }
-  pose.middle = mean_of(pose.points)
+  local film, context = motion.body(robot), robot.context
+  film.stage = stage.new(film.world, axes_of({ 1, 0, 0 }, 0, film.world.up))
+  film.path[1] = film.stage.turn(mean_of(positions))
+  local sample
   if context.scene.block then
     local block = context.simulation:block(context.index)
-    local p, q = block.position, block.orientation
-    pose.block = turned(block_picture.corners({ p[1], p[2], p[3], unpack(q) },
-      context.scene.block.size), turn)
+    local p = block.position
+    sample = { p[1], p[2], p[3], unpack(block.orientation) }
   end
-  film.poses, film.path, film.start = { pose }, { pose.middle }, pose.middle[1]
-  pose.base = base_of(film, pose, 1)
+  add_pose(film, 1, 1, positions, corners_of(robot, sample)).time = time
   return film
 end
 

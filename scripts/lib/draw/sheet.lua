@@ -69,7 +69,6 @@ local function entries_of(films, width, size)
     add(entries, { line = scene.trail, width = 1.6, text = "centre of mass" })
     if next(film.held) then add(entries, { line = scene.held, width = 2.4, text = "held" }) end
     add(words, { text = world.words(film.world) })
-    add(words, { text = film.note or "" })
   end
   local texts = {}
   for k, entry in ipairs(words) do

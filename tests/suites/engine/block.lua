@@ -62,11 +62,9 @@ end)
 
 suite:test("a film strip draws the block", function(t)
   local film_strip = require "limax.draw.film_strip"
-  local with = film_strip.svg(thrown { position = 50, block = 50 })
-  local without = film_strip.svg(thrown { position = 50 })
-  t:ok(with:find(">block<", 1, true), "the legend should name it")
-  t:ok(not without:find(">block<", 1, true), "no block was recorded")
-  t:ok(with:find("NaN", 1, true) == nil and with:find("nan", 1, true) == nil)
+  local svg = film_strip.svg(thrown { position = 50, block = 50 })
+  t:ok(svg:find(">block<", 1, true), "the legend should name it")
+  t:ok(not svg:lower():find("nan", 1, true))
 end)
 
 suite:test("the state of a block can be read while it moves", { devices = "all" }, function(t)

@@ -4,11 +4,17 @@
 
 local base64 = require "limax.base.base64"
 local host = require "limax.host"
+local source = require "limax.base.source"
 
 local html = {}
 
 local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;",
   ["'"] = "&#39;" }
+
+--- A file of this folder.
+function html.read(name)
+  return assert(source.read(("%s/scripts/lib/tools/report/%s"):format(host.home, name)))
+end
 
 --- A value as text of a page; what HTML cannot hold becomes a question mark.
 function html.escaped(value)

@@ -12,7 +12,6 @@ local lineage = require "limax.tools.report.lineage"
 local parameters = require "limax.tools.report.parameters"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
-local source = require "limax.base.source"
 
 local page = {}
 
@@ -22,11 +21,6 @@ local MOST_ARMS = 6
 local MOST_LETTERS = 1000
 -- More folders than these are counted, not listed; the table of results has all.
 local MOST_LISTED = 6
-
-local function read(name)
-  local text, message = source.read(("%s/scripts/lib/tools/report/%s"):format(host.home, name))
-  return assert(text, message)
-end
 
 local function figure(panel, caption)
   return html.figure(inline.draw(panel, caption), caption)
@@ -309,8 +303,8 @@ function page.text(folders, options)
     '<nav aria-label="sections"><ul>', table.concat(links), "</ul></nav>\n<main>\n",
     sections, "</main>\n",
   }
-  return html.page { title = title .. " - limax report", style = read "style.css",
-    scripts = { read "charts.js", unpack(shown.scripts) }, body = body }
+  return html.page { title = title .. " - limax report", style = html.read "style.css",
+    scripts = { html.read "charts.js", unpack(shown.scripts) }, body = body }
 end
 
 return page

@@ -5,7 +5,6 @@ local base64 = require "limax.base.base64"
 local block_picture = require "limax.draw.block_picture"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
-local palette = require "limax.draw.palette"
 local polygon = require "limax.draw.picture.polygon"
 local stage = require "limax.draw.picture.stage"
 local world = require "limax.draw.picture.world"
@@ -22,7 +21,6 @@ local BEYOND, ROUND = 1.5, 0.5
 local PATCHES, MOST_RULES = 32, 200
 
 ---@class limax.report.replay
----@field name string
 ---@field rate number Hz
 ---@field samples integer
 ---@field masses integer
@@ -36,7 +34,6 @@ local PATCHES, MOST_RULES = 32, 200
 ---@field colors string[] "#rrggbb"
 ---@field phases number[] of each face, rad; -1 if it is not a muscle
 ---@field held integer[]|nil masses from 0 that anchors hold
----@field note string|nil what is not shown, and why
 ---@field steps integer[] differences from sample to sample, [sample][mass][3]; the first sample's
 --- are from 0
 
@@ -153,21 +150,18 @@ end
 
 -- Adds the faces of the body's skin, with their materials and phases. Returns the masses that are
 -- drawn.
-local function add_faces(result, walked, description)
-  local list = walked.context.materials:table().materials
-  local of_letter, colors, masses, drawn = {}, palette.of(list), {}, {}
-  for k, material in ipairs(list) do
+local function add_faces(result, body, description)
+  local of_letter, masses, drawn = {}, {}, {}
+  for k, material in ipairs(body.materials) do
     of_letter[material.letter] = k
-    result.names[k], result.colors[k] = material.name, colors[material.letter].hex
+    result.names[k], result.colors[k] = material.name, body.colors[material.letter].hex
   end
-  local faces, sites = motion.faces(walked)
-  local held = motion.held(walked, sites)
-  for f, face in ipairs(faces) do
+  for f, face in ipairs(body.faces) do
     for k, mass in ipairs(face.corners) do
       if not drawn[mass] then
         masses[#masses + 1] = mass
         drawn[mass] = #masses - 1
-        if held[mass] then
+        if body.held[mass] then
           result.held = result.held or {}
           table.insert(result.held, drawn[mass])
         end
@@ -176,39 +170,35 @@ local function add_faces(result, walked, description)
     end
     local material = of_letter[face.letter]
     result.materials[f] = material - 1
-    result.phases[f] = phase_of(description, list[material], face.voxel)
+    result.phases[f] = phase_of(description, body.materials[material], face.voxel)
   end
   return masses
 end
 
---- The replay of a simulated robot whose "position" was recorded.
+--- The replay of a robot that motion.simulate has simulated.
 ---@param walked limax.scored_robot
 ---@param description limax.robot.description
 ---@return limax.report.replay
-function replay.of(walked, description, name)
-  local trace, context = walked:trace "position", walked.context
-  local result = { name = name, edge = description.edge, step = STEP, corners = {},
-    materials = {}, phases = {}, names = {}, colors = {} }
-  local masses = add_faces(result, walked, description)
+function replay.of(walked, description)
+  local trace, body, block = walked:trace "position", motion.body(walked),
+    walked.context.scene.block
+  local result = { edge = description.edge, step = STEP, corners = {}, materials = {},
+    phases = {}, names = {}, colors = {} }
+  local masses = add_faces(result, body, description)
   local stride = math.max(1, math.floor(trace.rate / RATE))
   -- the last sample is kept
   while (trace:size() - 1) % stride ~= 0 do stride = stride - 1 end
   local samples = samples_of(trace, masses, stride)
   result.rate, result.samples, result.body = trace.rate / stride, #samples, #masses
-  result.world = world_of(world.of(context.scene), samples)
-  local block = context.scene.block
-  if block and (context.options.record.block or 0) == trace.rate then
-    add_block(result, samples, walked:trace "block", stride, block.size)
-  elseif block then
-    result.note = "the block is not shown: its positions were not recorded"
-  end
+  result.world = world_of(body.world, samples)
+  if block then add_block(result, samples, walked:trace "block", stride, block.size) end
   result.masses, result.steps = #samples[1] / 3, steps_of(samples)
   return result
 end
 
 --- A replay as text for the page: base64 of zlib of JSON.
----@param data limax.report.replay
----@return string
-function replay.packed(data) return base64.encode(host.deflate(host.json.encode(data))) end
+function replay.packed(walked, description)
+  return base64.encode(host.deflate(host.json.encode(replay.of(walked, description))))
+end
 
 return replay

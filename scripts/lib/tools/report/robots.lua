@@ -107,12 +107,11 @@ local function viewer(shown)
       walked:speed())
     local words = world.words(world.of(walked.context.scene))
     if words ~= "" then about = about .. "; " .. words end
-    local data = replay.of(walked, each.description, each.name)
-    if data.note then about = about .. "; " .. data.note end
     parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
       .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom."></canvas><p class="note">%s'
       .. '</p><script type="text/plain">%s</script></div>\n'):format(html.escaped(each.name),
-      html.escaped(each.name), html.escaped(about), html.escaped(about), replay.packed(data))
+      html.escaped(each.name), html.escaped(about), html.escaped(about),
+      replay.packed(walked, each.description))
   end
   parts[#parts + 1] = "</div></div>\n"
   return table.concat(parts)
@@ -132,8 +131,7 @@ function robots.section(list, options)
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then
     for k, name in ipairs(FILES) do scripts[k] = assert(source.read(folder .. "/" .. name)) end
-    scripts[#scripts + 1] = assert(source.read(host.home
-      .. "/scripts/lib/tools/report/viewer.js"))
+    scripts[#scripts + 1] = html.read "viewer.js"
     parts[1] = viewer(shown)
   else
     parts[1] = '<p class="note">three.js was not found when limax was configured (on Debian: '
