@@ -4,8 +4,8 @@
 local arms = require "limax.tools.report.arms"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local figures = require "limax.tools.compare.figures"
 local outcome = require "limax.tools.compare.outcome"
-local pages = require "limax.tools.compare.pages"
 local runs = require "limax.tools.compare.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
@@ -42,32 +42,27 @@ less than 95 % of the generations. Everything else is exploratory.]],
   },
 }
 
-local FORMS = { "csv", "json", "latex" }
-
-local function printed(arguments, result)
+-- The form that the options choose: csv, json or latex; text without one.
+local function form_of(arguments)
   local chosen
-  for _, form in ipairs(FORMS) do
-    if arguments[form] then
-      if chosen then
-        failure.raise(2, ("--%s and --%s exclude each other"):format(chosen, form))
-      end
-      chosen = form
+  for _, form in ipairs { "csv", "json", "latex" } do
+    if arguments[form] and chosen then
+      failure.raise(2, ("--%s and --%s exclude each other"):format(chosen, form))
     end
+    chosen = arguments[form] and form or chosen
   end
-  if not result then return nil end
-  return chosen and tables[chosen](result) or tables.text(result, terminal.style())
+  return chosen or "text"
 end
 
 function command.run(arguments)
-  printed(arguments)
+  local form = form_of(arguments)
   local list = runs.read(arguments)
   local groups = arms.group(list)
-  local device = engine.device(arguments.device)
-  local outcomes = outcome.measure(list, device)
+  local outcomes = outcome.measure(list, engine.device(arguments.device))
   local result = verdict.compare(groups, outcomes,
     { baseline = arguments.baseline, target = arguments.target })
-  if arguments.out then pages.write(arguments.out, result, groups, outcomes) end
-  io.stdout:write(printed(arguments, result))
+  if arguments.out then figures.write(arguments.out, result, groups, outcomes) end
+  io.stdout:write(tables[form](result, terminal.style()))
   return 0
 end
 

@@ -101,24 +101,33 @@ function terminal.table(head, rows, style)
   return table.concat(lines, "\n")
 end
 
---- A table of rows with fields. A column is { title, value, format }: `value` is a field or a
---- function of a row; nil shows as a dash.
+--- The head and the cells of rows with fields. A column is { title, value, format }: `value` is a
+--- field, or a function of a row.
 ---@param columns table[]
 ---@param list table[]
----@return string
-function terminal.rows(columns, list, style)
-  local head, lines = {}, {}
+---@param missing string for nil
+---@return string[] head
+---@return (string|number)[][] cells
+function terminal.cells(columns, list, missing)
+  local head, cells = {}, {}
   for c, column in ipairs(columns) do head[c] = column[1] end
   for r, row in ipairs(list) do
-    lines[r] = {}
+    cells[r] = {}
     for c, column in ipairs(columns) do
       local title, value, format = unpack(column, 1, 3)
       if type(value) == "function" then value = value(row) else value = row[value or title] end
       if value ~= nil and format then value = format:format(value) end
-      lines[r][c] = value == nil and "-" or value
+      cells[r][c] = value == nil and missing or value
     end
   end
-  return terminal.table(head, lines, style)
+  return head, cells
+end
+
+--- The same as a table; nil shows as a dash.
+---@return string
+function terminal.rows(columns, list, style)
+  local head, cells = terminal.cells(columns, list, "-")
+  return terminal.table(head, cells, style)
 end
 
 return terminal

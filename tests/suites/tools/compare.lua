@@ -4,9 +4,8 @@
 local arms = require "limax.tools.report.arms"
 local curves = require "limax.tools.report.curves"
 local evolution = require "support.evolution"
-local exploratory = require "limax.tools.compare.exploratory"
 local host = require "limax.host"
-local ledgers = require "limax.tools.compare.ledgers"
+local measures = require "limax.tools.compare.measures"
 local limax = require "limax"
 local outcome = require "limax.tools.compare.outcome"
 local palette = require "limax.draw.palette"
@@ -279,9 +278,9 @@ suite:test("exploratory: shares of proposed fields by outcome", function(t)
   local one = { ledger = { { entries = {} }, { entries = { { outcome = "accepted" },
     { outcome = "kept" }, { outcome = "rate-limited" } } }, { entries = { { outcome = "clamped" },
     { outcome = "accepted" } } } } }
-  t:equal(ledgers.proposals { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
+  t:equal(measures.proposals { one }, { proposed = 4, accepted = 0.5, clamped = 0.25,
     rate_limited = 0.25, rejected = 0 })
-  t:equal(ledgers.proposals { { ledger = {} } }, { proposed = 0 })
+  t:equal(measures.proposals { { ledger = {} } }, { proposed = 0 })
 end)
 
 suite:test("exploratory: a missed target is censored, the area is a mean", function(t)
@@ -295,7 +294,7 @@ suite:test("exploratory: a missed target is censored, the area is a mean", funct
     { evaluations = 10, best_standard = 2 } } }
   t:equal(curves.points(one, runs.score), { { 30, 1 }, { 60, 3 }, { 70, 3 }, { 80, 2 } })
   -- 30 evaluations at 1, then 20 at 3
-  t:near(exploratory.of({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
+  t:near(measures.exploratory({ one }, 9).area, (30 * 1 + 20 * 3) / 50)
   t:equal({ curves.at(curves.points(one, runs.score), 59),
     curves.at(curves.points(one, runs.score), 60) }, { 1, 3 })
   t:equal(curves.at(curves.points(one, runs.score), 29), nil)

@@ -67,8 +67,8 @@ function agreement.check(materials, device, lattices, precisions)
       for i, value in ipairs(expected) do off = math.max(off, math.abs(got[i] - value)) end
       if not (off <= allowed) then
         failure.raise(1, ("%s: a mass is %.3g m from its position on the CPU after %g s; %.3g m "
-          .. "are allowed: nothing is timed"):format(name, off, agreement.SETTLE + agreement.DURATION,
-          allowed))
+          .. "are allowed: nothing is timed"):format(name, off,
+          agreement.SETTLE + agreement.DURATION, allowed))
       end
       hashes[name], worst = hash, math.max(worst, off / allowed)
     end

@@ -1,39 +1,51 @@
---- figures.lua: the data of the paper's figures, each as CSV with a line per run and generation,
---- and as SVG: learning curves, diversity curves, what the supervisor changed, generation 0 against
---- the last. Curves are those of a report.
+--- figures.lua: the folder that `limax compare --out DIR` and a study write: the comparison as
+--- text, CSV, JSON and LaTeX, and the figures as SVG, each with its data as CSV: learning curves,
+--- diversity curves, what the supervisor changed, generation 0 against the last. Curves are those
+--- of a report.
 
 local csv = require "limax.base.csv"
-local exploratory = require "limax.tools.compare.exploratory"
+local failure = require "limax.base.failure"
 local figure = require "limax.draw.chart.figure"
+local host = require "limax.host"
+local measures = require "limax.tools.compare.measures"
 local outcome = require "limax.tools.compare.outcome"
 local panels = require "limax.tools.report.curves"
 local parameters = require "limax.tools.report.parameters"
 local runs = require "limax.tools.compare.runs"
+local source = require "limax.base.source"
 local supervise = require "limax.supervise"
+local tables = require "limax.tools.compare.tables"
 
 local figures = {}
 
 -- mm
 local WIDTH = 175
 
--- CSV with a row per run and generation; `values(line)` are the named columns of a row.
-local function by_line(list, names, values)
-  local rows, columns = {}, { "arm", "seed", "repetition", "generation", "evaluations" }
-  for _, name in ipairs(names) do columns[#columns + 1] = name end
+-- CSV of rows that `add_rows(run, add)` adds for each run, after columns that identify the run.
+local function csv_of(list, names, add_rows)
+  local columns, rows = { "arm", "seed", "repetition", unpack(names) }, {}
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
-      local spent = run.before
-      for _, line in ipairs(run.lines) do
-        spent = spent + line.evaluations
-        local row = { arm = arm.name, seed = run.seed, repetition = run.repetition,
-          generation = line.generation, evaluations = spent }
-        local own = values(line)
-        for _, name in ipairs(names) do row[name] = own[name] end
+      add_rows(run, function(fields)
+        local row = { arm = arm.name, seed = run.seed, repetition = run.repetition }
+        for _, name in ipairs(names) do row[name] = fields[name] end
         rows[#rows + 1] = row
-      end
+      end)
     end
   end
   return csv.encode(columns, rows)
+end
+
+-- CSV with a row per run and generation; `values(line)` has the named columns of a row.
+local function by_line(list, names, values)
+  return csv_of(list, { "generation", "evaluations", unpack(names) }, function(run, add)
+    local spent = run.before
+    for _, line in ipairs(run.lines) do
+      spent = spent + line.evaluations
+      add(setmetatable({ generation = line.generation, evaluations = spent },
+        { __index = values(line) }))
+    end
+  end)
 end
 
 local function learning(list)
@@ -73,27 +85,6 @@ local function by_generation(list, path)
   return panel
 end
 
--- Every entry of every ledger, except those that were kept.
-local function ledger_csv(list)
-  local rows = {}
-  for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do
-      for _, line in ipairs(run.ledger) do
-        for _, entry in ipairs(line.entries) do
-          if entry.outcome ~= "kept" then
-            rows[#rows + 1] = { arm = arm.name, seed = run.seed, repetition = run.repetition,
-              generation = line.generation, supervisor = line.supervisor, source = line.source,
-              field = entry.field, before = entry.before, proposed = entry.proposed,
-              applied = entry.applied, outcome = entry.outcome, reason = entry.reason }
-          end
-        end
-      end
-    end
-  end
-  return csv.encode({ "arm", "seed", "repetition", "generation", "supervisor", "source", "field",
-    "before", "proposed", "applied", "outcome", "reason" }, rows)
-end
-
 local function changes(list)
   local drawn = {}
   for _, name in ipairs(supervise.parameters) do drawn[#drawn + 1] = by_generation(list, name) end
@@ -102,46 +93,56 @@ local function changes(list)
   end
   return { name = "changes", title = "What the supervisors changed", panels = drawn,
     text = "As applied, after the ledger's limits; changes.csv has each proposal and its outcome.",
-    csv = ledger_csv(list) }
+    csv = csv_of(list, { "generation", "supervisor", "source", "field", "before", "proposed",
+      "applied", "outcome", "reason" }, function(run, add)
+      for _, line in ipairs(run.ledger) do
+        for _, entry in ipairs(line.entries) do
+          local row = setmetatable({ generation = line.generation, supervisor = line.supervisor,
+            source = line.source }, { __index = entry })
+          if entry.outcome ~= "kept" then add(row) end
+        end
+      end
+    end) }
 end
 
 local function first_last(list, outcomes)
-  local rows = {}
   local function first_of(run)
     local points = panels.points(run, runs.score)
     return points[1] and points[1][2] or 0
   end
-  for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do
+  return { name = "first_last", title = "Generation 0 against the last",
+    panels = { panels.first_last(list, "best_standard", "fitness", first_of, measures.last) },
+    text = "Arms of equal seeds and repetitions begin with the same populations.",
+    csv = csv_of(list, { "generations", "evaluations", "best_first", "best_last", "outcome",
+      "mean_first", "mean_last", "hamming_first", "hamming_last" }, function(run, add)
       local a, b = run.lines[1], run.lines[#run.lines]
-      rows[#rows + 1] = { arm = arm.name, seed = run.seed, repetition = run.repetition,
-        generations = #run.lines, evaluations = run.evaluations, best_first = first_of(run),
-        best_last = exploratory.last(run), outcome = outcomes[run], mean_first = a.mean,
+      add { generations = #run.lines, evaluations = run.evaluations, best_first = first_of(run),
+        best_last = measures.last(run), outcome = outcomes[run], mean_first = a.mean,
         mean_last = b.mean, hamming_first = a.diversity.all and a.diversity.all.hamming,
         hamming_last = b.diversity.all and b.diversity.all.hamming }
-    end
-  end
-  return { name = "first_last", title = "Generation 0 against the last",
-    panels = { panels.first_last(list, "best_standard", "fitness", first_of, exploratory.last) },
-    text = "Arms of equal seeds and repetitions begin with the same populations.",
-    csv = csv.encode({ "arm", "seed", "repetition", "generations", "evaluations", "best_first",
-      "best_last", "outcome", "mean_first", "mean_last", "hamming_first", "hamming_last" }, rows) }
+    end) }
 end
 
---- All figures of a comparison: file name to text.
+--- Writes a comparison in every form, with the figures and their data.
+---@param result table of verdict.compare
+---@param list table[] arms
 ---@param outcomes table<limax.compare.run, number>
----@return table<string, string>
-function figures.files(list, outcomes)
-  local files = {}
+function figures.write(folder, result, list, outcomes)
+  local made, message = host.file.mkdir(folder)
+  if not made then failure.raise(2, message) end
+  local function write(name, text) source.write(folder .. "/" .. name, text) end
+  write("compare.txt", tables.text(result, { color = false, ascii = true, width = 80 }))
+  write("compare.csv", tables.csv(result))
+  write("compare.json", tables.json(result))
+  write("compare.tex", tables.latex(result))
   -- an arm's line has the same colour in every panel
   for k, arm in ipairs(list) do arm.line = k end
   for _, each in ipairs { learning(list), diversity(list), changes(list),
     first_last(list, outcomes) } do
     each.foot = ("%s %s"):format(each.text, panels.meaning(list))
-    files[each.name .. ".svg"] = figure.draw("svg", each, WIDTH)
-    files[each.name .. ".csv"] = each.csv
+    write(each.name .. ".svg", figure.draw("svg", each, WIDTH))
+    write(each.name .. ".csv", each.csv)
   end
-  return files
 end
 
 return figures

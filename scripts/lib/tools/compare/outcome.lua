@@ -5,10 +5,10 @@ local body = require "limax.robot.body"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
+local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
 local robot_file = require "limax.robot.robot_file"
-local runs = require "limax.tools.compare.runs"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 local script = require "limax.base.script"
@@ -26,10 +26,8 @@ local function fitness_of(run, functions)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
   if stored.name then
-    local spec = { stored.name }
-    for key, value in pairs(stored) do
-      if key ~= "name" then spec[key] = value end
-    end
+    local spec = source.copy(stored)
+    spec[1], spec.name = stored.name, nil
     return fitness.get(spec).call
   end
   local sha256 = stored["function"].sha256
@@ -45,21 +43,15 @@ local function fitness_of(run, functions)
   return call
 end
 
--- Equal for runs whose champions can be simulated together.
-local function key_of(run)
-  local config = run.config
-  return host.json.encode { config.lattice, config.materials, config.scene, config.simulation,
-    config.record }
-end
-
 -- Simulates the champions of runs with the same world in one batch.
-local function simulate(list, device, values, fitness_call, functions)
+local function simulate(list, device, values, call_of)
   local config = list[1].config
   local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
   local options = rescore.options(config, { accuracy = TIER })
   local robots = engine.population { lattice = config.lattice, count = #list }
   for i, run in ipairs(list) do
-    robot_file.place(robots, i, robot_file.read(runs.champion(run)), materials)
+    local path = folders.champion(run, run.lines[#run.lines])
+    robot_file.place(robots, i, robot_file.read(path), materials)
   end
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)
@@ -69,8 +61,7 @@ local function simulate(list, device, values, fitness_call, functions)
     if result.status == "done" then
       local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
         outcome = result, body = body.record(robots, i, materials) }
-      local call = fitness_call or fitness_of(run, functions)
-      values[run] = scoring.call(call, scored_robot.new(record, { population = robots,
+      values[run] = scoring.call(call_of(run), scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }))
     end
@@ -83,14 +74,19 @@ end
 function outcome.measure(list, device, fitness_call)
   local values, groups, by_key, functions = {}, {}, {}, {}
   for _, run in ipairs(list) do
-    local key = key_of(run)
+    local config = run.config
+    local key = host.json.encode { config.lattice, config.materials, config.scene,
+      config.simulation, config.record }
     if not by_key[key] then
       by_key[key] = {}
       groups[#groups + 1] = by_key[key]
     end
     table.insert(by_key[key], run)
   end
-  for _, group in ipairs(groups) do simulate(group, device, values, fitness_call, functions) end
+  for _, group in ipairs(groups) do
+    simulate(group, device, values,
+      function(run) return fitness_call or fitness_of(run, functions) end)
+  end
   return values
 end
 

@@ -1,23 +1,15 @@
 --- runs.lua: what `limax compare` reads: each repetition of run folders and of the folders that a
 --- study lists. All of them must be done.
 
+local arms = require "limax.tools.report.arms"
 local failure = require "limax.base.failure"
 local folders = require "limax.tools.report.runs"
 
-local runs = { STUDY = folders.STUDY }
+local runs = {}
 
 ---@class limax.compare.run : limax.report.run one repetition of a run
 ---@field arm string|nil its name in a study
 ---@field donor string|nil whose parameters it repeats: "parameters of random"
-
--- Whose parameters a run without a study repeats, by its ledger: "parameters of random".
-local function donor_of(ledger)
-  local line = ledger[2]
-  local reads = line and (line.supervisor == "yoked" or line.supervisor == "shuffled"
-    or line.supervisor == "constant_median")
-  local name = reads and (line.reason or ""):match "repetition %d+ of .+ %(([%w_]+)%)"
-  return name and "parameters of " .. name or nil
-end
 
 --- Everything that the comparison needs of these folders, repetition by repetition.
 ---@param words string[] run folders and studies
@@ -30,7 +22,11 @@ function runs.read(words)
         folder.status.state))
     end
     for _, run in ipairs(folder.runs) do
-      run.donor = run.donor or donor_of(run.ledger)
+      -- without a study the ledger names the supervisor whose parameters a run repeats
+      local line = run.ledger[2] or {}
+      local donor = arms.REPEATS[line.supervisor]
+        and (line.reason or ""):match "repetition %d+ of .+ %(([%w_]+)%)"
+      run.donor = run.donor or donor and "parameters of " .. donor or nil
       list[#list + 1] = run
     end
   end
@@ -42,8 +38,5 @@ end
 ---@param line table of metrics.jsonl
 ---@return number|nil
 function runs.score(line) return line.best_standard end
-
---- The champion of the last generation: a robot file.
-function runs.champion(run) return folders.champion(run, run.lines[#run.lines]) end
 
 return runs

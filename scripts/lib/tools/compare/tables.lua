@@ -3,7 +3,7 @@
 
 local csv = require "limax.base.csv"
 local host = require "limax.host"
-local ledgers = require "limax.tools.compare.ledgers"
+local measures = require "limax.tools.compare.measures"
 local outcome = require "limax.tools.compare.outcome"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
@@ -11,18 +11,32 @@ local verdict = require "limax.tools.compare.verdict"
 
 local tables = {}
 
-local TESTS = { signed_rank = "Wilcoxon's exact signed-rank test of pairs",
-  rank_sum = "Mann and Whitney's exact test" }
+local TESTS = { { "signed_rank", "Wilcoxon's exact signed-rank test of pairs" },
+  { "rank_sum", "Mann and Whitney's exact test" } }
 
-local function number(value, pattern) return value and (pattern or "%.4g"):format(value) or "-" end
+local COLUMNS = { "arm", "n", "centre", "centre_name", "evaluations", "tuning_evaluations", "donor",
+  "model_share", "test", "zeros", "p", "p_holm", "smallest_p_holm", "n_for_80_percent_power",
+  "difference", "difference_low", "difference_high", "a12", "claim", "reached",
+  "evaluations_to_target", "mean_best_so_far", "proposed", "accepted", "clamped", "rate_limited",
+  "rejected" }
 
--- "a to b" of a list, or all of it where it is short.
-local function spread(values)
-  local sorted, texts = { unpack(values) }, {}
-  table.sort(sorted)
-  for i, value in ipairs(sorted) do texts[i] = ("%.4g"):format(value) end
-  if #texts >= sample.LEAST_FOR_MEAN then return texts[1] .. " to " .. texts[#texts] end
-  return table.concat(texts, " ")
+-- The arms with plain columns; text that only tables show is in `label` and `values`.
+local function rows_of(result)
+  local rows = {}
+  for i, arm in ipairs(result.arms) do
+    local test, e = arm.test or {}, arm.exploratory
+    local partly = arm.model and arm.model.share < measures.WHOLE
+    rows[i] = { arm = arm.name, n = arm.n, centre = arm.centre, centre_name = arm.centre_name,
+      evaluations = arm.evaluations, tuning_evaluations = arm.tuning, donor = arm.donor,
+      model_share = arm.model and arm.model.share, test = test.name, zeros = test.zeros, p = test.p,
+      p_holm = test.p_holm, smallest_p_holm = test.smallest_p_holm,
+      n_for_80_percent_power = test.needed, difference = test.difference,
+      difference_low = test.low, difference_high = test.high, a12 = test.a12, claim = arm.claim,
+      reached = e.reached, evaluations_to_target = e.evaluations, mean_best_so_far = e.area,
+      values = arm.values, label = partly and arm.name .. " (partly model)" or arm.name }
+    for name, value in pairs(arm.proposals) do rows[i][name] = value end
+  end
+  return rows
 end
 
 -- What the centres of all arms are: with few runs a median, else the interquartile mean.
@@ -35,50 +49,42 @@ local function centre_name(result)
   return name == "median" and name or "IQM"
 end
 
-local function full_name(arm)
-  local partly = arm.model and arm.model.share < ledgers.WHOLE
-  return partly and arm.name .. " (partly model)" or arm.name
-end
-
 -- ---- text ---------------------------------------------------------------------------------------
 
-local function main_table(result, style)
-  local rows = {}
-  for i, arm in ipairs(result.arms) do
-    local test = arm.test or {}
-    rows[i] = { full_name(arm), arm.n, number(arm.centre), spread(arm.values),
-      number(arm.evaluations, "%.0f"), number(test.difference, "%+.4g"),
-      test.low and ("%+.4g to %+.4g"):format(test.low, test.high) or "-",
-      number(test.a12, "%.2f"), number(test.p, "%.3g"), number(test.p_holm, "%.3g") }
-  end
-  return terminal.table({ "arm", "n", centre_name(result), "values", "evaluations",
-    "difference", "95 %", "A12", "p", "Holm" }, rows, style)
+-- "a to b" of the values, or all of them where they are few.
+local function spread(row)
+  local sorted, texts = { unpack(row.values) }, {}
+  table.sort(sorted)
+  for i, value in ipairs(sorted) do texts[i] = ("%.4g"):format(value) end
+  if #texts >= sample.LEAST_FOR_MEAN then return texts[1] .. " to " .. texts[#texts] end
+  return table.concat(texts, " ")
 end
 
-local function exploratory_table(result, style)
-  local rows = {}
-  for i, arm in ipairs(result.arms) do
-    local e = arm.exploratory
-    rows[i] = { arm.name, ("%d of %d"):format(e.reached, arm.n),
-      e.evaluations and ("%.0f"):format(e.evaluations) or "missed", number(e.area) }
-  end
-  return terminal.table({ "arm", "reached", "evaluations to it", "mean best so far" }, rows, style)
+local function main_table(result)
+  return { { "arm", "label" }, { "n" }, { centre_name(result), "centre", "%.4g" },
+    { "values", spread }, { "evaluations", "evaluations", "%.0f" },
+    { "difference", "difference", "%+.4g" },
+    { "95 %", function(row)
+      return row.difference_low
+        and ("%+.4g to %+.4g"):format(row.difference_low, row.difference_high)
+    end },
+    { "A12", "a12", "%.2f" }, { "p", "p", "%.3g" }, { "Holm", "p_holm", "%.3g" } }
 end
 
--- The outcomes of proposed fields, of the arms that proposed any.
-local function proposal_table(result, style)
-  local rows = {}
-  for _, arm in ipairs(result.arms) do
-    local row = { arm.name, arm.proposals.proposed }
-    for k, name in ipairs(ledgers.SHARES) do
-      row[k + 2] = number(arm.proposals[name] and 100 * arm.proposals[name], "%.1f %%")
-    end
-    if arm.proposals.proposed > 0 then rows[#rows + 1] = row end
-  end
-  if #rows == 0 then return nil end
-  return terminal.table({ "arm", "fields proposed", "accepted", "clamped", "rate-limited",
-    "rejected" }, rows, style)
+local EXPLORATORY = { { "arm" },
+  { "reached", function(row) return ("%d of %d"):format(row.reached, row.n) end },
+  { "evaluations to it", function(row)
+    return row.evaluations_to_target and ("%.0f"):format(row.evaluations_to_target) or "missed"
+  end },
+  { "mean best so far", "mean_best_so_far", "%.4g" } }
+
+local function percent(title, field)
+  return { title, function(row) return row[field] and ("%.1f %%"):format(100 * row[field]) end }
 end
+
+local PROPOSALS = { { "arm" }, { "fields proposed", "proposed" }, percent("accepted", "accepted"),
+  percent("clamped", "clamped"), percent("rate-limited", "rate_limited"),
+  percent("rejected", "rejected") }
 
 -- Calls `add` with the names of the arms for which `text_of` returns the same text, and that text.
 local function by_text(result, text_of, add)
@@ -99,9 +105,9 @@ end
 
 -- How the tests were chosen, and what they can show.
 local function add_tests(result, add)
-  for _, name in ipairs { "signed_rank", "rank_sum" } do
-    by_text(result, function(arm) return arm.test and arm.test.name == name and arm.test.why end,
-      function(names, why) add(("%s for %s: %s."):format(TESTS[name], names, why)) end)
+  for _, each in ipairs(TESTS) do
+    by_text(result, function(arm) return arm.test and arm.test.name == each[1] and arm.test.why end,
+      function(names, why) add(("%s for %s: %s."):format(each[2], names, why)) end)
   end
   by_text(result, function(arm)
     local test = arm.test
@@ -127,8 +133,10 @@ end
 --- The comparison as text for a terminal.
 ---@param result table of verdict.compare
 function tables.text(result, style)
+  local rows, proposed = rows_of(result), {}
   local parts = { terminal.bold("Outcome: ", style) .. outcome.TEXT,
-    ("Baseline: %s"):format(result.baseline), "", main_table(result, style), "" }
+    ("Baseline: %s"):format(result.baseline), "",
+    terminal.rows(main_table(result), rows, style), "" }
   local function add(text) parts[#parts + 1] = text end
   add_tests(result, add)
   if centre_name(result) == "centre" then
@@ -148,53 +156,29 @@ function tables.text(result, style)
   add(terminal.bold("Exploratory", style) .. (", no claims: runs whose best_standard reached %.4g "
     .. "(%s), and the mean of the best so far over evaluations"):format(result.target,
     result.target_given and "--target" or "the centre of the baseline's last generations"))
-  add(exploratory_table(result, style))
-  local proposed = proposal_table(result, style)
-  if proposed then add("\n" .. proposed) end
+  add(terminal.rows(EXPLORATORY, rows, style))
+  for _, row in ipairs(rows) do proposed[#proposed + 1] = row.proposed > 0 and row or nil end
+  if #proposed > 0 then add("\n" .. terminal.rows(PROPOSALS, proposed, style)) end
   return table.concat(parts, "\n") .. "\n"
 end
 
 -- ---- for other programs -------------------------------------------------------------------------
 
-local COLUMNS = { "arm", "n", "centre", "centre_name", "evaluations", "tuning_evaluations", "donor",
-  "model_share", "test", "zeros", "p", "p_holm", "smallest_p_holm", "n_for_80_percent_power",
-  "difference", "difference_low", "difference_high", "a12", "claim", "reached",
-  "evaluations_to_target", "mean_best_so_far", "proposed", "accepted", "clamped", "rate_limited",
-  "rejected" }
-
--- One arm as plain columns.
-local function row_of(arm)
-  local test, e = arm.test or {}, arm.exploratory
-  local row = { arm = arm.name, n = arm.n, centre = arm.centre, centre_name = arm.centre_name,
-    evaluations = arm.evaluations, tuning_evaluations = arm.tuning, donor = arm.donor,
-    model_share = arm.model and arm.model.share, test = test.name, zeros = test.zeros, p = test.p,
-    p_holm = test.p_holm, smallest_p_holm = test.smallest_p_holm,
-    n_for_80_percent_power = test.needed, difference = test.difference, difference_low = test.low,
-    difference_high = test.high, a12 = test.a12, claim = arm.claim, reached = e.reached,
-    evaluations_to_target = e.evaluations, mean_best_so_far = e.area }
-  for name, value in pairs(arm.proposals) do row[name] = value end
-  return row
-end
-
 --- A line per arm.
-function tables.csv(result)
-  local rows = {}
-  for i, arm in ipairs(result.arms) do rows[i] = row_of(arm) end
-  return csv.encode(COLUMNS, rows)
-end
+function tables.csv(result) return csv.encode(COLUMNS, rows_of(result)) end
 
 --- Everything, with the outcome of every run.
 function tables.json(result)
-  local list = host.json.array {}
+  local list = host.json.array(rows_of(result))
   for i, arm in ipairs(result.arms) do
-    local row = row_of(arm)
-    row.claimed, row.why, row.runs = arm.claimed, arm.test and arm.test.why, host.json.array {}
+    local row = list[i]
+    row.values, row.label, row.runs = nil, nil, host.json.array {}
+    row.claimed, row.why = arm.claimed, arm.test and arm.test.why
     for k, run in ipairs(arm.runs) do
       row.runs[k] = { seed = run.seed, repetition = run.repetition, outcome = arm.values[k],
         evaluations = run.evaluations, mean_best_so_far = arm.exploratory.areas[k],
         evaluations_to_target = arm.exploratory.to_target[k] }
     end
-    list[i] = row
   end
   return host.json.encode({ schema = "limax.compare/1", outcome = outcome.TEXT,
     baseline = result.baseline, level = verdict.LEVEL, comparisons = result.comparisons,
@@ -208,17 +192,18 @@ local LATEX = { ["_"] = "\\_", ["%"] = "\\%", ["&"] = "\\&", ["#"] = "\\#", ["$"
 
 --- A table of the package booktabs.
 function tables.latex(result)
+  local head, cells = terminal.cells({
+    { "arm", function(row) return (row.label:gsub("[_%%&#${}~^\\<>]", LATEX)) end },
+    { "$n$", "n" }, { centre_name(result), "centre", "%.4g" },
+    { "difference", function(row)
+      return row.difference and ("%.4g [%.4g, %.4g]"):format(row.difference, row.difference_low,
+        row.difference_high)
+    end },
+    { "$A_{12}$", "a12", "%.2f" }, { "$p$", "p", "%.3g" },
+    { "$p_{\\mathrm{Holm}}$", "p_holm", "%.3g" } }, rows_of(result), "--")
   local lines = { "% needs \\usepackage{booktabs}", "\\begin{tabular}{lrrrrrr}", "\\toprule",
-    ("arm & $n$ & %s & difference & $A_{12}$ & $p$ & $p_{\\mathrm{Holm}}$ \\\\"):format(
-      centre_name(result)), "\\midrule" }
-  local function cell(value, pattern) return value and pattern:format(value) or "--" end
-  for _, arm in ipairs(result.arms) do
-    local test, name = arm.test or {}, full_name(arm):gsub("[_%%&#${}~^\\<>]", LATEX)
-    lines[#lines + 1] = ("%s & %d & %s & %s & %s & %s & %s \\\\"):format(name, arm.n,
-      number(arm.centre), test.difference and ("%.4g [%.4g, %.4g]"):format(test.difference,
-      test.low, test.high) or "--", cell(test.a12, "%.2f"), cell(test.p, "%.3g"),
-      cell(test.p_holm, "%.3g"))
-  end
+    table.concat(head, " & ") .. " \\\\", "\\midrule" }
+  for _, row in ipairs(cells) do lines[#lines + 1] = table.concat(row, " & ") .. " \\\\" end
   lines[#lines + 1] = "\\bottomrule"
   lines[#lines + 1] = "\\end{tabular}"
   return table.concat(lines, "\n") .. "\n"

@@ -4,10 +4,9 @@
 
 local arms = require "limax.tools.report.arms"
 local bootstrap = require "limax.base.statistics.bootstrap"
-local exploratory = require "limax.tools.compare.exploratory"
 local failure = require "limax.base.failure"
 local holm = require "limax.base.statistics.holm"
-local ledgers = require "limax.tools.compare.ledgers"
+local measures = require "limax.tools.compare.measures"
 local power = require "limax.base.statistics.power"
 local rank_sum = require "limax.base.statistics.rank_sum"
 local sample = require "limax.base.statistics.sample"
@@ -69,7 +68,7 @@ local function test_of(arm, baseline, outcomes)
   local sums = rank_sum.test(mine, its)
   local test = { a12 = sums.a12 }
   if unpaired then
-    test.name, test.why, test.p, test.statistic = "rank_sum", unpaired, sums.p, sums.u
+    test.name, test.why, test.p = "rank_sum", unpaired, sums.p
     test.smallest_p = rank_sum.smallest_p(#mine, #its)
     return test
   end
@@ -79,9 +78,7 @@ local function test_of(arm, baseline, outcomes)
   local ranks = signed_rank.test(differences)
   test.name, test.why = "signed_rank", "every seed and repetition is in both arms"
   test.p, test.zeros = ranks.p, ranks.zeros
-  test.statistic = math.min(ranks.positive, ranks.negative)
   test.smallest_p = signed_rank.smallest_p(#mine)
-  test.differences = differences
   test.difference = sample.centre(differences)
   test.low, test.high = bootstrap.interval(differences, sample.centre)
   return test
@@ -91,10 +88,10 @@ end
 local function sentence(arm, baseline, test, most_apart)
   for _, either in ipairs { arm, baseline } do
     local share = either.model and either.model.share
-    if share and share < ledgers.WHOLE then
+    if share and share < measures.WHOLE then
       return ("%spartly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
         either == arm and "" or ("no claim: %s is "):format(baseline.name), 100 * share,
-        100 * ledgers.WHOLE), false
+        100 * measures.WHOLE), false
     end
   end
   local apart = math.abs(arm.evaluations - baseline.evaluations)
@@ -116,22 +113,22 @@ local function sentence(arm, baseline, test, most_apart)
     up and "better than" or "worse than", baseline.name, test.p_holm, test.a12), true
 end
 
--- Adds the number of runs for a power of 80 % to each test.
-local function add_needed(tests)
-  local needed = {}
-  for _, test in ipairs(tests) do
-    local level = verdict.LEVEL / #tests
-    needed[test.name] = needed[test.name] or { power.runs_needed(test.name, EFFECT, level) }
+-- Adds what depends on the number of tests: p after Holm, the smallest possible, and the number of
+-- runs for a power of 80 %.
+local function adjust(tests)
+  local p, needed = each(tests, function(test) return test.p end), {}
+  for k, adjusted in ipairs(holm.adjust(p)) do
+    local test = tests[k]
+    test.p_holm, test.smallest_p_holm = adjusted, math.min(1, #tests * test.smallest_p)
+    needed[test.name] = needed[test.name]
+      or { power.runs_needed(test.name, EFFECT, verdict.LEVEL / #tests) }
     test.needed = needed[test.name][1]
   end
 end
 
----@class limax.compare.options
----@field baseline? string name of an arm; "fixed" if there is one, else the first arm
----@field target? number exploratory; the baseline's centre of the last best_standard if left out
-
 --- The comparison of runs whose outcomes were measured, as a table of plain values.
 ---@param outcomes table<limax.compare.run, number> filled up here
+---@param options { baseline: string|nil, target: number|nil }|nil see `limax compare --help`
 function verdict.compare(list, outcomes, options)
   options = options or {}
   local all = {}
@@ -140,37 +137,32 @@ function verdict.compare(list, outcomes, options)
   end
   local filled = fill_worst(all, outcomes)
   local baseline = find_baseline(list, options.baseline)
-  local target = options.target or sample.centre(each(baseline.runs, exploratory.last))
+  local target = options.target or sample.centre(each(baseline.runs, measures.last))
   local result = { baseline = baseline.name, failed_at_publish = filled, target = target,
     target_given = options.target ~= nil, arms = {} }
-  local tests, most_apart = {}, list[1].runs[1].config.population
+  local tests, baseline_row = {}, nil
   for i, arm in ipairs(list) do
     local values = each(arm.runs, function(run) return outcomes[run] end)
     local centre, name = sample.centre(values)
     local row = { name = arm.name, runs = arm.runs, n = #values, values = values, centre = centre,
-      centre_name = name, donor = arm.donor, model = ledgers.model(arm.runs),
+      centre_name = name, donor = arm.donor, model = measures.model(arm.runs),
       evaluations = sample.median(each(arm.runs, function(run) return run.evaluations end)),
       tuning = sample.median(each(arm.runs, function(run) return run.before end)),
-      exploratory = exploratory.of(arm.runs, target),
-      proposals = ledgers.proposals(arm.runs) }
-    if arm ~= baseline then
+      exploratory = measures.exploratory(arm.runs, target),
+      proposals = measures.proposals(arm.runs) }
+    if arm == baseline then
+      baseline_row = row
+    else
       row.test = test_of(arm, baseline, outcomes)
       tests[#tests + 1] = row.test
     end
     result.arms[i] = row
-    if arm == baseline then result.baseline_row = i end
   end
-  add_needed(tests)
-  local p = {}
-  for k, test in ipairs(tests) do p[k] = test.p end
-  for k, adjusted in ipairs(holm.adjust(p)) do
-    tests[k].p_holm = adjusted
-    tests[k].smallest_p_holm = math.min(1, #tests * tests[k].smallest_p)
-  end
+  adjust(tests)
   for _, row in ipairs(result.arms) do
     if row.test then
       row.claim, row.claimed =
-        sentence(row, result.arms[result.baseline_row], row.test, most_apart)
+        sentence(row, baseline_row, row.test, list[1].runs[1].config.population)
     end
   end
   result.comparisons = #tests

@@ -3,14 +3,16 @@
 --- repetition's history. In a study the fallback is `keep`, so that no other supervisor's work is
 --- counted as the model's.
 
+local source = require "limax.base.source"
+
 local model_arms = {}
 
 --- Estimated tokens of one question and answer, with the default prompt.
 model_arms.TOKENS = 3300
 
 local function llm(options)
-  local spec = { "llm", fallback = "keep" }
-  for name, value in pairs(options or {}) do spec[name] = value end
+  local spec = source.copy(options or {})
+  spec[1], spec.fallback = "llm", "keep"
   return spec
 end
 
@@ -66,18 +68,12 @@ local function renamed(value)
   return copy
 end
 
-local function copied(fields)
-  local copy = {}
-  for name, value in pairs(fields) do copy[name] = value end
-  return copy
-end
-
 --- A client whose model never reads a parameter's name: messages and schema are sent with letters,
 --- answers are translated back.
 ---@param options table of the supervisor
 ---@param context table of the client
 function model_arms.unnamed(options, context)
-  local plain = copied(options)
+  local plain = source.copy(options)
   plain.client = nil
   local inner, message = require("limax.supervise.llm.client").new(plain, context)
   if not inner then return nil, message end
@@ -87,9 +83,8 @@ function model_arms.unnamed(options, context)
     return function(_, ...) return value(inner, ...) end
   end })
   function client:ask(messages, request)
-    local changed = copied(request)
+    local changed, asked = source.copy(request), {}
     changed.schema = renamed(request.schema)
-    local asked = {}
     for k, each in ipairs(messages) do
       asked[k] = { role = each.role, content = model_arms.without_names(each.content) }
     end

@@ -5,16 +5,18 @@
 local arms = require "limax.tools.report.arms"
 local budget = require "limax.experiment.budget"
 local cells = require "limax.tools.study.cells"
+local duration = require "limax.base.duration"
 local engine = require "limax.engine"
+local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
+local figures = require "limax.tools.compare.figures"
+local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
 local options = require "limax.base.options"
 local outcome = require "limax.tools.compare.outcome"
-local pages = require "limax.tools.compare.pages"
 local plan = require "limax.tools.study.plan"
-local probe = require "limax.tools.study.probe"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
 local tables = require "limax.tools.compare.tables"
@@ -24,39 +26,11 @@ local verdict = require "limax.tools.compare.verdict"
 
 local study = {}
 
----@class limax.study
----@field out string folder
----@field options table of the experiment, as passed
----@field config table of the experiment, resolved
----@field fitness function
----@field repetitions integer
----@field evaluations integer of each cell
----@field generations integer an upper bound: evaluations end a run first
----@field cells limax.study.cell[]
----@field tuned table<integer, { breeding: table, evaluations: integer }> by repetition
----@field endpoints table<string, table> what runs learned about endpoints
----@field device limax.device
----@field quick boolean
----@field say fun(text: string)
----@field warn fun(text: string) prints each warning of the runs once
-
 -- Flushed, so that a redirected output can be followed.
 local function print_line(text)
   io.stdout:write(text, "\n")
   io.stdout:flush()
 end
-
----@class limax.study.settings
----@field experiment table as for `limax.experiment`, without name, supervisor, supervision,
---- generations, evaluations and repetitions
----@field out string folder
----@field repetitions integer
----@field evaluations integer of each arm and repetition
----@field device? limax.device
----@field arms? string[] all if left out
----@field quick? boolean
----@field with_model? boolean whether an endpoint is configured, if left out
----@field say? fun(text: string) receives a line per run; standard output if left out
 
 -- The experiment with its budget, and as many generations as the budget allows.
 local function resolve(settings)
@@ -74,6 +48,12 @@ local function resolve(settings)
 end
 
 --- A study of an experiment, not started.
+---@param settings { experiment: table, out: string, repetitions: integer, evaluations: integer,
+--- device: limax.device|nil, arms: string[]|nil, quick: boolean|nil, with_model: boolean|nil,
+--- say: nil|fun(text: string) } `experiment` is without name, supervisor, supervision, generations,
+--- evaluations and repetitions; `evaluations` of each arm and repetition; `arms`: all if left out;
+--- `with_model`: whether an endpoint is configured, if left out; `say` receives a line per run
+---@return limax.study
 function study.new(settings)
   if settings.repetitions < 2 then
     failure.raise(2, "a study needs at least two repetitions: some arms read another one")
@@ -81,18 +61,66 @@ function study.new(settings)
   local with_model = settings.with_model
   if with_model == nil then with_model = model_arms.available() end
   local experiment, generations = resolve(settings)
+  local arms_of_study = plan.choose(plan.arms(experiment.config, with_model), settings.arms)
   local say, warned = settings.say or print_line, {}
+  ---@class limax.study
+  ---@field tuned table<integer, { breeding: table, evaluations: integer }> by repetition
+  ---@field generations integer an upper bound: evaluations end a run first
+  ---@field endpoints table<string, table> what runs learned about endpoints
+  ---@field warn fun(text: string) prints each warning of the runs once
   return { out = settings.out:gsub("(.)/+$", "%1"), options = settings.experiment,
     config = experiment.config, fitness = experiment.fitness.call,
     repetitions = settings.repetitions, evaluations = settings.evaluations,
-    generations = generations, tuned = {}, endpoints = {},
-    device = settings.device or engine.device "auto", quick = settings.quick or false, say = say,
+    generations = generations, tuned = {}, endpoints = {}, quick = settings.quick or false,
+    device = settings.device or engine.device "auto", say = say,
     warn = function(text)
       if not warned[text] then say(text) end
       warned[text] = true
     end,
-    cells = plan.cells(plan.choose(plan.arms(experiment.config, with_model), settings.arms),
-      settings.repetitions) }
+    cells = plan.cells(arms_of_study, settings.repetitions) }
+end
+
+-- Wall time of one evaluation: the first generation of the first cell, simulated and scored.
+local function seconds_per_evaluation(self)
+  local run = evolve.start(cells.experiment(self, self.cells[1]), { repetition = 1,
+    device = self.device, say = function() end })
+  local began = host.clock()
+  local robots = run:generations()()
+  robots:simulate():score()
+  return (host.clock() - began) / #robots
+end
+
+-- Evaluations, hours and tokens of the remaining runs, estimated from one generation on this
+-- machine.
+local function cost_of(self)
+  local left, asking, names, seen = 0, 0, {}, {}
+  for _, cell in ipairs(self.cells) do
+    local arm = cell.arm
+    if not cells.is_done(self.out .. "/" .. cell.path) then
+      left, asking = left + 1, asking + (arm.asks and 1 or 0)
+    end
+    if not seen[arm.name] then seen[arm.name], names[#names + 1] = true, arm.name end
+  end
+  local evaluations = left * self.evaluations
+  local seconds = evaluations * seconds_per_evaluation(self)
+  local tokens = "none: no arm asks a language model"
+  if asking > 0 then
+    local population = self.config.population
+    -- with the default share of elites
+    local bred = math.ceil((1 - self.config.breeding.elite_fraction) * population)
+    local answers = asking * math.ceil((self.evaluations - population) / bred)
+    tokens = ("about %.2g million for %d answers, whose time is not included"):format(
+      answers * model_arms.TOKENS / 1e6, answers)
+  end
+  return table.concat({
+    ("%d arms (%s), %d repetitions: %d of %d runs left"):format(#names, table.concat(names, " "),
+      self.repetitions, left, #self.cells),
+    ("evaluations: at most %d, %d a run"):format(evaluations, self.evaluations),
+    ("time: about %.2g h (%s) of simulating, measured on one generation"):format(seconds / 3600,
+      duration(seconds)),
+    "tokens: " .. tokens,
+    ("folder: %s; the study can be stopped at any time and started again"):format(self.out),
+  }, "\n")
 end
 
 -- Writes the list of runs that `limax compare` reads.
@@ -107,10 +135,10 @@ local function write_list(self)
       donor_repetition = cell.donor and cell.donor.repetition or nil }
   end
   local made, message = host.file.mkdir(self.out)
-  local text = host.json.encode({ schema = "limax.study/1", evaluations = self.evaluations,
-    repetitions = self.repetitions, quick = self.quick, runs = list }, { indent = 2 }) .. "\n"
-  if made then made, message = host.file.write_atomic(self.out .. "/" .. runs.STUDY, text) end
   if not made then failure.raise(1, message) end
+  source.write(self.out .. "/" .. folders.STUDY, host.json.encode({ schema = "limax.study/1",
+    evaluations = self.evaluations, repetitions = self.repetitions, quick = self.quick,
+    runs = list }, { indent = 2 }) .. "\n")
 end
 
 local function run_cell(self, k, cell)
@@ -132,7 +160,7 @@ end
 --- Runs the remaining cells of a study, and compares.
 ---@return table result of verdict.compare
 function study.run(self)
-  self.say(probe.text(self))
+  self.say(cost_of(self))
   write_list(self)
   for k, cell in ipairs(self.cells) do run_cell(self, k, cell) end
   local groups, list = arms.group(runs.read { self.out }), {}
@@ -142,7 +170,7 @@ function study.run(self)
   -- on the CPU as in `limax compare`, so that it gives the same numbers wherever the study ran
   local outcomes = outcome.measure(list, engine.device "cpu", self.fitness)
   local result = verdict.compare(groups, outcomes)
-  pages.write(self.out .. "/compare", result, groups, outcomes)
+  figures.write(self.out .. "/compare", result, groups, outcomes)
   return result
 end
 
@@ -152,8 +180,8 @@ local command = {
   name = "supervision_study.lua", summary = "does supervision help? every arm under equal budgets",
   usage = "limax scripts/experiments/supervision_study.lua [options]",
   options = {
-    { name = "out", argument = "DIR", value = "studies/supervision",
-      text = "the study's folder; a study that was stopped continues" },
+    { name = "out", argument = "DIR", text = "the study's folder, in which a stopped study"
+      .. " continues; studies/supervision, or studies/supervision-quick" },
     { name = "repetitions", argument = "N", kind = "integer", minimum = 2, maximum = 1000,
       text = "of each arm; 10, or 3 with --quick" },
     { name = "evaluations", argument = "N", kind = "integer", minimum = 8, maximum = 1e9,
@@ -174,11 +202,8 @@ function study.main(settings, words)
     io.stdout:write(options.help(command))
     return
   end
-  local chosen, out = settings, arguments.out
-  if arguments.quick then
-    chosen = settings.quick
-    if out == "studies/supervision" then out = out .. "-quick" end
-  end
+  local chosen = arguments.quick and settings.quick or settings
+  local out = arguments.out or "studies/supervision" .. (arguments.quick and "-quick" or "")
   local names
   for name in (arguments.arms or ""):gmatch "[^,%s]+" do
     names = names or {}

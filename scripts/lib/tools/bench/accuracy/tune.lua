@@ -94,7 +94,8 @@ end
 -- The reference, and its chaos floor: a step changed by one part in 1e4, or by the least that whole
 -- samples allow.
 local function references(simulation, rate, longest)
-  local fine, near = at_share(simulation, REFERENCE, rate)
+  local fine = at_share(simulation, REFERENCE, rate)
+  local near
   if type(fine.time_step) == "number" then
     near = { integrator = fine.integrator, time_step = ranking.perturbed(fine.time_step, rate) }
   else

@@ -1,0 +1,102 @@
+--- measures.lua: numbers of an arm's runs: how much a language model set, the outcomes of
+--- proposals, and without a claim how soon the runs reached a target.
+
+local curves = require "limax.tools.report.curves"
+local runs = require "limax.tools.compare.runs"
+local sample = require "limax.base.statistics.sample"
+
+local measures = {}
+
+--- Share of the generations that a model must have set for a claim about it.
+measures.WHOLE = 0.95
+
+-- ---- ledgers ------------------------------------------------------------------------------------
+
+-- Supervisors that ask a model, or repeat what one proposed.
+local ASKS = { llm = true, replay = true }
+
+--- The share of an arm's bred generations that a model set; nil for an arm that asks none.
+--- Generations for which the model was not to be asked ("held") do not count.
+---@return { share: number, generations: integer }|nil
+function measures.model(list)
+  local supervisor = list[1].config.supervisor
+  local name = type(supervisor) == "table" and (supervisor.name or supervisor[1]) or supervisor
+  if not ASKS[name] then return nil end
+  local all, own = 0, 0
+  for _, run in ipairs(list) do
+    for _, line in ipairs(run.ledger) do
+      -- generation 0 is not set by a supervisor
+      if line.generation > 0 and line.source ~= "held" then
+        all, own = all + 1, own + (line.source == "model" and 1 or 0)
+      end
+    end
+  end
+  return { share = all > 0 and own / all or 0, generations = all }
+end
+
+--- The number of proposed fields over all generations of all runs, and the share of each outcome,
+--- by its name with "_"; no shares where nothing was proposed.
+---@return table<string, number>
+function measures.proposals(list)
+  local counts = { accepted = 0, clamped = 0, ["rate-limited"] = 0, rejected = 0 }
+  local shares = { proposed = 0 }
+  for _, run in ipairs(list) do
+    for _, line in ipairs(run.ledger) do
+      for _, entry in ipairs(line.entries or {}) do
+        if counts[entry.outcome] then
+          counts[entry.outcome] = counts[entry.outcome] + 1
+          shares.proposed = shares.proposed + 1
+        end
+      end
+    end
+  end
+  for name, count in pairs(shares.proposed > 0 and counts or {}) do
+    shares[name:gsub("-", "_")] = count / shares.proposed
+  end
+  return shares
+end
+
+-- ---- learning curves ----------------------------------------------------------------------------
+
+--- The best of the last generation, under the first materials, as it was evolved.
+---@return number
+function measures.last(run)
+  local points = curves.points(run, runs.score)
+  return points[#points] and points[#points][2] or 0
+end
+
+-- Mean of the best so far between the first generation and the last, by evaluations.
+local function area(points)
+  local sum, best = 0, -math.huge
+  for k, point in ipairs(points) do
+    best = math.max(best, point[2])
+    if points[k + 1] then sum = sum + best * (points[k + 1][1] - point[1]) end
+  end
+  local span = #points > 0 and points[#points][1] - points[1][1] or 0
+  return span > 0 and sum / span or best
+end
+
+--- How many runs reached the target, the median of the evaluations that this took (runs that missed
+--- it count as longer than all; nil where the median is one of them), and the centre of the area
+--- under the curve, as a mean over evaluations.
+---@param target number
+---@return { reached: integer, evaluations: number|nil, area: number, areas: number[],
+--- to_target: table<integer, number> }
+function measures.exploratory(list, target)
+  local hits, spent, areas, to_target = 0, {}, {}, {}
+  for i, run in ipairs(list) do
+    local points = curves.points(run, runs.score)
+    areas[i], spent[i] = area(points), math.huge
+    for _, point in ipairs(points) do
+      if point[2] >= target then
+        hits, spent[i], to_target[i] = hits + 1, point[1], point[1]
+        break
+      end
+    end
+  end
+  local median = sample.median(spent)
+  return { reached = hits, evaluations = median < math.huge and median or nil,
+    area = sample.centre(areas), areas = areas, to_target = to_target }
+end
+
+return measures
