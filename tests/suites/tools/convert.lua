@@ -187,11 +187,6 @@ suite:test("elements of a .vxa that limax does not read are listed once", functi
     "VXC.Lattice.Y_Dim_Adj", "VXC.Palette.Material.Fixed",
     "VXC.Palette.Material.Mechanical.Yield_Stress",
     "Simulator: all but a StopConditionFormula t - seconds" })
-  local many = {}
-  for k = 1, 5000 do many[k] = ("<E%d>1</E%d>"):format(k, k) end
-  write(folder .. "/many.vxa", (text:gsub("<Palette>", table.concat(many) .. "<Palette>")))
-  local notes = convert(t, folder, "many.vxa", "many.json")
-  t:equal({ #notes, notes[21] }, { 22, "4980 more elements" })
 end)
 
 suite:test("a bad .vxa is refused with its file and field", { limit = 20 }, function(t)

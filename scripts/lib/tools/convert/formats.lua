@@ -4,16 +4,13 @@
 local defaults = require "limax.settings.defaults"
 local evogym = require "limax.tools.convert.evogym"
 local failure = require "limax.base.failure"
-local metrics = require "limax.tools.convert.metrics"
+local meshes = require "limax.tools.convert.meshes"
 local motion = require "limax.draw.motion"
-local obj = require "limax.tools.convert.obj"
 local robot_file = require "limax.robot.robot_file"
 local robots = require "limax.tools.convert.robots"
+local run_metrics = require "limax.tools.convert.run_metrics"
 local source = require "limax.base.source"
-local stl = require "limax.tools.convert.stl"
 local surface = require "limax.tools.convert.surface"
-local tensorboard = require "limax.tools.convert.tensorboard"
-local threemf = require "limax.tools.convert.threemf"
 local traces = require "limax.tools.convert.traces"
 local voxcad_read = require "limax.tools.convert.voxcad_read"
 local voxcad_write = require "limax.tools.convert.voxcad_write"
@@ -21,18 +18,14 @@ local vtk = require "limax.tools.convert.vtk"
 
 local formats = {}
 
----@class limax.convert.job
----@field from string
----@field to string
----@field arguments table of the command
----@field notes string[] receives what is lost
----@field robot? limax.robot nil where a run is written
+-- A job has the paths `from` and `to`, the command's `arguments`, `notes` that receive what is lost,
+-- and the `robot`, nil where a run is written.
 
 ---@class limax.convert.format
 ---@field ending string
 ---@field text? string description of a written file, for the help page
 ---@field read? fun(path: string, arguments: table, notes: string[]): limax.robot.description
----@field write? fun(job: limax.convert.job): string|{ [1]: string, [2]: string }[] the text of the
+---@field write? fun(job: table): string|{ [1]: string, [2]: string }[] the text of the
 --- file, or paths and texts of several
 ---@field of_run? boolean written of a run, not of a robot
 ---@field options? table<string, boolean> options of the command that apply to a written file
@@ -56,7 +49,7 @@ local function write_obj(job)
   local name = source.name_of(job.to)
   -- a blank ends a name in an .obj
   local library = name:gsub("%.[^.]*$", ""):gsub("[%s%c]", "_") .. ".mtl"
-  local text, shades = obj.encode(mesh_of(job), materials_of(job), library)
+  local text, shades = meshes.obj(mesh_of(job), materials_of(job), library)
   return { { job.to, text }, { job.to:sub(1, -#name - 1) .. library, shades } }
 end
 
@@ -98,13 +91,13 @@ formats.list = {
     lost = { "materials and scene: voxcraft-sim reads them from the base.vxa beside the file" } },
   { ending = "npy", read = evogym.read_npy },
   { ending = "stl", text = "the surface in mm, for printing", options = { edge = true },
-    write = function(job) return stl.encode(mesh_of(job)) end,
+    write = function(job) return meshes.stl(mesh_of(job)) end,
     lost = { "weights", "materials; .obj and .3mf keep them" } },
   { ending = "obj", text = "the same with materials, in a .mtl beside it",
     options = { edge = true }, write = write_obj, lost = WITH_COLOUR },
   { ending = "3mf", text = "the same with the material of every triangle",
     options = { edge = true },
-    write = function(job) return threemf.encode(mesh_of(job), materials_of(job)) end,
+    write = function(job) return meshes.threemf(mesh_of(job), materials_of(job)) end,
     lost = WITH_COLOUR },
   { ending = "vtu", text = "ParaView: the body at rest", lost = WITH_NUMBER,
     write = function(job) return vtk.at_rest(job.robot:table(), edge_of(job.robot)) end },
@@ -113,10 +106,10 @@ formats.list = {
   { ending = "npz", text = "NumPy: traces of the robot, simulated again, its body and weights",
     options = { record = true }, read = evogym.read_npz, write = write_npz, lost = WITH_NUMBER },
   { ending = "csv", text = "of a run: metrics.jsonl as a table", of_run = true,
-    write = function(job) return metrics.csv(job.from) end },
+    write = function(job) return run_metrics.csv(job.from) end },
   { ending = "tensorboard", text = "of a run: a folder of TensorBoard's event files",
     of_run = true,
-    write = function(job) return tensorboard.files(job.from, job.to, job.notes) end },
+    write = function(job) return run_metrics.tensorboard(job.from, job.to, job.notes) end },
 }
 
 function formats.ending_of(path) return (path:match "%.([%w]+)$" or ""):lower() end

@@ -15,39 +15,39 @@ surface.GAP = 0.01
 ---@field triangles integer[][] three indices into points, from 1
 ---@field letters string[] of each triangle's voxel
 
--- A side of a face: face f from its corner k to the next one. Corners of all faces are numbered
--- 4 (f - 1) + k.
-local function first_corner(side) return 4 * (side.f - 1) + side.k end
-local function second_corner(side) return 4 * (side.f - 1) + side.k % 4 + 1 end
-
--- The sides of faces on each edge: two, or four where voxels touch only along the edge.
-local function edges_of(faces)
-  local by_key, edges = {}, {}
-  for f, face in ipairs(faces) do
-    for k = 1, 4 do
-      local from, to = face.corners[k], face.corners[k % 4 + 1]
-      local key = math.min(from, to) .. " " .. math.max(from, to)
-      if not by_key[key] then
-        by_key[key] = {}
-        edges[#edges + 1] = by_key[key]
-      end
-      table.insert(by_key[key], { f = f, k = k })
-    end
-  end
-  return edges
+-- Corner k of face f has the number 4 (f - 1) + k. A side of a face has the number of the corner at
+-- which it begins.
+local function face_of(corner) return math.floor((corner - 1) / 4) + 1 end
+local function next_of(corner) return corner % 4 == 0 and corner - 3 or corner + 1 end
+local function site_of(faces, corner)
+  return faces[face_of(corner)].corners[(corner - 1) % 4 + 1]
 end
 
--- The pairs of sides that are joined along an edge: of four sides, those of the same voxel.
-local function pairs_of(sides, faces)
-  if #sides == 2 then return { sides } end
-  local own = faces[sides[1].f].voxel
-  local first, second = { sides[1] }, {}
-  for i = 2, 4 do
-    local other = faces[sides[i].f].voxel
-    local same = own[1] == other[1] and own[2] == other[2] and own[3] == other[3]
-    table.insert(same and first or second, sides[i])
+-- The pairs of sides that are joined along each edge: one pair, or two, each of one voxel, where
+-- voxels touch only along the edge.
+local function edges_of(faces)
+  local by_key, edges = {}, {}
+  for side = 1, 4 * #faces do
+    local from, to = site_of(faces, side), site_of(faces, next_of(side))
+    local key = math.min(from, to) .. " " .. math.max(from, to)
+    if not by_key[key] then
+      by_key[key] = {}
+      edges[#edges + 1] = by_key[key]
+    end
+    table.insert(by_key[key], side)
   end
-  return { first, second }
+  for i, sides in ipairs(edges) do
+    local first, second = { sides[1] }, {}
+    local own = faces[face_of(sides[1])].voxel
+    for k = 2, #sides do
+      local other = faces[face_of(sides[k])].voxel
+      local same = #sides == 2
+        or own[1] == other[1] and own[2] == other[2] and own[3] == other[3]
+      table.insert(same and first or second, sides[k])
+    end
+    edges[i] = { first, #sides == 4 and second or nil }
+  end
+  return edges
 end
 
 -- Disjoint sets of 1 to count: `find` returns the smallest member of a set.
@@ -96,38 +96,37 @@ end
 -- A point for each set of joined corners, moved where a site has several. Returns the points and
 -- the index of each set's point.
 local function points_of(faces, find, nx, ny)
-  local points, index, sets, sets_at = {}, {}, {}, {}
-  for f, face in ipairs(faces) do
-    for k = 1, 4 do
-      local set, site = find(4 * (f - 1) + k), face.corners[k]
-      if not index[set] then
-        points[#points + 1] = place_of(site, nx, ny)
-        index[set], sets[#points] = #points, { site = site }
-        sets_at[site] = (sets_at[site] or 0) + 1
-      end
-      table.insert(sets[index[set]], centre_of(face))
+  local points, index, centres, sites, sets_at = {}, {}, {}, {}, {}
+  for corner = 1, 4 * #faces do
+    local set, site = find(corner), site_of(faces, corner)
+    if not index[set] then
+      points[#points + 1] = place_of(site, nx, ny)
+      index[set], centres[#points], sites[#points] = #points, {}, site
+      sets_at[site] = (sets_at[site] or 0) + 1
     end
+    table.insert(centres[index[set]], centre_of(faces[face_of(corner)]))
   end
-  for i, set in ipairs(sets) do
-    if sets_at[set.site] > 1 then points[i] = towards(points[i], mean(set)) end
+  for i, site in ipairs(sites) do
+    if sets_at[site] > 1 then points[i] = towards(points[i], mean(centres[i])) end
   end
   return points, index
 end
 
 -- Where both ends of an edge are shared by two parts, each part gets a point of its own in the
--- middle of the edge. Returns the index of that point by the first corner of a side.
-local function add_middles(points, index, edges, faces, find)
+-- middle of the edge. Returns the index of that point by side.
+local function add_middles(points, edges, faces, point_of)
   local middle = {}
-  local function ends(side) return find(first_corner(side)), find(second_corner(side)) end
-  for _, sides in ipairs(edges) do
-    local joined = pairs_of(sides, faces)
-    local a, b = ends(joined[1][1])
-    local c, d = ends((joined[2] or joined[1])[1])
-    if joined[2] and (a == c and b == d or a == d and b == c) then
-      for _, pair in ipairs(joined) do
-        local half = mean { points[index[a]], points[index[b]] }
-        points[#points + 1] = towards(half, centre_of(faces[pair[1].f]))
-        for _, side in ipairs(pair) do middle[first_corner(side)] = #points end
+  for _, pairs_of_edge in ipairs(edges) do
+    local first, second = unpack(pairs_of_edge, 1, 2)
+    if second then
+      local a, b = point_of(first[1]), point_of(next_of(first[1]))
+      local c, d = point_of(second[1]), point_of(next_of(second[1]))
+      if a == c and b == d or a == d and b == c then
+        for _, pair in ipairs(pairs_of_edge) do
+          points[#points + 1] = towards(mean { points[a], points[b] },
+            centre_of(faces[face_of(pair[1])]))
+          middle[pair[1]], middle[pair[2]] = #points, #points
+        end
       end
     end
   end
@@ -135,16 +134,16 @@ local function add_middles(points, index, edges, faces, find)
 end
 
 -- The triangles of a face: two, or a fan around its centre where a side has a point in its middle.
-local function add_triangles(mesh, f, face, corner_point, middle)
+local function add_triangles(mesh, f, letter, point_of, middle)
   local ring, corners = {}, {}
-  for k = 1, 4 do
-    local corner = 4 * (f - 1) + k
-    ring[#ring + 1], corners[k] = corner_point(corner), mesh.points[corner_point(corner)]
+  for corner = 4 * f - 3, 4 * f do
+    ring[#ring + 1] = point_of(corner)
+    corners[#corners + 1] = mesh.points[ring[#ring]]
     ring[#ring + 1] = middle[corner]
   end
   local function add(...)
     table.insert(mesh.triangles, { ... })
-    table.insert(mesh.letters, face.letter)
+    table.insert(mesh.letters, letter)
   end
   if #ring == 4 then
     add(ring[1], ring[2], ring[3])
@@ -152,8 +151,7 @@ local function add_triangles(mesh, f, face, corner_point, middle)
     return
   end
   table.insert(mesh.points, mean(corners))
-  local centre = #mesh.points
-  for k = 1, #ring do add(centre, ring[k], ring[k % #ring + 1]) end
+  for k = 1, #ring do add(#mesh.points, ring[k], ring[k % #ring + 1]) end
 end
 
 --- The surface of a body.
@@ -162,17 +160,17 @@ function surface.of(voxel)
   local every_site = setmetatable({}, { __index = function(_, site) return site end })
   local faces = skin.faces(voxel, every_site)
   local edges, find, unite = edges_of(faces), disjoint_sets(4 * #faces)
-  for _, sides in ipairs(edges) do
-    for _, pair in ipairs(pairs_of(sides, faces)) do
-      unite(first_corner(pair[1]), second_corner(pair[2]))
-      unite(second_corner(pair[1]), first_corner(pair[2]))
+  for _, pairs_of_edge in ipairs(edges) do
+    for _, pair in ipairs(pairs_of_edge) do
+      unite(pair[1], next_of(pair[2]))
+      unite(next_of(pair[1]), pair[2])
     end
   end
   local points, index = points_of(faces, find, #voxel, #voxel[1])
-  local middle = add_middles(points, index, edges, faces, find)
+  local function point_of(corner) return index[find(corner)] end
+  local middle = add_middles(points, edges, faces, point_of)
   local mesh = { points = points, triangles = {}, letters = {} }
-  local function corner_point(corner) return index[find(corner)] end
-  for f, face in ipairs(faces) do add_triangles(mesh, f, face, corner_point, middle) end
+  for f, face in ipairs(faces) do add_triangles(mesh, f, face.letter, point_of, middle) end
   return mesh
 end
 

@@ -38,6 +38,12 @@ end
 
 local function trimmed(text) return text:match "^%s*(.-)%s*$" end
 
+--- A finite number, or nil.
+function document.number_of(text)
+  local value = tonumber(text)
+  return value and math.abs(value) < math.huge and value or nil
+end
+
 --- A finite number at a path; `default` where the element is missing.
 ---@param file string for messages
 ---@param default number|nil nil: a missing element is an error
@@ -47,12 +53,8 @@ function document.number_at(file, node, path, default)
     if default == nil then input.refuse(file, "%s.%s is missing", node.name, path) end
     return default
   end
-  local value = tonumber(trimmed(found.text))
-  if not value or value ~= value or math.abs(value) == math.huge then
-    input.refuse(file, "%s.%s is %q; expected a number", node.name, path,
-      trimmed(found.text):sub(1, 40))
-  end
-  return value
+  return document.number_of(trimmed(found.text)) or input.refuse(file,
+    "%s.%s is %q; expected a number", node.name, path, trimmed(found.text):sub(1, 40))
 end
 
 --- The text at a path, empty where the element is missing.
@@ -82,18 +84,19 @@ local function replace(file, root, element)
   end
   local node = root
   for each in path:gmatch "[^.]+" do
-    local below = child(node, each) or { name = each, text = "", attributes = {} }
-    if not child(node, each) then node[#node + 1] = below end
+    local below = child(node, each)
+    if not below then
+      below = { name = each, text = "", attributes = {} }
+      node[#node + 1] = below
+    end
     node = below
   end
   element.name = name
+  local place = #node + 1
   for i, each in ipairs(node) do
-    if each.name == name then
-      node[i] = element
-      return
-    end
+    if each.name == name then place = math.min(place, i) end
   end
-  node[#node + 1] = element
+  node[place] = element
 end
 
 --- The root of a .vxa, or of the base of a .vxd with the elements that it replaces.
@@ -116,20 +119,15 @@ end
 
 -- ---- losses -------------------------------------------------------------------------------------
 
-local MAX_NAMES = 20
-
 -- Elements without a meaning in limax; Poisson's ratio is that of its lattice of springs.
 local IGNORED = { ["Simulator"] = true, ["VXC.Voxel"] = true,
   ["VXC.Palette.Material.Display"] = true,
   ["VXC.Palette.Material.Mechanical.Poissons_Ratio"] = true }
 
--- The value other than 0 that has no effect.
-local function neutral(path) return path:find "^VXC%.Lattice" and 1 or 0 end
-
--- Does an element hold a word, or a number that has an effect?
+-- Does an element hold a word, or a number that has an effect? 0 has none, nor 1 in a lattice.
 local function has_content(element, path)
   local number = tonumber(element.text)
-  if number and number ~= 0 and number ~= neutral(path) then return true end
+  if number and number ~= 0 and not (number == 1 and path:find "^VXC%.Lattice") then return true end
   if not number and element.text:find "%w" then return true end
   for _, each in ipairs(element) do
     if has_content(each, path) then return true end
@@ -152,10 +150,7 @@ end
 function document.unread(root)
   local found = {}
   collect(root, "", found)
-  local all, names = choice.sorted_keys(found), {}
-  for k = 1, math.min(#all, MAX_NAMES) do names[k] = all[k] end
-  if #all > MAX_NAMES then names[#names + 1] = ("%d more elements"):format(#all - MAX_NAMES) end
-  return names
+  return choice.sorted_keys(found)
 end
 
 return document

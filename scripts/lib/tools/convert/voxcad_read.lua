@@ -14,37 +14,25 @@ local voxcad_read = {}
 
 -- ---- voxels -------------------------------------------------------------------------------------
 
--- The texts of the layers of an element of the structure; nil without the element.
-local function layers_at(file, structure, name, lattice)
-  local found = at(structure, name)
-  if not found then return nil end
-  local layers = {}
-  for k, layer in ipairs(document.children(found, "Layer")) do layers[k] = layer.text end
-  if #layers ~= lattice[3] then
-    input.refuse(file, "Structure.%s has %d layers; Z_Voxels is %d", name, #layers, lattice[3])
-  end
-  return layers
-end
-
 -- Numbers of every voxel [z][i], i = x + (y - 1) nx, each matching a pattern; nil without the
 -- element.
 local function numbers_of(file, structure, name, lattice, pattern)
-  local layers, count = layers_at(file, structure, name, lattice), lattice[1] * lattice[2]
-  for z, text in ipairs(layers or {}) do
+  local found, count, layers = at(structure, name), lattice[1] * lattice[2], {}
+  if not found then return nil end
+  for z, layer in ipairs(document.children(found, "Layer")) do
     local list = {}
-    for word in text:gmatch(pattern or "[^%s,]+") do
-      local value = tonumber(word)
-      if not value or value ~= value or math.abs(value) == math.huge then
-        input.refuse(file, "Structure.%s: layer %d holds %q; expected numbers", name, z,
-          word:sub(1, 40))
-      end
-      list[#list + 1] = value
+    for word in layer.text:gmatch(pattern or "[^%s,]+") do
+      list[#list + 1] = document.number_of(word) or input.refuse(file,
+        "Structure.%s: layer %d holds %q; expected numbers", name, z, word:sub(1, 40))
     end
     if #list ~= count then
       input.refuse(file, "Structure.%s: layer %d has %d numbers; X_Voxels times Y_Voxels is %d",
         name, z, #list, count)
     end
     layers[z] = list
+  end
+  if #layers ~= lattice[3] then
+    input.refuse(file, "Structure.%s has %d layers; Z_Voxels is %d", name, #layers, lattice[3])
   end
   return layers
 end

@@ -101,16 +101,6 @@ local function material_element(material, id, edge, color, friction)
     element("Limax", fields(own)))
 end
 
--- The materials of a robot's table, the empty one first.
-local function materials_of(robot, path)
-  local list = robot.materials:table().materials
-  if #list - 1 > voxcad.MAX_MATERIALS then
-    input.refuse(path, "the robot's table has %d materials; .vxa and .vxd hold up to %d", #list - 1,
-      voxcad.MAX_MATERIALS)
-  end
-  return list
-end
-
 -- ---- voxels -------------------------------------------------------------------------------------
 
 local function layers_of(name, lattice, separator, value)
@@ -130,8 +120,13 @@ local function weight_at(weight, x, y, z)
 end
 
 -- The structure of a robot; notes weights, which VoxCad and voxcraft-sim ignore.
-local function structure(description, list, attributes, notes)
+local function structure(path, description, attributes, notes)
   local lattice, weights = description.lattice, description.weights
+  local list = description.materials.materials
+  if #list - 1 > voxcad.MAX_MATERIALS then
+    input.refuse(path, "the robot's table has %d materials; .vxa and .vxd hold up to %d", #list - 1,
+      voxcad.MAX_MATERIALS)
+  end
   local index, by_letter = {}, {}
   for i, material in ipairs(list) do
     index[material.letter], by_letter[material.letter] = i - 1, material
@@ -147,7 +142,7 @@ local function structure(description, list, attributes, notes)
     end),
   }
   for _, each in ipairs(voxcad.WEIGHTS) do
-    local name, tag = each[1], each[2]
+    local name, tag = unpack(each)
     if weights[name] ~= 1 then
       notes[#notes + 1] = ("weights.%s: only limax reads it; in VoxCad every voxel has its"
         .. " material's full %s"):format(name, name)
@@ -163,7 +158,8 @@ end
 ---@param path string for messages
 ---@param notes string[] receives what the file cannot carry
 function voxcad_write.vxa(robot, path, notes)
-  local description, list = robot:table(), materials_of(robot, path)
+  local description = robot:table()
+  local list = description.materials.materials
   local edge = description.edge or defaults.fields.simulation.edge.value
   local scene = engine.scene(description.scene or defaults.scene):table()
   local friction = scene.friction or { static = 0, kinetic = 0 }
@@ -176,7 +172,7 @@ function voxcad_write.vxa(robot, path, notes)
   local stop = "<StopCondition><StopConditionFormula><mtSUB><mtVAR>t</mtVAR><mtCONST>%s</mtCONST>"
     .. "</mtSUB></StopConditionFormula></StopCondition>"
   note_scene(scene, notes)
-  local body = structure(description, list, "", notes)
+  local body = structure(path, description, "", notes)
   if description.simulation then notes[#notes + 1] = "simulation: all but its duration" end
   return xml.HEAD .. element('VXA Version="1.1"',
     element("Simulator", stop:format(number(duration))),
@@ -190,8 +186,8 @@ end
 ---@param path string for messages
 ---@param notes string[] receives what the file cannot carry
 function voxcad_write.vxd(robot, path, notes)
-  return element("VXD", structure(robot:table(), materials_of(robot, path),
-    ' replace="VXA.VXC.Structure"', notes)) .. "\n"
+  return element("VXD", structure(path, robot:table(), ' replace="VXA.VXC.Structure"', notes))
+    .. "\n"
 end
 
 return voxcad_write

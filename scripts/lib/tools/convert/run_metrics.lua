@@ -1,12 +1,45 @@
---- tensorboard.lua: the metrics of a run as event files of TensorBoard, one for each repetition. A
---- file is a sequence of records, each with its length and two checksums, that hold protocol
---- buffers: an Event with a Summary of named scalars. Steps are generations.
+--- run_metrics.lua: the metrics of a run as CSV, and as event files of TensorBoard: a sequence of
+--- records, each with its length and two checksums, that hold protocol buffers: an Event with a
+--- Summary of named scalars.
 
 local bytes = require "limax.base.bytes"
 local choice = require "limax.base.choice"
-local metrics = require "limax.tools.convert.metrics"
+local csv = require "limax.base.csv"
+local failure = require "limax.base.failure"
+local flat = require "limax.base.flat"
+local host = require "limax.host"
+local runs = require "limax.tools.report.runs"
+local timestamp = require "limax.base.timestamp"
 
-local tensorboard = {}
+local run_metrics = {}
+
+local function plain(value)
+  if type(value) ~= "table" and value ~= host.json.null then return value end
+end
+
+-- The rows of a run by repetition and generation: `quantiles.q10` is the field q10 of the object
+-- quantiles. Then the columns: repetition and generation, and the others sorted. Then when each
+-- generation ended, seconds since 1970, 0 if unknown.
+local function read(folder)
+  local rows, seen, times = {}, {}, {}
+  for _, run in ipairs(runs.read(folder).runs) do
+    for k, line in ipairs(run.lines) do
+      rows[#rows + 1] = flat.add(line, "", {}, plain)
+      rows[#rows].schema = nil
+      for name in pairs(rows[#rows]) do seen[name] = true end
+      times[#rows] = timestamp.seconds((run.timing[k] or {}).ended) or 0
+    end
+  end
+  if #rows == 0 then failure.raise(2, folder .. ": no generation has been scored yet") end
+  seen.repetition, seen.generation = nil, nil
+  return rows, { "repetition", "generation", unpack(choice.sorted_keys(seen)) }, times
+end
+
+--- The metrics of a run as CSV (RFC 4180). Missing values are empty.
+function run_metrics.csv(folder)
+  local rows, names = read(folder)
+  return csv.encode(names, rows)
+end
 
 -- ---- records ------------------------------------------------------------------------------------
 
@@ -23,25 +56,14 @@ for byte = 0, 255 do
   remainders[byte] = value
 end
 
---- CRC-32C of a text, 0 to 2^32 - 1.
-function tensorboard.crc(text)
+-- The CRC-32C of a text as TensorBoard stores it: rotated, plus a constant.
+local function masked_crc(text)
   local value = bit.bnot(0)
   for i = 1, #text do
-    local index = bit.band(bit.bxor(value, text:byte(i)), 255)
-    value = bit.bxor(bit.rshift(value, 8), remainders[index])
+    value = bit.bxor(bit.rshift(value, 8), remainders[bit.band(bit.bxor(value, text:byte(i)), 255)])
   end
-  return bit.bnot(value) % 2 ^ 32
-end
-
--- The checksum as TensorBoard stores it: rotated, plus a constant.
-local function masked_crc(text)
-  local rotated = bit.ror(tensorboard.crc(text), 15) % 2 ^ 32
+  local rotated = bit.ror(bit.bnot(value), 15) % 2 ^ 32
   return bytes.pack("uint32_t", { (rotated + 0xa282ead8) % 2 ^ 32 })
-end
-
-local function record(data)
-  local length = bytes.pack("uint64_t", { #data })
-  return length .. masked_crc(length) .. data .. masked_crc(data)
 end
 
 -- ---- protocol buffers ---------------------------------------------------------------------------
@@ -64,9 +86,11 @@ local function field(number, wire_type, data)
   return varint(number * 8 + wire_type) .. data
 end
 
--- Event: 1 wall_time, 2 step, 3 file_version, 5 summary.
+-- A record of an Event: 1 wall_time, 2 step, 3 file_version, 5 summary.
 local function event(time, fields)
-  return record(field(1, EIGHT_BYTES, bytes.pack("double", { time })) .. fields)
+  local data = field(1, EIGHT_BYTES, bytes.pack("double", { time })) .. fields
+  local length = bytes.pack("uint64_t", { #data })
+  return length .. masked_crc(length) .. data .. masked_crc(data)
 end
 
 -- Summary: 1 value. Value: 1 tag, 2 simple_value.
@@ -75,27 +99,25 @@ local function scalar(tag, value)
     .. field(2, FOUR_BYTES, bytes.pack("float", { value })))
 end
 
---- The event files of a run.
+--- The event files of a run, one for each repetition. Steps are generations.
 ---@param folder string of the run
 ---@param to string folder of the event files
 ---@param notes string[] receives what they cannot carry
 ---@return { [1]: string, [2]: string }[] path and bytes of each file
-function tensorboard.files(folder, to, notes)
-  local rows, names, times = metrics.read(folder)
+function run_metrics.tensorboard(folder, to, notes)
+  local rows, names, times = read(folder)
   local events, files, skipped = {}, {}, {}
   for i, row in ipairs(rows) do
-    local repetition, time = row.repetition, times[i]
+    local repetition, time, scalars = row.repetition, times[i], {}
     if not events[repetition] then
       events[repetition] = { event(time, field(3, LENGTH, "brain.Event:2")) }
       files[#files + 1] = { ("%s/r%02d/events.out.tfevents.0000000000.limax"):format(to,
         repetition), events[repetition] }
     end
-    local scalars = {}
     for k = 3, #names do
       local name, value = names[k], row[names[k]]
       if type(value) == "number" then
-        local tag = name:gsub("%.", "/"):gsub("[^%w_/%-]", "_")
-        scalars[#scalars + 1] = scalar(tag, value)
+        scalars[#scalars + 1] = scalar((name:gsub("%.", "/"):gsub("[^%w_/%-]", "_")), value)
       elseif value ~= nil then
         skipped[name] = true
       end
@@ -111,4 +133,4 @@ function tensorboard.files(folder, to, notes)
   return files
 end
 
-return tensorboard
+return run_metrics
