@@ -44,15 +44,15 @@ end
 -- z), or nested lists or a view [x][y][z].
 local function each_voxel(what, voxels, lattice, take)
   local nx, ny, nz = lattice[1], lattice[2], lattice[3]
-  local is_view = view.is_view(voxels)
+  if view.is_view(voxels) then voxels = voxels:table() end
   if type(voxels) ~= "table" then schema.refuse(what, "a list of voxels", voxels) end
   local function length(place, list, expected)
-    local count = view.is_view(list) and list:size() or type(list) == "table" and #list
+    local count = type(list) == "table" and #list
     if count ~= expected then
       schema.refuse(place, ("a list of %d"):format(expected), list, count)
     end
   end
-  if not is_view and type(voxels[1]) ~= "table" then
+  if type(voxels[1]) ~= "table" then
     length(what, voxels, nx * ny * nz)
     for i = 1, nx * ny * nz do take(i - 1, voxels[i], what, i) end
     return

@@ -24,6 +24,8 @@ function memory.bytes_held() return tonumber(C.limax_bytes_held()) end
 function memory.collect(weight)
   made = made + (weight or 1)
   if made < HANDLES and memory.bytes_held() <= limit then return false end
+  -- the first collection drops views, the second their states and what these own
+  collectgarbage "collect"
   collectgarbage "collect"
   made = 0
   -- collect again when the live memory has doubled, so that the cost stays proportional to the work

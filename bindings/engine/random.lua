@@ -6,6 +6,7 @@ local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
 local names = require "limax.engine.names"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local C = abi.C
 
@@ -16,7 +17,7 @@ local stream_rule = schema.choice(names.stream.names)
 
 ---@class limax.random
 ---@field draw integer numbers drawn so far
-local methods = {}
+local methods = strict.methods "random"
 local class = { __index = methods }
 
 -- The number of the next draw.
@@ -40,14 +41,20 @@ function methods:uniform() return (C.limax_random_uniform(self.key, next_draw(se
 ---@return number
 function methods:normal() return (C.limax_random_normal(self.key, next_draw(self))) end
 
---- One of 1, 2, ... n.
----@param n integer
+--- One of 1, 2, ... n, or of least, least + 1, ... most.
+---@param n integer n, or least
+---@param most integer|nil
 ---@return integer
-function methods:integer(n)
-  if type(n) ~= "number" or n < 1 or n > 4294967295 or n ~= math.floor(n) then
-    schema.refuse("random:integer", "a whole number from 1 to 2^32 - 1", n)
+function methods:integer(n, most)
+  local least = 1
+  if most == nil then most = n else least = n end
+  if type(least) ~= "number" or type(most) ~= "number" or least ~= math.floor(least)
+    or most ~= math.floor(most) or not (least <= most and most - least < 2 ^ 32 - 1) then
+    schema.refuse("random:integer", "a whole number from 1 to 2^32 - 1, or two of them, least <= "
+      .. "most", n)
   end
-  return C.limax_random_integer(self.key, next_draw(self), n) + 1
+  return C.limax_random_integer(self.key, next_draw(self), most - least + 1)
+    + least
 end
 
 --- A stream of random numbers.

@@ -1,20 +1,17 @@
 --- view.lua: the engine's arrays for Lua: indices from 1, checked, read without copying, and
---- invalid once their owner has replaced or freed them. `view[i][j]` reads,
---- `view.shape` lists the lengths (`#view` and `ipairs` do not work on views), `view:copy()` keeps,
---- `view:table()` makes Lua lists, `view:pointer()` is unchecked.
+--- invalid once their owner has replaced or freed them. `#view` is the length, `view[i][j]` reads,
+--- `view.shape` lists the lengths, `view:copy()` keeps, `view:table()` makes Lua lists,
+--- `view:pointer()` is unchecked.
 ---
---- A view is a small table over a form that all its rows share. All rows of a view are made when
---- the first one is read, and kept, so that loops over `view[i][j][k]` allocate only once.
+--- In LuaJIT only userdata and cdata may define `#`. A view is a userdata, with its state in a weak
+--- table. A row of numbers is a cdata with a copy of its numbers, so that it needs no owner and a
+--- loop over `trace[i][axis]` allocates no table.
 
 local ffi = require "ffi"
-local new_table = require "table.new"
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
 
 local view = {}
-
--- a view of more rows makes them on each use: kept rows would need more memory than the data
-local MAX_ROWS = 131072
 
 ---@class limax.view
 ---@field shape integer[] lengths along the axes
@@ -25,90 +22,140 @@ local MAX_ROWS = 131072
 -- fields of a view besides its shape
 local FIELDS = { unit = true, rate = true, samples = true }
 
+-- The form that a view shares with its parts, its first axis, the offset of its first element, and
+-- its parts, which are made at the first read.
+---@type table<userdata, { form: table, axis: integer, offset: integer, parts: userdata[]|nil }>
+local states = setmetatable({}, { __mode = "k" })
+local prototype = newproxy(true)
+local class = getmetatable(prototype)
 local methods = {}
-local branch = {} -- a view whose entries are rows
-local leaf = {}   -- a view whose entries are numbers
 
-local function shape_text(form, axis)
-  local lengths = {}
-  for i = axis, #form.shape do lengths[#lengths + 1] = ("[%d]"):format(form.shape[i]) end
-  return table.concat(lengths)
+local function shape_text(shape) return "[" .. table.concat(shape, "][") .. "]" end
+
+local function tail(list, first)
+  local rest = {}
+  for i = first, #list do rest[#rest + 1] = list[i] end
+  return rest
 end
 
-local function tail(form, axis)
-  local lengths = {}
-  for i = axis, #form.shape do lengths[#lengths + 1] = form.shape[i] end
-  return lengths
+local function is_index(key, length)
+  return type(key) == "number" and key >= 1 and key <= length and key == math.floor(key)
 end
 
-local function axis_of(self) return rawget(self, "axis") or #self.form.shape end
+-- A read with a key that is neither an index nor a method.
+local function refuse_key(what, key, shape)
+  if type(key) == "string" then
+    fault.raise(("%s has no field %q; it has shape, size, copy, table and pointer")
+      :format(what, key))
+  end
+  fault.raise(("index %s is out of range: this %s is %s; expected a whole number from 1 to %d")
+    :format(schema.show(key), what, shape_text(shape), shape[1]))
+end
 
--- The part of a form from an axis on. A branch gets its array part at once: growing it would change
--- the table's layout, for which compiled code is specialised.
+local function read_only(what)
+  fault.raise(what .. " is read-only; write through its owner, or unchecked through :pointer()")
+end
+
+-- ---- a row of numbers ---------------------------------------------------------------------------
+
+---@class limax.row : limax.view
+
+-- The type of rows of `length` numbers. A type for each length: compiled code then keeps a row in
+-- registers.
+local function make_row_type(length)
+  local row = {}
+  function row:size() return length end
+  function row:copy() return self end
+  function row:pointer() return self.numbers, { 1 } end
+  function row:table()
+    local list = {}
+    for i = 1, length do list[i] = self.numbers[i - 1] end
+    return list
+  end
+  return ffi.metatype(("struct { double numbers[%d]; }"):format(math.max(length, 1)), {
+    __index = function(self, key)
+      if is_index(key, length) then return self.numbers[key - 1] end
+      if key == "shape" then return { length } end
+      if FIELDS[key] then return nil end
+      return row[key] or refuse_key("row", key, { length })
+    end,
+    __newindex = function() read_only "a row of a view" end,
+    __len = function() return length end,
+    __tostring = function() return ("row of %d numbers"):format(length) end,
+  })
+end
+
+local row_types, is_row_type = {}, {}
+
+local function row_of(form, offset)
+  local axes = #form.shape
+  local length, stride, data = form.shape[axes], form.strides[axes], form.data
+  local row_type = row_types[length]
+  if not row_type then
+    row_type = make_row_type(length)
+    row_types[length], is_row_type[tonumber(row_type)] = row_type, true
+  end
+  local row = row_type()
+  for i = 0, length - 1 do row.numbers[i] = data[offset + i * stride] end
+  return row
+end
+
+-- ---- a view -------------------------------------------------------------------------------------
+
 local function part(form, axis, offset)
-  if axis == #form.shape then return setmetatable({ form = form, offset = offset }, leaf) end
-  local self = new_table(form.keeps_rows and form.shape[axis] or 0, 3)
-  self.form, self.offset, self.axis = form, offset, axis
-  return setmetatable(self, branch)
+  local self = newproxy(prototype)
+  states[self] = { form = form, axis = axis, offset = offset }
+  return self
 end
 
-local function ended(form)
+-- All parts at once, kept, so that loops over `view[i][j][k]` make them only once.
+local function parts_of(state)
+  local form, parts = state.form, {}
+  for i = 1, form.shape[state.axis] do
+    parts[i] = part(form, state.axis + 1, state.offset + (i - 1) * form.strides[state.axis])
+  end
+  state.parts = parts
+  return parts
+end
+
+local function require_valid(form)
+  if form.life.stamp == form.stamp then return end
   fault.raise(("this view of %s ended when %s"):format(form.what,
     form.life.why or "its owner was freed"))
 end
 
--- A read with a key that is not a valid index.
-local function miss(self, key)
-  local method = methods[key]
-  if method then return method end
-  local form, axis = self.form, axis_of(self)
-  if key == "shape" then return tail(form, axis) end
-  if type(key) == "string" then
-    if FIELDS[key] then return axis == 1 and form.fields and form.fields[key] or nil end
-    local text = "a view of %s has no field %q; it has shape, size, copy, table and pointer"
-    fault.raise(text:format(form.what, key))
-  end
-  if form.life.stamp ~= form.stamp then ended(form) end
-  local length = form.shape[axis]
-  local text = "index %s is out of range: this view of %s is %s; "
-    .. "expected a whole number from 1 to %d"
-  fault.raise(text:format(schema.show(key), form.what, shape_text(form, axis), length))
+-- A read with a key that is not an index.
+local function field_of(state, key)
+  local form, axis = state.form, state.axis
+  if key == "shape" then return tail(form.shape, axis) end
+  if FIELDS[key] then return axis == 1 and form.fields and form.fields[key] or nil end
+  if type(key) ~= "string" then require_valid(form) end
+  return methods[key] or refuse_key("view of " .. form.what, key, tail(form.shape, axis))
 end
 
-function leaf:__index(key)
-  local form = self.form
-  if type(key) == "number" and key >= 1 and key <= form.leaf_length and key == math.floor(key)
-      and form.life.stamp == form.stamp then
-    return form.data[self.offset + (key - 1) * form.leaf_stride]
-  end
-  return miss(self, key)
+function class:__index(key)
+  local state = states[self]
+  local form, axis = state.form, state.axis
+  if not is_index(key, form.shape[axis]) then return field_of(state, key) end
+  if form.life.stamp ~= form.stamp then require_valid(form) end
+  local left = #form.shape - axis
+  if left > 1 then return (state.parts or parts_of(state))[key] end
+  local offset = state.offset + (key - 1) * form.strides[axis]
+  if left == 1 then return row_of(form, offset) end
+  return form.data[offset]
 end
 
-function branch:__index(key)
-  local form, axis = self.form, self.axis
-  if type(key) == "number" and key >= 1 and key <= form.shape[axis] and key == math.floor(key)
-      and form.life.stamp == form.stamp then
-    local offset, stride = self.offset, form.strides[axis]
-    if not form.keeps_rows then return part(form, axis + 1, offset + (key - 1) * stride) end
-    -- all rows at once: later reads find them without this function
-    for i = 1, form.shape[axis] do
-      rawset(self, i, part(form, axis + 1, offset + (i - 1) * stride))
-    end
-    return rawget(self, key)
-  end
-  return miss(self, key)
+function class:__newindex() read_only("a view of " .. states[self].form.what) end
+
+function class:__len()
+  local state = states[self]
+  return state.form.shape[state.axis]
 end
 
-local function read_only(self)
-  local text = "a view of %s is read-only; write through its owner, or unchecked through :pointer()"
-  fault.raise(text:format(self.form.what))
+function class:__tostring()
+  local state = states[self]
+  return ("view of %s %s"):format(state.form.what, shape_text(tail(state.form.shape, state.axis)))
 end
-leaf.__newindex, branch.__newindex = read_only, read_only
-
-local function text(self)
-  return ("view of %s %s"):format(self.form.what, shape_text(self.form, axis_of(self)))
-end
-leaf.__tostring, branch.__tostring = text, text
 
 --- A view over memory of another object.
 ---@param options table
@@ -123,92 +170,74 @@ leaf.__tostring, branch.__tostring = text, text
 ---@return limax.view
 function view.new(options)
   local shape, strides = options.shape, options.strides
-  local axes = #shape
   if not strides then
     strides = {}
     local stride = 1
-    for i = axes, 1, -1 do
+    for i = #shape, 1, -1 do
       strides[i] = stride
       stride = stride * shape[i]
     end
   end
-  local rows = 1
-  for i = 1, axes - 1 do rows = rows * shape[i] end
-  local form = {
-    what = options.what, data = options.data, element = options.element,
-    shape = shape, strides = strides, leaf_length = shape[axes], leaf_stride = strides[axes],
-    life = options.life, stamp = options.life.stamp, owner = options.owner,
-    fields = options.fields, keeps_rows = rows <= MAX_ROWS,
-  }
-  return part(form, 1, 0)
+  return part({ what = options.what, data = options.data, element = options.element,
+    shape = shape, strides = strides, life = options.life, stamp = options.life.stamp,
+    owner = options.owner, fields = options.fields }, 1, 0)
 end
 
---- Whether `value` is a view.
+--- Whether `value` is a view or a row of one.
 ---@param value any
 ---@return boolean
 function view.is_view(value)
-  if type(value) ~= "table" then return false end
-  local class = getmetatable(value)
-  return class == leaf or class == branch
+  return states[value] ~= nil or type(value) == "cdata" and is_row_type[tonumber(ffi.typeof(value))]
+    or false
 end
 
--- Raises unless `self` of a method is a view.
-local function require_view(name, value)
-  if view.is_view(value) then return end
-  schema.refuse("view:" .. name, "a view (call it with a colon)", value)
+-- The state of the view whose method is called.
+local function state_of(name, value)
+  return states[value] or schema.refuse("view:" .. name, "a view (call it with a colon)", value)
 end
 
---- Length along an axis.
+--- Length along an axis; `#view` is that of the first.
 ---@param axis integer|nil 1 if left out
 ---@return integer
 function methods:size(axis)
-  require_view("size", self)
-  local shape = self.shape
+  local state = state_of("size", self)
+  local shape = tail(state.form.shape, state.axis)
   return shape[schema.index("size: axis", axis or 1, #shape)]
-end
-
--- Calls `act(place, value)` for every element in row-major order.
-local function each(self, act)
-  local form = self.form
-  if form.life.stamp ~= form.stamp then ended(form) end
-  local shape, strides, data, axes = form.shape, form.strides, form.data, #form.shape
-  local place = 0
-  local function walk(axis, offset)
-    local stride = strides[axis]
-    for i = 0, shape[axis] - 1 do
-      if axis == axes then
-        act(place, data[offset + i * stride])
-        place = place + 1
-      else
-        walk(axis + 1, offset + i * stride)
-      end
-    end
-  end
-  walk(axis_of(self), self.offset)
 end
 
 --- A view of the same shape over its own memory, which stays valid.
 ---@return limax.view
 function methods:copy()
-  require_view("copy", self)
-  local form = self.form
-  local shape = tail(form, axis_of(self))
-  local count = 1
+  local state = state_of("copy", self)
+  local form, shape = state.form, tail(state.form.shape, state.axis)
+  require_valid(form)
+  local count, place = 1, 0
   for _, length in ipairs(shape) do count = count * length end
   local buffer = ffi.new(form.element .. "[?]", math.max(count, 1))
-  each(self, function(place, value) buffer[place] = value end)
+  local function walk(axis, offset)
+    for i = 0, form.shape[axis] - 1 do
+      local at = offset + i * form.strides[axis]
+      if axis < #form.shape then
+        walk(axis + 1, at)
+      else
+        buffer[place] = form.data[at]
+        place = place + 1
+      end
+    end
+  end
+  walk(state.axis, state.offset)
   return view.new {
     what = form.what, data = buffer, element = form.element, shape = shape,
-    life = { stamp = 1 }, owner = buffer, fields = axis_of(self) == 1 and form.fields or nil,
+    life = { stamp = 1 }, owner = buffer, fields = state.axis == 1 and form.fields or nil,
   }
 end
 
 --- The numbers as nested Lua lists.
 ---@return table
 function methods:table()
-  require_view("table", self)
-  local form = self.form
-  if form.life.stamp ~= form.stamp then ended(form) end
+  local state = state_of("table", self)
+  local form = state.form
+  require_valid(form)
   local shape, strides, data, axes = form.shape, form.strides, form.data, #form.shape
   local function lists(axis, offset)
     local list, stride = {}, strides[axis]
@@ -218,7 +247,7 @@ function methods:table()
     end
     return list
   end
-  return lists(axis_of(self), self.offset)
+  return lists(state.axis, state.offset)
 end
 
 --- Pointer to the first element, without any checks: it does not keep the owner alive. The second
@@ -226,12 +255,9 @@ end
 ---@return ffi.cdata* pointer
 ---@return integer[] strides
 function methods:pointer()
-  require_view("pointer", self)
-  local form = self.form
-  if form.life.stamp ~= form.stamp then ended(form) end
-  local strides = {}
-  for i = axis_of(self), #form.strides do strides[#strides + 1] = form.strides[i] end
-  return form.data + self.offset, strides
+  local state = state_of("pointer", self)
+  require_valid(state.form)
+  return state.form.data + state.offset, tail(state.form.strides, state.axis)
 end
 
 return view

@@ -40,8 +40,7 @@ local function complaint(value, extra)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
   elseif value ~= value then
-    -- the usual cause: Lua 5.1 has no length operator for tables like ours
-    return "the fitness returned nan (a trace's length is trace:size(); #trace is 0)", true
+    return "the fitness returned nan", true
   elseif not is_finite(value) then
     return "the fitness returned " .. tostring(value), true
   elseif extra ~= nil and type(extra) ~= "table" then

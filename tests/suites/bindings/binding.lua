@@ -92,8 +92,14 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.random("18446744073709551616", 1, "user") end)
   there("repetition: expected a whole number from 1 to 16777215",
     function() engine.random(1, 2 ^ 24, "user") end)
-  there("a whole number from 1 to 2^32 - 1, got 0",
-    function() engine.random(1, 1, "user"):integer(0) end)
+  local random = engine.random(1, 1, "user")
+  for _, wrong in ipairs { { 0 }, { 1.5 }, { 0 / 0 }, { "3" }, { 5, 4 }, { 1, 2 ^ 32 } } do
+    there("random:integer: expected a whole number from 1 to 2^32 - 1, or two of them",
+      function() random:integer(unpack(wrong)) end)
+  end
+  there("random:integer takes at most 2 arguments, got 3",
+    function() random:integer(1, 2, 3) end)
+  there("random:uniform takes no argument, got 5", function() random:uniform(5) end)
   there("threads: expected a whole number from 0 to 1024, got false",
     function() engine.device("cpu", { threads = false }) end)
 end)
@@ -271,6 +277,8 @@ pressure:test("stays bounded when thousands of objects are dropped", function(t)
     most / 1e6))
   t:ok(most - before < 200e6, ("%.0f MB were held"):format(most / 1e6))
   one:free()
+  -- the first collection drops views, the second what they owned
+  collectgarbage "collect"
   collectgarbage "collect"
   t:ok(engine.bytes_held() <= before + 1e6)
 end)

@@ -17,8 +17,8 @@ local marks = {
 
 --- The class of a value: "limax.robot", "limax.view"; nil for other values.
 function kind.of(value)
-  if type(value) ~= "table" then return nil end
   if engine.is_view(value) then return "limax.view" end
+  if type(value) ~= "table" then return nil end
   if scored_robot.is(value) then return "limax.scored_robot" end
   local class = getmetatable(value)
   if type(class) ~= "table" then return nil end

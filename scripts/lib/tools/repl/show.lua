@@ -5,7 +5,6 @@ local array_text = require "limax.tools.repl.array_text"
 local body = require "limax.robot.body"
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
-local engine = require "limax.engine"
 local kind = require "limax.tools.repl.kind"
 local terminal = require "limax.base.terminal"
 
@@ -94,7 +93,6 @@ end
 function short(value, depth, seen)
   if type(value) == "string" then return text_of(value, MAX_LETTERS) end
   if type(value) ~= "table" then return tostring(value) end
-  if engine.is_view(value) then return tostring(value) end
   -- of a robot only the first line
   if kind.of(value) then return show.value(value, seen.style):match "^[^\n]*" end
   if own_text(value) then return (tostring(value):gsub("\n+", " ")) end

@@ -14,7 +14,7 @@ local function described(value)
       or text
   end
   local class = getmetatable(value)
-  if engine.is_view(value) or type(class) == "table" and rawget(class, "__tostring") then
+  if type(class) == "table" and rawget(class, "__tostring") then
     return (tostring(value):match "[^\n]*$")
   end
   local count = 0

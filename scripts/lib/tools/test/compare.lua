@@ -25,7 +25,7 @@ end
 function compare.shown(value)
   if type(value) == "number" then return ("%.17g"):format(value) end
   if type(value) == "string" then return (("%q"):format(value):gsub("\\\n", "\\n")) end
-  if type(value) == "table" and not engine.is_view(value) then return "a table" end
+  if type(value) == "table" then return "a table" end
   return tostring(value)
 end
 
