@@ -5,7 +5,6 @@ local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local session = require "limax.tools.repl.session"
-local words = require "limax.tools.repl.words"
 
 -- The start-up file, if it exists.
 local function startup_file()
@@ -15,10 +14,10 @@ local function startup_file()
   return path and host.file.exists(path) == "file" and path or nil
 end
 
-local function run_startup_file(visible)
+local function run_startup_file()
   local path = startup_file()
   if not path then return end
-  local fine, value, trace = host.protect(follow.run, path, visible)
+  local fine, value, trace = host.protect(follow.run, path)
   if fine then return end
   if value == host.interrupt then error(value, 0) end
   io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
@@ -55,22 +54,22 @@ return {
   run = function(arguments)
     -- `require` finds modules in the working folder
     package.path = "./?.lua;./?/init.lua"
-    local visible
-    visible = names.new(words.of(function() return visible end))
-    local prompt = session.new(visible)
     local terminal = host.terminal().stdin
     local ends = #arguments.execute > 0 and not arguments.interactive
-    if terminal and not ends and not arguments.bare then run_startup_file(visible) end
+    if terminal and not ends and not arguments.bare then run_startup_file() end
     for _, module in ipairs(arguments.load) do
-      visible.environment[module:match "[^.]*$"] = require(module)
+      names.environment[module:match "[^.]*$"] = require(module)
     end
-    for _, file in ipairs(arguments) do prompt:run_file(file) end
+    for _, file in ipairs(arguments) do
+      local value = follow.run(file)
+      if value ~= nil then names.remember(value) end
+    end
     for _, code in ipairs(arguments.execute) do
-      local status = prompt:take_all(once(code))
+      local status = session.take_all(once(code))
       if status ~= 0 then return status end
     end
     if ends then return 0 end
-    if terminal then return prompt:talk() end
-    return prompt:take_all(io.lines())
+    if terminal then return session.talk() end
+    return session.take_all(io.lines())
   end,
 }

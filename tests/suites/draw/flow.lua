@@ -97,7 +97,7 @@ suite:test("film strips and pictures in the REPL have the arrows and the words",
     local moving = limax.robot { voxels = painted.VOXELS }:begin { duration = 1, settle = 0,
       scene = scene }
     for _, svg in ipairs { film_strip.svg(painted.walked_in(scene)),
-      source.read(repl_picture.write(moving, t:folder() .. "/now.svg")) } do
+      source.read(repl_picture.picture(moving, t:folder() .. "/now.svg")) } do
       for _, ink in pairs(world.flow_ink) do
         t:ok(select(2, svg:gsub(ink, "")) >= 3, "shaft, head and text in " .. ink)
       end

@@ -36,11 +36,11 @@ end)
 
 suite:test("statements of many lines are run when they are complete", function(t)
   local lines = { "t = {" }
-  for i = 1, 3000 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end
+  for i = 1, 300 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end
   t:equal(feed(t, table.concat(lines, "\n") .. [==[
 
 }
-#t, t[3000][1]
+#t, t[300][1]
 s = [[
 one { ( do
 ]]
@@ -55,7 +55,7 @@ end
 repeat x = x + 1
 until x > 6
 x
-]==]), "3000\t3000\n11\n6\nfive\n7\nstatus 0\n")
+]==]), "300\t300\n11\n6\nfive\n7\nstatus 0\n")
 end)
 
 suite:test("without a terminal the first error ends with status 1", function(t)

@@ -3,9 +3,8 @@
 local complete = require "limax.tools.repl.complete"
 local host = require "limax.host"
 local process = require "support.process"
-local prompt_names = require "limax.tools.repl.names"
+local names = require "limax.tools.repl.names"
 local typed = require "support.typed"
-local words = require "limax.tools.repl.words"
 
 local suite = require("limax.test").suite "repl prompt"
 
@@ -97,13 +96,11 @@ suite:test("Tab completes and lists candidates at the terminal", function(t)
 end)
 
 suite:test("completions", function(t)
-  local names
-  names = prompt_names.new(words.of(function() return names end))
   local environment = names.environment
   environment.walker = require("limax").robot { voxels = "ecs" }
   environment.mine = setmetatable({ first = 1, act = function() end },
     { __index = { inherited = 2, deed = function() end } })
-  local function found(text) return table.concat((complete.words(text, names)), " ") end
+  local function found(text) return table.concat((complete.words(text)), " ") end
   t:equal(found "wal", "walker")
   environment.several = { { walker = environment.walker } }
   t:equal(found "several[1].walker:ed", "edit")

@@ -204,7 +204,7 @@ picture(walk, "never.svg", { duration = 3 })
     process.quote(host.executable)))
   local screen = pipe:read "*a"
   pipe:close()
-  t:ok(screen:find("input:4: picture: unknown option duration; known are: open, title", 1, true),
+  t:ok(screen:find("input:4: picture.duration: unknown field; known are: open, title", 1, true),
     screen)
   local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
   -- at rest, and 0.7 s later: the faces have moved

@@ -90,7 +90,7 @@ suite:test("compare without CUDA suggests alternatives", function(t)
   if pcall(engine.device, "cuda") then t:skip "there is a GPU here" end
   local robot = require("limax").robot { voxels = "ecs" }
   local message = t:raises("compare: device 'cuda': ", function()
-    compare.two(robot, "cpu", "cuda")
+    compare.compare(robot, "cpu", "cuda")
   end)
   t:ok(message:find('such as compare(robot, "cpu", { precision = "double" }); limax doctor reports',
     1, true), message)
@@ -100,7 +100,7 @@ end)
 suite:test("compare shows the difference of two devices", { devices = "cuda", limit = 60 },
   function(t)
     local robot = require("limax").robot { voxels = "ecs\nece" }
-    local both = compare.two(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
+    local both = compare.compare(robot, "cpu", "cuda", { duration = 0.1, settle = 0 })
     -- effect of rounding in a short time on the ground: bench/agreement.lua
     t:near(both.distance, 0, { atol = 1e-3 })
     t:equal(both.steps, 0)

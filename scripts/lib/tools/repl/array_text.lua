@@ -3,32 +3,27 @@
 
 local array_text = {}
 
--- Minimum, mean and maximum of numbers, and the number of NaN.
-local function measure(each)
-  local low, high, sum, count, nan = math.huge, -math.huge, 0, 0, 0
-  each(function(value)
-    value = tonumber(value)
-    if value ~= value then
-      nan = nan + 1
-    else
-      low, high = math.min(low, value), math.max(high, value)
-      sum, count = sum + value, count + 1
-    end
-  end)
-  return { low = low, high = high, mean = sum / count, count = count, nan = nan }
-end
-
-local function described(facts, unit)
-  if facts.count == 0 then return ("no number, NaN %d"):format(facts.nan) end
-  return ("min %.6g, mean %.6g, max %.6g%s, NaN %d"):format(facts.low, facts.mean, facts.high,
-    unit and unit ~= "" and " " .. unit or "", facts.nan)
-end
-
--- Calls `act` with every number of nested lists.
-local function walk(list, act)
+-- Adds the numbers of nested lists to `facts`.
+local function measure(list, facts)
   for _, value in ipairs(list) do
-    if type(value) == "table" then walk(value, act) else act(value) end
+    if type(value) == "table" then
+      measure(value, facts)
+    elseif value ~= value then
+      facts.nan = facts.nan + 1
+    else
+      value = tonumber(value)
+      facts.low, facts.high = math.min(facts.low, value), math.max(facts.high, value)
+      facts.sum, facts.count = facts.sum + value, facts.count + 1
+    end
   end
+  return facts
+end
+
+local function described(list, unit)
+  local facts = measure(list, { low = math.huge, high = -math.huge, sum = 0, count = 0, nan = 0 })
+  if facts.count == 0 then return ("no number, NaN %d"):format(facts.nan) end
+  return ("min %.6g, mean %.6g, max %.6g%s, NaN %d"):format(facts.low, facts.sum / facts.count,
+    facts.high, unit and unit ~= "" and " " .. unit or "", facts.nan)
 end
 
 --- "view of center_of_mass [251][3]: min ..., mean ..., max ... m, NaN 0; 50 Hz".
@@ -37,42 +32,34 @@ function array_text.view(view)
   -- the view is no longer valid
   if not valid then return tostring(view) .. ": " .. tostring(list) end
   local function field(name)
-    local known, value = pcall(function() return view[name] end)
-    return known and value or nil
+    local exists, value = pcall(function() return view[name] end)
+    return exists and value or nil
   end
   local rate = field "rate"
-  return ("%s: %s%s"):format(tostring(view), described(measure(function(act) walk(list, act) end),
-    field "unit"), rate and ("; %g Hz"):format(rate) or "")
+  return ("%s: %s%s"):format(tostring(view), described(list, field "unit"),
+    rate and ("; %g Hz"):format(rate) or "")
 end
 
 --- The lengths of nested lists of numbers along their axes, nil for any other table.
 ---@return integer[]|nil
 function array_text.shape(list)
+  if type(list) ~= "table" or getmetatable(list) then return nil end
   local size, keys = #list, 0
   for _ in pairs(list) do keys = keys + 1 end
   if size == 0 or keys ~= size then return nil end
-  if type(list[1]) == "number" then
-    for i = 2, size do
-      if type(list[i]) ~= "number" then return nil end
-    end
-    return { size }
-  end
-  if type(list[1]) ~= "table" or getmetatable(list[1]) then return nil end
-  local inner = array_text.shape(list[1])
+  local inner = type(list[1]) == "number" and {} or array_text.shape(list[1])
   if not inner or #inner > 3 then return nil end
+  local text = table.concat(inner, " ")
   for i = 2, size do
-    local other = type(list[i]) == "table" and array_text.shape(list[i])
-    if not other or table.concat(other, " ") ~= table.concat(inner, " ") then return nil end
+    local other = type(list[i]) == "number" and {} or array_text.shape(list[i])
+    if not other or table.concat(other, " ") ~= text then return nil end
   end
   return { size, unpack(inner) }
 end
 
 --- The summary of nested lists.
 function array_text.list(list, shape)
-  local lengths = {}
-  for i, length in ipairs(shape) do lengths[i] = ("[%d]"):format(length) end
-  return ("numbers %s: %s"):format(table.concat(lengths),
-    described(measure(function(act) walk(list, act) end)))
+  return ("numbers [%s]: %s"):format(table.concat(shape, "]["), described(list))
 end
 
 return array_text

@@ -76,6 +76,13 @@ end
 function chunk.compile(text, environment, name, first)
   -- the `=` of other prompts of Lua
   text = text:gsub("^%s*=%f[^=]", "")
+  -- cheap: a statement of many lines is tried after each of them
+  local _, as_expression = loadstring("return " .. text, name)
+  local _, as_statement = loadstring(text, name)
+  if as_expression and as_statement and (is_incomplete(as_expression, text)
+    or is_incomplete(as_statement, text)) then
+    return nil, as_statement, true
+  end
   -- line breaks above the text give messages their line; after thousands of lines they cost more
   -- than the text, so only the chosen form gets them
   local function numbered(code) return loadstring(("\n"):rep((first or 1) - 1) .. code, name) end
@@ -92,14 +99,8 @@ function chunk.compile(text, environment, name, first)
       end
     end
   else
-    local _, as_expression = loadstring("return " .. text, name)
     form, names = tokens.keep_locals(with_time(text))
-    local whole, as_statement = loadstring(form, name)
-    if not whole then
-      local incomplete = is_incomplete(as_expression or "", text)
-        or is_incomplete(as_statement, text)
-      return nil, select(2, numbered(form)), incomplete
-    end
+    if not loadstring(form, name) then return nil, select(2, numbered(form)), false end
   end
   local call = numbered(form)
   -- compiled traces do not check hooks, and Ctrl-C must always work at the prompt

@@ -1,51 +1,31 @@
 --- compare.lua: simulates a robot on two devices, or with two sets of options, and compares the
 --- measures. SI units.
 
+local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local robots = require "limax.robot.robot"
-local scored_robot = require "limax.robot.scored_robot"
 local schema = require "limax.engine.schema"
+local scored_robot = require "limax.robot.scored_robot"
 local terminal = require "limax.base.terminal"
 
 local compare = {}
 
-local function merged(name, choice, common)
-  if type(choice) == "string" then choice = { device = choice } end
-  if type(choice) ~= "table" then
-    engine.fail(("compare: %s: expected a device or a table of options, got %s"):format(name,
-      schema.show(choice)))
+-- The options of one simulation, and the head of its column: "cuda", "cpu, precision double".
+local function side(name, wish, common)
+  if type(wish) == "string" then wish = { device = wish } end
+  if type(wish) ~= "table" then
+    schema.refuse("compare: " .. name, "a device or a table of options", wish)
   end
-  local options = {}
+  local options, parts = {}, {}
   for key, value in pairs(common or {}) do options[key] = value end
-  for key, value in pairs(choice) do options[key] = value end
-  return options
-end
-
--- The head of a column: "cuda", "cpu, double".
-local function title_of(choice)
-  if type(choice) == "string" then return choice end
-  local parts = {}
-  for key, value in pairs(choice) do
-    parts[#parts + 1] = key == "device" and tostring(value) or ("%s %s"):format(key,
-      tostring(value))
+  for i, key in ipairs(choice.sorted_keys(wish)) do
+    options[key] = wish[key]
+    parts[i] = (key == "device" and "" or key .. " ") .. tostring(wish[key])
   end
   table.sort(parts)
-  return table.concat(parts, ", ")
-end
-
--- Name, unit and value of each measure.
-local function measures(robot, seconds)
-  local outcome = robot.record.outcome
-  local ends = outcome.center_end
-  return {
-    { "distance", "m", robot.status == "done" and robot:distance() or nil },
-    { "x at the end", "m", ends[1] }, { "y at the end", "m", ends[2] },
-    { "z at the end", "m", ends[3] },
-    { "time step", "s", outcome.time_step }, { "steps", "", outcome.step },
-    { "wall time", "s", seconds },
-  }
+  return options, table.concat(parts, ", ")
 end
 
 -- Reports an unavailable device before anything is simulated, with alternatives.
@@ -63,10 +43,18 @@ local function check_device(name)
   end
 end
 
-local function simulated(robot, options)
+-- How a simulation ended, and name, unit and value of each measure.
+local function measures(robot, options)
   local began = host.clock()
   local walked = robot:simulate(options)
-  return walked, measures(walked, host.clock() - began)
+  local outcome = walked.record.outcome
+  local x, y, z = unpack(outcome.center_end)
+  return walked.status, {
+    { "distance", "m", walked.status == "done" and walked:distance() or nil },
+    { "x at the end", "m", x }, { "y at the end", "m", y }, { "z at the end", "m", z },
+    { "time step", "s", outcome.time_step }, { "steps", "", outcome.step },
+    { "wall time", "s", host.clock() - began },
+  }
 end
 
 -- Counts in full, other numbers as in the table.
@@ -75,31 +63,33 @@ local function shown(value, unit)
   return unit == "" and ("%d"):format(value) or value
 end
 
---- Simulates twice and returns the differences, second minus first; as text, a table of both.
+--- Simulates a robot twice and compares the results: on two devices, or with two sets of options
+--- of `robot:simulate`.
 ---@param robot limax.robot|limax.scored_robot
----@param first string|table
----@param second string|table
----@return table<string, number>
-function compare.two(robot, first, second, options)
+---@param first "auto"|"cpu"|"cuda"|limax.robot.simulate_options
+---@param second "auto"|"cpu"|"cuda"|limax.robot.simulate_options
+---@param options? limax.robot.simulate_options of both
+---@return table<string, number> differences of the measures, second minus first
+function compare.compare(robot, first, second, options)
   if type(robot) ~= "table" or type(robot.simulate) ~= "function" then
-    engine.fail("compare: expected a robot, got " .. schema.show(robot))
+    schema.refuse("compare", "a robot", robot)
   end
   if scored_robot.is(robot) then robot = robots.new(robot) end
-  local of_first, of_second = merged("first", first, options), merged("second", second, options)
+  local of_first, first_title = side("first", first, options)
+  local of_second, second_title = side("second", second, options)
   check_device(of_first.device)
   check_device(of_second.device)
-  local one, left = simulated(robot, of_first)
-  local two, right = simulated(robot, of_second)
-  local rows, differences = {}, {}
+  local first_status, left = measures(robot, of_first)
+  local second_status, right = measures(robot, of_second)
+  local rows, differences = { { "status", first_status, second_status, "" } }, {}
   for k, measure in ipairs(left) do
-    local a, b = measure[3], right[k][3]
-    local difference = a and b and b - a or nil
-    differences[measure[1]] = difference
-    rows[k] = { measure[2] ~= "" and ("%s, %s"):format(measure[1], measure[2]) or measure[1],
-      shown(a, measure[2]), shown(b, measure[2]), shown(difference, measure[2]) }
+    local name, unit, a = unpack(measure)
+    local b = right[k][3]
+    differences[name] = a and b and b - a or nil
+    rows[k + 1] = { unit ~= "" and ("%s, %s"):format(name, unit) or name,
+      shown(a, unit), shown(b, unit), shown(differences[name], unit) }
   end
-  table.insert(rows, 1, { "status", one.status, two.status, "" })
-  local head = { "", title_of(first), title_of(second), "difference" }
+  local head = { "", first_title, second_title, "difference" }
   return setmetatable(differences,
     { __tostring = function() return terminal.table(head, rows, terminal.style()) end })
 end

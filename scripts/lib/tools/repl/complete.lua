@@ -4,6 +4,7 @@
 local api = require "limax.tools.reference.api"
 local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
+local names = require "limax.tools.repl.names"
 local terminal = require "limax.base.terminal"
 local tokens = require "limax.tools.repl.tokens"
 
@@ -34,12 +35,12 @@ local function add_keys(list, value, methods_only)
 end
 
 -- The value of a path such as "a.b[1].c"; calls nothing but `__index`.
-local function value_of(path, names)
+local function value_of(path)
   local value
   for name in path:gsub("%[", "."):gsub("%]", ""):gmatch "[^.:]+" do
     name = tonumber(name) or name
     if value == nil then
-      value = names:get(name)
+      value = names.get(name)
     elseif type(value) == "table" then
       local within = value
       local fine, found = pcall(function() return within[name] end)
@@ -52,8 +53,8 @@ local function value_of(path, names)
   return value
 end
 
-local function members(path, separator, names)
-  local value, list = value_of(path, names), {}
+local function members(path, separator)
+  local value, list = value_of(path), {}
   if type(value) == "string" and separator == ":" then value = string end
   -- of limax's own classes only public names
   local group = api.group_of(kind.of(value))
@@ -122,9 +123,9 @@ local function place_of(list)
 end
 
 -- The public function of a typed path: a method of the object, or a function of that name.
-local function function_of(path, names)
+local function function_of(path)
   local base, short = path:match "^(.-)[.:]([^.:]+)$"
-  local class = base and kind.of(value_of(base, names))
+  local class = base and kind.of(value_of(base))
   for _, entry in ipairs(api.entries()) do
     if entry.doc and (class and entry.group.class == class and entry.short == short
       or not class and entry.name:gsub(":", ".") == path:gsub(":", ".")) then
@@ -134,9 +135,9 @@ local function function_of(path, names)
 end
 
 -- The options of the table at the cursor; nil if its function is not known.
-local function options_at(list, names)
+local function options_at(list)
   local place = place_of(list)
-  local entry = place and place.path ~= "" and function_of(place.path, names)
+  local entry = place and place.path ~= "" and function_of(place.path)
   if not entry then return nil end
   local options = api.options(entry, entry.doc.arguments[place.argument])
   for _, key in ipairs(place.keys) do
@@ -171,18 +172,18 @@ local function words_of(type_text)
 end
 
 -- The words of an option, after `key = "` or `key = { "`.
-local function choices_at(list, names)
+local function choices_at(list)
   local at = #list - 1
   if list[at] and list[at].text == "{" then at = at - 1 end
   local key = list[at - 1]
   if not (list[at] and list[at].text == "=" and key) then return {} end
   local before = { unpack(list, 1, at - 2) }
-  local option = api.named(options_at(before, names) or {}, key.text)
+  local option = api.named(options_at(before) or {}, key.text)
   return words_of(option and option.type)
 end
 
 -- The words of the argument that an open string is; for a robot's trace those that were recorded.
-local function arguments_at(list, names)
+local function arguments_at(list)
   local before, open = list[#list - 1], open_brackets(list)
   local inner, path, argument = open[#open], nil, 1
   if before and before.kind == "name" then
@@ -190,10 +191,10 @@ local function arguments_at(list, names)
   elseif inner and inner.text == "(" and (before.text == "(" or before.text == ",") then
     path, argument = path_ending(list, inner.at - 1), inner.commas + 1
   end
-  local entry = path and path ~= "" and function_of(path, names)
+  local entry = path and path ~= "" and function_of(path)
   if not entry then return {} end
   if entry.name == "robot:trace" then
-    local robot, recorded = value_of(path:match "^(.*)[.:]", names), {}
+    local robot, recorded = value_of(path:match "^(.*)[.:]"), {}
     local rates = kind.of(robot) == "limax.scored_robot" and robot.context.options.record or {}
     for name, rate in pairs(rates) do recorded[#recorded + 1] = rate > 0 and name or nil end
     return recorded
@@ -205,26 +206,26 @@ end
 -- ---- the edit -----------------------------------------------------------------------------------
 
 -- The candidates for the last word, and that word.
-local function candidates(text, names)
+local function candidates(text)
   local list = tokens.of(text)
   local last = list[#list]
   if last and last.kind == "comment" and last.last == #text then return {}, "" end
   if last and last.open then
     local typed = last.text:match "^[\"'](.*)$"
     if last.kind ~= "string" or not typed then return {}, "" end
-    local words = choices_at(list, names)
-    if #words == 0 then words = arguments_at(list, names) end
+    local words = choices_at(list)
+    if #words == 0 then words = arguments_at(list) end
     return #words > 0 and words or files_at(typed), typed
   end
   local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
   local base, separator, word = path:match "^(.*)([.:])([%w_]*)$"
   if path:match "%.%.[%w_]*$" then return {}, "" end
-  if base then return members(base, separator, names), word end
+  if base then return members(base, separator), word end
   if path:find("[", 1, true) then path = path:match "[%w_]*$" end
   if path ~= "" then list[#list] = nil end
   local before = list[#list]
   if before and (before.text == "{" or before.text == ",") then
-    local options, taken = options_at(list, names)
+    local options, taken = options_at(list)
     local words = {}
     for _, option in ipairs(options or {}) do
       local matches = option.name:sub(1, #path) == path
@@ -232,7 +233,7 @@ local function candidates(text, names)
     end
     if #words > 0 then return words, path end
   end
-  return names:all(), path
+  return names.all(), path
 end
 
 local function common(list)
@@ -265,9 +266,9 @@ end
 ---@param text string of the statement so far, up to the cursor
 ---@return string[] words
 ---@return string typed
-function complete.words(text, names)
+function complete.words(text)
   local topic = text:match "^%s*%?%s*([%a_][%w_]*)$"
-  local all, typed = candidates((text:gsub("^%s*%?%s*", "")), names)
+  local all, typed = candidates((text:gsub("^%s*%?%s*", "")))
   -- help also finds public names by their last part
   if topic then
     for _, entry in ipairs(api.entries()) do all[#all + 1] = entry.short end
@@ -289,10 +290,10 @@ end
 ---@param text string of the statement so far, up to the cursor
 ---@return string|nil insert
 ---@return string|nil show
-function complete.edit(text, names)
+function complete.edit(text)
   -- at the beginning of a line Tab indents
   if text:match "\n[ \t]*$" or text:match "^[ \t]*$" then return "  ", nil end
-  local list, typed = complete.words(text, names)
+  local list, typed = complete.words(text)
   if #list == 0 then return nil, nil end
   local insert = common(list):sub(#typed + 1)
   if insert ~= "" then return insert, nil end

@@ -4,6 +4,7 @@ local engine = require "limax.engine"
 local experiment = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local names = require "limax.tools.repl.names"
 local schema = require "limax.engine.schema"
 local start = require("limax.evolution.evolve").start
 
@@ -11,18 +12,16 @@ local evolve = {}
 
 local DEFAULT = 5 -- generations
 
-local function run_of(what)
-  if type(what) ~= "table" then
-    engine.fail("evolve: expected an experiment, its fields or a run, got " .. schema.show(what))
-  end
-  if rawget(what, "experiment") and rawget(what, "history") then return what end
-  if not experiment.is(what) then what = experiment.new(what) end
-  return start(what)
+local function is_run(value)
+  return type(value) == "table" and type(rawget(value, "history")) == "table"
 end
 
-local function line_of(entry, robots, seconds)
-  return ("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
-    entry.generation, entry.best, entry.mean, entry.scored, #robots, seconds)
+local function run_of(what)
+  if is_run(what) then return what end
+  if type(what) ~= "table" then
+    schema.refuse("evolve", "an experiment, its fields or a run", what)
+  end
+  return start(experiment.is(what) and what or experiment.new(what))
 end
 
 -- Runs generations and prints a line for each.
@@ -37,25 +36,28 @@ local function advance(run, generations)
       break
     end
     robots:simulate():score():breed()
-    io.write(line_of(run.history[#run.history], robots, host.clock() - began))
+    local entry = run.history[#run.history]
+    io.write(("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
+      entry.generation, entry.best, entry.mean, entry.scored, #robots, host.clock() - began))
     io.flush()
   end
 end
 
---- Evolves some generations of a run.
----@param what table|limax.experiment|limax.run
----@param keep fun(run: limax.run) receives a run that Ctrl-C has stopped
-function evolve.some(what, generations, keep)
+--- Evolves some generations, prints a line for each, and returns the run, which can be continued.
+--- After Ctrl-C the run so far is `_`.
+---@param what table|limax.experiment|limax.run an experiment, its fields, or a run to continue
+---@param generations? integer 5 if absent
+---@return limax.run
+function evolve.evolve(what, generations)
   generations = generations or DEFAULT
   if type(generations) ~= "number" or generations < 1 or generations % 1 ~= 0 then
-    engine.fail(("evolve: expected a whole number of generations from 1, got %s"):format(
-      schema.show(generations)))
+    schema.refuse("evolve", "a whole number of generations from 1", generations)
   end
   local run = run_of(what)
   local fine, value, trace = host.protect(advance, run, generations)
   if not fine then
     if value == host.interrupt then
-      keep(run)
+      names.remember(run)
       io.write(("\nthe run so far is _ (generations: %d); evolve(_) continues it\n"):format(
         #run.history))
     end
@@ -64,11 +66,11 @@ function evolve.some(what, generations, keep)
   return run
 end
 
---- The best robot of the last scored generation.
+--- The best robot of a run's last scored generation.
+---@param run limax.run
+---@return limax.scored_robot
 function evolve.champion(run)
-  if type(run) ~= "table" or type(rawget(run, "history")) ~= "table" then
-    engine.fail("champion: expected a run of evolve, got " .. schema.show(run))
-  end
+  if not is_run(run) then schema.refuse("champion", "a run of evolve", run) end
   local last = run.history[#run.history]
   if not last then engine.fail "champion: this run has no scored generation yet" end
   local best = last.population.ranked[1]

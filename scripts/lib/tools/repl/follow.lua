@@ -3,40 +3,36 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local names = require "limax.tools.repl.names"
 local script = require "limax.base.script"
 local source = require "limax.base.source"
 local tokens = require "limax.tools.repl.tokens"
 
 local follow = {}
 
--- { text, names, value } of each followed file by its path, and the paths in order
-local followed, order = {}, {}
+-- the followed files: { path, text, value }
+local followed = {}
 
-local function compiled(path, names)
+local function compiled(path)
   -- raises errors of the file, and makes `require` search its folder first
   local before = package.path
   script.load(path)
-  if not before:find(package.path, 1, true) then
-    package.path = package.path .. ";" .. before
-  else
-    package.path = before
-  end
+  package.path = before:find(package.path, 1, true) and before or package.path .. ";" .. before
   local text = assert(source.read(path))
   -- without a first line for the shell
-  local code = text:gsub("^#[^\n]*", "")
-  local kept, declared = tokens.keep_locals(code)
+  local kept, declared = tokens.keep_locals((text:gsub("^#[^\n]*", "")))
   local chunk = assert(loadstring(kept, "@" .. path))
-  names:declare(declared)
+  names.declare(declared)
   jit.off(chunk, true)
   return setfenv(chunk, names.environment), text
 end
 
---- Runs a file with the names of a prompt; its top-level `local` names remain defined.
+--- Runs a file with the names of the prompt; its top-level `local` names remain defined.
 ---@return any ... what it returns
-function follow.run(path, names) return compiled(path, names)() end
+function follow.run(path) return compiled(path)() end
 
--- Copies a reloaded module into its old table, so that references to it see the change.
-local function renew(old, new)
+--- Copies a reloaded module into its old table, so that references to it see the change.
+function follow.renew(old, new)
   if type(old) ~= "table" or type(new) ~= "table" or rawequal(old, new) then return new end
   for key in pairs(old) do
     if rawget(new, key) == nil then rawset(old, key, nil) end
@@ -44,27 +40,44 @@ local function renew(old, new)
   for key, value in pairs(new) do rawset(old, key, value) end
   return setmetatable(old, getmetatable(new))
 end
-follow.renew = renew
 
 --- Runs a file now, and again before the next line after its text has changed.
 ---@return any what it returned
-function follow.begin(path, names)
-  local chunk, text = compiled(path, names)
-  local full = host.file.absolute(path)
-  if not followed[full] then order[#order + 1] = full end
-  followed[full] = { text = text, names = names }
-  followed[full].value = chunk()
-  return followed[full].value
+function follow.begin(path)
+  local chunk, text = compiled(path)
+  path = host.file.absolute(path)
+  local entry
+  for _, each in ipairs(followed) do entry = each.path == path and each or entry end
+  if not entry then
+    entry = { path = path }
+    table.insert(followed, entry)
+  end
+  entry.text = text
+  entry.value = chunk()
+  return entry.value
+end
+
+local function changed_text(entry)
+  local text = source.read(entry.path)
+  return text ~= entry.text and text or nil
+end
+
+--- Has the text of a followed file changed since it ran?
+function follow.has_changed()
+  for _, entry in ipairs(followed) do
+    if changed_text(entry) then return true end
+  end
+  return false
 end
 
 -- Runs a followed file again; after an error its old value remains.
-local function again(path, entry)
+local function again(entry)
   local fine, value, trace = host.protect(function()
-    return renew(entry.value, follow.run(path, entry.names))
+    return follow.renew(entry.value, follow.run(entry.path))
   end)
   if fine then
     entry.value = value
-    io.write("reloaded: ", path, "\n")
+    io.write("reloaded: ", entry.path, "\n")
   else
     if value == host.interrupt then error(value, 0) end
     io.stdout:flush()
@@ -72,23 +85,12 @@ local function again(path, entry)
   end
 end
 
---- Has the text of a followed file changed since it ran?
-function follow.has_changed()
-  for _, path in ipairs(order) do
-    local text = source.read(path)
-    if text and text ~= followed[path].text then return true end
-  end
-  return false
-end
-
 --- Runs the followed files again whose text has changed.
 function follow.refresh()
-  for _, path in ipairs(order) do
-    local entry, text = followed[path], source.read(path)
-    if text and text ~= entry.text then
-      entry.text = text
-      again(path, entry)
-    end
+  for _, entry in ipairs(followed) do
+    local text = changed_text(entry)
+    entry.text = text or entry.text
+    if text then again(entry) end
   end
 end
 

@@ -5,6 +5,7 @@ local api = require "limax.tools.reference.api"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
 local kind = require "limax.tools.repl.kind"
+local names = require "limax.tools.repl.names"
 local suggest = require "limax.engine.suggest"
 local terminal = require "limax.base.terminal"
 
@@ -61,10 +62,10 @@ end
 
 -- A title and the names of a group.
 local function add_group(lines, title, group)
-  local names = {}
-  for i, entry in ipairs(group.list) do names[i] = entry.short end
+  local shorts = {}
+  for i, entry in ipairs(group.list) do shorts[i] = entry.short end
   lines[#lines + 1] = title
-  add(lines, "    ", table.concat(names, " "))
+  add(lines, "    ", table.concat(shorts, " "))
 end
 
 -- All public names, by groups.
@@ -100,9 +101,9 @@ local function add_field_pages(pages, topic, list, path)
 end
 
 -- The page of a typed name whose value is of one of limax's classes, or of its method or field.
-local function pages_of_value(topic, names)
+local function pages_of_value(topic)
   local name, rest = topic:match "^([%a_][%w_]*)[.:]?(.*)$"
-  local group = name and api.group_of(kind.of(names:get(name)))
+  local group = name and api.group_of(kind.of(names.get(name)))
   local pages = {}
   if group and rest == "" then return { group_page(topic, group) } end
   for _, entry in ipairs(group and group.list or {}) do
@@ -112,8 +113,8 @@ local function pages_of_value(topic, names)
 end
 
 --- The pages about a topic.
-function help.pages(topic, names)
-  local pages = pages_of_value(topic, names)
+function help.pages(topic)
+  local pages = pages_of_value(topic)
   if #pages > 0 then return pages end
   for i, entry in ipairs(api.find(topic)) do pages[i] = help.page(entry) end
   for _, module in ipairs(api.groups()) do
@@ -135,10 +136,10 @@ end
 
 --- Writes the pages about a topic; an unknown topic is an error.
 ---@param topic string the text after the `?`
-function help.show(topic, names)
+function help.show(topic)
   -- of a call its name
   topic = topic:match("^%s*(.-)[%s;?]*$"):gsub("%s*%b()$", "")
-  local pages = topic == "" and { overview() } or help.pages(topic, names)
+  local pages = topic == "" and { overview() } or help.pages(topic)
   if #pages == 0 then
     local known = {}
     for _, entry in ipairs(api.entries()) do

@@ -10,87 +10,61 @@ local history = {}
 -- the file is shortened to so many entries once it has a tenth more
 local MAX_ENTRIES = 10000
 
---- The folder of the history; nil without a home.
-function history.folder()
-  local state = os.getenv "XDG_STATE_HOME"
-  -- the XDG Base Directory Specification ignores relative paths
-  if state and state:sub(1, 1) == "/" then return state .. "/limax" end
-  local home = os.getenv "HOME"
-  return home and home ~= "" and home .. "/.local/state/limax" or nil
-end
+-- the file; nil: nothing is saved
+local path
+-- the newest entry
+local last
 
-local function encode(text) return (text:gsub("\\", "\\\\"):gsub("\n", "\\n")) end
+local function encode(text) return (text:gsub("\\", "\\\\"):gsub("\n", "\\n")) .. "\n" end
 
 local function decode(line)
   return (line:gsub("\\(.)", function(letter) return letter == "n" and "\n" or letter end))
 end
 
----@class limax.repl.history
----@field path string|nil
----@field last string|nil the newest entry
----@field say fun(text: string) receives one message if nothing can be saved
-local History = {}
-History.__index = History
-
--- Reports why nothing is saved, and stops saving.
-function History:give_up(message)
-  self.path = nil
-  self.say("the history is not saved: " .. message)
+-- Unless `done`, reports why nothing is saved, and stops saving.
+local function check(done, message)
+  if done then return end
+  path = nil
+  io.stderr:write("limax: the history is not saved: ", message, "\n")
 end
 
 -- Replaces the file by one with only the newest entries.
-function History:shorten(entries)
+local function shorten(entries)
   local lines = {}
-  for i = #entries - MAX_ENTRIES + 1, #entries do lines[#lines + 1] = encode(entries[i]) .. "\n" end
-  local part = self.path .. ".part"
+  for i = #entries - MAX_ENTRIES + 1, #entries do lines[#lines + 1] = encode(entries[i]) end
+  local part = path .. ".part"
   host.file.remove(part)
   local done, message = host.file.append(part, table.concat(lines), true)
-  if done then done, message = host.file.rename(part, self.path) end
-  if not done then self:give_up(message) end
+  if done then done, message = host.file.rename(part, path) end
+  check(done, message)
 end
 
---- The entries of earlier sessions, oldest first.
-function History:entries()
+--- The entries of earlier sessions of this user, oldest first.
+function history.open()
+  local state, home = os.getenv "XDG_STATE_HOME", os.getenv "HOME"
+  -- the XDG Base Directory Specification ignores relative paths
+  local folder = state and state:sub(1, 1) == "/" and state
+    or home and home ~= "" and home .. "/.local/state"
+  check(folder, "neither $XDG_STATE_HOME nor $HOME is set")
+  if not folder then return {} end
+  path = folder .. "/limax/history"
+  check(host.file.mkdir(folder .. "/limax"))
   local entries = {}
-  if not self.path or not host.file.exists(self.path) then return entries end
-  local text, message = source.read(self.path)
-  if not text then
-    self:give_up(message)
-    return entries
-  end
-  for line in text:gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
-  if #entries > 1.1 * MAX_ENTRIES then self:shorten(entries) end
+  if not path or not host.file.exists(path) then return entries end
+  local text, message = source.read(path)
+  check(text, message)
+  for line in (text or ""):gmatch "[^\n]+" do entries[#entries + 1] = decode(line) end
+  if #entries > 1.1 * MAX_ENTRIES then shorten(entries) end
   return entries
 end
 
 --- Saves an entry, unless it is empty or equals the last one.
 ---@return boolean added
-function History:add(text)
-  if text:match "^%s*$" or text == self.last then return false end
-  self.last = text
-  if self.path then
-    local done, message = host.file.append(self.path, encode(text) .. "\n", true)
-    if not done then self:give_up(message) end
-  end
+function history.add(text)
+  if text:match "^%s*$" or text == last then return false end
+  last = text
+  if path then check(host.file.append(path, encode(text), true)) end
   return true
-end
-
---- The history of this user.
----@param say fun(text: string)
-function history.open(say)
-  local self = setmetatable({ say = say }, History)
-  local folder = history.folder()
-  if not folder then
-    self:give_up "neither $XDG_STATE_HOME nor $HOME is set"
-    return self
-  end
-  local made, message = host.file.mkdir(folder)
-  if not made then
-    self:give_up(message)
-    return self
-  end
-  self.path = folder .. "/history"
-  return self
 end
 
 return history

@@ -13,17 +13,19 @@ local HINTS = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
 -- number of values that are kept before the last one
 local KEPT = 9
 
----@class limax.repl.names
----@field own table<string, any> defined at the prompt
----@field environment table of chunks: `own`, which also finds the others
----@field words table<string, any> that only the prompt has
-local Names = {}
-Names.__index = Names
+-- defined at the prompt
+local own = {}
+-- may be read although nothing was assigned
+local declared = { _ = true }
+for k = 1, KEPT do declared["_" .. k] = true end
 
--- Every name that can be typed, sorted.
-function Names:all()
+-- The names that only the prompt has. They use this module too.
+local function words() return require "limax.tools.repl.words" end
+
+-- Names among the keys of some tables, sorted.
+local function sorted(tables)
   local seen, list = {}, {}
-  for _, source in ipairs { self.own, self.words, _G, { limax = true } } do
+  for _, source in ipairs(tables) do
     for name in pairs(source) do
       if type(name) == "string" and not seen[name] then
         seen[name], list[#list + 1] = true, name
@@ -34,57 +36,54 @@ function Names:all()
   return list
 end
 
+--- Every name that can be typed, sorted.
+---@return string[]
+function names.all() return sorted { own, words(), _G, { limax = true } } end
+
 --- The value of a name, or nil. Raises no error.
-function Names:get(name)
-  local value = rawget(self.own, name)
-  if value == nil then value = self.words[name] end
-  if value == nil then value = rawget(_G, name) end
-  if value == nil and name == "limax" then value = require "limax" end
-  return value
+function names.get(name)
+  for _, source in ipairs { own, words(), _G } do
+    local value = rawget(source, name)
+    if value ~= nil then return value end
+  end
+  return name == "limax" and require "limax" or nil
 end
 
 --- Stores a value that was shown as `_`.
-function Names:remember(value)
+function names.remember(value)
   -- showing it again does not shift the others
-  local own = self.own
   if rawequal(value, rawget(own, "_")) then return end
   for k = KEPT, 2, -1 do own["_" .. k] = rawget(own, "_" .. k - 1) end
   own._1, own._ = rawget(own, "_"), value
 end
 
 --- Names that may be read although nothing was assigned: `local x`.
-function Names:declare(list)
-  for _, name in ipairs(list) do self.declared[name] = true end
+function names.declare(list)
+  for _, name in ipairs(list) do declared[name] = true end
 end
 
 --- The names that were defined, sorted, without those of the last values.
-function Names:typed()
+---@return string[]
+function names.typed()
   local list = {}
-  for name in pairs(self.own) do
-    if type(name) == "string" and not name:match "^_%d?$" then list[#list + 1] = name end
+  for _, name in ipairs(sorted { own }) do
+    if not name:match "^_%d?$" then list[#list + 1] = name end
   end
-  table.sort(list)
   return list
 end
 
---- The names of a prompt.
----@param words table<string, any>
-function names.new(words)
-  local self = setmetatable({ own = {}, words = words, declared = { _ = true } }, Names)
-  for k = 1, KEPT do self.declared["_" .. k] = true end
-  self.environment = setmetatable(self.own, {
-    __index = function(_, name)
-      local value = self:get(name)
-      if value == nil and not self.declared[name] then
-        local nearest = type(name) == "string" and suggest(name, self:all())
-        local ending = HINTS[name] and "; " .. HINTS[name]
-          or nearest and ("; did you mean %q?"):format(nearest) or ""
-        error(("undefined name '%s'%s"):format(tostring(name), ending), 2)
-      end
-      return value
-    end,
-  })
-  return self
-end
+--- The environment of chunks: the prompt's own names, and through it all others.
+names.environment = setmetatable(own, {
+  __index = function(_, name)
+    local value = names.get(name)
+    if value == nil and not declared[name] then
+      local nearest = suggest(name, names.all())
+      local ending = HINTS[name] and "; " .. HINTS[name]
+        or nearest and ("; did you mean %q?"):format(nearest) or ""
+      error(("undefined name '%s'%s"):format(tostring(name), ending), 2)
+    end
+    return value
+  end,
+})
 
 return names

@@ -1,7 +1,6 @@
 --- picture.lua: writes a robot as an SVG file: six poses of its simulation, or the current pose of
 --- a robot in motion; and starts a program that shows the file.
 
-local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local film_strip = require "limax.draw.film_strip"
 local host = require "limax.host"
@@ -12,14 +11,15 @@ local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local sheet = require "limax.draw.sheet"
 local shell = require "limax.base.shell"
-local suggest = require "limax.engine.suggest"
 local view = require "limax.draw.picture.view"
 
 local picture = {}
 
 local STILL = 800 -- px, the width of one pose
-local OF_POSE = { "open", "title" }
-local OF_WALK = { "device", "duration", "open", "scene", "title" }
+
+local of_pose = schema.fields { open = schema.any, title = schema.any }
+local of_walk = schema.fields { device = schema.any, duration = schema.any, open = schema.any,
+  scene = schema.any, title = schema.any }
 
 -- The first free name in this folder.
 local function free_name()
@@ -33,8 +33,7 @@ local function draw_pose(path, moving, title)
   local film = motion.now(moving.finished(), moving:positions():table(), moving.time or 0)
   local drawn = sheet.new({ film }, { view = view.of.side, width = STILL }):render("svg",
     { title = title or "a robot in motion" })
-  local written, message = host.file.write_atomic(path, drawn)
-  if not written then engine.fail("picture: " .. message) end
+  return host.file.write_atomic(path, drawn)
 end
 
 -- Starts a program that shows a file: BROWSER, else that of the desktop.
@@ -52,46 +51,29 @@ local function show(path)
   io.write("found no program to show it (BROWSER or xdg-open)\n")
 end
 
--- Whether to show the picture, and the other options.
-local function options_of(options, names)
-  if options ~= nil and type(options) ~= "table" then
-    engine.fail("picture: expected a table of options, got " .. schema.show(options))
-  end
-  local drawing, valid = {}, {}
-  for _, name in ipairs(names) do valid[name] = true end
-  for _, name in ipairs(choice.sorted_keys(options or {})) do
-    if not valid[name] then
-      engine.fail(("picture: unknown option %s%s"):format(name, suggest.ending(name, names)))
-    end
-    drawing[name] = options[name]
-  end
-  drawing.open = nil
-  return options and options.open, drawing
-end
-
---- Simulates a robot and writes six poses; of a robot in motion it writes the current pose.
+--- Simulates a robot and writes six poses as an SVG file; of a robot in motion it writes the
+--- current pose. Returns the path; `open = true` shows the file with BROWSER or the desktop's
+--- viewer.
 ---@param robot limax.robot|limax.scored_robot|limax.robot_in_motion
+---@param file? string the first free name of picture-1.svg, picture-2.svg, ... if absent
 ---@param options? { duration?: number, scene?: table, device?: string, title?: string,
---- open?: boolean }
+--- open?: boolean } s
 ---@return string path
-function picture.write(robot, file, options)
+function picture.picture(robot, file, options)
   local moving = kind.of(robot) == "limax.robot_in_motion"
   if not moving and (type(robot) ~= "table" or type(robot.simulate) ~= "function") then
-    engine.fail("picture: expected a robot, got " .. schema.show(robot))
+    schema.refuse("picture", "a robot", robot)
   end
   if file ~= nil and type(file) ~= "string" then
-    engine.fail("picture: expected the name of a file, got " .. schema.show(file))
+    schema.refuse("picture", "the name of a file", file)
   end
-  local opens, drawing = options_of(options, moving and OF_POSE or OF_WALK)
+  options = schema.demand(moving and of_pose or of_walk, options, "picture")
   if scored_robot.is(robot) then robot = robots.new(robot) end
   local path = host.file.absolute(file or free_name())
-  if moving then
-    draw_pose(path, robot, drawing.title)
-  else
-    local drawn, message = film_strip.write(path, robot, drawing)
-    if not drawn then engine.fail("picture: " .. message) end
-  end
-  if opens then show(path) end
+  local draw = moving and draw_pose or film_strip.write
+  local drawn, message = draw(path, robot, moving and options.title or options)
+  if not drawn then engine.fail("picture: " .. message) end
+  if options.open then show(path) end
   return path
 end
 

@@ -22,91 +22,72 @@ local columns_of = {
 }
 
 local check = schema.fields {
-  column = schema.number { unit = "", minimum = 1, integer = true },
-  rows = schema.number { unit = "lines", minimum = 2, maximum = 200, integer = true },
-  columns = schema.number { unit = "letters", minimum = 10, maximum = 1000, integer = true },
+  column = schema.whole(1, 1e6),
+  rows = schema.whole(2, 200),
+  columns = schema.whole(10, 1000),
 }
 
 -- NaN and infinities have no place on an axis.
 local function drawable(value) return value == value and math.abs(value) < math.huge end
 
--- A line for each column of rows of numbers, over seconds if there is a `rate`.
-local function lines_of(rows, names, rate, only)
-  local series = {}
-  for column = only or 1, only or #rows[1] do
-    local points = {}
-    for i, row in ipairs(rows) do
-      if drawable(row[column]) then
-        points[#points + 1] = { rate and (i - 1) / rate or i, row[column] }
-      end
-    end
-    series[#series + 1] = { name = names[column] or "column " .. column, points = points,
-      color = colors[(column - 1) % #colors + 1], dotted = column % 2 == 0 }
+-- A curve of the points that can be drawn.
+local function curve(name, points, column)
+  local series = { name = name, points = {}, color = colors[(column - 1) % #colors + 1],
+    dotted = column % 2 == 0 }
+  for _, point in ipairs(points) do
+    if drawable(point[1]) and drawable(point[2]) then table.insert(series.points, point) end
   end
   return series
 end
 
-local function as_rows(list)
+-- A curve for each column of rows of numbers, over seconds if there is a `rate`.
+local function curves(rows, names, rate, only)
+  local series = {}
+  for column = only or 1, only or #rows[1] do
+    local points = {}
+    for i, row in ipairs(rows) do points[i] = { rate and (i - 1) / rate or i, row[column] } end
+    series[#series + 1] = curve(names[column] or "column " .. column, points, column)
+  end
+  return series
+end
+
+-- The curves of a trace or list, the title of the x axis, and that of the plot.
+local function drawn_of(values, is_view, only)
+  local list = is_view and values:table() or values
   local rows = {}
   for i, value in ipairs(list) do rows[i] = type(value) == "table" and value or { value } end
-  return rows
-end
-
-local function of_view(view, only)
-  local shape, rate = view.shape, view.rate
-  if #shape > 2 then
-    engine.fail(("plot: %s has %d axes; plot one of its masses: a list of trace[k][mass][3]")
-      :format(tostring(view), #shape))
+  local width = #rows[1]
+  if only and only > width then
+    engine.fail(("plot: column: there are %d, got %d"):format(width, only))
   end
-  local what = tostring(view):match "^view of (%S+)" or ""
-  local names = columns_of[what] or {}
-  local unit = view.unit
-  return lines_of(as_rows(view:table()), names, rate, only), rate and "s" or "index",
-    ("%s%s"):format(what, unit and unit ~= "1" and ", " .. unit or "")
-end
-
-local function of_list(list, only)
-  if type(list[1]) == "number" then return lines_of(as_rows(list), { "values" }), "index" end
-  if type(list[1]) == "table" and #list[1] == 2 and not only then
-    local points = {}
-    for _, point in ipairs(list) do
-      if drawable(point[1]) and drawable(point[2]) then points[#points + 1] = point end
-    end
-    return { { name = "values", points = points, color = colors[1] } }, ""
+  if is_view then
+    local what = tostring(values):match "^view of (%S+)" or ""
+    local unit = values.unit
+    return curves(rows, columns_of[what] or {}, values.rate, only), values.rate and "s" or "index",
+      ("%s%s\n"):format(what, unit and unit ~= "1" and ", " .. unit or "")
   end
-  return lines_of(list, {}, nil, only), "index"
+  if width == 2 and not only then return { curve("values", rows, 1) }, "", "" end
+  return curves(rows, type(list[1]) == "number" and { "values" } or {}, nil, only), "index", ""
 end
 
--- A list of numbers, or of rows of the same length.
-local function is_list_of_numbers(list)
-  local shape = type(list) == "table" and array_text.shape(list)
-  return shape and #shape <= 2
-end
-
---- The plot as text.
+--- Plots a trace (a line per column) over time, a list of numbers over its index, or a list of
+--- { x, y }, in the terminal.
 ---@param values limax.view|number[]|number[][]
----@param options? { column?: integer, rows?: integer, columns?: integer }
-function plot.text(values, options)
-  local checked, message = check(options, "plot")
-  if not checked then engine.fail(message) end
-  local view = engine.is_view(values)
-  if not view and not is_list_of_numbers(values) then
-    engine.fail("plot: expected a trace, a list of numbers or a list of { x, y }, got "
-      .. schema.show(values))
+---@param options? { column?: integer, rows?: integer, columns?: integer } only one column of a
+--- trace; the size of the plot in letters
+function plot.plot(values, options)
+  local size = schema.demand(check, options, "plot")
+  local is_view = engine.is_view(values)
+  local shape = is_view and values.shape or array_text.shape(values)
+  if not shape or #shape > 2 and not is_view then
+    schema.refuse("plot", "a trace, a list of numbers or a list of { x, y }", values)
+  elseif #shape > 2 then
+    engine.fail(("plot: %s has %d axes; plot one of its masses: a list of trace[k][mass][3]")
+      :format(tostring(values), #shape))
   end
-  local width = view and values.shape[2] or type(values[1]) == "table" and #values[1] or 1
-  if checked.column and checked.column > (width or 1) then
-    engine.fail(("plot: column: there are %d, got %d"):format(width or 1, checked.column))
-  end
-  local series, x, title
-  if view then
-    series, x, title = of_view(values, checked.column)
-  else
-    series, x = of_list(values, checked.column)
-  end
-  local drawn = text_plot.draw(series, { style = terminal.style(), rows = checked.rows,
-    columns = checked.columns, x = x })
-  return title and title .. "\n" .. drawn or drawn
+  local series, x, title = drawn_of(values, is_view, size.column)
+  io.write(title, text_plot.draw(series, { style = terminal.style(), rows = size.rows,
+    columns = size.columns, x = x }), "\n")
 end
 
 return plot

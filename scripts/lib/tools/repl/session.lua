@@ -6,26 +6,18 @@ local failure = require "limax.base.failure"
 local follow = require "limax.tools.repl.follow"
 local help = require "limax.tools.repl.help"
 local host = require "limax.host"
+local names = require "limax.tools.repl.names"
 local show = require "limax.tools.repl.show"
-local tokens = require "limax.tools.repl.tokens"
 
 local session = {}
 
 local exit_failed, exit_interrupted = 1, 130
 
----@class limax.repl.session
----@field names limax.repl.names
----@field text string|nil the beginning of an incomplete statement
-local Session = {}
-Session.__index = Session
-
 -- The line of a text that a message is about, if there are several; `first` is the first number.
-local function line_of(text, message, name, first)
-  local number = text:find("\n", 1, true)
-    and tostring(message):match("^" .. name:sub(2) .. ":(%d+):")
-  if not number then return "" end
+local function line_of(text, message, first)
+  local number = text:find("\n", 1, true) and tostring(message):match "^input:(%d+):"
   local at = first
-  for line in (text .. "\n"):gmatch "([^\n]*)\n" do
+  for line in (number and text .. "\n" or ""):gmatch "([^\n]*)\n" do
     if at == tonumber(number) then return ("\n  %d | %s"):format(at, line) end
     at = at + 1
   end
@@ -45,55 +37,56 @@ end
 local function frames_of(first, rest)
   if failure.bare(first) ~= first then return rest end
   return (rest:gsub("\n  ([^\n]*)", function(frame)
-    return failure.bare(frame:gsub(": in ", ": ", 1)) ~= frame:gsub(": in ", ": ", 1) and "" or nil
+    local place = frame:gsub(": in ", ": ", 1)
+    return failure.bare(place) ~= place and "" or nil
   end))
 end
 
-local function report(text, message, trace, line)
+local function report(text, message, trace, first_line)
   io.stdout:flush()
   local first, rest = (failure.first_trace(message) or trace):match "^([^\n]*)(.*)$"
-  io.stderr:write(first, hint_of(first), line_of(text, message, "=input", line or 1),
+  io.stderr:write(first, hint_of(first), line_of(text, message, first_line),
     frames_of(first, rest), "\n")
 end
 
---- Runs a chunk and shows its values. False after an error, with the interrupt if it was one.
----@param first integer|nil number of its first line
----@return boolean fine
----@return any interrupt
-function Session:evaluate(compiled, text, first)
-  self.names:declare(compiled.names)
-  local function take(...)
-    local count = select("#", ...)
-    if count == 0 then return end
-    if (...) ~= nil then self.names:remember((...)) end
-    if not compiled.muted then io.write(show.values(count, ...), "\n") end
-  end
-  local fine, value, trace = host.protect(function() take(compiled.call(take)) end)
+-- Calls a function of a typed text and reports its error: false after one, with the interrupt if it
+-- was one.
+local function attempt(text, first, call, ...)
+  local fine, value, trace = host.protect(call, ...)
   if fine then return true end
   if value == host.interrupt then return false, value end
   report(text, value, trace, first)
   return false
 end
 
+-- Runs a chunk and shows its values.
+local function evaluate(compiled)
+  names.declare(compiled.names)
+  compiled.call(function(...)
+    local count = select("#", ...)
+    if count == 0 then return end
+    if (...) ~= nil then names.remember((...)) end
+    if not compiled.muted then io.write(show.values(count, ...), "\n") end
+  end)
+end
+
 --- Runs a text as if it were typed: false after an error, nil if it is incomplete.
----@param first integer|nil number of its first line, 1 if left out
+---@param text string
+---@param first integer number of its first line
 ---@return boolean|nil fine
 ---@return any interrupt
-function Session:take(text, first)
+local function take(text, first)
   follow.refresh()
   local topic = text:match "^%s*%?(.*)$"
-  if topic then
-    local fine, value, trace = host.protect(help.show, topic, self.names)
-    if not fine and value ~= host.interrupt then report(text, value, trace) end
-    return fine, value == host.interrupt and value or nil
-  end
-  local compiled, message, incomplete = chunk.compile(text, self.names.environment, "=input",
-    first)
-  if compiled then return self:evaluate(compiled, text, first) end
+  if topic then return attempt(text, first, help.show, topic) end
+  local compiled, message, incomplete = chunk.compile(text, names.environment, "=input", first)
+  if compiled then return attempt(text, first, evaluate, compiled) end
   if incomplete then return nil end
   report(text, message, message, first)
   return false
 end
+
+-- ---- at a terminal ------------------------------------------------------------------------------
 
 -- Runs a changed script while the prompt is idle.
 local function idle()
@@ -104,116 +97,79 @@ local function idle()
   return true
 end
 
--- A line of the terminal, nil at its end.
-function Session:read(prompt)
-  local editor = host.line_editor
-  local facts = host.terminal()
-  if editor and facts.stdout then return editor.read(prompt, self.complete, idle) end
+-- A line of the terminal, nil at its end; `before` is the beginning of an incomplete statement.
+local function read(before)
+  local prompt = before and ".. " or "> "
+  if host.line_editor and host.terminal().stdout then
+    local function complete(typed)
+      return require("limax.tools.repl.complete").edit(before and before .. "\n" .. typed or typed)
+    end
+    return host.line_editor.read(prompt, complete, idle)
+  end
   io.write(prompt)
   io.flush()
   return io.read "*l"
 end
 
--- Adds a complete statement to the history.
-function Session:remember(text)
-  if self.history:add(text) and host.line_editor then host.line_editor.remember(text) end
-end
-
-function Session:begin()
-  print(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts."):format(host.version))
-  if not host.line_editor then
-    print("Built without libedit: lines cannot be edited (try rlwrap limax repl)")
-  end
-  self.history = require("limax.tools.repl.history").open(function(text)
-    io.stderr:write("limax: ", text, "\n")
-  end)
-  self.complete = function(before)
-    local text = self.text and self.text .. "\n" .. before or before
-    return require("limax.tools.repl.complete").edit(text, self.names)
-  end
-  if not host.line_editor then return end
-  for _, entry in ipairs(self.history:entries()) do host.line_editor.remember(entry) end
-end
-
 --- The prompt, to its end.
 ---@return integer status
-function Session:talk()
-  self:begin()
+function session.talk()
+  local editor, history = host.line_editor, require "limax.tools.repl.history"
+  print(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts."):format(host.version))
+  if not editor then
+    print("Built without libedit: lines cannot be edited (try rlwrap limax repl)")
+  end
+  for _, entry in ipairs(history.open()) do
+    if editor then editor.remember(entry) end
+  end
+  local text
   while true do
-    local fine, line = host.protect(self.read, self, self.text and ".. " or "> ")
+    local fine, line = host.protect(read, text)
     if not fine then
       if line ~= host.interrupt then error(line, 0) end
       -- Ctrl-C at the prompt discards the statement
       host.signal.rearm()
-      self.text = nil
+      text = nil
       io.write("\n")
     elseif line == nil then
       io.write("\n")
       return 0
     else
-      local text = self.text and self.text .. "\n" .. line or line
-      self.text = text
-      local done, interrupt = self:take(text)
+      text = text and text .. "\n" .. line or line
+      local done, interrupt = take(text, 1)
       if interrupt then
         io.stderr:write("interrupted\n")
         host.signal.rearm()
       end
       if done ~= nil then
-        self:remember(text)
-        self.text = nil
+        if history.add(text) and editor then editor.remember(text) end
+        text = nil
       end
     end
   end
 end
 
--- Tracks the depth of a statement of many lines: it is compiled only when all blocks and brackets
--- are closed, and not after each line.
-local function depth_of(before, text, line)
-  -- the content of a long string or comment is not code
-  if not before or before.open then
-    local depth, open = tokens.depth(text)
-    return { depth = depth, open = open }
-  end
-  local depth, open = tokens.depth(line)
-  return { depth = before.depth + depth, open = open }
-end
+-- ---- without one --------------------------------------------------------------------------------
 
 --- Runs lines as if they were typed; the first error ends it.
 ---@param lines fun(): string|nil
 ---@return integer status
-function Session:take_all(lines)
-  local text, depth
+function session.take_all(lines)
+  local text
   local number, first = 0, 1
   for line in lines do
     number = number + 1
     -- a byte order mark
     if number == 1 then line = line:gsub("^\239\187\191", "") end
     if not text then first = number end
-    local began = text ~= nil
-    text = began and text .. "\n" .. line or line
-    depth = began and depth_of(depth, text, line) or nil
-    if not (depth and depth.depth > 0) then
-      local fine, interrupt = self:take(text, first)
-      if fine == false then return interrupt and exit_interrupted or exit_failed end
-      if fine then text = nil end
-    end
+    text = text and text .. "\n" .. line or line
+    local fine, interrupt = take(text, first)
+    if fine == false then return interrupt and exit_interrupted or exit_failed end
+    if fine then text = nil end
   end
-  if text then
-    -- an error may precede the end
-    if self:take(text, first) == false then return exit_failed end
-    io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
-    return exit_failed
-  end
-  return 0
+  if not text then return 0 end
+  io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
+  return exit_failed
 end
-
---- Runs a file: its top-level names remain defined, and its return value is `_`.
-function Session:run_file(path)
-  local value = follow.run(path, self.names)
-  if value ~= nil then self.names:remember(value) end
-end
-
---- A prompt with these names.
-function session.new(names) return setmetatable({ names = names }, Session) end
 
 return session

@@ -1,4 +1,5 @@
---- tokens.lua: splits Lua text into tokens, for `local` at the prompt, `time(...)` and completion.
+--- tokens.lua: splits Lua text into tokens, for a top-level `local` at the prompt, `time(...)` and
+--- completion.
 
 local tokens = {}
 
@@ -95,24 +96,9 @@ function tokens.of_code(text)
   return code
 end
 
--- change of depth at a keyword; `while` and `for` count with their `do`
+-- change of the depth of blocks at a keyword; `while` and `for` count with their `do`
 local deeper = { ["function"] = 1, ["do"] = 1, ["if"] = 1, ["repeat"] = 1, ["end"] = -1,
   ["until"] = -1 }
-
-local bracket = { ["("] = 1, ["{"] = 1, ["["] = 1, [")"] = -1, ["}"] = -1, ["]"] = -1 }
-
---- The number of open blocks and brackets, and whether the last string or comment is unfinished.
----@return integer depth
----@return boolean open
-function tokens.depth(text)
-  local list, depth = tokens.of(text), 0
-  for _, token in ipairs(list) do
-    local step = token.kind == "keyword" and deeper[token.text]
-      or token.kind == "symbol" and bracket[token.text]
-    depth = depth + (step or 0)
-  end
-  return depth, #list > 0 and list[#list].open == true
-end
 
 -- The names after `local` at token i, the end of the last one, and whether values follow.
 local function declared(list, i)
