@@ -198,10 +198,10 @@ suite:test("figures for print have their width, and the numbers drawn in them", 
     t:equal(csv:match "^[^\n]*", "panel,x_axis,y_axis,curve,x,y,low,high")
     for k = 1, 3 do
       local values = { lines[1][k].best_standard, lines[2][k].best_standard }
-      local row = "best of the generation,generation,fitness %%(m%%),random,%d,([^,]+),,"
+      local row = "best and mean,generation,fitness %%(m%%),best,%d,([^,]+),,"
       local drawn = csv:match(row:format(k - 1))
       t:near(tonumber(drawn), (values[1] + values[2]) / 2, { rtol = 1e-12 })
-      local low, high = csv:match(("fitness %%(m%%),random,%d,,([^,]+),([^\n]+)\n"):format(k - 1))
+      local low, high = csv:match(("fitness %%(m%%),best,%d,,([^,]+),([^\n]+)\n"):format(k - 1))
       t:equal({ tonumber(low), tonumber(high) }, { math.min(unpack(values)),
         math.max(unpack(values)) })
     end

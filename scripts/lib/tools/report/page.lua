@@ -2,8 +2,8 @@
 --- without scripts everything is shown except the robots that move.
 
 local body_picture = require "limax.draw.body_picture"
+local charts = require "limax.tools.report.charts"
 local choice = require "limax.base.choice"
-local curves = require "limax.tools.report.curves"
 local facts = require "limax.tools.report.facts"
 local host = require "limax.host"
 local html = require "limax.tools.report.html"
@@ -15,8 +15,6 @@ local runs = require "limax.tools.report.runs"
 
 local page = {}
 
--- Arms whose populations and parameters are drawn; the rest is in the tables.
-local MOST_ARMS = 6
 -- Letters of a body that is shown in letters.
 local MOST_LETTERS = 1000
 -- More folders than these are counted, not listed; the table of results has all.
@@ -26,17 +24,6 @@ local function figure(panel, caption)
   return html.figure(inline.draw(panel, caption), caption)
 end
 
-local function charts(list) return '<div class="charts">' .. table.concat(list) .. "</div>\n" end
-
--- Charts of panels that have a line for each arm.
-local function charts_of(list, panels, prefix)
-  local parts = {}
-  for k, panel in ipairs(panels) do
-    parts[k] = figure(panel, ("%s: %s. %s"):format(prefix, panel.title, curves.meaning(list)))
-  end
-  return charts(parts)
-end
-
 local function section(id, title, ...)
   return ('<section id="%s" aria-labelledby="%s-title"><h2 id="%s-title">%s</h2>\n%s</section>\n')
     :format(id, id, id, html.escaped(title), table.concat { ... })
@@ -44,92 +31,42 @@ end
 
 local function note(text) return '<p class="note">' .. html.escaped(text) .. "</p>\n" end
 
-local function first_arms(list) return { unpack(list, 1, MOST_ARMS) } end
-
-local function left_out(list)
-  if #list <= MOST_ARMS then return "" end
-  return note(("The first %d of %d arms are drawn."):format(MOST_ARMS, #list))
-end
-
 -- ---- sections -----------------------------------------------------------------------------------
 
-local function learning(list, label)
-  local parts = { figure(curves.learning(list, label), "Learning curves. "
-    .. curves.meaning(list)) }
-  if #list > 1 then
-    parts[2] = figure(curves.by_evaluations(list, "best, by evaluations", label, runs.score),
-      "Learning curves by evaluations. " .. curves.meaning(list))
-  end
-  for _, arm in ipairs(first_arms(list)) do
-    parts[#parts + 1] = figure(curves.population(arm, label), ("Population of %s. n = %d %s")
-      :format(arm.name, #arm.runs, #arm.runs == 1 and "run" or "runs, the centre of each curve"))
-  end
-  return section("learning", "Learning", charts(parts), left_out(list))
-end
-
-local function measures(list)
-  local panels = curves.measures(list)
-  if #panels == 0 then return "" end
-  return section("measures", "Other measures of the fitness", charts_of(list, panels, "Measured"))
-end
-
-local function diversity(list)
-  return section("diversity", "Diversity", charts_of(list, curves.diversity(list), "Diversity"))
-end
-
--- The parameters of one arm as charts.
-local function parameters_of(arm)
-  local figures = {}
-  for k, path in ipairs((parameters.fields { arm })) do
-    local panel, seen = parameters.panel(arm, path)
-    local names = {}
-    for _, setter in ipairs(parameters.SETTERS) do
-      if seen[setter.name] then names[#names + 1] = setter.text or setter.name end
-    end
-    figures[k] = figure(panel, ("%s of %s. n = %d; set by: %s"):format(path, arm.name,
-      #arm.runs, #names > 0 and table.concat(names, "; ") or "no one"))
-  end
-  return figures
+local function learning(list)
+  if #list <= charts.MOST_ARMS then return "" end
+  return note(("The populations and parameters of the first %d of %d arms are drawn."):format(
+    charts.MOST_ARMS, #list))
 end
 
 local function supervision(list)
-  local moved, still = parameters.fields(list)
-  local parts = {}
-  for _, arm in ipairs(#moved > 0 and first_arms(list) or {}) do
-    local figures = parameters_of(arm)
-    if #list > 1 and #figures > 0 then
-      parts[#parts + 1] = ("<h3>%s</h3>\n"):format(html.escaped(arm.name))
-    end
-    parts[#parts + 1] = charts(figures)
-  end
+  local _, still = parameters.fields(list)
   local columns, rows, out = facts.proposals(list)
-  local proposals = #rows > 0 and html.details(("proposals of supervisors: %d entries%s")
-    :format(#rows, out > 0 and (", %d older ones are left out"):format(out) or ""),
-    html.table(columns, rows, "Proposals of supervisors, and their reasons")) or ""
-  return section("parameters", "Parameters, and who set them",
-    note "A marker shows who set a value; without one it was kept.", '<figure class="chart key">',
-    inline.key(parameters.SETTERS, "Markers of who set a value"), "</figure>\n",
-    table.concat(parts), left_out(list),
-    #still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "", proposals)
-end
-
-local function failures(list)
-  local count = 0
-  for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do
-      for _, line in ipairs(run.lines) do count = count + curves.failed(line) end
-    end
-  end
-  local text = count == 0 and note "Every robot of every generation has a score."
-    or charts { figure(curves.failures(list), ("Robots without a score: %d in all. %s"):format(
-      count, curves.meaning(list))) }
-  return section("failures", "Failures", text)
+  local older = out > 0 and (", %d older ones are left out"):format(out) or ""
+  return (#still > 0 and note("Never changed: " .. table.concat(still, ", ") .. ".") or "")
+    .. (#rows > 0 and html.details(("proposals of supervisors: %d entries%s"):format(#rows, older),
+      html.table(columns, rows, "Proposals of supervisors, and their reasons")) or "")
 end
 
 local function cost(list)
   local columns, rows = facts.cost(list)
-  return section("cost", "Time and cost", charts_of(list, curves.time(list), "Wall time"),
-    html.table(columns, rows, "Seconds by part of a generation, all repetitions together"))
+  return html.table(columns, rows, "Seconds by part of a generation, all repetitions together")
+end
+
+-- What follows the charts of a section.
+local BELOW = { learning = learning, parameters = supervision, cost = cost,
+  failures = function() return "" end }
+
+-- A section of charts; nothing where there is nothing to show.
+local function charted(each, list)
+  local figures, key, below = {}, "", BELOW[each.name]
+  if #each.panels == 0 and not below then return "" end
+  for k, panel in ipairs(each.panels) do figures[k] = figure(panel, panel.caption or panel.title) end
+  if each.key and #each.key > 0 then
+    key = ('<figure class="chart key">%s</figure>\n'):format(inline.key(each.key, "Markers"))
+  end
+  return section(each.name, each.title, note(each.foot), key, '<div class="charts">',
+    table.concat(figures), "</div>\n", below and below(list) or "")
 end
 
 local function accuracy(folders)
@@ -154,7 +91,7 @@ local function ancestry(run, label)
   local caption = ("Ancestors of the champion of %s, repetition %d: %d robots; line: better"
     .. " parents"):format(run.path, run.repetition, #ancestors)
   return section("lineage", "Lineage of the champion",
-    charts { figure(lineage.panel(ancestors, line, label), caption) },
+    figure(lineage.panel(ancestors, line, label), caption),
     html.details(("the line of better parents: %d robots"):format(#line), html.table(
       { "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, "Better parents")))
 end
@@ -282,17 +219,21 @@ function page.text(folders, options)
   local columns, rows = facts.final(list)
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
-  local sections = table.concat {
+  local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
       why and note("Each run is an arm of its own, since " .. why) or "", letters(leading)),
-    learning(list, label), measures(list),
-    shown.body == "" and "" or section("robots", "Robots", shown.body),
-    diversity(list), supervision(list), failures(list), cost(list), accuracy(folders),
-    ancestry(leading, label), configuration(folders), not_in_paper(folders),
-  }
+    shown.body == "" and "" or section("robots", "Robots", shown.body) }
+  for _, each in ipairs(charts.of(list, label)) do
+    sections[#sections + 1] = charted(each, list)
+  end
+  for _, text in ipairs { accuracy(folders), ancestry(leading, label), configuration(folders),
+    not_in_paper(folders) } do
+    sections[#sections + 1] = text
+  end
+  sections = table.concat(sections)
   local links = {}
-  for id, heading in sections:gmatch '<section id="(%l+)".-<h2[^>]*>(.-)</h2>' do
+  for id, heading in sections:gmatch '<section id="([%l_]+)".-<h2[^>]*>(.-)</h2>' do
     links[#links + 1] = ('<li><a href="#%s">%s</a></li>'):format(id, heading)
   end
   local body = table.concat {
