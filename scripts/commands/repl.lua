@@ -5,6 +5,7 @@ local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local session = require "limax.tools.repl.session"
+require "limax.tools.repl.words"
 
 -- The start-up file, if it exists.
 local function startup_file()

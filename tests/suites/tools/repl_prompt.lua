@@ -5,6 +5,7 @@ local host = require "limax.host"
 local process = require "support.process"
 local names = require "limax.tools.repl.names"
 local typed = require "support.typed"
+require "limax.tools.repl.words"
 
 local suite = require("limax.test").suite "repl prompt"
 

@@ -6,6 +6,9 @@ local suggest = require "limax.engine.suggest"
 
 local names = {}
 
+--- The functions that only the prompt has: words.lua adds them.
+names.words = {}
+
 -- Names that are often typed at a prompt but undefined.
 local HINTS = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
   help = "?name describes a name, ? lists all topics" }
@@ -18,9 +21,6 @@ local own = {}
 -- may be read although nothing was assigned
 local declared = { _ = true }
 for k = 1, KEPT do declared["_" .. k] = true end
-
--- The names that only the prompt has. They use this module too.
-local function words() return require "limax.tools.repl.words" end
 
 -- Names among the keys of some tables, sorted.
 local function sorted(tables)
@@ -38,11 +38,11 @@ end
 
 --- Every name that can be typed, sorted.
 ---@return string[]
-function names.all() return sorted { own, words(), _G, { limax = true } } end
+function names.all() return sorted { own, names.words, _G, { limax = true } } end
 
 --- The value of a name, or nil. Raises no error.
 function names.get(name)
-  for _, source in ipairs { own, words(), _G } do
+  for _, source in ipairs { own, names.words, _G } do
     local value = rawget(source, name)
     if value ~= nil then return value end
   end

@@ -6,7 +6,7 @@ local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local schema = require "limax.engine.schema"
 
-local words = {}
+local words = names.words
 
 -- Those in modules of their own, which are loaded at the first call.
 for name, module in pairs { champion = "evolve", compare = "compare", evolve = "evolve",
