@@ -14,17 +14,23 @@ local READY = 'io.stderr:write "ready\\n" '
 -- A loop that prints "ready" when it has been compiled, where no hook can reach it.
 local COMPILED = "local n = 0 while true do n = n + 1 if n == 1e7 then " .. READY .. "end end"
 
--- Starts a script, sends SIGINT when it prints "ready", and returns how it ended.
-local function interrupt(t, text, arguments)
+-- Starts a script, and waits until it prints "ready".
+local function started(t, text)
   local folder = t:folder()
   process.write(folder .. "/script.lua", text)
-  local child = process.start(folder, arguments or { "script.lua" })
+  local child = process.start(folder, { "script.lua" })
   child:wait_for "ready"
+  return child
+end
+
+-- Sends SIGINT to a script that is ready, and returns what it has printed.
+local function interrupt(t, text)
+  local child = started(t, text)
   child:signal "INT"
   local status, output, seconds = child:finish()
   t:equal(status, 130)
   t:ok(seconds < LATE, ("it took %.1f s"):format(seconds))
-  return output, folder
+  return output
 end
 
 suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", function(t)
@@ -39,14 +45,13 @@ suite:test("Ctrl-C ends interpreted loops, pcall loops, coroutines and waits", f
     "io.popen('exec sleep 60'):read '*a'",
     "require('limax.host').wait(60)",
   } do
-    local output = interrupt(t, READY .. loop)
-    t:equal(output, "ready\nlimax: interrupted\n")
+    t:equal(interrupt(t, READY .. loop), "ready\nlimax: interrupted\n")
   end
 end)
 
 suite:test("Ctrl-C ends compiled loops, by a hard stop if need be", function(t)
-  local output = interrupt(t, COMPILED)
-  t:ok(output:find("stopping hard", 1, true), output)
+  local output = interrupt(t, "require('limax.host').signal.on_hard_stop 'continue' " .. COMPILED)
+  t:ok(output:find("stopping hard.* complete%.\ncontinue\n$"), output)
   for _, loop in ipairs {
     "local n = 0 local function f() n = n + 1 end while true do pcall(f) end",
     "local raise = require('limax.host').raise_if_interrupted while true do pcall(raise) end",
@@ -55,25 +60,14 @@ suite:test("Ctrl-C ends compiled loops, by a hard stop if need be", function(t)
   end
 end)
 
-suite:test("Ctrl-C ends a waiting request", function(t)
-  local silent = server.open()
-  interrupt(t, ("%s require('limax.host').http { url = %q }"):format(READY, silent.url))
-  silent:close()
-end)
-
-suite:test("Ctrl-C ends a long simulation at its next step", function(t)
-  interrupt(t, [[
-local limax = require "limax"
-local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
-]] .. READY .. [[
-robot:simulate { scene = limax.scenes.land(), duration = 1e5 }
-]])
-end)
-
-suite:test("clean-up runs after Ctrl-C, engine included; a second one ends at once", function(t)
-  local text = [[
+-- A script that prints "cleaned" after Ctrl-C: with lines before, and after it.
+local CLEANING = [[
 local host, engine = require "limax.host", require "limax.engine"
-local ok, value = host.protect(function() %s while true do pcall(tostring, {}) end end)
+%s
+local ok, value = host.protect(function()
+  io.stderr:write "ready\n"
+  while true do pcall(error) end
+end)
 assert(not ok and value == host.interrupt and not host.interrupted())
 assert(tostring(value) == "interrupted")
 -- interpreted and compiled Lua, and the engine, work as before
@@ -84,73 +78,32 @@ print "cleaned" io.stdout:flush()
 %s
 host.exit(130)
 ]]
-  local output = interrupt(t, text:format(READY, ""))
-  t:equal(output, "ready\ncleaned\n")
 
-  local folder = t:folder()
-  process.write(folder .. "/script.lua", text:format(READY, "while true do end"))
-  local child = process.start(folder, { "script.lua" })
-  child:wait_for "ready"
-  child:signal "INT"
-  child:wait_for "cleaned"
-  -- two signals within a tenth of a second are one press
-  os.execute "sleep 0.2"
-  child:signal "INT"
-  local status, printed = child:finish()
-  t:equal({ status, printed }, { 130, "ready\ncleaned\n" })
-end)
-
-suite:test("a hard stop prints its message while one is set", function(t)
-  -- the end by a second press, while clean-up runs
-  local function second_press(set)
-    local folder = t:folder()
-    process.write(folder .. "/script.lua", ([[
-local host = require "limax.host"
-%s
-host.protect(function() io.stderr:write "ready\n" while true do pcall(error) end end)
-print "cleaned" io.stdout:flush()
-while true do end
-]]):format(set))
-    local child = process.start(folder, { "script.lua" })
-    child:wait_for "ready"
-    child:signal "INT"
-    child:wait_for "cleaned"
-    os.execute "sleep 0.2"
-    child:signal "INT"
+suite:test("clean-up runs after Ctrl-C; a second press ends at once, with a message if set",
+  function(t)
+    t:equal(interrupt(t, CLEANING:format("", "")), "ready\ncleaned\n")
+    local set = "host.signal.on_hard_stop"
+    for before, message in pairs { [""] = "", [set .. "'first' " .. set .. "'go on'"] = "\ngo on\n",
+      [set .. "'go on' " .. set .. "(nil)"] = "" } do
+      local child = started(t, CLEANING:format(before, "while true do end"))
+      child:signal "INT"
+      child:wait_for "cleaned"
+      -- two signals within a tenth of a second are one press
+      os.execute "sleep 0.2"
+      child:signal "INT"
+      local status, output = child:finish()
+      t:equal({ status, output }, { 130, "ready\ncleaned\n" .. message })
+    end
+    -- both signals by one command
+    local child = started(t, CLEANING:format("", "os.execute 'sleep 0.3'"))
+    os.execute(("kill -INT %s %s"):format(child.pid, child.pid))
     local status, output = child:finish()
-    t:equal(status, 130)
-    return output
-  end
-  local say = "host.signal.on_hard_stop"
-  t:equal(second_press(say .. " 'first' " .. say .. " 'go on so'"), "ready\ncleaned\n\ngo on so\n")
-  t:equal(second_press(say .. " 'go on so' " .. say .. "(nil)"), "ready\ncleaned\n")
-  -- the end by the watchdog
-  local output = interrupt(t,
-    "require('limax.host').signal.on_hard_stop 'go on so' " .. COMPILED)
-  t:ok(output:find("stopping hard.* complete%.\ngo on so\n$"), output)
-end)
-
-suite:test("one press that arrives as two signals is one", function(t)
-  local folder = t:folder()
-  process.write(folder .. "/script.lua", [[
-local host = require "limax.host"
-host.protect(function() io.stderr:write "ready\n" while true do pcall(error) end end)
-os.execute "sleep 0.3"
-print "cleaned"
-host.exit(130)
-]])
-  local child = process.start(folder, { "script.lua" })
-  child:wait_for "ready"
-  -- both by one command
-  os.execute(("kill -INT %s %s"):format(child.pid, child.pid))
-  local status, output = child:finish()
-  t:equal({ status, output }, { 130, "ready\ncleaned\n" })
-end)
+    t:equal({ status, output }, { 130, "ready\ncleaned\n" })
+  end)
 
 suite:test("Ctrl-C while the process exits keeps the exit status", function(t)
   for status, last in pairs { [0] = "", [3] = "require('limax.host').exit(3)" } do
-    local folder = t:folder()
-    process.write(folder .. "/script.lua", ([[
+    local child = started(t, ([[
 print "all is done"
 -- collected when the process ends
 local last = newproxy(true)
@@ -160,8 +113,6 @@ getmetatable(last).__gc = function()
 end
 %s
 ]]):format(last))
-    local child = process.start(folder, { "script.lua" })
-    child:wait_for "ready"
     child:signal "INT"
     local ended, output, seconds = child:finish()
     t:equal({ ended, output }, { status, "all is done\nready\n" })
