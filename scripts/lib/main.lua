@@ -34,9 +34,7 @@ end
 local function overview()
   local rows = {}
   for i, name in ipairs(command_names()) do
-    -- list the others if one command is broken
-    local fine, command = host.protect(load_command, name)
-    rows[i] = { name, fine and command.summary or ("(broken: %s)"):format(tostring(command)) }
+    rows[i] = { name, load_command(name).summary }
   end
   return table.concat {
     "usage: limax NAME [arguments]   run a command\n",

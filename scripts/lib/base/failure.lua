@@ -94,6 +94,15 @@ function failure.attempt_within(seconds, call, ...)
   return finish(host.within(seconds, trace, call, ...))
 end
 
+--- Seconds until `failure.attempt_user` stops a function: a thousand times what a supervisor needs
+--- to read a history.
+failure.USER_SECONDS = 5
+
+--- The same for a user's function that must not stop a run, such as a supervisor.
+function failure.attempt_user(call, ...)
+  return failure.attempt_within(failure.USER_SECONDS, call, ...)
+end
+
 --- Raises what `failure.attempt` caught, and keeps its traceback.
 ---@param traceback string|nil
 function failure.raise_again(value, traceback)

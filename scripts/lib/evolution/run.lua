@@ -107,7 +107,8 @@ function run.new(experiment, options)
     full_body.bound(config.lattice, first, world.scene, world.options, device)
   return setmetatable({ experiment = experiment, config = config, repetition = repetition,
     world = world, device = device, scene = world.scene, options = world.options,
-    encoding = encoding, first_materials = first, first_fields = materials.fields(first), first_step = world.first_step,
+    encoding = encoding, first_materials = first, first_fields = materials.fields(first),
+    first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
     history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
     on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), verdict

@@ -14,10 +14,8 @@ local SLICE = 0.05
 -- robots per multiprocessor, or per thread, that keep a device busy
 local ROBOTS_PER_UNIT = 8
 
-local waiting = {} -- marks what together.wait yields: no script has this value
-
 --- Advances a simulation to its end, in a run of together.run.
-function together.wait(simulation) coroutine.yield(waiting, simulation) end
+function together.wait(simulation) coroutine.yield(simulation) end
 
 --- How many repetitions at a time fill a device: at least two.
 ---@param population integer robots of one repetition
@@ -36,17 +34,11 @@ end
 
 -- Runs a repetition until it waits for a simulation, or ends.
 local function continue(member)
-  local resumed, token, simulation, trace = coroutine.resume(member.thread)
-  if not resumed then error(token, 0) end -- an interrupt, which nothing catches
-  member.simulation, member.spring_steps = nil, 0
-  if coroutine.status(member.thread) == "dead" then
-    local fine, problem = token, simulation
-    if not fine then failure.raise_again(problem, trace) end
-  elseif token == waiting then
-    member.simulation = simulation
-  else
-    failure.raise(1, "a function of the experiment calls coroutine.yield outside a coroutine")
-  end
+  local resumed, value, problem, trace = coroutine.resume(member.thread)
+  if not resumed then error(value, 0) end -- an interrupt, which nothing catches
+  local ended = coroutine.status(member.thread) == "dead"
+  if ended and not value then failure.raise_again(problem, trace) end
+  member.simulation, member.spring_steps = not ended and value or nil, 0
 end
 
 -- Advances the simulations of all members by a slice. Returns their progress.

@@ -158,11 +158,6 @@ function fitness.straightness(robot, options)
   return path > 0 and path >= least and robot:distance() / path or 0
 end
 
-for name, entry in pairs(fitness.entries) do
-  assert(fitness[name] and entry.unit and entry.formula and entry.record,
-    ("fitness %s needs a function, unit, formula and record"):format(name))
-end
-
 ---@class limax.fitness
 ---@field name string a library name, or "function"
 ---@field call fun(robot: limax.scored_robot): number, number[]?

@@ -211,10 +211,6 @@ selection.entries.lexicase = {
   end,
 }
 
-for name, entry in pairs(selection.entries) do
-  assert(entry.options and entry.make, ("selection %s needs options and make"):format(name))
-end
-
 --- The scheme that an experiment names: a name, { name, option = value }, or a function.
 ---@param spec string|table|limax.selection.scheme
 ---@return limax.selection.scheme

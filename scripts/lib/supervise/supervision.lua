@@ -7,7 +7,6 @@ local failure = require "limax.base.failure"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local schema = require "limax.engine.schema"
-local user_call = require "limax.base.user_call"
 
 local supervision = {}
 
@@ -38,7 +37,7 @@ end
 -- Asks a supervisor that is a function of history.
 local function ask(run, robots, generation, random)
   local supervisor = run.experiment.supervisor
-  local attempt = supervisor.own and user_call.attempt or failure.attempt
+  local attempt = supervisor.own and failure.attempt_user or failure.attempt
   local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits)
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end

@@ -5,7 +5,6 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
-local user_call = require "limax.base.user_call"
 
 local suite = require("limax.test").suite "user call"
 
@@ -91,16 +90,16 @@ suite:test("a nested call keeps the outer limit", { limit = 30 }, function(t)
 end)
 
 suite:test("results, errors and their places are returned", function(t)
-  t:equal({ user_call.attempt(function(...) return select("#", ...), ... end, 1, nil, 3) },
+  t:equal({ failure.attempt_user(function(...) return select("#", ...), ... end, 1, nil, 3) },
     { true, 3, 1, nil, 3 })
-  local ok, message, trace = user_call.attempt(function() error "mine" end)
+  local ok, message, trace = failure.attempt_user(function() error "mine" end)
   t:equal(ok, false)
   t:ok(message:find("user_call.lua:%d+: mine"), message)
   t:ok(trace:find("user_call.lua", 1, true), trace)
   local thrown = {}
-  ok, message = user_call.attempt(function() error(thrown) end)
+  ok, message = failure.attempt_user(function() error(thrown) end)
   t:ok(not ok and message == thrown)
-  ok, message = user_call.attempt(function() coroutine.yield() end)
+  ok, message = failure.attempt_user(function() coroutine.yield() end)
   t:ok(not ok and message:find "yield", message)
   t:equal(debug.gethook(), nil)
   t:ok(jit.status())
@@ -119,7 +118,7 @@ end
 
 suite:test("a supervisor that fails costs the change, and is reported", { limit = 60 },
   function(t)
-    local usual = user_call.SECONDS
+    local usual = failure.USER_SECONDS
     local cases = {
       ["no idea"] = function() error "no idea" end,
       ["did not come back within 0.2 s"] = function() while true do pcall(error) end end,
@@ -133,7 +132,7 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
     local ok, trouble = pcall(function()
       for expected, supervisor in pairs(cases) do
         -- a short limit only for the loop
-        user_call.SECONDS = expected:find("0.2 s", 1, true) and 0.2 or usual
+        failure.USER_SECONDS = expected:find("0.2 s", 1, true) and 0.2 or usual
         local history, output = supervised(supervisor)
         t:equal(#history, 3)
         t:equal(history[3].parameters, history[1].parameters)
@@ -142,7 +141,7 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
         t:ok(output:find(expected, 1, true), output)
       end
     end)
-    user_call.SECONDS = usual
+    failure.USER_SECONDS = usual
     if not ok then error(trouble, 0) end
     local history = supervised(function()
       return { mutation_rate = 0 / 0, materials = 3, [print] = 1, crossover_rate = { 1 },

@@ -7,7 +7,6 @@ local host = require "limax.host"
 local prompt = require "limax.supervise.llm.prompt"
 local source = require "limax.base.source"
 local text = require "limax.supervise.llm.text"
-local user_call = require "limax.base.user_call"
 
 local exchange = {}
 
@@ -57,7 +56,7 @@ end
 
 -- What the user's own context function returns; nil and a message.
 local function own_holes(call, history, limits)
-  local ok, values = user_call.attempt(call, history, limits)
+  local ok, values = failure.attempt_user(call, history, limits)
   if not ok then return nil, "the context function failed: " .. failure.bare(values) end
   if type(values) ~= "table" then
     return nil, "the context function returned no table of { hole = text or table }"

@@ -14,7 +14,6 @@ local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 local text = require "limax.supervise.llm.text"
 local transcript = require "limax.supervise.llm.transcript"
-local user_call = require "limax.base.user_call"
 
 local supervisor = {}
 
@@ -201,7 +200,7 @@ end
 function Session:fall_back(step, why, rejected)
   local fallback = self.fallback
   if not fallback then return kept(why, rejected and rejected.proposal) end
-  local ok, proposal, reason = user_call.attempt(propose_instead, fallback, step)
+  local ok, proposal, reason = failure.attempt_user(propose_instead, fallback, step)
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
     return kept(("%s; the fallback %s failed: %s"):format(why, fallback.name,
