@@ -7,7 +7,7 @@
 #include <string>
 
 #include "backend/cuda/driver/compiler.h"
-#include "backend/cuda/driver/embedded.h"
+#include "backend/cuda/driver/kernel.h"
 
 namespace limax::test {
 

@@ -1,4 +1,4 @@
-// cache.cpp: one file per kernel: a magic, the length and the checksum of key and bytes, the bytes.
+// cache.cpp: one file per kernel: the checksum of key and bytes, as 32 digits, then the bytes.
 #include "backend/cuda/driver/cache.h"
 
 #include <fcntl.h>
@@ -7,8 +7,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <system_error>
 #include <utility>
 
@@ -20,19 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char magic[8] = {'l', 'i', 'm', 'a', 'x', 'k', 'n', '1'};
-
-// In the machine's own byte order: no kernel is carried to another kind of machine.
-struct file_head {
-    char magic[8];
-    uint64_t length;  // of the bytes that follow
-    uint64_t sum[2];  // checksum, high and low
-};
-static_assert(sizeof(file_head) == 32);
-
 // With the key, so that a file under another's name is found out.
-hash128 checksum(const hash128& key, std::string_view bytes) {
-    return hash128().add(key.hex()).add(bytes);
+std::string checksum(const hash128& key, std::string_view bytes) {
+    return hash128().add(key.hex()).add(bytes).hex();
 }
 
 std::string reason_of_errno() { return std::generic_category().message(errno); }
@@ -52,30 +43,17 @@ bool write_all(int file, std::string_view bytes) {
 
 // ---- hash ----
 
-void hash128::add_bytes(std::string_view bytes) {
-    constexpr wide prime = wide(1) << 88 | 0x13b;
-    for (const char c : bytes) state_ = (state_ ^ static_cast<unsigned char>(c)) * prime;
-}
-
 hash128& hash128::add(std::string_view part) {
+    constexpr wide prime = wide(1) << 88 | 0x13b;
     // the length first, so that no two lists of parts run into the same bytes
-    const uint64_t length = part.size();
-    char bytes[sizeof length];
-    std::memcpy(bytes, &length, sizeof length);
-    add_bytes({bytes, sizeof bytes});
-    add_bytes(part);
+    for (const std::string& bytes : {format("%zu:", part.size()), std::string(part)})
+        for (const char c : bytes) state_ = (state_ ^ static_cast<unsigned char>(c)) * prime;
     return *this;
 }
 
-hash128 hash128::of(std::string_view bytes) {
-    hash128 hash;
-    hash.add_bytes(bytes);
-    return hash;
-}
-
 std::string hash128::hex() const {
-    return format("%016llx%016llx", static_cast<unsigned long long>(high()),
-                  static_cast<unsigned long long>(low()));
+    return format("%016llx%016llx", static_cast<unsigned long long>(state_ >> 64),
+                  static_cast<unsigned long long>(state_));
 }
 
 // ---- cache ----
@@ -101,40 +79,19 @@ std::string kernel_cache::path_of(const hash128& key) const {
 std::optional<std::string> kernel_cache::load(const hash128& key) {
     if (folder_.empty()) return std::nullopt;
     const std::string path = path_of(key);
-    std::FILE* file = std::fopen(path.c_str(), "rb");
+    std::ifstream file(path, std::ios::binary);
     if (!file) return std::nullopt;
-    std::string content;
-    char piece[65536];
-    for (std::size_t n; (n = std::fread(piece, 1, sizeof piece, file)) > 0;)
-        content.append(piece, n);
-    const bool unreadable = std::ferror(file) != 0;
-    std::fclose(file);
-
-    const char* damage = nullptr;
-    file_head head;
-    std::string_view bytes;
-    if (unreadable) {
-        damage = "it cannot be read";
-    } else if (content.size() < sizeof head) {
-        damage = "it is too short";
-    } else {
-        std::memcpy(&head, content.data(), sizeof head);
-        bytes = std::string_view(content).substr(sizeof head);
-        const hash128 sum = checksum(key, bytes);
-        if (std::memcmp(head.magic, magic, sizeof magic) != 0)
-            damage = "it does not begin as one of limax";
-        else if (head.length != bytes.size())
-            damage = "its length is wrong";
-        else if (head.sum[0] != sum.high() || head.sum[1] != sum.low())
-            damage = "its checksum is wrong";
-    }
-    if (!damage) return std::string(bytes);
+    std::ostringstream content;
+    content << file.rdbuf();
+    std::string bytes = content.str();
+    const std::string sum = bytes.substr(0, hash128().hex().size());
+    bytes.erase(0, sum.size());
+    if (sum == checksum(key, bytes)) return bytes;
     // if it cannot be removed, store() will report the folder
     std::error_code ignored;
     fs::remove(path, ignored);
-    note(reported_damaged_, format("the kernel cache's file %s is damaged (%s); the kernel is made "
-                                   "again",
-                                   path.c_str(), damage));
+    note(reported_damaged_,
+         format("the kernel cache's file %s is damaged; the kernel is made again", path.c_str()));
     return std::nullopt;
 }
 
@@ -150,15 +107,8 @@ void kernel_cache::store(const hash128& key, std::string_view bytes) {
     std::string temporary = folder_ + "/.kernel-XXXXXX";
     const int file = mkostemp(temporary.data(), O_CLOEXEC);
     if (file < 0) return cannot_write(reason_of_errno());
-    const hash128 sum = checksum(key, bytes);
-    file_head head;
-    std::memcpy(head.magic, magic, sizeof magic);
-    head.length = bytes.size();
-    head.sum[0] = sum.high();
-    head.sum[1] = sum.low();
     std::string reason;
-    if (!write_all(file, {reinterpret_cast<const char*>(&head), sizeof head}) ||
-        !write_all(file, bytes))
+    if (!write_all(file, checksum(key, bytes)) || !write_all(file, bytes))
         reason = reason_of_errno();
     if (close(file) != 0 && reason.empty()) reason = reason_of_errno();
     if (reason.empty() && std::rename(temporary.c_str(), path_of(key).c_str()) != 0)

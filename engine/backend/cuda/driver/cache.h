@@ -16,17 +16,10 @@ class hash128 {
 public:
     // Parts are kept apart: ("a", "bc") and ("ab", "c") differ.
     hash128& add(std::string_view part);
-    // The published hash of these bytes.
-    static hash128 of(std::string_view bytes);
-
     std::string hex() const;  // 32 digits
-    bool operator==(const hash128&) const = default;
-    uint64_t high() const { return uint64_t(state_ >> 64); }
-    uint64_t low() const { return uint64_t(state_); }
 
 private:
     __extension__ using wide = unsigned __int128;
-    void add_bytes(std::string_view bytes);
 
     wide state_ = wide(0x6c62272e07bb0142u) << 64 | 0x62b821756295c58du;
 };

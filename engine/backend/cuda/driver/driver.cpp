@@ -11,78 +11,80 @@ namespace {
 constexpr const char* driver_library = "libcuda.so.1";
 
 // Newer than the oldest cuda.h that this is built with, of CUDA 12.0.
-constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contained = CUresult(226),
-                   error_tensor_memory_leak = CUresult(721);
+constexpr CUresult error_call_requires_newer_driver = CUresult(36), error_contained = CUresult(226);
 
 // Errors with the same status and the same remedy, a clause without a capital and a full stop.
 struct error_remedy {
     std::vector<int> results;
     limax_status status;
     const char* remedy;
+    // Every later call fails too, memory on the GPU can no longer be read, and only a new process
+    // gets a working context.
+    bool loses_context = false;
 };
 
+constexpr const char* report =
+    "this is a defect of limax: please report it with what 'compute-sanitizer limax run ...' "
+    "prints";
+
+const error_remedy remedies[] = {
+    {{CUDA_ERROR_OUT_OF_MEMORY},
+     LIMAX_OUT_OF_MEMORY,
+     "simulate fewer robots at once, or end other programs that use the GPU's memory"},
+    {{CUDA_ERROR_NO_DEVICE, CUDA_ERROR_INVALID_DEVICE},
+     LIMAX_NO_DEVICE,
+     "see which GPUs nvidia-smi lists and whether CUDA_VISIBLE_DEVICES hides them"},
+    {{CUDA_ERROR_STUB_LIBRARY},
+     LIMAX_NO_DEVICE,
+     "the libcuda.so.1 found is the toolkit's stub, not a driver: remove its folder from "
+     "LD_LIBRARY_PATH"},
+    {{CUDA_ERROR_SYSTEM_DRIVER_MISMATCH},
+     LIMAX_NO_DEVICE,
+     "the driver's library and its kernel module differ in version, often after an update: reboot"},
+    {{CUDA_ERROR_SYSTEM_NOT_READY},
+     LIMAX_NO_DEVICE,
+     "wait for the system's GPU services, such as nvidia-fabricmanager, or start them"},
+    {{CUDA_ERROR_DEVICE_UNAVAILABLE},
+     LIMAX_NO_DEVICE,
+     "another program has exclusive use of the GPU: end it, or choose another GPU with "
+     "CUDA_VISIBLE_DEVICES"},
+    {{CUDA_ERROR_NOT_PERMITTED, CUDA_ERROR_OPERATING_SYSTEM},
+     LIMAX_NO_DEVICE,
+     "see whether this user, or this container, may open /dev/nvidia*"},
+    {{CUDA_ERROR_NO_BINARY_FOR_GPU, CUDA_ERROR_INVALID_IMAGE, CUDA_ERROR_INVALID_PTX},
+     LIMAX_NO_DEVICE,
+     "the GPU needs compute capability 7.5 or newer, and a driver at least as new as the CUDA that "
+     "the kernel was compiled with"},
+    {{error_call_requires_newer_driver, CUDA_ERROR_UNSUPPORTED_PTX_VERSION,
+      CUDA_ERROR_JIT_COMPILER_NOT_FOUND, CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE},
+     LIMAX_NO_DEVICE,
+     "update the NVIDIA driver"},
+    {{CUDA_ERROR_LAUNCH_TIMEOUT},
+     LIMAX_NO_DEVICE,
+     "a display is attached to this GPU and its watchdog ends long kernels: use a GPU without a "
+     "display, or end the desktop",
+     true},
+    {{CUDA_ERROR_ECC_UNCORRECTABLE, CUDA_ERROR_NVLINK_UNCORRECTABLE, error_contained},
+     LIMAX_NO_DEVICE,
+     "the GPU's hardware failed: see 'nvidia-smi -q -d ECC', use another GPU, and resume the run",
+     true},
+    {{CUDA_ERROR_UNKNOWN},
+     LIMAX_INTERNAL,
+     "see the kernel's log (dmesg) for messages of the NVIDIA driver",
+     true},
+    {{CUDA_ERROR_ILLEGAL_ADDRESS, CUDA_ERROR_ASSERT, CUDA_ERROR_HARDWARE_STACK_ERROR,
+      CUDA_ERROR_ILLEGAL_INSTRUCTION, CUDA_ERROR_MISALIGNED_ADDRESS,
+      CUDA_ERROR_INVALID_ADDRESS_SPACE, CUDA_ERROR_INVALID_PC, CUDA_ERROR_LAUNCH_FAILED},
+     LIMAX_INTERNAL,
+     report,
+     true},
+    // last: every other error
+    {{}, LIMAX_INTERNAL, report}};
+
 const error_remedy& remedy_of(CUresult result) {
-    static const error_remedy list[] = {
-        {{CUDA_ERROR_OUT_OF_MEMORY},
-         LIMAX_OUT_OF_MEMORY,
-         "simulate fewer robots at once, or end other programs that use the GPU's memory"},
-        {{CUDA_ERROR_NO_DEVICE, CUDA_ERROR_INVALID_DEVICE, CUDA_ERROR_DEVICE_NOT_LICENSED},
-         LIMAX_NO_DEVICE,
-         "see which GPUs nvidia-smi lists and whether CUDA_VISIBLE_DEVICES hides them"},
-        {{CUDA_ERROR_STUB_LIBRARY},
-         LIMAX_NO_DEVICE,
-         "the libcuda.so.1 found is the toolkit's stub, not a driver: remove its folder from "
-         "LD_LIBRARY_PATH"},
-        {{CUDA_ERROR_SYSTEM_DRIVER_MISMATCH},
-         LIMAX_NO_DEVICE,
-         "the driver's library and its kernel module differ in version, often after an update: "
-         "reboot"},
-        {{CUDA_ERROR_SYSTEM_NOT_READY},
-         LIMAX_NO_DEVICE,
-         "wait for the system's GPU services, such as nvidia-fabricmanager, or start them"},
-        {{CUDA_ERROR_DEVICE_UNAVAILABLE},
-         LIMAX_NO_DEVICE,
-         "another program has exclusive use of the GPU: end it, or choose another GPU with "
-         "CUDA_VISIBLE_DEVICES"},
-        {{CUDA_ERROR_NOT_PERMITTED, CUDA_ERROR_OPERATING_SYSTEM},
-         LIMAX_NO_DEVICE,
-         "see whether this user, or this container, may open /dev/nvidia*"},
-        {{CUDA_ERROR_NO_BINARY_FOR_GPU, CUDA_ERROR_INVALID_IMAGE, CUDA_ERROR_INVALID_PTX},
-         LIMAX_NO_DEVICE,
-         "the GPU needs compute capability 7.5 or newer, and a driver at least as new as the CUDA "
-         "that the kernel was compiled with"},
-        {{error_call_requires_newer_driver, CUDA_ERROR_UNSUPPORTED_PTX_VERSION,
-          CUDA_ERROR_JIT_COMPILER_NOT_FOUND, CUDA_ERROR_COMPAT_NOT_SUPPORTED_ON_DEVICE},
-         LIMAX_NO_DEVICE,
-         "update the NVIDIA driver"},
-        {{CUDA_ERROR_JIT_COMPILATION_DISABLED}, LIMAX_NO_DEVICE, "unset CUDA_DISABLE_PTX_JIT"},
-        {{CUDA_ERROR_LAUNCH_TIMEOUT},
-         LIMAX_NO_DEVICE,
-         "a display is attached to this GPU and its watchdog ends long kernels: use a GPU without "
-         "a "
-         "display, or end the desktop"},
-        {{CUDA_ERROR_ECC_UNCORRECTABLE, CUDA_ERROR_NVLINK_UNCORRECTABLE, error_contained},
-         LIMAX_NO_DEVICE,
-         "the GPU's hardware failed: see 'nvidia-smi -q -d ECC', use another GPU, and resume the "
-         "run"},
-        {{CUDA_ERROR_MPS_CONNECTION_FAILED, CUDA_ERROR_MPS_RPC_FAILURE,
-          CUDA_ERROR_MPS_SERVER_NOT_READY, CUDA_ERROR_MPS_MAX_CLIENTS_REACHED,
-          CUDA_ERROR_MPS_MAX_CONNECTIONS_REACHED, CUDA_ERROR_MPS_CLIENT_TERMINATED},
-         LIMAX_NO_DEVICE,
-         "see the log of the CUDA MPS server, or run without it"},
-        {{CUDA_ERROR_UNKNOWN},
-         LIMAX_INTERNAL,
-         "see the kernel's log (dmesg) for messages of the NVIDIA driver"},
-        // last: every other error
-        {{},
-         LIMAX_INTERNAL,
-         "this is a defect of limax: please report it with what 'compute-sanitizer limax run ...' "
-         "prints"}};
-    const error_remedy* found = list;
-    while (!found->results.empty() && std::find(found->results.begin(), found->results.end(),
-                                                int(result)) == found->results.end())
-        ++found;
-    return *found;
+    return *std::find_if(std::begin(remedies), std::end(remedies) - 1, [&](const auto& row) {
+        return std::count(row.results.begin(), row.results.end(), int(result)) > 0;
+    });
 }
 
 // Functions whose versions differ in behaviour only: that of an older driver works too.
@@ -104,30 +106,6 @@ std::string uuid_text(const CUuuid& uuid) {
 }
 
 }  // namespace
-
-bool sticky(CUresult result) {
-    switch (int(result)) {
-        case CUDA_ERROR_DEINITIALIZED:
-        case CUDA_ERROR_ECC_UNCORRECTABLE:
-        case CUDA_ERROR_NVLINK_UNCORRECTABLE:
-        case error_contained:
-        case CUDA_ERROR_ILLEGAL_ADDRESS:
-        case CUDA_ERROR_LAUNCH_TIMEOUT:
-        case CUDA_ERROR_CONTEXT_IS_DESTROYED:
-        case CUDA_ERROR_ASSERT:
-        case CUDA_ERROR_HARDWARE_STACK_ERROR:
-        case CUDA_ERROR_ILLEGAL_INSTRUCTION:
-        case CUDA_ERROR_MISALIGNED_ADDRESS:
-        case CUDA_ERROR_INVALID_ADDRESS_SPACE:
-        case CUDA_ERROR_INVALID_PC:
-        case CUDA_ERROR_LAUNCH_FAILED:
-        case error_tensor_memory_leak:
-        case CUDA_ERROR_MPS_CLIENT_TERMINATED:
-        case CUDA_ERROR_EXTERNAL_DEVICE:
-        case CUDA_ERROR_UNKNOWN: return true;
-        default: return false;
-    }
-}
 
 const driver* driver::get(std::string* why) {
     struct attempt {
@@ -211,7 +189,7 @@ std::string driver::describe(CUresult result) const {
 void driver::refuse(CUresult result, const char* call, const std::string& doing) const {
     std::string remedy = remedy_of(result).remedy;
     remedy[0] = char(std::toupper(static_cast<unsigned char>(remedy[0])));
-    if (sticky(result)) remedy += ". Only a new process can use this GPU again";
+    if (remedy_of(result).loses_context) remedy += ". Only a new process can use this GPU again";
     throw cuda_error(remedy_of(result).status,
                      format("CUDA: %s failed while %s: %s. %s", call, doing.c_str(),
                             describe(result).c_str(), remedy.c_str()),

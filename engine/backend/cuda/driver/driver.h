@@ -79,10 +79,6 @@ private:
     CUresult result_;
 };
 
-// Whether the context is lost with this error: every later call fails too, memory on the GPU can no
-// longer be read, and only a new process gets a working context.
-bool sticky(CUresult result);
-
 class driver {
 public:
     // The driver of this machine, opened at the first call and kept. Null where there is none that

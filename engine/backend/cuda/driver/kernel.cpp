@@ -8,8 +8,6 @@
 #include <future>
 #include <sstream>
 
-#include "backend/cuda/driver/embedded.h"
-
 namespace limax::cuda {
 
 namespace {
@@ -154,8 +152,6 @@ const std::vector<kernel_set>& ahead_of_time_sets() {
     }();
     return sets;
 }
-
-const std::vector<header>& kernel_headers() { return embedded_headers(); }
 
 binary_pointer make_binary(const kernel_set& set, int capability, const allowed_origins& allowed,
                            kernel_cache& cache) {

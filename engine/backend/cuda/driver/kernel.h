@@ -47,11 +47,20 @@ struct kernel_binary {
     std::string log;  // the compiler's warnings
 };
 
-// The sets that were built with limax.
-const std::vector<kernel_set>& ahead_of_time_sets();
-
-// The laws and kernels that were built into limax, as texts that a kernel may include.
+// What CMake embeds in limax (kernels.cmake generates the definitions): the laws and kernels, as
+// texts that a kernel may include; the titles of the sets of ahead_of_time.txt, whether this build
+// compiled them for a GPU or not; the compiled ones, each for one architecture.
+struct embedded_binary {
+    const char* set;           // its title
+    const char* architecture;  // as in kernel_binary
+    std::string_view bytes;
+};
 const std::vector<header>& kernel_headers();
+const std::vector<const char*>& embedded_sets();
+const std::vector<embedded_binary>& embedded_binaries();
+
+// The sets of ahead_of_time.txt.
+const std::vector<kernel_set>& ahead_of_time_sets();
 
 // The binary of a set for a GPU of this compute capability (90 for 9.0): ahead of time, else
 // cached, else compiled. Raises LIMAX_NO_DEVICE saying what is missing, or LIMAX_INTERNAL where the
@@ -66,7 +75,7 @@ std::shared_ptr<const kernel_binary> binary_of(const kernel_set& set, int capabi
                                                const allowed_origins& allowed = {});
 
 // Machine instructions of a function in a binary for compute capability 7.0 or newer, without
-// padding at its end; 0 for PTX, and if the bytes are not a binary or lack the function.
+// padding at its end; 0 for PTX, and if the binary lacks the function.
 std::size_t instruction_count(std::string_view binary, std::string_view function);
 
 // What the compiler made of a function.

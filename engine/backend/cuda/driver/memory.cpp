@@ -1,5 +1,4 @@
-// memory.cpp: the owners' calls. Destructors ignore the driver's results: after a sticky error
-// nothing can be freed, and that error was raised where it occurred.
+// memory.cpp: the calls of the owners of GPU objects.
 #include "backend/cuda/driver/memory.h"
 
 #include <cmath>
@@ -35,17 +34,6 @@ double memory_limit_of_environment() {
 }
 
 std::string title(const gpu& gpu) { return format("GPU %d (%s)", gpu.ordinal, gpu.name.c_str()); }
-
-// Gives something back with the context current; a context that cannot be is lost, and took it
-// along.
-template <class Give>
-void release(const context& context, const Give& give) noexcept {
-    try {
-        const auto here = context.current();
-        give(context.api());
-    } catch (const cuda_error&) {
-    }
-}
 
 }  // namespace
 
@@ -83,88 +71,64 @@ context::scope::~scope() {
     if (before_ != handle_) (void)driver_.ctx_set_current(before_);
 }
 
-// ---- stream ----
+// ---- stream and event ----
 
-stream::stream(const context& context) : context_(&context) {
+stream::stream(const context& context) : owned(context) {
     const auto here = context.current();
-    const driver& api = context.api();
-    api.check(api.stream_create(&handle_, CU_STREAM_NON_BLOCKING), "cuStreamCreate",
-              "making a stream of " + title(context.device()));
-}
-
-stream::~stream() {
-    if (handle_) release(*context_, [&](const driver& api) { (void)api.stream_destroy(handle_); });
+    api().check(api().stream_create(&handle_, CU_STREAM_NON_BLOCKING), "cuStreamCreate",
+                "making a stream of " + title(context.device()));
 }
 
 void stream::synchronize(const std::string& doing) const {
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.stream_synchronize(handle_), "cuStreamSynchronize", doing);
+    api().check(api().stream_synchronize(handle_), "cuStreamSynchronize", doing);
 }
 
-// ---- event ----
-
-event::event(const context& context) : context_(&context) {
+event::event(const context& context) : owned(context) {
     const auto here = context.current();
-    const driver& api = context.api();
-    api.check(api.event_create(&handle_, CU_EVENT_DEFAULT), "cuEventCreate",
-              "making an event of " + title(context.device()));
-}
-
-event::~event() {
-    if (handle_) release(*context_, [&](const driver& api) { (void)api.event_destroy(handle_); });
+    api().check(api().event_create(&handle_, CU_EVENT_DEFAULT), "cuEventCreate",
+                "making an event of " + title(context.device()));
 }
 
 void event::record(const stream& stream) {
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.event_record(handle_, stream.handle()), "cuEventRecord", "recording an event");
+    api().check(api().event_record(handle_, stream.handle()), "cuEventRecord",
+                "recording an event");
 }
 
 double event::seconds_since(const event& start) const {
     const auto here = context_->current();
-    const driver& api = context_->api();
     float milliseconds = 0;
-    api.check(api.event_elapsed_time(&milliseconds, start.handle_, handle_), "cuEventElapsedTime",
-              "reading a time");
+    api().check(api().event_elapsed_time(&milliseconds, start.handle_, handle_),
+                "cuEventElapsedTime", "reading a time");
     return double(milliseconds) * 1e-3;
 }
 
-// ---- memory of a GPU ----
+// ---- memory ----
 
 device_block::device_block(const context& context, std::size_t bytes, const std::string& what)
-    : context_(&context) {
+    : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    const driver& api = context.api();
     const double held = double(context.bytes_held_);
-    if (held + double(bytes) > context.memory_limit_)
+    const auto out_of_memory = [&](const std::string& limit) {
         throw cuda_error(LIMAX_OUT_OF_MEMORY,
-                         format("CUDA: out of memory: %s: %.3g GB were needed; LIMAX_CUDA_MEMORY "
-                                "allows %.3g GB of %s, of which %.3g GB are taken",
-                                what.c_str(), double(bytes) / 1e9, context.memory_limit_ / 1e9,
-                                title(context.device()).c_str(), held / 1e9),
+                         format("CUDA: out of memory: %s: %.3g GB were needed; %s", what.c_str(),
+                                double(bytes) / 1e9, limit.c_str()),
                          CUDA_ERROR_OUT_OF_MEMORY);
-    const CUresult result = api.mem_alloc(&address_, bytes);
+    };
+    const std::string gpu = title(context.device());
+    if (held + double(bytes) > context.memory_limit_)
+        out_of_memory(format("LIMAX_CUDA_MEMORY allows %.3g GB of %s, of which %.3g GB are taken",
+                             context.memory_limit_ / 1e9, gpu.c_str(), held / 1e9));
+    const CUresult result = api().mem_alloc(&handle_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
-        throw cuda_error(
-            LIMAX_OUT_OF_MEMORY,
-            format("CUDA: out of memory: %s: %.3g GB were needed; %s has %.3g GB, of which %.3g GB "
-                   "are free",
-                   what.c_str(), double(bytes) / 1e9, title(context.device()).c_str(),
-                   double(context.device().memory) / 1e9, double(context.free_memory()) / 1e9),
-            result);
-    api.check(result, "cuMemAlloc", "making room for " + what);
+        out_of_memory(format("%s has %.3g GB, of which %.3g GB are free", gpu.c_str(),
+                             double(context.device().memory) / 1e9,
+                             double(context.free_memory()) / 1e9));
+    api().check(result, "cuMemAlloc", "making room for " + what);
     bytes_ = bytes;
-    context.bytes_held_ += bytes;
-    gpu_bytes_held() += bytes;
-}
-
-device_block::~device_block() {
-    if (!address_) return;
-    release(*context_, [&](const driver& api) { (void)api.mem_free(address_); });
-    context_->bytes_held_ -= bytes_;
-    gpu_bytes_held() -= bytes_;
+    count(int64_t(bytes));
 }
 
 void device_block::require_inside(std::size_t offset, std::size_t bytes) const {
@@ -176,9 +140,8 @@ void device_block::require_inside(std::size_t offset, std::size_t bytes) const {
 void device_block::clear(const stream& stream) {
     if (bytes_ == 0) return;
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.memset_d8_async(address_, 0, bytes_, stream.handle()), "cuMemsetD8Async",
-              format("clearing %.3g MB", double(bytes_) / 1e6));
+    api().check(api().memset_d8_async(handle_, 0, bytes_, stream.handle()), "cuMemsetD8Async",
+                format("clearing %.3g MB", double(bytes_) / 1e6));
 }
 
 void device_block::upload(std::size_t offset, const void* from, std::size_t bytes,
@@ -186,9 +149,8 @@ void device_block::upload(std::size_t offset, const void* from, std::size_t byte
     require_inside(offset, bytes);
     if (bytes == 0) return;
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.memcpy_htod_async(address_ + offset, from, bytes, stream.handle()),
-              "cuMemcpyHtoDAsync", format("sending %.3g MB to the GPU", double(bytes) / 1e6));
+    api().check(api().memcpy_htod_async(handle_ + offset, from, bytes, stream.handle()),
+                "cuMemcpyHtoDAsync", format("sending %.3g MB to the GPU", double(bytes) / 1e6));
 }
 
 void device_block::download(std::size_t offset, void* to, std::size_t bytes,
@@ -196,9 +158,8 @@ void device_block::download(std::size_t offset, void* to, std::size_t bytes,
     require_inside(offset, bytes);
     if (bytes == 0) return;
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.memcpy_dtoh_async(to, address_ + offset, bytes, stream.handle()),
-              "cuMemcpyDtoHAsync", format("fetching %.3g MB from the GPU", double(bytes) / 1e6));
+    api().check(api().memcpy_dtoh_async(to, handle_ + offset, bytes, stream.handle()),
+                "cuMemcpyDtoHAsync", format("fetching %.3g MB from the GPU", double(bytes) / 1e6));
 }
 
 void device_block::copy(std::size_t offset, const device_block& from, std::size_t from_offset,
@@ -207,20 +168,16 @@ void device_block::copy(std::size_t offset, const device_block& from, std::size_
     from.require_inside(from_offset, bytes);
     if (bytes == 0) return;
     const auto here = context_->current();
-    const driver& api = context_->api();
-    api.check(api.memcpy_dtod_async(address_ + offset, from.address_ + from_offset, bytes,
-                                    stream.handle()),
-              "cuMemcpyDtoDAsync", format("copying %.3g MB on the GPU", double(bytes) / 1e6));
+    api().check(api().memcpy_dtod_async(handle_ + offset, from.handle_ + from_offset, bytes,
+                                        stream.handle()),
+                "cuMemcpyDtoDAsync", format("copying %.3g MB on the GPU", double(bytes) / 1e6));
 }
 
-// ---- pinned memory of the host ----
-
 pinned_block::pinned_block(const context& context, std::size_t bytes, const std::string& what)
-    : context_(&context) {
+    : owned(context) {
     if (bytes == 0) return;
     const auto here = context.current();
-    const driver& api = context.api();
-    const CUresult result = api.mem_alloc_host(&data_, bytes);
+    const CUresult result = api().mem_alloc_host(&handle_, bytes);
     if (result == CUDA_ERROR_OUT_OF_MEMORY)
         throw cuda_error(
             LIMAX_OUT_OF_MEMORY,
@@ -228,15 +185,9 @@ pinned_block::pinned_block(const context& context, std::size_t bytes, const std:
                    "the GPU can read them",
                    what.c_str(), double(bytes) / 1e9),
             result);
-    api.check(result, "cuMemAllocHost", "making room for " + what);
+    api().check(result, "cuMemAllocHost", "making room for " + what);
     bytes_ = bytes;
-    limax::bytes_held() += bytes;
-}
-
-pinned_block::~pinned_block() {
-    if (!data_) return;
-    release(*context_, [&](const driver& api) { (void)api.mem_free_host(data_); });
-    limax::bytes_held() -= bytes_;
+    count(int64_t(bytes));
 }
 
 }  // namespace limax::cuda

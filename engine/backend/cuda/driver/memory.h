@@ -45,6 +45,8 @@ public:
     [[nodiscard]] scope current() const { return scope(*this); }
 
 private:
+    template <class Handle, auto destroy>
+    friend class owned;
     friend class device_block;
 
     const driver& driver_;
@@ -54,64 +56,76 @@ private:
     mutable std::atomic<uint64_t> bytes_held_{0};
 };
 
-// A queue of work in order. Never waits for the default stream.
-class stream {
+// Something that the driver made in a context and that `destroy`, a function of the driver, ends.
+template <class Handle, auto destroy>
+class owned {
 public:
-    explicit stream(const context& context);
-    stream(stream&& other) noexcept
-        : context_(other.context_), handle_(std::exchange(other.handle_, nullptr)) {}
-    stream& operator=(stream&&) = delete;
-    ~stream();
+    owned() = default;
+    explicit owned(const context& context) : context_(&context) {}
+    owned(owned&& other) noexcept { *this = std::move(other); }
+    // What was here moves into `other`, and ends with it.
+    owned& operator=(owned&& other) noexcept {
+        std::swap(context_, other.context_);
+        std::swap(handle_, other.handle_);
+        std::swap(bytes_, other.bytes_);
+        return *this;
+    }
+    // Results are ignored: after a sticky error nothing can be freed, and that error was raised
+    // where it occurred.
+    ~owned() {
+        if (!handle_) return;
+        try {
+            const auto here = context_->current();
+            (void)(context_->api().*destroy)(handle_);
+        } catch (const cuda_error&) {
+        }
+        count(-int64_t(bytes_));
+    }
 
-    CUstream handle() const { return handle_; }
-    // Waits for all of it. `doing` as in driver::check().
-    void synchronize(const std::string& doing) const;
+    Handle handle() const { return handle_; }
+    std::size_t bytes() const { return bytes_; }
 
-private:
-    const context* context_;
-    CUstream handle_ = nullptr;
+protected:
+    const driver& api() const { return context_->api(); }
+    // Counts memory: that of a GPU by its address, else that of the host.
+    void count(int64_t bytes) const {
+        if constexpr (std::is_same_v<Handle, CUdeviceptr>) {
+            context_->bytes_held_ += uint64_t(bytes);
+            gpu_bytes_held() += uint64_t(bytes);
+        } else {
+            limax::bytes_held() += uint64_t(bytes);
+        }
+    }
+
+    const context* context_ = nullptr;
+    Handle handle_{};
+    std::size_t bytes_ = 0;  // of memory
 };
 
-class event {
+// A queue of work in order. Never waits for the default stream.
+class stream : public owned<CUstream, &driver::stream_destroy> {
+public:
+    explicit stream(const context& context);
+    // Waits for all of it. `doing` as in driver::check().
+    void synchronize(const std::string& doing) const;
+};
+
+class event : public owned<CUevent, &driver::event_destroy> {
 public:
     explicit event(const context& context);
-    event(event&& other) noexcept
-        : context_(other.context_), handle_(std::exchange(other.handle_, nullptr)) {}
-    event& operator=(event&&) = delete;
-    ~event();
-
-    CUevent handle() const { return handle_; }
     void record(const stream& stream);
     // From `start` to this event, both recorded and done; s.
     double seconds_since(const event& start) const;
-
-private:
-    const context* context_;
-    CUevent handle_ = nullptr;
 };
 
 // Bytes on a GPU, counted. What device_memory is made of.
-class device_block {
+class device_block : public owned<CUdeviceptr, &driver::mem_free> {
 public:
     device_block() = default;
     // Refuses (LIMAX_OUT_OF_MEMORY), naming what was needed and what is free, or the limit that it
     // would pass. `what` says for what: "the springs of 4096 robots".
     device_block(const context& context, std::size_t bytes, const std::string& what);
-    device_block(device_block&& other) noexcept
-        : context_(other.context_),
-          address_(std::exchange(other.address_, 0)),
-          bytes_(std::exchange(other.bytes_, 0)) {}
-    // What was here moves into `other`, and ends with it.
-    device_block& operator=(device_block&& other) noexcept {
-        std::swap(context_, other.context_);
-        std::swap(address_, other.address_);
-        std::swap(bytes_, other.bytes_);
-        return *this;
-    }
-    ~device_block();
 
-    CUdeviceptr address() const { return address_; }
-    std::size_t bytes() const { return bytes_; }
     // Queued on the stream; `from` or `to` must live until it has done them, and they overlap with
     // other work only if they are pinned. Ranges outside are a defect (LIMAX_INTERNAL).
     void clear(const stream& stream);
@@ -122,91 +136,62 @@ public:
 
 private:
     void require_inside(std::size_t offset, std::size_t bytes) const;
-
-    const context* context_ = nullptr;
-    CUdeviceptr address_ = 0;
-    std::size_t bytes_ = 0;
 };
 
 // An array on a GPU. Its elements are not set.
 template <class T>
-class device_memory {
+class device_memory : device_block {
     static_assert(std::is_trivially_copyable_v<T>);
 
 public:
     device_memory() = default;
     device_memory(const context& context, std::size_t size, const std::string& what)
-        : block_(context, size * sizeof(T), what) {}
+        : device_block(context, size * sizeof(T), what) {}
 
     // As kernels read it; never to be followed on the host.
     // NOLINTBEGIN(performance-no-int-to-ptr): the driver gives addresses as numbers
-    T* data() { return reinterpret_cast<T*>(block_.address()); }
-    const T* data() const { return reinterpret_cast<const T*>(block_.address()); }
+    T* data() { return reinterpret_cast<T*>(handle_); }
+    const T* data() const { return reinterpret_cast<const T*>(handle_); }
     // NOLINTEND(performance-no-int-to-ptr)
-    std::size_t size() const { return block_.bytes() / sizeof(T); }
+    std::size_t size() const { return bytes_ / sizeof(T); }
 
     // As device_block's, in elements.
-    void clear(const stream& stream) { block_.clear(stream); }
+    using device_block::clear;
     void upload(const T* from, std::size_t count, const stream& stream, std::size_t first = 0) {
-        block_.upload(first * sizeof(T), from, count * sizeof(T), stream);
+        device_block::upload(first * sizeof(T), from, count * sizeof(T), stream);
     }
     void download(T* to, std::size_t count, const stream& stream, std::size_t first = 0) const {
-        block_.download(first * sizeof(T), to, count * sizeof(T), stream);
+        device_block::download(first * sizeof(T), to, count * sizeof(T), stream);
     }
     void copy(const device_memory& from, std::size_t count, const stream& stream,
               std::size_t first = 0, std::size_t from_first = 0) {
-        block_.copy(first * sizeof(T), from.block_, from_first * sizeof(T), count * sizeof(T),
-                    stream);
+        device_block::copy(first * sizeof(T), from, from_first * sizeof(T), count * sizeof(T),
+                           stream);
     }
-
-private:
-    device_block block_;
 };
 
 // Host memory that does not move, so that copies to and from a GPU overlap with other work. Counted
 // as memory of the host. Bytes are not set.
-class pinned_block {
+class pinned_block : public owned<void*, &driver::mem_free_host> {
 public:
     pinned_block() = default;
     pinned_block(const context& context, std::size_t bytes, const std::string& what);
-    pinned_block(pinned_block&& other) noexcept
-        : context_(other.context_),
-          data_(std::exchange(other.data_, nullptr)),
-          bytes_(std::exchange(other.bytes_, 0)) {}
-    pinned_block& operator=(pinned_block&& other) noexcept {
-        std::swap(context_, other.context_);
-        std::swap(data_, other.data_);
-        std::swap(bytes_, other.bytes_);
-        return *this;
-    }
-    ~pinned_block();
-
-    void* data() const { return data_; }
-    std::size_t bytes() const { return bytes_; }
-
-private:
-    const context* context_ = nullptr;
-    void* data_ = nullptr;
-    std::size_t bytes_ = 0;
 };
 
 template <class T>
-class pinned {
+class pinned : pinned_block {
     static_assert(std::is_trivially_copyable_v<T>);
 
 public:
     pinned() = default;
     pinned(const context& context, std::size_t size, const std::string& what)
-        : block_(context, size * sizeof(T), what) {}
+        : pinned_block(context, size * sizeof(T), what) {}
 
-    T* data() { return static_cast<T*>(block_.data()); }
-    const T* data() const { return static_cast<const T*>(block_.data()); }
-    std::size_t size() const { return block_.bytes() / sizeof(T); }
+    T* data() { return static_cast<T*>(handle_); }
+    const T* data() const { return static_cast<const T*>(handle_); }
+    std::size_t size() const { return bytes_ / sizeof(T); }
     T& operator[](std::size_t i) { return data()[i]; }
     const T& operator[](std::size_t i) const { return data()[i]; }
-
-private:
-    pinned_block block_;
 };
 
 }  // namespace limax::cuda

@@ -2,7 +2,7 @@
 // GPU is needed.
 #include <doctest/doctest.h>
 
-#include "backend/cuda/driver/embedded.h"
+#include "backend/cuda/driver/kernel.h"
 #include "cuda_compiler.h"
 #include "laws.h"
 
@@ -18,18 +18,10 @@ namespace {
 std::string compiled(const compiler& nvrtc, const std::string& text, std::string& log) {
     // any will do: the newest is the strictest about what it no longer knows
     const std::string architecture = "sm_" + std::to_string(nvrtc.capabilities().back());
-    return nvrtc.compile(text, embedded_headers(), architecture, kernel_options(), &log);
+    return nvrtc.compile(text, kernel_headers(), architecture, kernel_options(), &log);
 }
 
 }  // namespace
-
-TEST_CASE("the text of every law is embedded") {
-    for (const std::string& law : law_headers()) {
-        CAPTURE(law);
-        CHECK(std::any_of(embedded_headers().begin(), embedded_headers().end(),
-                          [&](const header& carried) { return carried.name == law; }));
-    }
-}
 
 TEST_CASE("every law compiles on its own with NVRTC") {
     const compiler* nvrtc = found_compiler();
