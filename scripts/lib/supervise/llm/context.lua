@@ -64,19 +64,19 @@ end
 
 local function materials_now(facts) return facts.history[#facts.history].materials.materials end
 
--- Names of the parameters and, by material, of the fields that may be set.
-local function proposable(facts)
-  local parameters, by_material = {}, {}
-  for _, limit in ipairs(facts.limits) do
-    if not limit.material and facts.allowed.hyperparameters then
-      parameters[#parameters + 1] = limit.field
+local function short(value) return text.beginning(value, LONGEST) end
+
+-- A value for each field of each material that may be set.
+local function by_material(list, value_of)
+  local all = {}
+  for _, material in ipairs(list) do
+    for _, field in ipairs(ledger.material_fields(material)) do
+      local name = short(material.name)
+      all[name] = all[name] or {}
+      all[name][field] = value_of(material, field)
     end
   end
-  for _, material in ipairs(facts.allowed.materials and materials_now(facts) or {}) do
-    local names = ledger.material_fields(material)
-    if #names > 0 then by_material[#by_material + 1] = { name = material.name, fields = names } end
-  end
-  return parameters, by_material
+  return all
 end
 
 -- An object of JSON schema in the subset that all endpoints share: every field is required and
@@ -89,29 +89,25 @@ local function object(properties)
     additionalProperties = false }
 end
 
-local function with_all(names, value)
-  local filled = {}
-  for _, name in ipairs(names) do filled[name] = value end
-  return filled
-end
-
 --- The object that a model is asked to fill in, with null where nothing changes, and its JSON
 --- schema.
 ---@param facts limax.llm.facts
 ---@return table form
 ---@return table schema
 function context.answer(facts)
-  local parameters, by_material = proposable(facts)
   local number = { type = { "number", "null" } }
-  local form, properties = with_all(parameters, host.json.null), with_all(parameters, number)
-  form.reason, properties.reason = "", { type = "string" }
-  local inner = {}
-  for _, material in ipairs(by_material) do
-    form.materials = form.materials or {}
-    form.materials[material.name] = with_all(material.fields, host.json.null)
-    inner[material.name] = object(with_all(material.fields, number))
+  local form, properties = { reason = "" }, { reason = { type = "string" } }
+  for _, limit in ipairs(facts.allowed.hyperparameters and facts.limits or {}) do
+    if not limit.material then
+      form[limit.field], properties[limit.field] = host.json.null, number
+    end
   end
-  if form.materials then properties.materials = object(inner) end
+  if facts.allowed.materials then
+    form.materials = by_material(materials_now(facts), function() return host.json.null end)
+    local each = by_material(materials_now(facts), function() return number end)
+    for name, fields in pairs(each) do each[name] = object(fields) end
+    properties.materials = object(each)
+  end
   return form, object(properties)
 end
 
@@ -124,8 +120,6 @@ local function rounded_all(values)
   for name, value in pairs(values) do copy[name] = rounded(value) end
   return copy
 end
-
-local function short(value) return text.beginning(value, LONGEST) end
 
 -- A value, its range and what one generation can reach.
 local function choices(limit, now, unit)
@@ -143,19 +137,6 @@ local function parameters(facts)
     if not limit.material then list[limit.field] = choices(limit, now[limit.field], 1) end
   end
   return list
-end
-
--- A value for each field of each material that may be set.
-local function by_material(list, value_of)
-  local all = {}
-  for _, material in ipairs(list) do
-    for _, field in ipairs(ledger.material_fields(material)) do
-      local name = short(material.name)
-      all[name] = all[name] or {}
-      all[name][field] = value_of(material, field)
-    end
-  end
-  return all
 end
 
 local function materials(facts)
