@@ -1,6 +1,8 @@
 --- llm_property.lua: mutations of good answers and junk from a grammar. Parser, ledger and prompt
 --- never raise an error, and no value leaves its range. A million answers with --tags=full.
 
+local engine = require "limax.engine"
+local histories = require "support.histories"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local parse = require "limax.supervise.llm.parse"
@@ -48,21 +50,14 @@ local function object(pick, depth)
   return "{" .. table.concat(parts, pick(40) == 1 and " " or ", ") .. "}"
 end
 
+-- A text with one or two changes: a byte, a gap, glue, a repetition, an early end.
 local function mutated(text, pick)
   for _ = 1, pick(2) do
     local at = pick(#text + 1)
-    local way = pick(5)
-    if way == 1 then
-      text = text:sub(1, at - 1) .. string.char(pick(256) - 1) .. text:sub(at + 1)
-    elseif way == 2 then
-      text = text:sub(1, at - 1) .. text:sub(at + pick(10))
-    elseif way == 3 then
-      text = text:sub(1, at - 1) .. GLUE[pick(#GLUE)] .. text:sub(at)
-    elseif way == 4 then
-      text = text:sub(1, at - 1) .. text:sub(at, at + pick(30)) .. text:sub(at)
-    else
-      text = text:sub(1, at)
-    end
+    local before, after = text:sub(1, at - 1), text:sub(at)
+    text = ({ before .. string.char(pick(256) - 1) .. after:sub(2),
+      before .. after:sub(1 + pick(10)), before .. GLUE[pick(#GLUE)] .. after,
+      before .. after:sub(1, pick(30)) .. after, text:sub(1, at) })[pick(5)]
   end
   return text
 end
@@ -86,41 +81,30 @@ end
 
 -- ---- what must hold -----------------------------------------------------------------------------
 
-local MATERIAL_TABLE = {
-  { name = "empty", letter = ".", kind = "empty" },
-  { name = "expanding muscle", letter = "e", kind = "expanding", stiffness = 2000, amplitude = 0.25,
-    phase = math.pi },
-  { name = "soft tissue", letter = "s", kind = "passive", stiffness = 1000 },
-  { name = "bone", letter = "b", kind = "passive", stiffness = 10000 },
-}
-local FIRST = { ["expanding muscle"] = { stiffness = 2000, amplitude = 0.25, phase = math.pi },
-  ["soft tissue"] = { stiffness = 1000 }, bone = { stiffness = 10000 } }
-local BEFORE = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
-  elite_fraction = 0.3 }
-
-local function within(limit, unit, value)
-  local low, high = limit.minimum * unit, limit.maximum * unit
-  return value >= low * (1 - 1e-12) and value <= high * (1 + 1e-12)
+local MATERIALS_NOW, FIRST = {}, {}
+local paper = engine.materials "paper"
+for i = 1, paper.count do
+  MATERIALS_NOW[i] = paper:get(i)
+  FIRST[MATERIALS_NOW[i].name] = MATERIALS_NOW[i]
 end
 
 -- What is wrong with the judgement of a proposal; nil where nothing is.
 local function judged(proposal, limits, limit_of)
   local parameters, materials, record = ledger.judge { proposal = proposal, supervisor = "llm",
-    limits = limits, parameters = BEFORE, materials = MATERIAL_TABLE, first = FIRST,
-    allowed = { hyperparameters = true, materials = true },
-    cost = function(fields) return 1e-4 / math.sqrt(fields.bone.stiffness) end,
-    first_step = 1e-6 }
-  for name in pairs(BEFORE) do
-    local value = parameters[name]
-    if value ~= value or not within(limit_of[name], 1, value) then return name end
-  end
-  for material, fields in pairs(FIRST) do
-    for field, first in pairs(fields) do
-      local value = materials[material][field]
-      local unit = field == "stiffness" and first or 1
+    limits = limits, parameters = histories.FIRST, materials = MATERIALS_NOW, first = FIRST,
+    allowed = { hyperparameters = true, materials = true }, first_step = 1e-6,
+    cost = function(fields) return 1e-4 / math.sqrt(fields.bone.stiffness) end }
+  for _, entry in ipairs(record.entries) do
+    local material, name = entry.field:match "^materials%.(.*)%.(.-)$"
+    name = name or entry.field
+    if entry.applied then
+      local value = material and materials[material][name] or parameters[name]
+      local limit, unit = limit_of[name], name == "stiffness" and FIRST[material].stiffness or 1
+      local low, high = limit.minimum * unit, limit.maximum * unit
       -- the first value may be outside
-      if value ~= first and not within(limit_of[field], unit, value) then
-        return material .. "." .. field
+      if value ~= entry.applied or value ~= entry.before
+        and not (value >= low * (1 - 1e-12) and value <= high * (1 + 1e-12)) then
+        return entry.field
       end
     end
   end

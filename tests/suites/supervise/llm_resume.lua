@@ -1,11 +1,14 @@
 --- llm_resume.lua: a run under a language model that is killed resumes with the recorded answers,
---- asks only for missing ones, and gives the bytes of an uninterrupted run.
+--- asks only for missing ones, and gives the bytes of an uninterrupted run. A replay gives the
+--- bytes of the recorded run.
 
 local engine = require "limax.engine"
 local evolution = require "support.evolution"
 local host = require "limax.host"
+local limax = require "limax"
 local process = require "support.process"
 local source = require "limax.base.source"
+local talker = require "support.talker"
 
 local suite = require("limax.test").suite "llm resume"
 
@@ -60,9 +63,9 @@ local function write_experiment(folder, generations)
   assert(host.file.write_atomic(folder .. "/talk.lua", text))
 end
 
-local limax, completes = process.ends, process.completes
+local completes = process.completes
 
-local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
+local RESUMED = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0019.npy",
   "r02/population/g0019.npy", "r02/population/g0019.jsonl" }
 
 -- Requests on disk, and how many of them differ.
@@ -101,7 +104,7 @@ suite:test("kills at random moments change no byte and repeat few questions", { 
       end
     until status == 0
     t:ok(kills > 2, "the run should be killed a few times")
-    evolution.same_files(t, folder .. "/broken", folder .. "/whole", SAME)
+    evolution.same_files(t, folder .. "/broken", folder .. "/whole", RESUMED)
     -- a question is repeated only if a kill hit the generation that it was asked for
     local all, distinct = asked(folder)
     t:equal(distinct, uninterrupted)
@@ -119,7 +122,7 @@ suite:test("an answer that came before the end is used, and a cut line is droppe
     local uninterrupted = asked(folder)
     assert(host.file.remove(folder .. "/asked"))
     assert(host.file.write_atomic(folder .. "/die", ""))
-    t:equal(limax(folder, { "run", "talk.lua", "--out", "broken", unpack(one) }).status, 3)
+    t:equal(process.ends(folder, { "run", "talk.lua", "--out", "broken", unpack(one) }).status, 3)
     local path = folder .. "/broken/transcript.jsonl"
     local before = source.read(path)
     t:ok(before:find('"generation":5,"kind":"outcome"', 1, true))
@@ -148,7 +151,7 @@ suite:test("a resumed run reports a changed prompt and continues with it", { lim
     prompt "json one {{generations}} {{answer}}"
     assert(host.file.write_atomic(folder .. "/die", ""))
     local one = { "--device", "cpu", "-q", "--repetition", "1" }
-    t:equal(limax(folder, { "run", "talk.lua", "--out", "r", unpack(one) }).status, 3)
+    t:equal(process.ends(folder, { "run", "talk.lua", "--out", "r", unpack(one) }).status, 3)
     local second = "json two {{generations}} {{answer}}"
     prompt(second)
     local done = completes(t, folder, { "run", "--resume", "r", "-q", "--device", "cpu" })
@@ -160,4 +163,99 @@ suite:test("a resumed run reports a changed prompt and continues with it", { lim
       if line:find('"generation":5,"kind":"outcome"', 1, true) then decisions = decisions + 1 end
     end
     t:equal(decisions, 2)
+  end)
+
+-- ---- replay -------------------------------------------------------------------------------------
+
+-- A model with every kind of answer: good, odd, refused, slow, none.
+local function moody(messages, n)
+  local answers = { '{"mutation_rate": 0.15, "reason": "up"}', '{"mutation_rate": "x"}',
+    { class = "timeout", message = "no answer within 2 s" }, "I would rather not.",
+    '<think>{"mutation_rate": 0.5}</think> {"crossover_rate": 0.9, "elites": 1}',
+    { class = "breaker", message = "the endpoint is given a rest" } }
+  return answers[(n + #messages) % #answers + 1]
+end
+
+local SAME = { "metrics.jsonl", "ledger.jsonl", "r01/population/g0011.jsonl",
+  "r01/population/g0011.npy" }
+
+local LONG = { generations = 12 }
+local run = talker.run
+
+suite:test("a replay gives the bytes of the recorded run and asks no model", { limit = 60 },
+  function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody), fallback = "rules" }, LONG)
+    local sets = {}
+    for _, line in ipairs(recorded.ledger) do sets[line.source or "none"] = true end
+    t:ok(sets.model and sets.rules, "the model should be used, and not always")
+    for _, match in ipairs { "request", "generation" } do
+      local again = run(t, { "replay", run = recorded.folder, match = match }, LONG)
+      evolution.same_files(t, again.folder, recorded.folder, SAME)
+      t:ok(not host.file.exists(again.folder .. "/transcript.jsonl"))
+      local config = host.json.decode(source.read(again.folder .. "/config.json"))
+      t:equal(config.supervisor.name, "replay")
+    end
+  end)
+
+suite:test("a question asked in several generations gets the answer of each",
+  { limit = 60 }, function(t)
+    local prompt = t:folder() .. "/always.md"
+    assert(host.file.write_atomic(prompt, "json {{answer}}"))
+    local recorded = run(t, { "llm", prompt = prompt, client = talker.new(function(_, n)
+      return ('{"mutation_rate": %.3f}'):format(0.1 + n / 500)
+    end) }, LONG)
+    local outcomes = talker.of_kind(recorded, "outcome")
+    t:equal(outcomes[1].asks[1].messages_sha256, outcomes[11].asks[1].messages_sha256)
+    local again = run(t, { "replay", run = recorded.folder }, LONG)
+    evolution.same_files(t, again.folder, recorded.folder, SAME)
+  end)
+
+suite:test("a replay that asks another question, or runs longer, ends with the reason",
+  { limit = 60 }, function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody) })
+    t:raises("the question of generation 1, repetition 1, differs", function()
+      run(t, { "replay", run = recorded.folder }, { seed = 2 })
+    end)
+    local folder = t:folder() .. "/longer"
+    t:raises("has no outcome of generation 4, repetition 1; a replay never asks a model",
+      function()
+        limax.start(talker.experiment({ "replay", run = recorded.folder, match = "generation" },
+          { generations = 9 }), { out = folder, device = "cpu" }):finish()
+      end)
+    -- it is written asynchronously
+    local began = host.clock()
+    while host.clock() - began < process.LATE and source.read_json(folder .. "/checkpoint")
+      .generation < 3 do host.wait(0.01) end
+    t:equal(source.read_json(folder .. "/checkpoint").generation, 3)
+    t:ok(run(t, { "replay", run = recorded.folder, match = "generation" }, { seed = 2 }))
+  end)
+
+suite:test("a broken transcript is refused before the run, a cut last line is not",
+  { limit = 60 }, function(t)
+    local recorded = run(t, { "llm", client = talker.new(moody) })
+    local path = recorded.folder .. "/transcript.jsonl"
+    local text = source.read(path)
+    local function replayed(changed)
+      assert(host.file.write_atomic(path, changed))
+      return run(t, { "replay", run = recorded.folder })
+    end
+    t:ok(replayed(text .. '{"schema": "limax.transcript/1", "kind": "att'))
+    for expected, change in pairs {
+      ["line 1: expected schema limax.transcript/1, got limax.transcript/2"] =
+        { "limax.transcript/1", "limax.transcript/2" },
+      ["transcript.jsonl: line 2"] = { "^([^\n]*\n)", "%1broken " },
+      ["expected kind attempt or outcome"] = { '"kind":"attempt"', '"kind":"guess"' },
+      ["expected a list as asks"] = { '"asks":%[.-%],"client"', '"client"' },
+      ["has no outcome of generation 3"] =
+        { '[^\n]*"generation":3,"kind":"outcome"[^\n]*\n', "" },
+    } do t:raises(expected, function() replayed((text:gsub(change[1], change[2]))) end) end
+    assert(host.file.remove(path))
+    t:raises("only a run that a model supervised can be replayed", function()
+      run(t, { "replay", run = recorded.folder })
+    end)
+    t:raises("is not a run folder", function()
+      local other = t:folder()
+      assert(host.file.write_atomic(other .. "/transcript.jsonl", text))
+      run(t, { "replay", run = other })
+    end)
   end)
