@@ -6,7 +6,7 @@ local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", 
   "contact_damping", "friction", "other" }
 local first_work = 5
 
----@class limax.robot.ledger
+---@class limax.robot.energy_balance
 ---@field kinetic number energy at the end, J; this and the following
 ---@field elastic number of the springs
 ---@field contact number of contacts
@@ -22,7 +22,7 @@ local first_work = 5
 
 --- The balance of a trace "ledger".
 ---@param trace limax.view [sample][9] J
----@return limax.robot.ledger
+---@return limax.robot.energy_balance
 function energy_balance.of(trace)
   local last, first_energy, worst, largest = trace:size(), nil, 0, 0
   local result = {}

@@ -270,7 +270,7 @@ end
 
 --- The energy balance of the robot: its energy at the end, the works since t = 0, and how well the
 --- two agree. Reads the trace "ledger" (CPU only).
----@return limax.robot.ledger
+---@return limax.robot.energy_balance
 function methods:ledger()
   outcome_of(self, "ledger")
   return energy_balance.of(self:trace "ledger")

@@ -1,7 +1,7 @@
---- ledger.lua: what became of a proposal. A range and a largest change per generation limit each
---- field that a supervisor may set. Its outcome is accepted, clamped, rate-limited, kept or
---- rejected, with a reason, or "set" by a script's own loop. Nothing in a proposal can raise an
---- error.
+--- ledger.lua: what became of a proposal (ledger.jsonl; a simulation's trace "ledger" is its
+--- energy balance). A range and a largest change per generation limit each field that a supervisor
+--- may set. Its outcome is accepted, clamped, rate-limited, kept or rejected, with a reason, or
+--- "set" by a script's own loop. Nothing in a proposal can raise an error.
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
@@ -88,27 +88,16 @@ end
 -- One value within its range and its largest change from `before`: value, outcome, reason.
 local function bound(limit, before, proposed, unit)
   local low, high = limit.minimum * unit, limit.maximum * unit
-  local value, outcome, reason = proposed, "accepted", nil
-  if value < low or value > high then
-    value = math.min(math.max(value, low), high)
-    outcome, reason = "clamped", ("the range is %.6g to %.6g"):format(low, high)
-  end
   local least, most = ledger.reach(limit, before, unit)
-  if limit.factor then
-    reason = reason or ("at most x%.6g per generation"):format(limit.factor)
-  else
-    reason = reason or ("at most %.6g per generation"):format(limit.step)
+  local change = ("at most %s%.6g per generation"):format(limit.factor and "x" or "",
+    limit.factor or limit.step)
+  local in_range = math.min(math.max(proposed, low), high)
+  local reason = in_range ~= proposed and ("the range is %.6g to %.6g"):format(low, high) or nil
+  local value = math.min(math.max(in_range, least), most)
+  if value ~= in_range then
+    return value, "rate-limited", reason and reason .. ", and " .. change or change
   end
-  if value < least or value > most then
-    value = math.min(math.max(value, least), most)
-    if outcome == "clamped" then
-      reason = ("%s, and at most %s per generation"):format(reason,
-        limit.factor and ("x%.6g"):format(limit.factor) or ("%.6g"):format(limit.step))
-    end
-    outcome = "rate-limited"
-  end
-  if outcome == "accepted" then reason = nil end
-  return value, outcome, reason
+  return value, reason and "clamped" or "accepted", reason
 end
 
 local function is_number(value)
@@ -152,8 +141,7 @@ end
 
 -- The proposed table of each material, by name or letter. Adds entries for names that match none.
 local function match_materials(proposed, list, entries)
-  local by_material = {}
-  local names = {}
+  local by_material, names = {}, {}
   for i, material in ipairs(list) do names[i] = material.name end
   for _, key in ipairs(choice.sorted_keys(proposed)) do
     local value, found = proposed[key], nil
@@ -278,7 +266,7 @@ local function judge_materials(request, proposed, entries, rejected)
   return fields
 end
 
----@class ledger.request
+---@class limax.proposal.request
 ---@field proposal any what the supervisor returned
 ---@field reason? any its second result
 ---@field supervisor string its name
@@ -293,7 +281,7 @@ end
 
 --- Judges a proposal. Returns the next parameters, the next material fields (name -> field ->
 --- value) and the ledger record: supervisor, reason and one entry per field, in a fixed order.
----@param request ledger.request
+---@param request limax.proposal.request
 ---@return table<string, number> parameters
 ---@return table<string, table<string, number>> materials
 ---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record

@@ -57,7 +57,7 @@ end)
 
 suite:test("tables that public names mention are known by their fields", function(t)
   local by_name = api.tables()
-  for _, name in ipairs { "limax.generation", "limax.limit", "limax.robot.ledger",
+  for _, name in ipairs { "limax.generation", "limax.limit", "limax.robot.energy_balance",
     "limax.robot.block", "limax.run.options" } do
     t:ok(by_name[name], name .. " is not among them")
   end

@@ -96,9 +96,6 @@ local function record_of(endpoint, request, response, outcome)
 end
 
 --- The body of a request; nil and a message where JSON cannot hold it.
----@param redact fun(text: string): string
----@return string|nil
----@return string|nil message
 function attempt.encode(fields, redact)
   local ok, body = failure.attempt(host.json.encode, fields)
   if ok then return body end
@@ -109,7 +106,6 @@ end
 ---@param client limax.llm.client
 ---@param request { fields: table, body: string, timeout: number, number: integer, probe: boolean }
 --- `body` is `fields` as JSON, `timeout` in seconds, `number` within the question
----@return limax.llm.outcome
 function attempt.send(client, request)
   local endpoint, machine = client.endpoint, client.machine
   local time, started = host.time(), machine.clock()

@@ -27,7 +27,6 @@ local SCHEMA = { type = "object", additionalProperties = false, required = { "mu
 
 --- Describes the endpoint that the environment names. Only with `ask` is anything sent: one short
 --- question.
----@return limax.llm.check
 function check.gather(ask)
   local made, missing = client.new { budget = BUDGET }
   if not made then return { configured = false, missing = missing } end
@@ -45,7 +44,6 @@ function check.gather(ask)
 end
 
 --- The line of `limax doctor`: a mark, "ok", "bad" or "", and a text.
----@param facts limax.llm.check
 ---@return string mark
 ---@return string text
 function check.line(facts)

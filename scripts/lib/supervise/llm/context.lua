@@ -44,8 +44,6 @@ end
 function context.levels(name) return LEVELS[name] end
 
 --- Estimated tokens of a list of messages.
----@param messages limax.llm.message[]
----@return integer
 function context.tokens(messages)
   local bytes = 0
   for _, message in ipairs(messages) do bytes = bytes + #message.content end
@@ -91,7 +89,6 @@ end
 
 --- The object that a model is asked to fill in, with null where nothing changes, and its JSON
 --- schema.
----@param facts limax.llm.facts
 ---@return table form
 ---@return table schema
 function context.answer(facts)
@@ -240,8 +237,6 @@ local function evaluations(facts)
 end
 
 --- The values of all holes but `answer`, at one level of detail.
----@param facts limax.llm.facts
----@param detail limax.llm.detail
 ---@return table<string, string|table>
 function context.holes(facts, detail)
   local config = facts.config

@@ -109,11 +109,9 @@ end
 ---@field headers fun(): table<string, string> of a request
 ---@field redact fun(text: string): string without the key in any form of text.lua
 
---- The endpoint that options and environment name.
+--- The endpoint that options and environment name; nil and a message.
 ---@param options { url?: string, model?: string, allow_insecure?: boolean, key_header?: string }
 ---@param getenv? fun(name: string): string|nil
----@return limax.llm.endpoint|nil
----@return string|nil message
 function endpoint.find(options, getenv)
   getenv = getenv or os.getenv
   local address, from = options.url, "url"

@@ -29,8 +29,6 @@ local LONGEST_ECHO = 4000
 
 --- The questions of an experiment, by its options `prompt`, `again`, `context` and
 --- `context_tokens`. Raises where a prompt is missing or cannot be read.
----@param run limax.run
----@return limax.llm.exchange
 function exchange.new(options, run)
   local folder = run.experiment.origin and source.folder_of(run.experiment.origin)
   local function open(name)
@@ -64,11 +62,8 @@ local function own_holes(call, history, limits)
   return values
 end
 
---- The request for the generation after the last of `history`.
----@param history table[]
+--- The request for the generation after the last of `history`; nil and a message.
 ---@param tokens? number most estimated tokens, instead of the experiment's
----@return limax.llm.request|nil
----@return string|nil message
 function Exchange:first(history, tokens)
   local run, most = self.run, tokens or self.tokens
   local facts = { name = self.name, history = history, limits = run.limits,
@@ -94,12 +89,8 @@ function Exchange:first(history, tokens)
     template_sha256 = self.prompt.template.sha256 }
 end
 
---- The request that follows an answer which could not be used.
----@param request limax.llm.request
+--- The request that follows an answer which could not be used; nil and a message.
 ---@param content string the answer
----@param problems string[]
----@return limax.llm.request|nil
----@return string|nil message
 function Exchange:again(request, content, problems)
   local more, message =
     self.again_prompt.template:fill { problems = problems, answer = self.form }

@@ -24,7 +24,6 @@ local VALUE_WORDS = { "too large", "too high", "too small", "less than", "greate
 --- write without end.
 ---@param provider string as an endpoint has it
 ---@param format string|nil the first to try
----@return limax.llm.form
 function form.new(provider, format)
   return { format = format or "json_schema", switched = false, dropped = {},
     token_field = provider == "openai_compatible" and "max_tokens" or "max_completion_tokens" }
@@ -52,9 +51,6 @@ end
 ---@field probe boolean|nil is it the breaker's?
 
 --- The fields of a request except its model.
----@param accepted limax.llm.form
----@param wish limax.llm.wish
----@return table
 function form.fields(accepted, wish)
   local fields = { messages = wish.messages, stream = false }
   fields[accepted.token_field] = wish.max_tokens
@@ -96,7 +92,6 @@ local function refused_field(message, param, fields, token_field)
 end
 
 --- Learns from a refusal of a request with these fields. False where nothing can be changed.
----@param accepted limax.llm.form
 ---@param refusal { message: string|nil, param: string|nil }
 ---@param fields table as sent
 function form.learn(accepted, refusal, fields)

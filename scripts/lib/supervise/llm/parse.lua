@@ -69,11 +69,10 @@ local function of_function(call)
   return new(found, "=" .. place)
 end
 
---- The parser that an experiment names: nil for locate.lua, a file, or a function.
+--- The parser that an experiment names: nil for locate.lua, a file, or a function. nil and a
+--- message where it cannot be used.
 ---@param parser nil|string|function
 ---@param folder? string of the experiment, where files are looked for
----@return limax.llm.parser|nil
----@return string|nil message
 function parse.from(parser, folder)
   if type(parser) == "function" then return of_function(parser) end
   local path = parser and source.beside(parser, folder)
@@ -114,11 +113,10 @@ end
 ---@field reason string|nil of the model
 ---@field stage string where the object was found
 
---- Makes a proposal of what a parser returned.
+--- Makes a limax.llm.parsed of what a parser returned; nil and a message for the model's second
+--- try and the transcript.
 ---@param message string|nil
 ---@param stage string|nil
----@return limax.llm.parsed|nil
----@return string|nil message for the model's second try and the transcript
 function parse.accept(value, message, stage)
   if value == nil then
     return nil, message and text.line(message, LONGEST_REASON) or "the parser found no proposal"
@@ -135,10 +133,7 @@ function parse.accept(value, message, stage)
     stage = stage and text.line(stage, LONGEST_NAME) or "own parser" }
 end
 
---- Reads a text. Nothing in it is executed.
----@param limits limax.limit[]
----@return limax.llm.parsed|nil
----@return string|nil message
+--- Reads a text as limax.llm.parsed; nil and a message. Nothing in it is executed.
 function Parser:read(content, limits)
   if terminal.utf8(content) ~= content then return nil, "the answer is not UTF-8" end
   local ok, value, message, stage = host.sandbox { source = self.source, name = self.name,

@@ -43,7 +43,6 @@ local function escape_string(inside)
 end
 
 --- A value as JSON with all special characters of its strings escaped; it reads back equal.
----@return string
 function prompt.json(value)
   -- JSON has no raw control characters: two of them hold the places of \\ and \"
   local json = host.json.encode(value):gsub("\\\\", "\1"):gsub('\\"', "\2")
@@ -58,10 +57,9 @@ local function line_of(text, at)
   return breaks + 1
 end
 
---- Reads a prompt. The first line `---` separates the system's message, above it, from the user's.
+--- Reads a prompt; nil and a message where it has an error. The first line `---` separates the
+--- system's message, above it, from the user's.
 ---@param name string its file, for messages
----@return limax.llm.template|nil
----@return string|nil message
 function prompt.read(text, name)
   local original = text
   if not pcall(host.json.encode, text) then return nil, name .. ": is not UTF-8" end
@@ -150,10 +148,9 @@ local function read_file(path)
   return prompt.read(text, source.name_of(path))
 end
 
---- Opens a prompt: a file beside the experiment, or one of limax's own in prompts/.
+--- Opens a prompt: a file beside the experiment, or one of limax's own in prompts/; nil and a
+--- message.
 ---@param folder string|nil of the experiment
----@return limax.llm.prompt_file|nil
----@return string|nil message
 function prompt.open(name, folder)
   local path = source.beside(name, folder)
   if host.file.exists(path) ~= "file" then path = host.home .. "/prompts/" .. name end
@@ -166,9 +163,7 @@ function prompt.open(name, folder)
   return setmetatable({ path = path, template = template }, File)
 end
 
---- A version that a run folder keeps.
----@return limax.llm.template|nil
----@return string|nil message
+--- A version that a run folder keeps; nil and a message.
 function prompt.version(folder, sha256)
   return read_file(("%s/%s/%s.md"):format(folder, FOLDER, sha256))
 end

@@ -37,9 +37,7 @@ local function recorded_options(folder, options)
 end
 
 --- Begins the replay of a repetition. Raises on a folder without a complete transcript.
----@param run limax.run
 ---@param options { run: string, match: "request"|"generation" }
----@return limax.llm.replay
 function replay.start(run, options)
   local origin = run.experiment.origin
   local folder = options.run
@@ -104,11 +102,6 @@ function Replay:find(step)
 end
 
 --- As `limax.llm.session:decide`.
----@param step limax.supervision.step
----@return table parameters
----@return table fields
----@return table record
----@return table numbers
 function Replay:decide(step)
   local line = self:find(step)
   local parameters, fields, record = supervisor.apply(line, step.judge)

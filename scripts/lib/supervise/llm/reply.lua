@@ -19,8 +19,6 @@ end
 
 --- The JSON object of a body.
 ---@param content_type string|nil
----@return table|nil
----@return string|nil message
 function reply.decode(body, content_type)
   if body == "" then return nil, "the answer is empty" end
   if body:sub(1, #BOM) == BOM then body = body:sub(#BOM + 1) end
@@ -58,8 +56,6 @@ end
 
 --- The error in a body: OpenAI's object, a plain text, or the forms of vLLM, FastAPI and Mistral;
 --- nil where there is none.
----@param value table decoded
----@return limax.llm.refusal|nil
 function reply.refusal(value)
   local inner = value.error
   -- some servers always send the field
@@ -96,7 +92,6 @@ end
 
 --- The class of a refusal. The account's quota is recognised by code or type only: messages about
 --- limits per minute have the word "quota" as well.
----@param refusal limax.llm.refusal
 ---@return "quota"|"auth"|"filter"|"context"|"http"
 function reply.class_of(status, refusal)
   if status == 402 or refusal.code == "insufficient_quota"
@@ -128,7 +123,6 @@ local function count(value)
 end
 
 --- What an answer used: both counts or none, since half a usage gives no cost.
----@param value table decoded
 ---@return { input_tokens: integer, output_tokens: integer }|nil
 function reply.usage(value)
   value = object(value.usage)
@@ -138,7 +132,6 @@ function reply.usage(value)
 end
 
 --- Whether an answer holds a choice at all: then the model has run.
----@param value table decoded
 function reply.has_choice(value) return list(value.choices)[1] ~= nil end
 
 ---@class limax.llm.reply
@@ -152,10 +145,7 @@ local NO_TEXT = { length = "all tokens were used before it began (finish_reason 
   tool_calls = "the model calls a tool that it was not offered" }
 
 --- The first choice of an answer; nil, the class of the failure and a message where there is none.
----@param value table decoded
----@return limax.llm.reply|nil
 ---@return "envelope"|"refusal"|"filter"|nil class
----@return string|nil message
 function reply.read(value)
   if not host.json.is_array(value.choices) then
     return nil, "envelope", "the answer has no list of choices"
@@ -183,7 +173,6 @@ function reply.read(value)
 end
 
 --- The fields of an answer under OpenTelemetry's names.
----@param value table decoded
 ---@return table<string, any>
 function reply.telemetry(value)
   local usage, reasons = reply.usage(value) or {}, host.json.array {}

@@ -94,19 +94,16 @@ local FIRST_PAUSE, LONGEST_PAUSE = 5, 80
 ---@field probe_at integer tick of the next probe
 ---@field failed_at integer tick of the last failure
 
----@return limax.llm.breaker
 function retry.breaker()
   return { tick = 0, failures = 0, length = 0, probe_at = 0, failed_at = 0 }
 end
 
 --- Another client begins: an open breaker sends its probe at once.
----@param breaker limax.llm.breaker
 function retry.begin(breaker)
   if breaker.length > 0 then breaker.probe_at = math.min(breaker.probe_at, breaker.tick + 1) end
 end
 
 --- Enters a generation, `passed` after the last one; 0 for another question of the same.
----@param breaker limax.llm.breaker
 ---@param passed integer
 ---@return "closed"|"open"|"probe"
 ---@return integer left generations until the probe
@@ -118,7 +115,6 @@ function retry.enter(breaker, passed)
 end
 
 --- The endpoint failed in this generation; several failures in one generation count once.
----@param breaker limax.llm.breaker
 function retry.failed(breaker)
   if breaker.failed_at == breaker.tick then return end
   breaker.failed_at = breaker.tick
@@ -129,7 +125,6 @@ function retry.failed(breaker)
 end
 
 --- The endpoint answered.
----@param breaker limax.llm.breaker
 function retry.succeeded(breaker)
   breaker.failures, breaker.length, breaker.probe_at = 0, 0, 0
 end

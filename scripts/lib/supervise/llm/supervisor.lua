@@ -30,10 +30,8 @@ local function raise(message) failure.raise(2, 'supervisor "llm"' .. message) en
 
 --- Begins the supervision of a repetition. Raises on what is wrong before it runs: no endpoint, no
 --- prompt, a parser that cannot be used.
----@param run limax.run
 ---@param options table checked options of the supervisor
 ---@param fallback limax.supervisor|nil replaces a model without a usable answer; nil: keep
----@return limax.llm.session
 function supervisor.start(run, options, fallback)
   local self = setmetatable({ run = run, options = options, fallback = fallback, unchanged = 0 },
     Session)
@@ -303,7 +301,6 @@ function Session:record_outcome(step, line, began)
 end
 
 --- Decides about a generation.
----@param step limax.supervision.step
 ---@return table parameters
 ---@return table fields of materials
 ---@return table record for the ledger

@@ -10,7 +10,6 @@ local text = {}
 
 --- The beginning of a text in UTF-8, cut between characters.
 ---@param longest integer bytes
----@return string
 function text.beginning(value, longest)
   if #value <= longest then return value end
   while longest > 0 and value:byte(longest + 1) >= 0x80 and value:byte(longest + 1) < 0xc0 do
@@ -25,7 +24,6 @@ local CONTROLS = { "[%c\127]+", "\194[\128-\159]", "\226\128[\168-\174]", "\226\
 
 --- A text as one line of UTF-8 without control characters.
 ---@param longest integer bytes
----@return string
 function text.line(value, longest)
   for _, control in ipairs(CONTROLS) do value = value:gsub(control, " ") end
   return text.beginning(terminal.utf8(value), longest)

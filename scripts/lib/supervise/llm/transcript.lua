@@ -43,7 +43,6 @@ local Recorded = {}
 Recorded.__index = Recorded
 
 --- Reads the lines of a transcript; raises with file and line what is wrong with one.
----@return limax.llm.recorded
 function transcript.read(path)
   local text, message = source.read(path)
   if not text then failure.raise(2, message) end
@@ -70,13 +69,11 @@ function transcript.read(path)
 end
 
 --- The outcome of a generation; nil if there is none.
----@return table|nil
 function Recorded:outcome(repetition, generation)
   return self.outcomes[key_of(repetition, generation)]
 end
 
 --- The outcome of the generation that began with this request; nil if there is none.
----@return table|nil
 function Recorded:of_request(repetition, sha256)
   return self.by_request[key_of(repetition, sha256)]
 end
@@ -93,7 +90,6 @@ Transcript.__index = Transcript
 
 --- Opens the transcript of a run folder at its end, without an incomplete last line.
 ---@param folder limax.run_folder|nil
----@return limax.llm.transcript
 function transcript.open(folder)
   local self = setmetatable({ waiting = "", attempts = {} }, Transcript)
   if not folder then return self end
@@ -125,7 +121,6 @@ function Transcript:write(line)
 end
 
 --- Keeps a line that could not be written.
----@param line table
 function Transcript:keep(line) self.waiting = self.waiting .. host.json.encode(line) .. "\n" end
 
 local function complete(line, kind, repetition, generation)

@@ -15,12 +15,9 @@ local PER_MESSAGE = 4
 local LEAST_SHARE, LEAST_PROMPT = 0.4, 500
 
 --- Estimated tokens of a text.
----@return integer
 function usage.tokens(text) return math.ceil(#text / BYTES_PER_TOKEN) end
 
 --- Estimated tokens of a list of messages.
----@param messages { role: string, content: string }[]
----@return integer
 function usage.prompt_tokens(messages)
   local sum = 0
   for _, message in ipairs(messages) do sum = sum + usage.tokens(message.content) + PER_MESSAGE end
@@ -43,8 +40,6 @@ end
 ---@field charged number the cost that the caps see, estimates included
 ---@field cost number|userdata of all answers; null as soon as one cost is unknown
 
----@param price table|nil
----@return limax.llm.totals
 function usage.totals(price)
   return { calls = 0, answers = 0, input_tokens = 0, output_tokens = 0, estimated_tokens = 0,
     charged = 0, cost = price and 0 or host.json.null }
@@ -57,7 +52,6 @@ end
 --- Why a prompt may not be sent; nil where it may.
 ---@param caps { max_calls?: integer, max_tokens_total?: number, max_cost?: number,
 --- price?: { input: number, output: number } }
----@param totals limax.llm.totals
 ---@param prompt integer estimated tokens
 ---@return string|nil reason
 function usage.refusal(caps, totals, prompt)
@@ -75,8 +69,6 @@ function usage.refusal(caps, totals, prompt)
 end
 
 --- Adds an answer. Without a usage its estimates count towards the caps.
----@param totals limax.llm.totals
----@param price table|nil
 ---@param used { input_tokens: integer, output_tokens: integer }|nil
 ---@param prompt integer estimated tokens
 ---@param written integer estimated tokens
