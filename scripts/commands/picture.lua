@@ -2,7 +2,6 @@
 --- no display.
 
 local failure = require "limax.base.failure"
-local film_strip = require "limax.draw.film_strip"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
 local robot = require "limax.robot.robot"
@@ -158,7 +157,7 @@ function command.run(arguments)
   local duration, animated = walked:duration(), ANIMATIONS[ending]
   local times = times_of(arguments.times, duration)
   if animated then times = frame_times(times, duration) end
-  local film = motion.of(walked, times or sheet.evenly(duration, film_strip.POSES))
+  local film = motion.of(walked, times or sheet.evenly(duration, sheet.POSES))
   local panels = animated and 1 or #film.poses
   local width = arguments.width
     or WIDTHS[animated and "animation" or panels > 1 and "strip" or "still"]

@@ -1,15 +1,13 @@
 --- block_picture.lua: the rigid block of a scene for figures: its corners in the world, m, and its
 --- sides. Corners count from 1 by their bits, x lowest.
 
+local polygon = require "limax.draw.picture.polygon"
+local skin = require "limax.draw.skin"
+
 local block_picture = {}
 
 --- The block's name in a legend, and its colour.
 block_picture.letter, block_picture.hex = "block", "#b98b4f"
-
--- Corners of the six sides, counter-clockwise seen from outside.
-local sides = {
-  { 2, 4, 8, 6 }, { 1, 5, 7, 3 }, { 3, 7, 8, 4 }, { 1, 2, 6, 5 }, { 5, 6, 8, 7 }, { 1, 3, 4, 2 },
-}
 
 --- The eight corners of a block with edges `size`, m, at a sample of the trace "block".
 ---@param sample number[] centre, m, and quaternion w, x, y, z
@@ -34,35 +32,26 @@ function block_picture.corners(sample, size)
   return corners
 end
 
+--- Its sides, as faces of a skin whose corners follow `before` other points.
+---@return { corners: integer[], letter: string }[]
+function block_picture.faces(before)
+  local mass_at = {}
+  for site = 0, 7 do mass_at[site] = before + site + 1 end
+  return skin.faces({ { { block_picture.letter } } }, mass_at)
+end
+
 --- The half-spaces whose common part is a block.
 ---@param corners number[][] eight, as corners() gives them, m
 ---@return limax.picture.space[]
 function block_picture.spaces(corners)
   local spaces = {}
-  for axis = 1, 3 do
-    local from, to, length = corners[1], corners[1 + 2 ^ (axis - 1)], 0
-    local normal, low, high = {}, 0, 0
-    for c = 1, 3 do length = length + (to[c] - from[c]) ^ 2 end
-    for c = 1, 3 do
-      normal[c] = (to[c] - from[c]) / math.sqrt(length)
-      low, high = low + normal[c] * from[c], high + normal[c] * to[c]
-    end
-    spaces[2 * axis - 1] = { normal = normal, offset = high }
-    spaces[2 * axis] = { normal = { -normal[1], -normal[2], -normal[3] }, offset = -low }
+  for k, face in ipairs(block_picture.faces(0)) do
+    local points = {}
+    for c, corner in ipairs(face.corners) do points[c] = corners[corner] end
+    local normal = polygon.unit(polygon.quad_normal(points))
+    spaces[k] = { normal = normal, offset = polygon.dot(normal, points[1]) }
   end
   return spaces
-end
-
---- Its sides, as faces of a skin whose corners follow `before` other points.
----@return { corners: integer[], letter: string }[]
-function block_picture.faces(before)
-  local faces = {}
-  for i, side in ipairs(sides) do
-    local corners = {}
-    for k, corner in ipairs(side) do corners[k] = before + corner end
-    faces[i] = { corners = corners, letter = block_picture.letter }
-  end
-  return faces
 end
 
 return block_picture

@@ -4,9 +4,12 @@
 
 local block_picture = require "limax.draw.block_picture"
 local canvases = require "limax.draw.canvas"
+local engine = require "limax.engine"
+local host = require "limax.host"
 local motion = require "limax.draw.motion"
 local scene = require "limax.draw.picture.scene"
 local track = require "limax.draw.picture.track"
+local view = require "limax.draw.picture.view"
 local world = require "limax.draw.picture.world"
 
 local sheet = {}
@@ -18,6 +21,11 @@ local HEAD, CAPTION, NAME, LINE, HEADING = 2.6, 2, 2.4, 2.2, 4
 -- between two entries
 local SQUARE, DASH, AFTER, BETWEEN = 1.3, 2.4, 0.7, 2.2
 local PANEL = "#fbfaf8"
+-- px of a film strip: its width, a capital, and a row of poses at most
+local STRIP = { width = 1000, text = 8, row = 190 }
+
+--- Poses of a film strip.
+sheet.POSES = 6
 
 ---@class limax.sheet
 ---@field width integer px
@@ -210,6 +218,31 @@ function Sheet:render(kind, options, first)
   local canvas = canvases.new(kind, self.width, self.height, copy)
   self:draw(canvas, first)
   return canvas:finish()
+end
+
+--- The SVG text of a simulated robot whose "position" was recorded.
+---@param options? { title?: string, prefix?: string } prefix: see canvas.lua
+function sheet.film_strip(robot, options)
+  options = options or {}
+  local film = motion.of(robot, sheet.evenly(robot:duration(), sheet.POSES))
+  local title, speed = options.title or "robot", robot:speed()
+  local facts = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(
+    robot:distance(), robot:duration(), speed, speed / robot:length())
+  local drawn = sheet.new({ film }, { view = view.of.side, width = STRIP.width,
+    text = STRIP.text, most = STRIP.row, title = title, facts = facts, track = true })
+  return drawn:render("svg", { title = title, prefix = options.prefix })
+end
+
+--- Simulates a robot with its positions recorded and writes its film strip. `nil, message` where
+--- the simulation fails: there is nothing to draw.
+---@return limax.scored_robot|nil
+---@return string|nil message
+function sheet.write_film_strip(path, robot, options)
+  local walked, reason = motion.simulate(robot, options)
+  if not walked then return nil, reason end
+  local ok, message = host.file.write_atomic(path, sheet.film_strip(walked, options))
+  if not ok then engine.fail(message) end
+  return walked
 end
 
 return sheet

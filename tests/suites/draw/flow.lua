@@ -1,6 +1,6 @@
 --- flow.lua: wind and current in pictures: arrows in their direction, longer if faster, with words.
 
-local film_strip = require "limax.draw.film_strip"
+local sheet = require "limax.draw.sheet"
 local flow = require "limax.draw.picture.flow"
 local limax = require "limax"
 local painted = require "support.painted"
@@ -97,7 +97,7 @@ suite:test("film strips and pictures in the REPL have the arrows and the words",
       drag = { density = 1.2, current = { -0.5, 0, 0 } } }
     local moving = limax.robot { voxels = painted.VOXELS }:begin { duration = 1, settle = 0,
       scene = scene }
-    for _, svg in ipairs { film_strip.svg(painted.walked_in(scene)),
+    for _, svg in ipairs { sheet.film_strip(painted.walked_in(scene)),
       source.read(repl_picture.picture(moving, t:folder() .. "/now.svg")) } do
       for _, ink in pairs(world.flow_ink) do
         t:ok(select(2, svg:gsub(ink, "")) >= 3, "shaft, head and text in " .. ink)

@@ -1,6 +1,6 @@
 --- world.lua: what pictures draw of the world around a robot.
 
-local film_strip = require "limax.draw.film_strip"
+local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local limax = require "limax"
 local motion = require "limax.draw.motion"
@@ -142,7 +142,7 @@ suite:test("the paper's materials differ in grey", function(t)
 end)
 
 suite:test("the film strip names what is there", function(t)
-  local svg = film_strip.svg(painted.walked_in(limax.scenes.land {
+  local svg = sheet.film_strip(painted.walked_in(limax.scenes.land {
     spheres = { center = { 1, 0, 0 }, radius = 0.1 }, block = { position = { 0.5, 0, 0 } },
     boxes = { { from = { 2, 0, 0 }, to = { 3, 1, 1 } }, { from = { 4, 0, 0 }, to = { 5, 1, 1 } } },
   }))
@@ -164,7 +164,7 @@ suite:test("held masses are marked", function(t)
     end
   end
   t:equal(count, 6)
-  local svg = film_strip.svg(walked)
+  local svg = sheet.film_strip(walked)
   t:ok(svg:find(">held<", 1, true), "in the legend")
   t:ok(select(2, svg:gsub('stroke="#26282b" stroke%-width="2"', "")) >= 6, "thick edges")
 end)
@@ -196,7 +196,7 @@ suite:test("each experiment's world, and any other, makes a picture", { limit = 
       t:ok(frame.height > 20 and frame.height < 2000, ("%s: %d px"):format(name, frame.height))
       t:ok(name == "within" or painted.body_pixels(count, film) > 100, name)
     end
-    local svg = film_strip.svg(walked)
+    local svg = sheet.film_strip(walked)
     t:ok(not svg:lower():find("nan", 1, true) and not svg:find("inf", 1, true), name)
     t:ok(#svg < 600e3, ("%s: %d bytes"):format(name, #svg))
   end

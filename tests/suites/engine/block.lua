@@ -61,8 +61,8 @@ suite:test("a robot file with a block replays to the same bits", { devices = "al
 end)
 
 suite:test("a film strip draws the block", function(t)
-  local film_strip = require "limax.draw.film_strip"
-  local svg = film_strip.svg(thrown { position = 50, block = 50 })
+  local sheet = require "limax.draw.sheet"
+  local svg = sheet.film_strip(thrown { position = 50, block = 50 })
   t:ok(svg:find(">block<", 1, true), "the legend should name it")
   t:ok(not svg:lower():find("nan", 1, true))
 end)

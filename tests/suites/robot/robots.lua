@@ -4,7 +4,7 @@
 local limax = require "limax"
 local body = require "limax.robot.body"
 local body_picture = require "limax.draw.body_picture"
-local film_strip = require "limax.draw.film_strip"
+local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local robot_file = require "limax.robot.robot_file"
 local source = require "limax.base.source"
@@ -242,7 +242,7 @@ pictures:test("a film strip is well-formed XML with six poses and a ruler", func
   local path = t:folder() .. "/strip.svg"
   local robot = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }
   for _, scene in ipairs { limax.scenes.land(), limax.scenes.slope { angle = 0.6 } } do
-    local walked = film_strip.write(path, robot, { title = 'a < b & "c"\1', scene = scene,
+    local walked = sheet.write_film_strip(path, robot, { title = 'a < b & "c"\1', scene = scene,
       duration = 2 })
     t:equal(walked.status, "done")
     local text = source.read(path)
@@ -265,13 +265,13 @@ pictures:test("a film strip shows the same walk to the bit, and none that diverg
   local simulated = limax.robot({ voxels = "ecs\nece\n\nsbs\ncec" }):simulate { duration = 0.5,
     record = { center_of_mass = 50, energy = 100 } }
   simulated:save(path)
-  local filmed = film_strip.write(t:folder() .. "/strip.svg", limax.robot(path))
+  local filmed = sheet.write_film_strip(t:folder() .. "/strip.svg", limax.robot(path))
   t:same_bits(filmed:displacement(), simulated:displacement())
 
   local diverged = limax.robot({ voxels = "e" }):simulate { duration = 0.2, max_speed = 1e-3 }
   t:equal(diverged.status, "diverged")
   diverged:save(path)
-  local none, message = film_strip.write(path .. ".svg", limax.robot(path))
+  local none, message = sheet.write_film_strip(path .. ".svg", limax.robot(path))
   t:equal(none, nil)
   t:ok(message:find("diverged", 1, true))
   t:equal(host.file.exists(path .. ".svg"), nil)

@@ -65,7 +65,7 @@ end
 function figure.draw(kind, spec, millimetres, options)
   local width = math.floor(millimetres * figure.PX_PER_MM + 0.5)
   local columns = math.min(spec.columns or math.max(1, math.floor(width / NARROWEST)),
-    #spec.panels)
+    math.max(1, #spec.panels))
   local wide = (width - 2 * MARGIN) / columns
   local rows, high = math.ceil(#spec.panels / columns), spec.height or HEIGHT
   local foot = canvases.wrapped(spec.foot, { size = figure.TEXT }, width - 2 * MARGIN)

@@ -8,25 +8,12 @@ local inline = {}
 
 -- px
 local WIDTH, HEIGHT, TEXT, TITLE, RIGHT = 560, 320, 12, 13.5, 120
--- px, a line of a key
-local LINE = 20
 
 -- Rows of a table, and places at which a curve can be read: of a longer one every second, third,
 -- ... is kept, and the last. More would make a page of megabytes.
 local MOST_ROWS = 500
 
 local function name_of(curve, k) return curve.name or curve.title or ("line %d"):format(k) end
-
---- Markers with what they mean, one below the other, as SVG.
----@param entries { marker: string, color: string, name: string, text: string|nil }[]
-function inline.key(entries, title)
-  local canvas = canvases.new("svg", WIDTH, LINE * #entries + 6, { title = title })
-  for k, entry in ipairs(entries) do
-    panel.marker(canvas, { 16, LINE * k - 5 }, entry.marker, entry.color)
-    canvas:text(32, LINE * k, entry.text or entry.name, { size = TEXT })
-  end
-  return canvas:finish()
-end
 
 -- The numbers of a panel as rows: one for each x of any curve or band, in their order.
 local function table_of(spec)

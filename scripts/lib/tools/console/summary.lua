@@ -6,7 +6,7 @@ local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
-local film_strip = require "limax.draw.film_strip"
+local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
@@ -180,7 +180,7 @@ function summary.show(folder, options)
 
   local path = folder .. "/champion.svg"
   -- a run is complete without its picture
-  local fine, drawn, message = failure.attempt(film_strip.write, path, last.robot,
+  local fine, drawn, message = failure.attempt(sheet.write_film_strip, path, last.robot,
     { device = options.device,
       title = ("%s: champion of generation %d"):format(config.name, last.generation) })
   write(("\nfilm strip  %s\n"):format(fine and drawn and shell.path(path)

@@ -2,7 +2,6 @@
 --- a robot in motion; and starts a program that shows the file.
 
 local engine = require "limax.engine"
-local film_strip = require "limax.draw.film_strip"
 local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local motion = require "limax.draw.motion"
@@ -70,7 +69,7 @@ function picture.picture(robot, file, options)
   options = schema.demand(moving and of_pose or of_walk, options, "picture")
   if scored_robot.is(robot) then robot = robots.new(robot) end
   local path = host.file.absolute(file or free_name())
-  local draw = moving and draw_pose or film_strip.write
+  local draw = moving and draw_pose or sheet.write_film_strip
   local drawn, message = draw(path, robot, moving and options.title or options)
   if not drawn then engine.fail("picture: " .. message) end
   if options.open then show(path) end

@@ -2,6 +2,7 @@
 --- without scripts everything is shown except the robots that move.
 
 local body_picture = require "limax.draw.body_picture"
+local chart = require "limax.draw.chart.figure"
 local charts = require "limax.tools.report.charts"
 local choice = require "limax.base.choice"
 local facts = require "limax.tools.report.facts"
@@ -17,6 +18,8 @@ local page = {}
 
 -- Letters of a body that is shown in letters.
 local MOST_LETTERS = 1000
+-- mm, of a key of markers
+local KEY_WIDTH = 150
 -- More folders than these are counted, not listed; the table of results has all.
 local MOST_LISTED = 6
 
@@ -61,9 +64,12 @@ local BELOW = { learning = learning, parameters = supervision, cost = cost,
 local function charted(each, list)
   local figures, key, below = {}, "", BELOW[each.name]
   if #each.panels == 0 and not below then return "" end
-  for k, panel in ipairs(each.panels) do figures[k] = figure(panel, panel.caption or panel.title) end
+  for k, panel in ipairs(each.panels) do
+    figures[k] = figure(panel, panel.caption or panel.title)
+  end
   if each.key and #each.key > 0 then
-    key = ('<figure class="chart key">%s</figure>\n'):format(inline.key(each.key, "Markers"))
+    key = ('<figure class="chart key">%s</figure>\n'):format(chart.draw("svg",
+      { title = "Markers", panels = {}, key = each.key, foot = "" }, KEY_WIDTH))
   end
   return section(each.name, each.title, note(each.foot), key, '<div class="charts">',
     table.concat(figures), "</div>\n", below and below(list) or "")

@@ -2,7 +2,7 @@
 --- strips and, if Debian's three.js was found when limax was configured, in 3D.
 
 local failure = require "limax.base.failure"
-local film_strip = require "limax.draw.film_strip"
+local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local html = require "limax.tools.report.html"
 local replay = require "limax.tools.report.replay"
@@ -125,7 +125,7 @@ function robots.section(list, options)
   local strips = {}
   for k, each in ipairs(shown) do
     strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">%s</figure>'
-      .. "\n"):format(html.escaped(each.name), film_strip.svg(each.walked,
+      .. "\n"):format(html.escaped(each.name), sheet.film_strip(each.walked,
       { title = each.name, prefix = ("strip%d-"):format(k) }))
   end
   local folder, parts, scripts = robots.javascript(), {}, {}
