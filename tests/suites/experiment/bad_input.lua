@@ -40,23 +40,36 @@ local function refuses(t, folder, arguments, status, text)
   return done
 end
 
-suite:test("options and files", function(t)
+suite:test("options, files and fields out of range", function(t)
   local folder = t:folder()
   write_experiment(folder)
   assert(host.file.write_atomic(folder .. "/broken.lua", "local x = = 1\n"))
   assert(host.file.write_atomic(folder .. "/nothing.lua", "return 3\n"))
-  refuses(t, folder, { "run" }, 2, "expected a FILE")
-  refuses(t, folder, { "run", "none.lua" }, 2, "there is no file none.lua")
-  refuses(t, folder, { "run", "broken.lua" }, 1, "broken.lua:1: unexpected symbol")
-  refuses(t, folder, { "run", "nothing.lua" }, 2, "nothing.lua returns no experiment")
-  refuses(t, folder, { "run", "try.lua", "--sett", "a=1" }, 2, "--set")
-  refuses(t, folder, { "run", "try.lua", "--device", "gpu" }, 2, "gpu")
-  refuses(t, folder, { "run", "try.lua", "--threads", "0" }, 2, "threads")
-  refuses(t, folder, { "run", "try.lua", "--repetition", "2" }, 2, "the experiment has 1")
-  refuses(t, folder, { "run", "try.lua", "--changed" }, 2, "--changed belongs to --resume")
-  refuses(t, folder, { "run", "try.lua", "--together", "--apart" }, 2, "exclude each other")
-  refuses(t, folder, { "run", "try.lua", "--resume", "r" }, 2, "leave out try.lua")
-  refuses(t, folder, { "run", "--resume", "r" }, 2, "r is not a run folder")
+  for _, case in ipairs {
+    { "run", 2, "expected a FILE" },
+    { "run none.lua", 2, "there is no file none.lua" },
+    { "run broken.lua", 1, "broken.lua:1: unexpected symbol" },
+    { "run nothing.lua", 2, "nothing.lua returns no experiment" },
+    { "run try.lua --sett a=1", 2, "--set" },
+    { "run try.lua --device gpu", 2, "gpu" },
+    { "run try.lua --threads 0", 2, "threads" },
+    { "run try.lua --repetition 2", 2, "the experiment has 1" },
+    { "run try.lua --changed", 2, "--changed belongs to --resume" },
+    { "run try.lua --together --apart", 2, "exclude each other" },
+    { "run try.lua --resume r", 2, "leave out try.lua" },
+    { "run --resume r", 2, "r is not a run folder" },
+    { "run try.lua --set population=1", 2, "population: expected a whole number from 2" },
+    { "run try.lua --set lattice=[1000,1000,1000]", 2, "needs" },
+    { "run try.lua --set simulation.time_step=3e-4", 2, "the nearest that does" },
+    { "run try.lua --set materials=papyrus", 2, "papyrus" },
+    { "run try.lua --out try.lua", 2, "try.lua is a file" },
+    { "run try.lua --out try.lua/r", 2, "cannot make the folder" },
+    { "run try.lua --out /proc/limax/r", 2, "cannot make the folder" },
+  } do
+    local words = {}
+    for word in case[1]:gmatch "%S+" do words[#words + 1] = word end
+    refuses(t, folder, words, case[2], case[3])
+  end
   t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
 end)
 
@@ -67,20 +80,6 @@ suite:test("a device that this machine does not have", function(t)
   if done.status == 0 then t:skip "there is a GPU here" end
   refused(t, done, 1, "cuda")
   t:ok(not host.file.exists(folder .. "/r"))
-end)
-
-suite:test("fields out of range, by --set", function(t)
-  local folder = t:folder()
-  write_experiment(folder)
-  for _, case in ipairs {
-    { "population=1", "population: expected a whole number from 2" },
-    { "lattice=[1000,1000,1000]", "needs" },
-    { "simulation.time_step=3e-4", "the nearest that does" },
-    { "materials=papyrus", "papyrus" },
-  } do
-    refuses(t, folder, { "run", "try.lua", "--set", case[1] }, 2, case[2])
-  end
-  t:ok(not host.file.exists(folder .. "/runs"), "a refused run left a folder")
 end)
 
 suite:test("a step above the limit is a warning that names the limit", function(t)
@@ -163,19 +162,7 @@ suite:test("a selection with a wrong index, one that throws", function(t)
   t:ok(done.stderr:find "continue with: [^\n]*limax run %-%-resume r", done.stderr)
 end)
 
-suite:test("folders that cannot be written or are used", function(t)
-  local folder = t:folder()
-  write_experiment(folder)
-  refuses(t, folder, { "run", "try.lua", "--out", "try.lua" }, 2, "try.lua is a file")
-  refuses(t, folder, { "run", "try.lua", "--out", "try.lua/r" }, 2, "cannot make the folder")
-  refuses(t, folder, { "run", "try.lua", "--out", "/proc/limax/r" }, 2, "cannot make the folder")
-  t:equal(run(folder, { "run", "try.lua", "-q", "--out", "r" }).status, 0)
-  local before = source.read(folder .. "/r/metrics.jsonl")
-  refuses(t, folder, { "run", "try.lua", "--out", "r" }, 2, "r is used already")
-  t:equal(source.read(folder .. "/r/metrics.jsonl"), before)
-end)
-
-suite:test("without --out the next free folder is taken and printed", function(t)
+suite:test("the next free folder is taken and printed, one that is used is refused", function(t)
   local folder = t:folder()
   write_experiment(folder)
   for n = 1, 2 do
@@ -184,6 +171,9 @@ suite:test("without --out the next free folder is taken and printed", function(t
     t:ok(done.stdout:find("Run folder: runs/try-" .. n, 1, true), done.stdout)
     t:ok(done.stdout:find("fitness: distance, m: |r(T) - r(0)|", 1, true), done.stdout)
   end
+  local before = source.read(folder .. "/runs/try-1/metrics.jsonl")
+  refuses(t, folder, { "run", "try.lua", "--out", "runs/try-1" }, 2, "try-1 is used already")
+  t:equal(source.read(folder .. "/runs/try-1/metrics.jsonl"), before)
 end)
 
 suite:test("a full disk: one message, and whole generations stay", { limit = 60 },

@@ -35,11 +35,6 @@ suite:test("the shortest experiment gets every default", function(t)
   t:equal(config.materials.name, "paper")
 end)
 
-suite:test("the configuration is plain data that JSON keeps", function(t)
-  local config = changed({ fitness = function() return 1 end }).config
-  t:equal(host.json.decode(host.json.encode(config)), config)
-end)
-
 suite:test("defaults have a unit and a note", function(t)
   for group, fields in pairs(defaults.fields) do
     for name, field in pairs(fields) do
@@ -89,6 +84,8 @@ suite:test("functions are recorded as file, lines and SHA-256", function(t)
   t:equal(record.file, "experiment.lua")
   t:equal(record.last_line, record.first_line + 2)
   t:equal(#record.sha256, 64)
+  -- the configuration is plain data that JSON keeps
+  t:equal(host.json.decode(host.json.encode(experiment.config)), experiment.config)
   t:equal(experiment.config.name, "experiment")
   t:ok(choice.contains(experiment.scripts, experiment.origin), "it is not among its own scripts")
 end)
@@ -200,9 +197,12 @@ local wrong_overrides = {
   { "scene.gravity.aceleration.1=1", 'did you mean "acceleration"?' },
   { "latice.3=2", 'did you mean "lattice"?' },
   { "fitness.axs=x", 'did you mean "axis"?' },
+  { "population", "expected path=value" },
+  { "scene..x=1", "has an empty step" },
+  { "population.size=3", "population has no fields" },
 }
 
-suite:test("an override of an unknown field suggests a known one", function(t)
+suite:test("an override that cannot be applied is refused, with a suggestion", function(t)
   local base = changed {}
   for _, case in ipairs(wrong_overrides) do
     local message = t:raises(case[2], function() base:override { case[1] } end)
@@ -214,18 +214,6 @@ suite:test("an override of an unknown field suggests a known one", function(t)
   end)
 end)
 
-suite:test("overrides that cannot be applied", function(t)
-  local base = changed {}
-  t:raises("expected path=value", function() base:override { "population" } end)
-  t:raises("has an empty step", function() base:override { "scene..x=1" } end)
-  t:raises("population has no fields", function() base:override { "population.size=3" } end)
-end)
-
-suite:test("static friction below kinetic gives a note", function(t)
-  local experiment = changed { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
-  t:ok(experiment.notes[1]:find "static 0.6 is below kinetic 1")
-end)
-
 suite:test("valid but probably unintended settings give a note", function(t)
   local function doubt(fields)
     local notes = changed(fields).notes
@@ -233,6 +221,8 @@ suite:test("valid but probably unintended settings give a note", function(t)
     return notes[1] or "none"
   end
   local function gravity(z) return { gravity = { acceleration = { 0, 0, z } }, ground = true } end
+  t:ok(doubt { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
+    :find "static 0.6 is below kinetic 1")
   t:ok(doubt { scene = gravity(9.81) }:find "points up, away from scene.ground")
   t:equal(doubt { scene = gravity(-9.81) }, "none")
   t:equal(doubt { scene = { gravity = { acceleration = { 0, 0, 1 } } } }, "none")
