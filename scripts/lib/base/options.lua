@@ -48,93 +48,18 @@ local function refuse(command, message)
   failure.raise(exit_usage, ("%s; see limax %s --help"):format(message, command.name))
 end
 
+-- The value of an option from its text.
 local function convert(command, option, text)
-  local rule
-  local value = text
-  if option.choices then
-    rule = schema.choice(option.choices)
-  elseif option.kind then
-    value = tonumber(text) or text
-    rule = schema.number { integer = option.kind == "integer", minimum = option.minimum,
+  if not option.choices and not option.kind then return text end
+  local rule = option.choices and schema.choice(option.choices)
+    or schema.number { integer = option.kind == "integer", minimum = option.minimum,
       maximum = option.maximum }
-  else
-    return text
-  end
-  local result, message = rule(value, "--" .. option.name)
+  local result, message = rule(option.kind and tonumber(text) or text, "--" .. option.name)
   if message then refuse(command, message) end
   return result
 end
 
 local function field(option) return (option.name:gsub("-", "_")) end
-
-local function store(command, arguments, option, text)
-  local value = true
-  if option.argument then value = convert(command, option, text) end
-  if option.many then
-    table.insert(arguments[field(option)], value)
-  else
-    arguments[field(option)] = value
-  end
-end
-
-local function find(list, key, word)
-  for _, option in ipairs(list) do
-    if option[key] == word then return option end
-  end
-end
-
--- the value after an option; another option there means that the value is missing
-local function value_after(command, list, argv, i, shown, option)
-  local word = argv[i + 1]
-  local letter = word and word:match "^-(.)$"
-  local missing = not word or word:sub(1, 2) == "--" or (letter and find(list, "short", letter))
-  if missing then refuse(command, ("%s needs %s"):format(shown, option.argument)) end
-  return word
-end
-
-local function parse_long(command, list, arguments, argv, i)
-  local name, value = argv[i]:match "^%-%-([^=]*)=(.*)$"
-  name = name or argv[i]:sub(3)
-  local option = find(list, "name", name)
-  if not option then
-    local names = {}
-    for k, each in ipairs(list) do names[k] = "--" .. each.name end
-    refuse(command, ("unknown option --%s%s"):format(name, suggest.ending("--" .. name, names)))
-  end
-  if option.argument then
-    if not value then
-      value = value_after(command, list, argv, i, "--" .. name, option)
-      i = i + 1
-    end
-  elseif value then
-    refuse(command, ("--%s takes no value"):format(name))
-  end
-  store(command, arguments, option, value)
-  return i
-end
-
--- several switches in one word ("-qv"), the last of which may take a value ("-oDIR", "-o DIR")
-local function parse_short(command, list, arguments, argv, i)
-  local word = argv[i]
-  local at = 2
-  while at <= #word do
-    local letter = word:sub(at, at)
-    local option = find(list, "short", letter)
-    if not option then refuse(command, ("unknown option -%s"):format(letter)) end
-    local value
-    if option.argument then
-      value = word:sub(at + 1)
-      at = #word
-      if value == "" then
-        value = value_after(command, list, argv, i, "-" .. letter, option)
-        i = i + 1
-      end
-    end
-    store(command, arguments, option, value)
-    at = at + 1
-  end
-  return i
-end
 
 local function check_positional(command, arguments)
   local rule = command.positional or { most = 0 }
@@ -154,17 +79,47 @@ end
 ---@param argv string[]
 ---@return table arguments
 function options.parse(command, argv)
-  local list = all_options(command)
-  local arguments = {}
-  for _, option in ipairs(list) do
+  local by_form, long_forms, arguments, i = {}, {}, {}, 0
+  for _, option in ipairs(all_options(command)) do
+    long_forms[#long_forms + 1] = "--" .. option.name
+    by_form["--" .. option.name] = option
+    if option.short then by_form["-" .. option.short] = option end
+    arguments[field(option)] = option.many and {} or option.value
+  end
+
+  -- The word after an option. Another option there means that the value is missing.
+  local function next_word(form, option)
+    i = i + 1
+    local word = argv[i]
+    if not word or word:sub(1, 2) == "--" or by_form[word] then
+      refuse(command, ("%s needs %s"):format(form, option.argument))
+    end
+    return word
+  end
+
+  -- Stores one option: "--name" or "-n", with its value if that is in the same word.
+  local function take(form, text)
+    local option = by_form[form]
+    if not option then
+      local ending = form:sub(1, 2) == "--" and suggest.ending(form, long_forms) or ""
+      refuse(command, ("unknown option %s%s"):format(form, ending))
+    end
+    local value = true
+    if option.argument then
+      value = convert(command, option, text or next_word(form, option))
+    elseif text then
+      refuse(command, ("%s takes no value"):format(form))
+    end
     if option.many then
-      arguments[field(option)] = {}
+      table.insert(arguments[field(option)], value)
     else
-      arguments[field(option)] = option.value
+      arguments[field(option)] = value
     end
   end
-  local i, only_words = 1, false
-  while i <= #argv do
+
+  local only_words = false
+  while i < #argv do
+    i = i + 1
     local word = argv[i]
     if only_words or word == "-" or word:sub(1, 1) ~= "-" then
       arguments[#arguments + 1] = word
@@ -173,11 +128,16 @@ function options.parse(command, argv)
     elseif word == "--help" or word == "-h" then
       return { help = true }
     elseif word:sub(1, 2) == "--" then
-      i = parse_long(command, list, arguments, argv, i)
+      take(word:match "^[^=]*", word:match "=(.*)$")
     else
-      i = parse_short(command, list, arguments, argv, i)
+      -- several switches ("-qv"), the last of which may take a value ("-oDIR", "-o DIR")
+      for at = 2, #word do
+        local form = "-" .. word:sub(at, at)
+        local takes_value = (by_form[form] or {}).argument
+        take(form, takes_value and at < #word and word:sub(at + 1) or nil)
+        if takes_value then break end
+      end
     end
-    i = i + 1
   end
   check_positional(command, arguments)
   return arguments

@@ -112,6 +112,15 @@ local function resolved(field, call, value)
   return nil, message
 end
 
+-- The tables that the engine makes of materials and of a scene.
+local function plain(object)
+  local plain_table = object:table()
+  object:free()
+  return plain_table
+end
+local function plain_materials(named) return plain(engine.materials(named)) end
+local function plain_scene(effects) return plain(engine.scene(effects)) end
+
 -- A material file may lie beside the experiment that names it.
 local function material_source(materials, origin)
   if type(materials) == "string" and materials:match "%.json$" and origin then
@@ -161,17 +170,13 @@ local function resolve(spec, origin)
     return nil, ("evaluations: expected at least one population, %d robots, got %d"):format(
       config.population, config.evaluations)
   end
-  local materials, scene, parts
-  materials, message =
-    resolved("materials", engine.materials, material_source(spec.materials, origin))
+  local parts
+  config.materials, message =
+    resolved("materials", plain_materials, material_source(spec.materials, origin))
   if message then return nil, message end
-  config.materials = materials:table()
-  materials:free()
-  local effects = spec.scene == nil and defaults.scene or spec.scene
-  scene, message = resolved("scene", engine.scene, effects)
+  config.scene, message =
+    resolved("scene", plain_scene, spec.scene == nil and defaults.scene or spec.scene)
   if message then return nil, message end
-  config.scene = scene:table()
-  scene:free()
   parts, message = resolve_parts(spec)
   if message then return nil, message end
 
@@ -251,7 +256,6 @@ end
 ---@return limax.experiment
 function Experiment:override(changes)
   if #changes == 0 then return self end
-  local list, message = overrides.parse_all(changes)
   local spec = source.copy(self.spec)
   -- fields whose default is a table: an override changes a part of it
   local whole = { scene = defaults.scene, record = defaults.record, selection = defaults.selection,
@@ -259,20 +263,13 @@ function Experiment:override(changes)
   for name, value in pairs(whole) do
     if spec[name] == nil then spec[name] = source.copy(value) end
   end
-  local result
   local function read_materials(named)
-    return resolved("materials", function(from)
-      local materials = engine.materials(from)
-      local plain = materials:table()
-      materials:free()
-      return plain
-    end, material_source(named, self.origin))
+    return resolved("materials", plain_materials, material_source(named, self.origin))
   end
-  if list then
-    list, message = overrides.apply(spec, list,
-      { resolved = resolved_lists(self.config), materials = read_materials })
-  end
-  if list then result, message = resolve(spec, self.origin) end
+  local applied, message = overrides.apply(spec, changes,
+    { resolved = resolved_lists(self.config), materials = read_materials })
+  local result
+  if applied then result, message = resolve(spec, self.origin) end
   if not result then failure.raise(2, message) end
   return result
 end

@@ -11,10 +11,8 @@ local suggest = require "limax.engine.suggest"
 
 local overrides = {}
 
---- Splits "path=value".
----@return { path: string[], value: any, text: string }|nil
----@return string|nil message
-function overrides.parse(text)
+-- Splits "path=value"; `nil, message` for any other text.
+local function parse(text)
   local path, value = text:match "^([^=]+)=(.*)$"
   if not path then
     return nil, ("--set %s: expected path=value, such as population=50 or"
@@ -29,21 +27,7 @@ function overrides.parse(text)
   end
   local decoded = host.json.decode(value, "--set")
   if decoded == nil then decoded = value end
-  return { path = steps, value = decoded, text = text }
-end
-
---- Splits a list of such texts.
----@param texts string[]
----@return table[]|nil
----@return string|nil message
-function overrides.parse_all(texts)
-  local list = {}
-  for i, text in ipairs(texts) do
-    local parsed, message = overrides.parse(text)
-    if not parsed then return nil, message end
-    list[i] = parsed
-  end
-  return list
+  return steps, decoded
 end
 
 -- JSON's null inside a value is an absent field.
@@ -103,33 +87,34 @@ local function key_of(step) return step:match "^%d+$" and tonumber(step) or step
 ---@field resolved table the values that absent fields have, for the lists among them
 ---@field materials fun(spec: any): table|nil, string|nil reads a table of materials that is named
 
---- Applies parsed overrides to a table in place, in their order.
+--- Applies overrides to a table in place, in their order.
 ---@param spec table
----@param list { path: string[], value: any, text: string }[]
+---@param texts string[] "path=value"
 ---@param context overrides.context
 ---@return true|nil
 ---@return string|nil message
-function overrides.apply(spec, list, context)
-  for _, override in ipairs(list) do
-    local holder, path, resolved = spec, override.path, context.resolved
+function overrides.apply(spec, texts, context)
+  for _, text in ipairs(texts) do
+    local path, value = parse(text)
+    if not path then return nil, value end
+    local holder, resolved = spec, context.resolved
     if path[1] == "materials" and path[2] then
       local materials, message = spec.materials, nil
       if type(materials) ~= "table" then materials, message = context.materials(materials) end
       if not materials then return nil, message end
       spec.materials = materials
       path, message = material_path(materials, path)
-      if not path then return nil, ("--set %s: %s"):format(override.text, message) end
+      if not path then return nil, ("--set %s: %s"):format(text, message) end
     end
     for i = 1, #path - 1 do
       local key = key_of(path[i])
       resolved = type(resolved) == "table" and resolved[key] or nil
       holder = entered(holder, key, resolved)
       if not holder then
-        return nil, ("--set %s: %s has no fields")
-          :format(override.text, table.concat(path, ".", 1, i))
+        return nil, ("--set %s: %s has no fields"):format(text, table.concat(path, ".", 1, i))
       end
     end
-    holder[key_of(path[#path])] = without_null(override.value)
+    holder[key_of(path[#path])] = without_null(value)
   end
   return true
 end
