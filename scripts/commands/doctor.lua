@@ -65,8 +65,7 @@ end
 local function tools()
   local list = {}
   for i, tool in ipairs(TOOLS) do
-    local name, purpose, other = unpack(tool)
-    list[i] = { name = name, purpose = purpose, path = program(name, other) }
+    list[i] = { name = tool[1], purpose = tool[2], path = program(tool[1], tool[3]) }
   end
   return list
 end
@@ -91,10 +90,8 @@ local function self_check(device)
   local expected = gravity * seconds ^ 2 / 2
   -- compensated single precision over some thousand steps
   local passed = outcome.status == "done" and math.abs(fallen - expected) < 1e-4 * expected
-  return {
-    passed = passed, fallen = fallen, expected = expected, status = outcome.status,
-    springs_per_second = progress.spring_steps / took,
-  }
+  return { passed = passed, fallen = fallen, expected = expected, status = outcome.status,
+    springs_per_second = progress.spring_steps / took }
 end
 
 -- Why this folder cannot be written; nil if it can.
@@ -123,8 +120,8 @@ local function gather_cuda()
   end
   local about = device:describe()
   local facts = { cuda = about.cuda, gpus = about.gpus, gpus_too_old = about.gpus_too_old,
-    nvrtc = about.nvrtc,
-    kernel_cache = about.kernel_cache, kernel_cache_unwritable = unwritable(about.kernel_cache),
+    nvrtc = about.nvrtc, kernel_cache = about.kernel_cache,
+    kernel_cache_unwritable = unwritable(about.kernel_cache),
     kernels_allowed = os.getenv "LIMAX_KERNELS" }
   local kernel
   fine, kernel = failure.attempt(walk_kernel, device)
@@ -155,7 +152,8 @@ local function gather(ask)
   for i = 2, select("#", jit.status()) do flags[i - 1] = (select(i, jit.status())) end
   local driver_opens, driver_missing = host.opens(DRIVER)
   local facts = {
-    version = host.version, commit = host.commit, build = environment.build, compiler = environment.compiler,
+    version = host.version, commit = host.commit, build = environment.build,
+    compiler = environment.compiler,
     executable = host.executable, home = host.home, home_found = home_origin(),
     system = environment.system, cpu = description.cpu, cores = environment.cores,
     threads = device.threads, threads_set = os.getenv "LIMAX_THREADS",
@@ -172,7 +170,7 @@ local function gather(ask)
   return facts
 end
 
--- Lines about the GPUs, for `lines_of`.
+-- Prints the lines about GPUs.
 local function cuda_lines(facts, line)
   if not facts.cuda then
     line("", "CUDA", "none: %s", facts.cuda_missing)
@@ -216,15 +214,19 @@ local function check_line(check, where, line)
     check.fallen, check.expected, check.springs_per_second)
 end
 
--- Lines of { mark, label, value }; a mark is "ok", "warn", "bad" or "".
-local function lines_of(facts)
-  local lines = {}
+local function show(facts)
+  local style = terminal.style()
+  local marks = {
+    ok = terminal.paint("ok  ", GREEN, style), warn = terminal.paint("warn", YELLOW, style),
+    bad = terminal.paint("FAIL", RED, style), [""] = "    ",
+  }
   local function line(mark, label, value, ...)
-    lines[#lines + 1] = { mark, label, value:format(...) }
+    print(("%s  %-13s %s"):format(marks[mark], label, value:format(...)))
   end
   local release = facts.build == "Release" or facts.build == "RelWithDebInfo"
   line(release and "ok" or "warn", "limax", "%s%s, %s build by %s%s", facts.version,
-    facts.commit and ", commit " .. facts.commit or "", facts.build, facts.compiler, release and "" or ": several times slower than a Release build")
+    facts.commit and ", commit " .. facts.commit or "", facts.build, facts.compiler,
+    release and "" or ": several times slower than a Release build")
   line("", "executable", "%s", facts.executable)
   line("", "data folder", "%s (%s)", facts.home, facts.home_found)
   line("", "system", "%s", facts.system)
@@ -253,18 +255,6 @@ local function lines_of(facts)
   end
   check_line(facts.self_check, "one CPU thread", line)
   if facts.self_check_cuda then check_line(facts.self_check_cuda, "one robot on CUDA", line) end
-  return lines
-end
-
-local function show(facts)
-  local style = terminal.style()
-  local marks = {
-    ok = terminal.paint("ok  ", GREEN, style), warn = terminal.paint("warn", YELLOW, style),
-    bad = terminal.paint("FAIL", RED, style), [""] = "    ",
-  }
-  for _, line in ipairs(lines_of(facts)) do
-    print(("%s  %-13s %s"):format(marks[line[1]], line[2], line[3]))
-  end
 end
 
 --- Runs the command.
