@@ -36,13 +36,12 @@ extern "C" {
 
 typedef enum limax_status {
     LIMAX_OK = 0,
-    LIMAX_INVALID_ARGUMENT = 1, /* a value outside its range: the text names it and the range */
-    LIMAX_INVALID_FILE =
-        2,        /* a file that cannot be understood: the text names file, field, value, range */
-    LIMAX_IO = 3, /* a file that cannot be read or written */
-    LIMAX_OUT_OF_MEMORY = 4, /* the text gives the size needed, if known */
-    LIMAX_NO_DEVICE = 5,     /* the requested device is unavailable: the text gives the reason */
-    LIMAX_INTERNAL = 6       /* a defect of the engine */
+    LIMAX_INVALID_ARGUMENT = 1, /* a value outside its range: the text names both */
+    LIMAX_INVALID_FILE = 2,     /* a malformed file: the text names file, field, value, range */
+    LIMAX_IO = 3,               /* a file that cannot be read or written */
+    LIMAX_OUT_OF_MEMORY = 4,    /* the text gives the size needed, if known */
+    LIMAX_NO_DEVICE = 5,        /* the device is unavailable: the text gives the reason */
+    LIMAX_INTERNAL = 6          /* a defect of the engine */
 } limax_status;
 
 enum {
@@ -53,8 +52,7 @@ enum {
 
 uint32_t limax_abi_version(void);
 const char* limax_version(void);
-/* Text of the last failure on this thread; empty before the first. Valid until the next failing
- * call. */
+/* Text of the last failure on this thread; empty before the first. Valid until the next one. */
 const char* limax_error_text(void);
 /* Bytes that all handles hold, on this machine and on its GPUs. */
 uint64_t limax_bytes_held(void);
@@ -114,8 +112,7 @@ int32_t limax_materials_count(const limax_materials* materials);
 const char* limax_materials_name(const limax_materials* materials);
 limax_status limax_materials_get(const limax_materials* materials, int32_t index,
                                  limax_material* out);
-/* Sets stiffness, mass_per_site, damping_ratio, amplitude, phase or stiffness_floor of one
- * material, range checked. */
+/* Sets one of a material's doubles by name, range checked. */
 limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
                                  double value);
 /* Unit, range and source of a field. Strings are valid until the handle is freed. */
@@ -140,14 +137,12 @@ typedef struct limax_encoding_options {
     uint32_t reserved;
 } limax_encoding_options;
 
-/* Draws B for this seed and repetition and computes the features of every voxel centre once, on the
- * host. */
+/* Draws B for this seed and repetition and computes the features of every voxel centre. */
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out);
 void limax_encoding_free(limax_encoding* encoding);
 int32_t limax_encoding_genes(const limax_encoding* encoding);
-const double* limax_encoding_matrix(const limax_encoding* encoding); /* B, [feature][3] */
-/* cos rows, then sin rows, [2 m][voxel] */
-const float* limax_encoding_features(const limax_encoding* encoding);
+const double* limax_encoding_matrix(const limax_encoding* encoding);  /* B, [feature][3] */
+const float* limax_encoding_features(const limax_encoding* encoding); /* cos, sin: [2 m][voxel] */
 
 /* ---- random numbers: functions of their arguments only (Philox4x32-10) ----------------------- */
 
@@ -204,14 +199,13 @@ int32_t limax_population_count(const limax_population* population);
 /* Views into the population, valid until it is freed. After writing genomes call express, after
  * writing bodies call check. Once a GPU has expressed or bred, it stores the population: each call
  * then copies the current data to the host, and views of earlier calls are out of date after the
- * next change on the GPU. Null, with an error text, if the copy fails. */
-float* limax_population_genomes(
-    limax_population* population); /* [robot][gene], null without an encoding */
-uint8_t* limax_population_voxels(
-    limax_population* population); /* material indices [robot][z][y][x] */
-float* limax_population_weights(
-    limax_population* population); /* [robot][3][z][y][x]: stiffness, amplitude, phase */
-const limax_body* limax_population_bodies(const limax_population* population); /* [robot] */
+ * next change on the GPU. Null, with an error text, if the copy fails. Genomes are [robot][gene],
+ * null without an encoding; voxels are material indices, [robot][z][y][x]; weights are stiffness,
+ * amplitude, phase, [robot][3][z][y][x]; bodies are [robot]. */
+float* limax_population_genomes(limax_population* population);
+uint8_t* limax_population_voxels(limax_population* population);
+float* limax_population_weights(limax_population* population);
+const limax_body* limax_population_bodies(const limax_population* population);
 /* A copy of the genomes of robots first .. first + count - 1, [count][gene]. Unlike a view it does
  * not move the population off the GPU. */
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
@@ -223,8 +217,7 @@ limax_status limax_population_read_genomes(const limax_population* population, i
 limax_status limax_population_text(const limax_population* population, int32_t robot,
                                    const char* letters, char* out);
 
-/* Initial genomes of robots first .. first + count - 1: weights N(0, 1 / fan_in) times
- * initial_scale, biases 0. */
+/* Initial genomes of a range of robots: weights N(0, 1 / fan_in) times initial_scale, biases 0. */
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count);
 /* Genomes to bodies: network, argmax, sigmoids, largest face-connected component, validity. */
@@ -247,15 +240,13 @@ typedef struct limax_breeding {
     int32_t reserved;
 } limax_breeding;
 
-/* Writes the genomes of children first .. first + count - 1. `pairs` is [child][2], indices into
- * `parents`. */
+/* Writes the genomes of a range of children. `pairs` is [child][2], indices into `parents`. */
 limax_status limax_population_breed(limax_population* children, const limax_population* parents,
                                     const int32_t* pairs, const limax_breeding* breeding,
                                     limax_device* device, int32_t first, int32_t count);
 
 typedef struct limax_diversity {
-    double
-        hamming; /* mean share of voxels in which two distinct robots of the set differ, 0 to 1 */
+    double hamming;   /* mean share of voxels in which two robots of the set differ, 0 to 1 */
     double genotype;  /* root mean square over genes of the standard deviation over the set */
     int32_t distinct; /* number of different bodies */
     int32_t robots;   /* size of the set */
@@ -274,8 +265,7 @@ typedef struct limax_scene limax_scene;
 typedef struct limax_effect_info {
     const char* name;
     const char* summary;
-    const char*
-        needs; /* comma-separated names of effects, one of which the scene must have; or empty */
+    const char* needs; /* effects, separated by commas, one of which the scene must have */
     int32_t fields;
     int32_t instances; /* how many a scene may have */
 } limax_effect_info;
@@ -294,14 +284,12 @@ typedef struct limax_field_info {
 int32_t limax_effect_count(void);
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out);
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out);
-/* The numbers among the options of "simulation", "genome" and "breeding": a field for each; refuses
- * an index past the last. */
+/* A number among the options of "simulation", "genome" or "breeding". */
 limax_status limax_option_field(const char* group, int32_t field, limax_field_info* out);
 
 limax_status limax_scene_create(limax_scene** out);
 void limax_scene_free(limax_scene* scene);
-/* Adds an effect with its defaults; more instances than allowed are an error. The order of effects
- * and of instances does not matter. */
+/* Adds an effect with its defaults. The order of effects and instances does not matter. */
 limax_status limax_scene_add(limax_scene* scene, const char* effect);
 /* Sets a field of an effect that was added, of its last instance. */
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
@@ -353,8 +341,8 @@ typedef enum limax_trace_kind {
     LIMAX_TRACE_POSITION = 1,       /* [sample][mass][3], m */
     LIMAX_TRACE_VELOCITY = 2,       /* [sample][mass][3], m/s, at the sample's own time */
     LIMAX_TRACE_CONTACT = 3,        /* [sample][1], share of the masses that touch a contact */
-    LIMAX_TRACE_ENERGY =
-        4, /* [sample][4]: kinetic, elastic, gravitational (J); power of the muscles (W) */
+    LIMAX_TRACE_ENERGY = 4,         /* [sample][4]: kinetic, elastic, gravitational (J); power of
+                                     * the muscles (W) */
     LIMAX_TRACE_STRAIN = 5, /* [sample][2]: mean and largest |r - L0| / L0 over the springs */
     /* [sample][9], J: kinetic, elastic (springs), contact and gravitational energy; work since t =
      * 0 of the muscles, of damping, of contacts' damping, of friction, and of everything else,
@@ -384,8 +372,7 @@ typedef struct limax_simulation_options {
     double max_stretch;    /* times L0; a longer spring is divergence */
 } limax_simulation_options;
 
-/* The library's defaults: leapfrog, compensated, mean, auto at 0.9, h = 0.1 m, 1000 m/s, 10 L0, 5
- * s. */
+/* Leapfrog, compensated, mean, auto at 0.9, h = 0.1 m, 1000 m/s, 10 L0, 5 s. */
 void limax_simulation_defaults(limax_simulation_options* out);
 
 typedef enum limax_robot_status {
@@ -472,8 +459,7 @@ const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulatio
  * the kind is not recorded. */
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width);
-/* Site index, x + (nx + 1) (y + (ny + 1) z), of each mass, [mass], of a robot that is simulated;
- * valid until `_free`. */
+/* Site x + (nx + 1) (y + (ny + 1) z) of each mass, [mass], of a simulated robot, until `_free`. */
 limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t robot,
                                     const int32_t** sites);
 /* Sets positions and velocities of the masses of one robot, [mass][3] each, m and m/s, before its

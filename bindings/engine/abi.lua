@@ -52,4 +52,12 @@ function abi.pointer(pointer, what)
   return pointer
 end
 
+--- Decodes a description that the engine gives as JSON.
+---@param text ffi.cdata* const char *
+---@param what string in messages
+---@return table
+function abi.description(text, what)
+  return assert(host.json.decode(ffi.string(text), what))
+end
+
 return abi

@@ -1,16 +1,13 @@
 --- device.lua: where robots are expressed, simulated and bred: `engine.device("cpu", { threads = 2
 --- })`.
 
-local ffi = require "ffi"
-local host = require "limax.host"
 local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
-local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 
 local C = abi.C
-local class = object.class("device", C.limax_device_free)
+local class = object.class("device", "device")
 local methods = class.__index
 
 -- a device holds threads, so it counts for several handles
@@ -42,11 +39,10 @@ local options_rule =
 local function device(name, options)
   name = schema.demand(schema.string, name == nil and "auto" or name, "device")
   options = schema.demand(options_rule, options, "device")
-  memory.collect(WEIGHT)
-  local out = ffi.new "limax_device *[1]"
   local threads = options.threads or threads_of_environment()
-  abi.check(C.limax_device_create(name, threads, options.isa, out))
-  local self = object.new(class, out[0], { name = name })
+  local self = object.make(class, nil, function(out)
+    return C.limax_device_create(name, threads, options.isa, out)
+  end, { name = name }, WEIGHT)
   local description = self:describe()
   self.kind, self.threads = description.kind, description.threads
   return self
@@ -55,9 +51,7 @@ end
 --- What this device is: kind, threads, isa, isa_available, cpu, compiler, build, cuda.
 ---@return table
 function methods:describe()
-  local text = ffi.string(C.limax_device_describe(object.handle("device", self, class)))
-  local description, message = host.json.decode(text, "the device's description")
-  return description or error(message, 0)
+  return abi.description(C.limax_device_describe(object.handle("device", self, class)), "device")
 end
 
 function class:__tostring()

@@ -2,15 +2,13 @@
 --- the layers of the network. The encoding is drawn once for a seed and repetition.
 
 local ffi = require "ffi"
-local abi = require "limax.engine.abi"
+local C = require("limax.engine.abi").C
 local fields = require "limax.engine.fields"
-local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
-local C = abi.C
-local class = object.class("encoding", C.limax_encoding_free)
+local class = object.class("encoding", "encoding")
 local methods = class.__index
 
 -- lengths and counts of the interface are 32-bit
@@ -63,22 +61,19 @@ local function encoding(options)
     o[name] = options[name]
   end
   o.seed = schema.uint64(options.seed or 1, "encoding.seed")
-  memory.collect()
-  local out = ffi.new "limax_encoding *[1]"
-  abi.check(C.limax_encoding_create(o, out), "encoding")
-  return object.new(class, out[0], {
-    genes = C.limax_encoding_genes(out[0]), lattice = lattice, features_count = o.features,
-  })
+  local self = object.make(class, "encoding",
+    function(out) return C.limax_encoding_create(o, out) end,
+    { lattice = lattice, features_count = o.features })
+  self.genes = C.limax_encoding_genes(self.handle)
+  return self
 end
 
 --- B, the matrix of the encoding.
 ---@return limax.view [feature][3]
 function methods:matrix()
   local handle = object.handle("encoding:matrix", self, class)
-  return view.new {
-    what = "an encoding's matrix", data = C.limax_encoding_matrix(handle), element = "double",
-    shape = { self.features_count, 3 }, life = self.life, owner = self,
-  }
+  return view.new(self, "an encoding's matrix", "double", C.limax_encoding_matrix(handle),
+    { self.features_count, 3 })
 end
 
 --- The network's inputs: the cosine rows, then the sine rows.
@@ -86,11 +81,8 @@ end
 function methods:features()
   local handle = object.handle("encoding:features", self, class)
   local lattice = self.lattice
-  return view.new {
-    what = "an encoding's features", data = C.limax_encoding_features(handle), element = "float",
-    shape = { 2 * self.features_count, lattice[1] * lattice[2] * lattice[3] },
-    life = self.life, owner = self,
-  }
+  return view.new(self, "an encoding's features", "float", C.limax_encoding_features(handle),
+    { 2 * self.features_count, lattice[1] * lattice[2] * lattice[3] })
 end
 
 return { class = class, encoding = encoding, genome_rules = genome_rules }

@@ -5,14 +5,13 @@ local ffi = require "ffi"
 local host = require "limax.host"
 local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
-local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local suggest = require "limax.engine.suggest"
 
 local C = abi.C
-local class = object.class("material table", C.limax_materials_free)
+local class = object.class("material table", "materials")
 local methods = class.__index
 
 ---@class limax.materials : limax.object
@@ -38,10 +37,11 @@ local field_name = schema.choice(FIELDS)
 local MUSCLE_FIELDS = { amplitude = true, phase = true }
 local SCHEMA = "limax.materials/1"
 
-local function wrap(out)
-  return object.new(class, out[0], {
-    count = C.limax_materials_count(out[0]), name = ffi.string(C.limax_materials_name(out[0])),
-  })
+local function make(create)
+  local self = object.make(class, nil, create)
+  self.count = C.limax_materials_count(self.handle)
+  self.name = ffi.string(C.limax_materials_name(self.handle))
+  return self
 end
 
 -- Path of a shipped table.
@@ -61,8 +61,6 @@ end
 ---@param source string|table a path that ends in .json, the name of a shipped table, or the table
 ---@return limax.materials
 local function materials(source)
-  memory.collect()
-  local out = ffi.new "limax_materials *[1]"
   if type(source) == "table" then
     if getmetatable(source) == class then
       schema.refuse("materials", "a path, a name or a plain table (materials:copy() copies)",
@@ -70,25 +68,22 @@ local function materials(source)
     end
     local encoded, text = pcall(host.json.encode, source)
     if not encoded then fault.raise("materials: " .. tostring(text)) end
-    abi.check(C.limax_materials_parse(text, #text, "materials", out))
-    return wrap(out)
+    return make(function(out) return C.limax_materials_parse(text, #text, "materials", out) end)
   end
   if schema.demand(schema.string, source, "materials"):find("\0", 1, true) then
     schema.refuse("materials", "a path or a name without a zero byte", source)
   end
   local path = source:match "%.json$" and source or shipped(source)
-  abi.check(C.limax_materials_load(path, out))
-  return wrap(out)
+  return make(function(out) return C.limax_materials_load(path, out) end)
 end
 
 --- One material.
 ---@param i integer
 ---@return limax.material
 function methods:get(i)
-  local handle = object.handle("materials:get", self, class)
-  schema.index("materials:get", i, self.count)
+  local handle, index = object.entry("materials:get", self, class, i)
   local material = ffi.new "limax_material"
-  abi.check(C.limax_materials_get(handle, i - 1, material))
+  abi.check(C.limax_materials_get(handle, index, material))
   local result = {
     name = ffi.string(material.name), letter = ffi.string(material.letter),
     kind = names.material_kind.text[material.kind],
@@ -114,11 +109,10 @@ end
 ---@param field string
 ---@param value number
 function methods:set(i, field, value)
-  local handle = object.handle("materials:set", self, class)
-  schema.index("materials:set", i, self.count)
+  local handle, index = object.entry("materials:set", self, class, i)
   schema.demand(field_name, field, "materials:set: field")
   value = schema.demand(schema.number {}, value, field)
-  abi.check(C.limax_materials_set(handle, i - 1, field, value))
+  abi.check(C.limax_materials_set(handle, index, field, value))
 end
 
 --- A field's unit, range (inclusive) and the source of its values.
@@ -139,10 +133,8 @@ end
 --- An independent copy.
 ---@return limax.materials
 function methods:copy()
-  memory.collect()
-  local out = ffi.new "limax_materials *[1]"
-  abi.check(C.limax_materials_copy(object.handle("materials:copy", self, class), out))
-  return wrap(out)
+  local handle = object.handle("materials:copy", self, class)
+  return make(function(out) return C.limax_materials_copy(handle, out) end)
 end
 
 --- The table as plain Lua values, as in a material file; `engine.materials` reads it.
@@ -154,9 +146,9 @@ function methods:table()
   for i = 1, self.count do
     local material = self:get(i)
     for _, field in ipairs(FIELDS) do
-      local absent = material.kind == "empty"
-        or (material.kind == "passive" and MUSCLE_FIELDS[field])
-      if absent then material[field] = nil end
+      if material.kind == "empty" or material.kind == "passive" and MUSCLE_FIELDS[field] then
+        material[field] = nil
+      end
     end
     result.materials[i] = material
   end

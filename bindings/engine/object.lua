@@ -3,7 +3,10 @@
 --- objects.
 
 local ffi = require "ffi"
+local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
+local memory = require "limax.engine.memory"
+local schema = require "limax.engine.schema"
 
 local object = {}
 
@@ -62,24 +65,30 @@ end
 
 --- A class: a metatable whose methods include `:free()`.
 ---@param kind_name string the word for it in messages
----@param end_handle ffi.cdata* the C function that frees a handle
+---@param c_name string of its C type and functions: "population" for limax_population
 ---@return table class methods go into class.__index
-function object.class(kind_name, end_handle)
-  local class = { __index = { kind_name = kind_name, end_handle = end_handle, free = shared.free } }
+function object.class(kind_name, c_name)
+  local class = { __index = { kind_name = kind_name, free = shared.free,
+    end_handle = abi.C["limax_" .. c_name .. "_free"] } }
+  class.result = ffi.typeof("limax_" .. c_name .. " *[1]")
   classes[class] = true
   function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end
   return class
 end
 
---- Makes an object of `class` that owns `handle`.
+--- Makes an object of `class`.
 ---@param class table
----@param handle ffi.cdata*
+---@param what string|nil the call, put in front of an error's text
+---@param make fun(out: ffi.cdata*): integer calls the C function that stores the handle in out[0]
 ---@param fields table|nil
+---@param weight integer|nil how many handles this one counts for
 ---@return table
-function object.new(class, handle, fields)
-  local self = fields or {}
+function object.make(class, what, make, fields, weight)
+  memory.collect(weight)
+  local out, self = class.result(), fields or {}
+  abi.check(make(out), what)
   -- the C function itself: the finaliser table would keep a closure, and so its owner, alive
-  self.handle = ffi.gc(handle, class.__index.end_handle)
+  self.handle = ffi.gc(out[0], class.__index.end_handle)
   self.life = object.life()
   return setmetatable(self, class)
 end
@@ -95,6 +104,18 @@ function object.handle(what, value, class)
     fault.raise(("%s: this %s was freed (%s)"):format(what, value.kind_name, value.freed))
   end
   return value.handle
+end
+
+--- The handle of `value`, and its entry i as the C interface counts, from 0.
+---@param what string
+---@param value any
+---@param class table
+---@param i any
+---@return ffi.cdata*
+---@return integer
+function object.entry(what, value, class, i)
+  local handle = object.handle(what, value, class)
+  return handle, schema.index(what, i, value.count) - 1
 end
 
 return object

@@ -9,15 +9,13 @@ local fault = require "limax.engine.fault"
 local fields = require "limax.engine.fields"
 local in_ranges = require "limax.engine.ranges"
 local materials = require "limax.engine.materials"
-local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
-local class = object.class("population", C.limax_population_free)
+local class = require "limax.engine.bodies"
 local methods = class.__index
-require "limax.engine.bodies"(class)
 
 -- counts of the interface are 32-bit
 local MOST = 2147483647
@@ -64,11 +62,9 @@ local function population(options)
   if lattice == nil and coder then lattice = coder.lattice end
   lattice = schema.demand(lattice_rule, lattice, "population.lattice")
   local count = schema.demand(schema.number {}, options.count, "population.count")
-  memory.collect()
-  local out = ffi.new "limax_population *[1]"
-  abi.check(C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out),
-    "population")
-  return object.new(class, out[0], {
+  return object.make(class, "population", function(out)
+    return C.limax_population_create(ffi.new("int32_t[3]", lattice), count, coder_handle, out)
+  end, {
     count = count, genes = coder and coder.genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
     -- of the material table that bodies were last read by
@@ -105,10 +101,11 @@ end
 ---@param first integer|nil
 ---@param count integer|nil
 function methods:initialize(first, count)
-  coded(self, "population:initialize")
+  local what = "population:initialize"
+  local handle = coded(self, what)
   object.end_views(self.life, "its population was initialized")
-  in_ranges("population:initialize", self.count, first, count, function(at, robots)
-    abi.check(C.limax_population_initialize(self.handle, at, robots), "population:initialize")
+  in_ranges(what, self.count, first, count, function(at, robots)
+    return C.limax_population_initialize(handle, at, robots)
   end)
 end
 
@@ -133,8 +130,8 @@ function methods:express(table_of_materials, options, first, count)
   local target = device.handle(what, on)
   object.end_views(self.bodies_life, "its population was expressed")
   in_ranges(what, self.count, first, count, function(at, robots)
-    abi.check(C.limax_population_express(self.handle, table_of_materials.handle, muscle, target,
-      at, robots), what)
+    return C.limax_population_express(self.handle, table_of_materials.handle, muscle, target, at,
+      robots)
   end)
 end
 
@@ -147,8 +144,7 @@ function methods:check(table_of_materials, options, first, count)
   local what = "population:check"
   local muscle = reading(self, what, table_of_materials, options, check_rule)
   in_ranges(what, self.count, first, count, function(at, robots)
-    abi.check(C.limax_population_check(self.handle, table_of_materials.handle, muscle, at, robots),
-      what)
+    return C.limax_population_check(self.handle, table_of_materials.handle, muscle, at, robots)
   end)
 end
 
@@ -196,8 +192,7 @@ function methods:breed(parents, pairs_of_parents, options, on)
   local target = device.handle(what, on)
   object.end_views(self.life, "its population was bred")
   in_ranges(what, self.count, 1, self.count, function(at, robots)
-    abi.check(C.limax_population_breed(self.handle, parents.handle, list, breeding, target, at,
-      robots), what)
+    return C.limax_population_breed(self.handle, parents.handle, list, breeding, target, at, robots)
   end)
 end
 
@@ -207,10 +202,7 @@ end
 function methods:genome(i)
   local genomes = genomes_of(self, "population:genome")
   schema.index("population:genome", i, self.count)
-  return view.new {
-    what = "a genome", data = genomes + (i - 1) * self.genes, element = "float",
-    shape = { self.genes }, life = self.life, owner = self,
-  }
+  return view.new(self, "a genome", "float", genomes + (i - 1) * self.genes, { self.genes })
 end
 
 --- A copy of all genomes, [robot][gene].

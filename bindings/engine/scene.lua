@@ -8,13 +8,12 @@ local ffi = require "ffi"
 local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
 local fields = require "limax.engine.fields"
-local memory = require "limax.engine.memory"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local scripted_effect = require "limax.engine.scripted_effect"
 
 local C = abi.C
-local class = object.class("scene", C.limax_scene_free)
+local class = object.class("scene", "scene")
 local methods = class.__index
 
 -- the effect that every scene has
@@ -134,11 +133,7 @@ local function scene(entries)
     return type(entries[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
   end)
   table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
-  memory.collect()
-  local out = ffi.new "limax_scene *[1]"
-  abi.check(C.limax_scene_create(out))
-  local self = object.new(class, out[0])
-  self.resolved = {}
+  local self = object.make(class, nil, C.limax_scene_create, { resolved = {} })
   for _, effect in ipairs(all) do
     local value = entries[effect.name]
     if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then

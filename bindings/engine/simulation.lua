@@ -9,7 +9,6 @@ local device = require "limax.engine.device"
 local fault = require "limax.engine.fault"
 local fields = require "limax.engine.fields"
 local materials = require "limax.engine.materials"
-local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
 local object = require "limax.engine.object"
 local population = require "limax.engine.population"
@@ -18,7 +17,7 @@ local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local C = abi.C
-local class = object.class("simulation", C.limax_simulation_free)
+local class = object.class("simulation", "simulation")
 local methods = class.__index
 
 -- seconds of one slice of run(): short enough for progress and Ctrl-C
@@ -85,14 +84,13 @@ local function simulation(robots, table_of_materials, in_scene, options, on, mas
   local o, recorded = options_of(options)
   local target = device.handle(what, on)
   local bytes = mask_of(mask, robots.count)
-  memory.collect()
-  local out = ffi.new "limax_simulation *[1]"
-  abi.check(C.limax_simulation_create(population_handle, materials_handle, scene_handle, o, bytes,
-    target, out), what)
   -- the engine counts a robot's masses when it begins, its buffers are needed before
   local bodies, masses = C.limax_population_bodies(population_handle), {}
   for i = 1, robots.count do masses[i] = bodies[i - 1].masses end
-  return object.new(class, out[0], { count = robots.count, record = recorded, masses = masses })
+  return object.make(class, what, function(out)
+    return C.limax_simulation_create(population_handle, materials_handle, scene_handle, o, bytes,
+      target, out)
+  end, { count = robots.count, record = recorded, masses = masses })
 end
 
 -- After the deadline advance() raises this text.
@@ -116,11 +114,9 @@ end
 ---@field spring_steps number springs times steps done
 
 local function progress_of(out)
-  return {
-    done = out.done, robots = out.robots,
-    finished = out.finished ~= 0, interrupted = out.interrupted ~= 0,
-    steps = out.steps, steps_total = out.steps_total, spring_steps = out.spring_steps,
-  }
+  return { done = out.done, robots = out.robots, finished = out.finished ~= 0,
+    interrupted = out.interrupted ~= 0, steps = out.steps, steps_total = out.steps_total,
+    spring_steps = out.spring_steps }
 end
 
 --- Does whole steps for about `seconds` of wall time, or at most `steps` steps of each robot.
@@ -190,9 +186,7 @@ function methods:describe()
   local handle = object.handle(what, self, class)
   local out = ffi.new "const char *[1]"
   abi.check(C.limax_simulation_describe(handle, out), what)
-  local text = ffi.string(out[0])
-  local description, message = host.json.decode(text, "the simulation's description")
-  return description or error(message, 0)
+  return abi.description(out[0], "simulation")
 end
 
 ---@class limax.outcome
@@ -232,17 +226,11 @@ local OUTCOME_NUMBERS = {
 local OUTCOME_PLACES = { "center_start", "center_middle", "center_end", "block_start",
   "block_middle", "block_end", "block_velocity" }
 
-local function robot_index(self, what, i)
-  local handle = object.handle(what, self, class)
-  schema.index(what, i, self.count)
-  return handle, i - 1
-end
-
 --- What became of robot i so far.
 ---@param i integer
 ---@return limax.outcome
 function methods:outcome(i)
-  local handle, robot = robot_index(self, "simulation:outcome", i)
+  local handle, robot = object.entry("simulation:outcome", self, class, i)
   local o = C.limax_simulation_outcomes(handle) + robot
   local result = {
     status = names.robot_status.text[o.status], step = tonumber(o.step), steps = tonumber(o.steps),
@@ -272,7 +260,7 @@ end
 ---@return limax.view
 function methods:trace(i, kind)
   local what = "simulation:trace"
-  local handle, robot = robot_index(self, what, i)
+  local handle, robot = object.entry(what, self, class, i)
   local value = names.trace.value[schema.demand(trace_rule, kind, what .. ": kind")]
   if not self.record[kind] then
     fault.raise(("%s: %s was not recorded; add record = { %s = 50 } (Hz)"):format(what, kind, kind))
@@ -282,25 +270,19 @@ function methods:trace(i, kind)
   abi.check(C.limax_simulation_trace(handle, robot, value, data, samples, width), what)
   local count, columns = tonumber(samples[0]), tonumber(width[0])
   local per_mass = kind == "position" or kind == "velocity"
-  return view.new {
-    what = kind, data = data[0], element = "double", life = self.life, owner = self,
-    shape = per_mass and { count, columns / 3, 3 } or { count, columns },
-    fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count },
-  }
+  return view.new(self, kind, "double", data[0],
+    per_mass and { count, columns / 3, 3 } or { count, columns },
+    { fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count } })
 end
 
 --- Site of each mass of robot i as the engine counts them, from 0: x + (nx + 1) (y + (ny + 1) z).
 ---@param i integer
 ---@return limax.view [mass]
 function methods:sites(i)
-  local handle, robot = robot_index(self, "simulation:sites", i)
+  local handle, robot = object.entry("simulation:sites", self, class, i)
   local out = ffi.new "const int32_t *[1]"
   abi.check(C.limax_simulation_sites(handle, robot, out), "simulation:sites")
-  local masses = self.masses[i]
-  return view.new {
-    what = "sites", data = out[0], element = "int32_t", shape = { masses },
-    life = self.life, owner = self,
-  }
+  return view.new(self, "sites", "int32_t", out[0], { self.masses[i] })
 end
 
 --- Positions (m) and velocities (m/s) of robot i's masses now, world coordinates, as copies.
@@ -308,17 +290,13 @@ end
 ---@return limax.view positions [mass][3]
 ---@return limax.view velocities [mass][3]
 function methods:state(i)
-  local handle, robot = robot_index(self, "simulation:state", i)
+  local handle, robot = object.entry("simulation:state", self, class, i)
   local masses = self.masses[i]
   local positions = ffi.new("double[?]", math.max(1, 3 * masses))
   local velocities = ffi.new("double[?]", math.max(1, 3 * masses))
   abi.check(C.limax_simulation_state(handle, robot, positions, velocities), "simulation:state")
   local function copied(what, unit, data)
-    return view.new {
-      what = what, data = data, element = "double", shape = { masses, 3 },
-      life = object.life(), owner = data,
-      fields = { unit = unit },
-    }
+    return view.new(data, what, "double", data, { masses, 3 }, { fields = { unit = unit } })
   end
   return copied("positions", "m", positions), copied("velocities", "m/s", velocities)
 end
@@ -334,7 +312,7 @@ end
 ---@return limax.block_state
 function methods:block(i)
   local what = "simulation:block"
-  local handle, robot = robot_index(self, what, i)
+  local handle, robot = object.entry(what, self, class, i)
   local state = ffi.new("double[?]", C.LIMAX_BLOCK_STATE)
   abi.check(C.limax_simulation_block(handle, robot, state), what)
   local function part(first, count)
@@ -372,7 +350,7 @@ end
 ---@param velocities number[][]|number[]|limax.view|nil [mass][3], or one list
 function methods:place(i, positions, velocities)
   local what = "simulation:place"
-  local handle, robot = robot_index(self, what, i)
+  local handle, robot = object.entry(what, self, class, i)
   local masses = self.masses[i]
   local x = triples(what .. ": positions", positions, masses)
   local v = triples(what .. ": velocities", velocities, masses)

@@ -32,11 +32,7 @@ local methods = {}
 
 local function shape_text(shape) return "[" .. table.concat(shape, "][") .. "]" end
 
-local function tail(list, first)
-  local rest = {}
-  for i = first, #list do rest[#rest + 1] = list[i] end
-  return rest
-end
+local function tail(list, first) return { unpack(list, first) } end
 
 local function is_index(key, length)
   return type(key) == "number" and key >= 1 and key <= length and key == math.floor(key)
@@ -157,30 +153,22 @@ function class:__tostring()
   return ("view of %s %s"):format(state.form.what, shape_text(tail(state.form.shape, state.axis)))
 end
 
---- A view over memory of another object.
----@param options table
----   what     its name in messages ("voxels")
----   data     pointer to the first element
----   element  its C type ("float")
----   shape    lengths along the axes
----   strides  elements between neighbours along each axis; row-major if left out
----   life     limax.life of what owns the memory
----   owner    kept alive by the view
----   fields   unit, rate, samples
+--- A view over memory of an object, which it keeps alive.
+---@param owner table|ffi.cdata* an object, or memory that nothing replaces
+---@param what string its name in messages ("voxels")
+---@param element string C type ("float")
+---@param data ffi.cdata* pointer to the first element
+---@param shape integer[] lengths along the axes
+---@param options? { strides?: integer[], life?: limax.life, fields?: table } elements between
+--- neighbours along each axis, row-major if left out; the owner's life; unit, rate, samples
 ---@return limax.view
-function view.new(options)
-  local shape, strides = options.shape, options.strides
-  if not strides then
-    strides = {}
-    local stride = 1
-    for i = #shape, 1, -1 do
-      strides[i] = stride
-      stride = stride * shape[i]
-    end
-  end
-  return part({ what = options.what, data = options.data, element = options.element,
-    shape = shape, strides = strides, life = options.life, stamp = options.life.stamp,
-    owner = options.owner, fields = options.fields }, 1, 0)
+function view.new(owner, what, element, data, shape, options)
+  options = options or {}
+  local strides = options.strides or { [#shape] = 1 }
+  for i = #shape - 1, 1, -1 do strides[i] = strides[i] or strides[i + 1] * shape[i + 1] end
+  local life = options.life or type(owner) == "table" and owner.life or { stamp = 1 }
+  return part({ what = what, data = data, element = element, shape = shape, strides = strides,
+    life = life, stamp = life.stamp, owner = owner, fields = options.fields }, 1, 0)
 end
 
 --- Whether `value` is a view or a row of one.
@@ -226,10 +214,8 @@ function methods:copy()
     end
   end
   walk(state.axis, state.offset)
-  return view.new {
-    what = form.what, data = buffer, element = form.element, shape = shape,
-    life = { stamp = 1 }, owner = buffer, fields = state.axis == 1 and form.fields or nil,
-  }
+  return view.new(buffer, form.what, form.element, buffer, shape,
+    { fields = state.axis == 1 and form.fields or nil })
 end
 
 --- The numbers as nested Lua lists.

@@ -2,12 +2,15 @@
 // status and a text.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <mutex>
 #include <new>
 #include <shared_mutex>
+#include <string>
+#include <string_view>
 
 #include "backend/backend.h"
 #include "base/error.h"
@@ -65,21 +68,20 @@ limax_status guard(const Body& body) noexcept {
     }
 }
 
-// For what returns no status: what `get` gives, or `otherwise` and a text.
-template <class T, class Get>
-T value_or(T otherwise, const Get& get) noexcept {
-    guard([&] { otherwise = get(); });
-    return otherwise;
-}
-
-inline void require(const void* pointer, const char* name) {
-    if (!pointer) fail(LIMAX_INVALID_ARGUMENT, format("%s is null", name));
+// Refuses null pointers. `names` lists their names, separated by a comma and a space.
+template <class... Pointers>
+void require(std::string_view names, const Pointers*... pointers) {
+    for (const void* pointer : {static_cast<const void*>(pointers)...}) {
+        const std::string name(names.substr(0, names.find(',')));
+        if (!pointer) fail(LIMAX_INVALID_ARGUMENT, format("%s is null", name.c_str()));
+        names.remove_prefix(std::min(names.size(), name.size() + 2));
+    }
 }
 
 // Holds a handle for a call that reads it; refuses one that another thread is changing.
 template <class Handle>
 [[nodiscard]] std::shared_lock<std::shared_mutex> reading(const Handle* handle, const char* name) {
-    require(handle, name);
+    require(name, handle);
     std::shared_lock use(handle->users, std::try_to_lock);
     if (!use)
         fail(LIMAX_INVALID_ARGUMENT, format("%s: another thread is changing this handle", name));
@@ -88,10 +90,36 @@ template <class Handle>
 // Holds a handle for a call that changes it; refuses one that another thread is using.
 template <class Handle>
 [[nodiscard]] std::unique_lock<std::shared_mutex> changing(const Handle* handle, const char* name) {
-    require(handle, name);
+    require(name, handle);
     std::unique_lock use(handle->users, std::try_to_lock);
     if (!use) fail(LIMAX_INVALID_ARGUMENT, format("%s: another thread is using this handle", name));
     return use;
+}
+
+// Guarded bodies that read or change what a handle holds.
+template <class Handle, class Body>
+limax_status read(const Handle* handle, const char* name, const Body& body) noexcept {
+    return guard([&] {
+        const auto use = reading(handle, name);
+        body();
+    });
+}
+template <class Handle, class Body>
+limax_status change(const Handle* handle, const char* name, const Body& body) noexcept {
+    return guard([&] {
+        const auto use = changing(handle, name);
+        body();
+    });
+}
+
+// For what returns no status: what `get` gives for a handle, or `otherwise` and a text.
+template <class T, class Handle, class Get>
+T value_or(T otherwise, const Handle* handle, const char* name, const Get& get) noexcept {
+    guard([&] {
+        require(name, handle);
+        otherwise = get();
+    });
+    return otherwise;
 }
 
 // Everything that a simulation needs, checked; null `mask` is all robots.

@@ -6,12 +6,7 @@
 
 namespace {
 
-using limax::api::changing;
-using limax::api::guard;
-using limax::api::is_stored_on;
-using limax::api::reading;
-using limax::api::require;
-using limax::api::value_or;
+using namespace limax::api;
 
 // Moves a population to where the device keeps its own: for the CPU, back to the host.
 void settle(const limax::population& population, limax::device& device) {
@@ -27,66 +22,50 @@ extern "C" {
 
 limax_status limax_materials_load(const char* path, limax_materials** out) {
     return guard([&] {
-        require(path, "path");
-        require(out, "out");
+        require("path, out", path, out);
         *out = new limax_materials{limax::material_table::load(path)};
     });
 }
 limax_status limax_materials_parse(const char* text, uint64_t length, const char* origin,
                                    limax_materials** out) {
     return guard([&] {
-        require(text, "text");
-        require(out, "out");
+        require("text, out", text, out);
         *out = new limax_materials{
             limax::material_table::parse({text, length}, origin ? origin : "materials")};
     });
 }
 limax_status limax_materials_copy(const limax_materials* materials, limax_materials** out) {
-    return guard([&] {
-        const auto materials_use = reading(materials, "materials");
-        require(out, "out");
+    return read(materials, "materials", [&] {
+        require("out", out);
         *out = new limax_materials{materials->it};
     });
 }
 void limax_materials_free(limax_materials* materials) { delete materials; }
 int32_t limax_materials_count(const limax_materials* materials) {
-    return value_or(0, [&] {
-        require(materials, "materials");
-        return materials->it.count();
-    });
+    return value_or(0, materials, "materials", [&] { return materials->it.count(); });
 }
 const char* limax_materials_name(const limax_materials* materials) {
-    return value_or("", [&] {
-        require(materials, "materials");
-        return materials->it.name().c_str();
-    });
+    return value_or("", materials, "materials", [&] { return materials->it.name().c_str(); });
 }
 limax_status limax_materials_get(const limax_materials* materials, int32_t index,
                                  limax_material* out) {
-    return guard([&] {
-        const auto materials_use = reading(materials, "materials");
-        require(out, "out");
+    return read(materials, "materials", [&] {
+        require("out", out);
         *out = materials->it.at(index);
     });
 }
 limax_status limax_materials_set(limax_materials* materials, int32_t index, const char* field,
                                  double value) {
-    return guard([&] {
-        const auto materials_use = changing(materials, "materials");
-        require(field, "field");
+    return change(materials, "materials", [&] {
+        require("field", field);
         materials->it.set(index, field, value);
     });
 }
 limax_status limax_materials_field(const limax_materials* materials, const char* field,
                                    const char** unit, double* minimum, double* maximum,
                                    const char** source) {
-    return guard([&] {
-        const auto materials_use = reading(materials, "materials");
-        require(field, "field");
-        require(unit, "unit");
-        require(minimum, "minimum");
-        require(maximum, "maximum");
-        require(source, "source");
+    return read(materials, "materials", [&] {
+        require("field, unit, minimum, maximum, source", field, unit, minimum, maximum, source);
         const limax::material_field& found = materials->it.field(field);
         *unit = found.unit.c_str();
         *minimum = found.minimum;
@@ -99,29 +78,21 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
 
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out) {
     return guard([&] {
-        require(options, "options");
-        require(out, "out");
+        require("options, out", options, out);
         *out = new limax_encoding{std::make_shared<const limax::encoding>(*options)};
     });
 }
 void limax_encoding_free(limax_encoding* encoding) { delete encoding; }
 int32_t limax_encoding_genes(const limax_encoding* encoding) {
-    return value_or(0, [&] {
-        require(encoding, "encoding");
-        return encoding->it->genes();
-    });
+    return value_or(0, encoding, "encoding", [&] { return encoding->it->genes(); });
 }
 const double* limax_encoding_matrix(const limax_encoding* encoding) {
-    return value_or<const double*>(nullptr, [&] {
-        require(encoding, "encoding");
-        return encoding->it->matrix();
-    });
+    return value_or<const double*>(nullptr, encoding, "encoding",
+                                   [&] { return encoding->it->matrix(); });
 }
 const float* limax_encoding_features(const limax_encoding* encoding) {
-    return value_or<const float*>(nullptr, [&] {
-        require(encoding, "encoding");
-        return encoding->it->features();
-    });
+    return value_or<const float*>(nullptr, encoding, "encoding",
+                                  [&] { return encoding->it->features(); });
 }
 
 // ---- population ----
@@ -129,64 +100,54 @@ const float* limax_encoding_features(const limax_encoding* encoding) {
 limax_status limax_population_create(const int32_t lattice[3], int32_t count,
                                      const limax_encoding* encoding, limax_population** out) {
     return guard([&] {
-        require(lattice, "lattice");
-        require(out, "out");
+        require("lattice, out", lattice, out);
         *out = new limax_population{
             limax::population(lattice, count, encoding ? encoding->it : nullptr)};
     });
 }
 void limax_population_free(limax_population* population) { delete population; }
 int32_t limax_population_count(const limax_population* population) {
-    return value_or(0, [&] {
-        require(population, "population");
-        return population->it.count();
-    });
+    return value_or(0, population, "population", [&] { return population->it.count(); });
 }
 float* limax_population_genomes(limax_population* population) {
-    return value_or<float*>(nullptr, [&] {
-        const auto population_use = changing(population, "population");
+    return value_or<float*>(nullptr, population, "population", [&] {
+        const auto use = changing(population, "population");
         return population->it.genomes();
     });
 }
 uint8_t* limax_population_voxels(limax_population* population) {
-    return value_or<uint8_t*>(nullptr, [&] {
-        const auto population_use = changing(population, "population");
+    return value_or<uint8_t*>(nullptr, population, "population", [&] {
+        const auto use = changing(population, "population");
         return population->it.voxels();
     });
 }
 float* limax_population_weights(limax_population* population) {
-    return value_or<float*>(nullptr, [&] {
-        const auto population_use = changing(population, "population");
+    return value_or<float*>(nullptr, population, "population", [&] {
+        const auto use = changing(population, "population");
         return population->it.weights();
     });
 }
 const limax_body* limax_population_bodies(const limax_population* population) {
-    return value_or<const limax_body*>(nullptr, [&] {
-        require(population, "population");
-        return population->it.bodies();
-    });
+    return value_or<const limax_body*>(nullptr, population, "population",
+                                       [&] { return population->it.bodies(); });
 }
 limax_status limax_population_read_genomes(const limax_population* population, int32_t first,
                                            int32_t count, float* out) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
-        require(out, "out");
+    return change(population, "population", [&] {
+        require("out", out);
         population->it.read_genomes(first, count, out);
     });
 }
 limax_status limax_population_text(const limax_population* population, int32_t robot,
                                    const char* letters, char* out) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
-        require(letters, "letters");
-        require(out, "out");
+    return change(population, "population", [&] {
+        require("letters, out", letters, out);
         population->it.write_text(robot, letters, out);
     });
 }
 limax_status limax_population_initialize(limax_population* population, int32_t first,
                                          int32_t count) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
+    return change(population, "population", [&] {
         const limax::parallel_for in_order = [](int n, const std::function<void(int)>& work) {
             for (int i = 0; i < n; ++i) work(i);
         };
@@ -196,10 +157,9 @@ limax_status limax_population_initialize(limax_population* population, int32_t f
 limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
                                       limax_device* device, int32_t first, int32_t count) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
+    return change(population, "population", [&] {
         const auto materials_use = reading(materials, "materials");
-        require(device, "device");
+        require("device", device);
         settle(population->it, *device->it);
         population->it.express(materials->it, require_muscle != 0, device->it->express(),
                                device->it->each(), first, count);
@@ -207,8 +167,7 @@ limax_status limax_population_express(limax_population* population,
 }
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
                                     int32_t require_muscle, int32_t first, int32_t count) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
+    return change(population, "population", [&] {
         const auto materials_use = reading(materials, "materials");
         population->it.check(materials->it, require_muscle != 0, first, count);
     });
@@ -216,14 +175,11 @@ limax_status limax_population_check(limax_population* population, const limax_ma
 limax_status limax_population_breed(limax_population* children, const limax_population* parents,
                                     const int32_t* pairs, const limax_breeding* breeding,
                                     limax_device* device, int32_t first, int32_t count) {
-    return guard([&] {
-        const auto children_use = changing(children, "children");
+    return change(children, "children", [&] {
         std::unique_lock<std::shared_mutex> parents_use;
         // a population that is both is held already, and refused below
         if (parents != children) parents_use = changing(parents, "parents");
-        require(pairs, "pairs");
-        require(breeding, "breeding");
-        require(device, "device");
+        require("pairs, breeding, device", pairs, breeding, device);
         settle(children->it, *device->it);
         settle(parents->it, *device->it);
         children->it.breed(parents->it, pairs, *breeding, device->it->each(), first, count);
@@ -231,10 +187,8 @@ limax_status limax_population_breed(limax_population* children, const limax_popu
 }
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
-        require(robots, "robots");
-        require(out, "out");
+    return change(population, "population", [&] {
+        require("robots, out", robots, out);
         *out = population->it.diversity(robots, count);
     });
 }

@@ -7,15 +7,12 @@
 
 namespace {
 
-using limax::api::guard;
-using limax::api::require;
-using limax::api::value_or;
+using namespace limax::api;
 
 thread_local std::string last_error;
 
-limax::random_key key_of(const limax_random_key* key) {
-    require(key, "key");
-    return {key->seed, key->repetition, key->stream, key->generation, key->individual};
+limax::random_key key_of(const limax_random_key& key) {
+    return {key.seed, key.repetition, key.stream, key.generation, key.individual};
 }
 
 }  // namespace
@@ -46,29 +43,27 @@ int32_t limax_interrupted(void) { return limax::interrupted(); }
 limax_status limax_device_create(const char* name, int32_t threads, const char* isa,
                                  limax_device** out) {
     return guard([&] {
-        require(name, "name");
-        require(out, "out");
+        require("name, out", name, out);
         *out = new limax_device{limax::make_device(name, threads, isa)};
     });
 }
 void limax_device_free(limax_device* device) { delete device; }
 const char* limax_device_describe(const limax_device* device) {
-    return value_or("{}", [&] {
-        require(device, "device");
-        return device->it->describe();
-    });
+    return value_or("{}", device, "device", [&] { return device->it->describe(); });
 }
 
 // ---- random numbers ----
 
 double limax_random_uniform(const limax_random_key* key, uint32_t draw) {
-    return value_or(std::nan(""), [&] { return limax::random_uniform(key_of(key), draw); });
+    return value_or(std::nan(""), key, "key",
+                    [&] { return limax::random_uniform(key_of(*key), draw); });
 }
 double limax_random_normal(const limax_random_key* key, uint32_t draw) {
-    return value_or(std::nan(""), [&] { return limax::random_normal(key_of(key), draw); });
+    return value_or(std::nan(""), key, "key",
+                    [&] { return limax::random_normal(key_of(*key), draw); });
 }
 uint32_t limax_random_integer(const limax_random_key* key, uint32_t draw, uint32_t n) {
-    return value_or(0u, [&] { return limax::random_integer(key_of(key), draw, n); });
+    return value_or(0u, key, "key", [&] { return limax::random_integer(key_of(*key), draw, n); });
 }
 
 }  // extern "C"

@@ -11,10 +11,7 @@ namespace {
 
 using limax::fail;
 using limax::format;
-using limax::api::changing;
-using limax::api::guard;
-using limax::api::reading;
-using limax::api::require;
+using namespace limax::api;
 
 // An index into the list of effects, range checked.
 const limax::effect_entry& entry_at(int32_t effect) {
@@ -44,7 +41,7 @@ extern "C" {
 int32_t limax_effect_count(void) { return static_cast<int32_t>(limax::effect_entries().size()); }
 limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
     return guard([&] {
-        require(out, "out");
+        require("out", out);
         const limax::effect_entry& entry = entry_at(effect);
         *out = {entry.name, entry.summary, entry.needs.c_str(), entry.field_count,
                 entry.most_instances};
@@ -52,7 +49,7 @@ limax_status limax_effect_describe(int32_t effect, limax_effect_info* out) {
 }
 limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info* out) {
     return guard([&] {
-        require(out, "out");
+        require("out", out);
         const limax::effect_entry& entry = entry_at(effect);
         if (field < 0 || field >= entry.field_count)
             fail(LIMAX_INVALID_ARGUMENT, format("effect '%s' has %d fields, not %lld", entry.name,
@@ -65,8 +62,7 @@ limax_status limax_effect_field(int32_t effect, int32_t field, limax_field_info*
 }
 limax_status limax_option_field(const char* group, int32_t field, limax_field_info* out) {
     return guard([&] {
-        require(group, "group");
-        require(out, "out");
+        require("group, out", group, out);
         for (const option_group& each : option_groups) {
             if (each.name != std::string_view(group)) continue;
             if (field < 0 || field >= static_cast<int32_t>(each.fields.size())) break;
@@ -79,50 +75,41 @@ limax_status limax_option_field(const char* group, int32_t field, limax_field_in
 }
 limax_status limax_scene_create(limax_scene** out) {
     return guard([&] {
-        require(out, "out");
+        require("out", out);
         *out = new limax_scene;
     });
 }
 void limax_scene_free(limax_scene* scene) { delete scene; }
 limax_status limax_scene_add(limax_scene* scene, const char* effect) {
-    return guard([&] {
-        const auto use = changing(scene, "scene");
-        require(effect, "effect");
+    return change(scene, "scene", [&] {
+        require("effect", effect);
         scene->it.add(effect);
     });
 }
 limax_status limax_scene_set(limax_scene* scene, const char* effect, const char* field,
                              const double* values, int32_t count) {
-    return guard([&] {
-        const auto use = changing(scene, "scene");
-        require(effect, "effect");
-        require(field, "field");
-        require(values, "values");
+    return change(scene, "scene", [&] {
+        require("effect, field, values", effect, field, values);
         scene->it.set(effect, field, values, count);
     });
 }
 limax_status limax_scene_set_heights(limax_scene* scene, const char* effect, const char* field,
                                      const double* heights, int32_t nx, int32_t ny) {
-    return guard([&] {
-        const auto use = changing(scene, "scene");
-        require(effect, "effect");
-        require(field, "field");
-        require(heights, "heights");
+    return change(scene, "scene", [&] {
+        require("effect, field, heights", effect, field, heights);
         scene->it.set_heights(effect, field, heights, nx, ny);
     });
 }
 limax_status limax_scene_add_script(limax_scene* scene, const char* name, const char* text,
                                     const limax_script_parameter* parameters, int32_t count,
                                     const double* bound) {
-    return guard([&] {
-        const auto use = changing(scene, "scene");
-        require(name, "name");
-        require(text, "text");
+    return change(scene, "scene", [&] {
+        require("name, text", name, text);
         limax::require_range("count", count, 0, limax::scripted::most_registers, "");
-        if (count > 0) require(parameters, "parameters");
+        if (count > 0) require("parameters", parameters);
         std::vector<limax::scripted::parameter> values;
         for (int32_t i = 0; i < count; ++i) {
-            require(parameters[i].name, "a parameter's name");
+            require("a parameter's name", parameters[i].name);
             values.push_back({parameters[i].name, parameters[i].components, {}});
             std::copy(parameters[i].value, parameters[i].value + 3, values.back().value);
         }
@@ -130,10 +117,7 @@ limax_status limax_scene_add_script(limax_scene* scene, const char* name, const 
     });
 }
 limax_status limax_scene_check(const limax_scene* scene) {
-    return guard([&] {
-        const auto use = reading(scene, "scene");
-        scene->it.check();
-    });
+    return read(scene, "scene", [&] { scene->it.check(); });
 }
 
 }  // extern "C"

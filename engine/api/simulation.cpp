@@ -14,13 +14,7 @@ namespace {
 
 using limax::fail;
 using limax::format;
-using limax::api::changing;
-using limax::api::guard;
-using limax::api::is_stored_on;
-using limax::api::make_setup;
-using limax::api::reading;
-using limax::api::require;
-using limax::api::value_or;
+using namespace limax::api;
 
 // Holds a simulation for a call about one of its robots.
 [[nodiscard]] std::unique_lock<std::shared_mutex> using_robot(const limax_simulation* simulation,
@@ -38,7 +32,7 @@ using limax::api::value_or;
     std::vector<const limax_simulation*> sorted(simulations, simulations + count);
     std::sort(sorted.begin(), sorted.end(), std::less<>());
     // a null comes first
-    if (!sorted.empty()) require(sorted.front(), "a simulation");
+    if (!sorted.empty()) require("a simulation", sorted.front());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
         fail(LIMAX_INVALID_ARGUMENT, "one of the simulations is listed twice");
     std::vector<std::unique_lock<std::shared_mutex>> uses;
@@ -132,7 +126,7 @@ extern "C" {
 
 void limax_simulation_defaults(limax_simulation_options* out) {
     guard([&] {
-        require(out, "out");
+        require("out", out);
         *out = {};
         out->integrator = LIMAX_LEAPFROG;
         out->precision = LIMAX_COMPENSATED;
@@ -151,13 +145,10 @@ limax_status limax_simulation_create(const limax_population* population,
                                      const limax_materials* materials, const limax_scene* scene,
                                      const limax_simulation_options* options, const uint8_t* mask,
                                      limax_device* device, limax_simulation** out) {
-    return guard([&] {
-        const auto population_use = changing(population, "population");
+    return change(population, "population", [&] {
         const auto materials_use = reading(materials, "materials");
         const auto scene_use = reading(scene, "scene");
-        require(options, "options");
-        require(device, "device");
-        require(out, "out");
+        require("options, device, out", options, device, out);
         auto setup =
             make_setup(population->it, materials->it, scene->it, *options, mask, *device->it);
         *out = new limax_simulation{device->it, device->it->simulate(std::move(setup)),
@@ -167,9 +158,8 @@ limax_status limax_simulation_create(const limax_population* population,
 void limax_simulation_free(limax_simulation* simulation) { delete simulation; }
 limax_status limax_simulation_advance(limax_simulation* simulation, double seconds, int64_t steps,
                                       limax_progress* out) {
-    return guard([&] {
-        const auto use = changing(simulation, "simulation");
-        require(out, "out");
+    return change(simulation, "simulation", [&] {
+        require("out", out);
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         limax::require_range("steps", double(steps), 0, 9223372036854775807.0, "");
         *out = simulation->it->advance(seconds, steps);
@@ -178,8 +168,7 @@ limax_status limax_simulation_advance(limax_simulation* simulation, double secon
 limax_status limax_simulations_advance(limax_simulation* const* simulations, int32_t count,
                                        double seconds, limax_progress* out) {
     return guard([&] {
-        require(simulations, "simulations");
-        require(out, "out");
+        require("simulations, out", simulations, out);
         limax::require_range("count", count, 0, 2147483647.0, "");
         limax::require_range("seconds", seconds, 0, 1e6, "s");
         const auto uses = using_each(simulations, count);
@@ -200,27 +189,22 @@ limax_status limax_simulations_advance(limax_simulation* const* simulations, int
     });
 }
 const limax_outcome* limax_simulation_outcomes(const limax_simulation* simulation) {
-    return value_or<const limax_outcome*>(nullptr, [&] {
-        require(simulation, "simulation");
-        return simulation->it->outcomes();
-    });
+    return value_or<const limax_outcome*>(nullptr, simulation, "simulation",
+                                          [&] { return simulation->it->outcomes(); });
 }
 limax_status limax_simulation_trace(const limax_simulation* simulation, int32_t robot, int32_t kind,
                                     const double** data, int64_t* samples, int64_t* width) {
     return guard([&] {
         const auto use = using_robot(simulation, robot);
-        require(data, "data");
-        require(samples, "samples");
-        require(width, "width");
+        require("data, samples, width", data, samples, width);
         if (kind < 0 || kind >= LIMAX_TRACE_KINDS || simulation->options.record[kind] == 0)
             fail(LIMAX_INVALID_ARGUMENT, format("trace kind %d is not recorded", kind));
         simulation->it->trace(robot, kind, data, samples, width);
     });
 }
 limax_status limax_simulation_describe(limax_simulation* simulation, const char** out) {
-    return guard([&] {
-        const auto use = changing(simulation, "simulation");
-        require(out, "out");
+    return change(simulation, "simulation", [&] {
+        require("out", out);
         *out = simulation->it->describe();
     });
 }
@@ -228,7 +212,7 @@ limax_status limax_simulation_sites(const limax_simulation* simulation, int32_t 
                                     const int32_t** sites) {
     return guard([&] {
         const auto use = using_robot(simulation, robot);
-        require(sites, "sites");
+        require("sites", sites);
         *sites = simulation->it->sites(robot);
         if (*sites) return;
         // asking for its state prepares a robot, or refuses one that is not simulated
@@ -255,7 +239,7 @@ limax_status limax_simulation_block(const limax_simulation* simulation, int32_t 
                                     double* out) {
     return guard([&] {
         const auto use = using_robot(simulation, robot);
-        require(out, "out");
+        require("out", out);
         simulation->it->block(robot, out);
     });
 }
