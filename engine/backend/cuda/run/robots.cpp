@@ -317,9 +317,9 @@ const std::vector<int32_t>& robots_on_gpu<R>::sites_of(std::size_t local) {
 
 }  // namespace
 
-std::unique_ptr<gpu_robots> make_batch(const simulation_setup& setup, std::vector<int32_t> robots,
-                                       std::shared_ptr<gpu_team> team, gpu_place& place,
-                                       limax_outcome* outcomes) {
+std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
+                                        std::shared_ptr<gpu_team> team, gpu_place& place,
+                                        limax_outcome* outcomes) {
     const bool twice =
         setup.options.precision == LIMAX_DOUBLE || setup.options.precision == LIMAX_MIXED;
     if (twice)

@@ -1,5 +1,5 @@
-// robots.h: the robots of one simulation that one GPU steps: their memory there, and slices of
-// their runs. SI units.
+// robots.h: the robots of one simulation that one GPU steps at a time: their memory there, and
+// slices of their runs. SI units.
 #pragma once
 
 #include <vector>
@@ -38,15 +38,10 @@ public:
     virtual std::string describe() = 0;
 };
 
-// `robots` are indices into the setup; their outcomes are written as they run. Robots that do not
-// fit on the GPU together are processed in batches.
+// `robots` are indices into the setup; their outcomes are written as they run. They are all on the
+// GPU at once or not at all.
 std::unique_ptr<gpu_robots> make_robots(const simulation_setup& setup, std::vector<int32_t> robots,
                                         std::shared_ptr<gpu_team> team, gpu_place& place,
                                         limax_outcome* outcomes);
-
-// The same for robots that are all on the GPU at once or not at all.
-std::unique_ptr<gpu_robots> make_batch(const simulation_setup& setup, std::vector<int32_t> robots,
-                                       std::shared_ptr<gpu_team> team, gpu_place& place,
-                                       limax_outcome* outcomes);
 
 }  // namespace limax::cuda

@@ -1,10 +1,105 @@
-// simulation.cpp: the robots of a simulation, distributed over the GPUs of this host. A robot's
-// results depend only on the robot.
+// simulation.cpp: the robots of a simulation, distributed over the GPUs of this host. Robots that
+// do not fit on a GPU at once are halved until a part fits, and the parts run one at a time. A
+// robot's results depend only on the robot.
+#include <algorithm>
+#include <chrono>
+
 #include "backend/cuda/run/robots.h"
 
 namespace limax::cuda {
 
 namespace {
+
+// The robots of one GPU.
+class robot_batches {
+public:
+    robot_batches(const simulation_setup& setup, std::vector<int32_t> robots,
+                  std::shared_ptr<gpu_team> team, gpu_place& place, limax_outcome* outcomes)
+        : make_([=, &setup, &place](const std::vector<int32_t>& some) {
+              return batch{some, make_robots(setup, some, team, place, outcomes)};
+          }) {
+        batches_.push_back(make_(robots));
+    }
+
+    // The batch of a robot, as it is.
+    gpu_robots& batch_of(int32_t robot) const { return *batches_[place_of(robot)].stepper; }
+    // The same, the only one on the GPU.
+    gpu_robots& wake_for(int32_t robot);
+    gpu_robots& wake_first() { return wake_for(batches_.front().robots.front()); }
+
+    void advance(double seconds, int64_t steps);
+    void enqueue(double seconds) {
+        enqueued_ = next_unfinished();
+        if (enqueued_) enqueued_->enqueue(seconds);
+    }
+    void collect() {
+        if (gpu_robots* sent = std::exchange(enqueued_, nullptr)) sent->collect();
+    }
+
+private:
+    struct batch {
+        std::vector<int32_t> robots;  // ascending
+        std::unique_ptr<gpu_robots> stepper;
+        bool begun = false;  // it has been awake
+    };
+
+    std::size_t place_of(int32_t robot) const {
+        std::size_t at = 0;
+        while (!std::binary_search(batches_[at].robots.begin(), batches_[at].robots.end(), robot))
+            ++at;
+        return at;
+    }
+    gpu_robots* next_unfinished() {
+        for (const batch& each : batches_)
+            if (!each.stepper->finished()) return &wake_for(each.robots.front());
+        return nullptr;
+    }
+
+    const std::function<batch(const std::vector<int32_t>&)> make_;
+    std::vector<batch> batches_;
+    gpu_robots* enqueued_ = nullptr;
+};
+
+// A batch that has never been awake is halved as long as it does not fit; one robot that does not
+// fit is refused.
+gpu_robots& robot_batches::wake_for(int32_t robot) {
+    while (true) {
+        const std::size_t at = place_of(robot);
+        for (std::size_t i = 0; i < batches_.size(); ++i)
+            if (i != at) batches_[i].stepper->sleep();
+        try {
+            batches_[at].stepper->wake();
+            batches_[at].begun = true;
+            return *batches_[at].stepper;
+        } catch (const error& problem) {
+            const std::vector<int32_t> robots = batches_[at].robots;
+            if (problem.status() != LIMAX_OUT_OF_MEMORY || robots.size() < 2 || batches_[at].begun)
+                throw;
+            const auto half = robots.begin() + std::ptrdiff_t(robots.size() / 2);
+            batches_[at] = make_({robots.begin(), half});
+            batches_.insert(batches_.begin() + std::ptrdiff_t(at) + 1, make_({half, robots.end()}));
+        }
+    }
+}
+
+void robot_batches::advance(double seconds, int64_t steps) {
+    if (steps > 0) {
+        // halving while waking changes the list: by robot, in order
+        for (std::size_t i = 0; i < batches_.size() && !interrupted(); ++i)
+            if (!batches_[i].stepper->finished())
+                wake_for(batches_[i].robots.front()).advance(seconds, steps);
+        return;
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    for (gpu_robots* next = next_unfinished(); next && !interrupted(); next = next_unfinished()) {
+        const double left =
+            seconds -
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        if (left <= 0) return;
+        next->advance(left, 0);
+        if (!next->finished()) return;
+    }
+}
 
 class cuda_simulation final : public simulation {
 public:
@@ -23,16 +118,18 @@ public:
     const char* describe() override;
 
 private:
-    gpu_robots* part_of(int32_t robot) const;
+    robot_batches* part_of(int32_t robot) const {
+        return gpu_of_[robot] < 0 ? nullptr : parts_[gpu_of_[robot]].get();
+    }
     gpu_robots& simulated(int32_t robot);
-    void on_all_gpus(const std::function<void(gpu_robots&)>& work);
+    void on_all_gpus(const std::function<void(robot_batches&)>& work);
     limax_progress progress() const;
 
     simulation_setup setup_;
     const std::shared_ptr<gpu_team> team_;
     std::vector<limax_outcome> outcomes_;
     std::vector<int32_t> gpu_of_;  // [robot], -1 for one that is not simulated
-    std::vector<std::unique_ptr<gpu_robots>> parts_;
+    std::vector<std::unique_ptr<robot_batches>> parts_;  // [gpu], null without robots
     std::string description_;
     int32_t chosen_ = 0;  // robots in the mask
 };
@@ -54,28 +151,29 @@ cuda_simulation::cuda_simulation(simulation_setup setup, std::shared_ptr<gpu_tea
     }
     for (std::size_t k = 0; k < gpus; ++k)
         parts_.push_back(robots[k].empty() ? nullptr
-                                           : make_robots(setup_, std::move(robots[k]), team_,
-                                                         *team_->places()[k], outcomes_.data()));
+                                           : std::make_unique<robot_batches>(
+                                                 setup_, std::move(robots[k]), team_,
+                                                 *team_->places()[k], outcomes_.data()));
 }
 
 // Runs each GPU's part on its own thread; rethrows the first exception.
-void cuda_simulation::on_all_gpus(const std::function<void(gpu_robots&)>& work) {
+void cuda_simulation::on_all_gpus(const std::function<void(robot_batches&)>& work) {
     team_->threads().run_on_all([&](int gpu) {
-        if (gpu_robots* part = parts_[std::size_t(gpu)].get()) work(*part);
+        if (robot_batches* part = parts_[std::size_t(gpu)].get()) work(*part);
     });
 }
 
 limax_progress cuda_simulation::advance(double seconds, int64_t steps) {
-    on_all_gpus([&](gpu_robots& part) { part.advance(seconds, steps); });
+    on_all_gpus([&](robot_batches& part) { part.advance(seconds, steps); });
     return progress();
 }
 
 void cuda_simulation::enqueue(double seconds) {
-    on_all_gpus([&](gpu_robots& part) { part.enqueue(seconds); });
+    on_all_gpus([&](robot_batches& part) { part.enqueue(seconds); });
 }
 
 limax_progress cuda_simulation::collect() {
-    on_all_gpus([&](gpu_robots& part) { part.collect(); });
+    on_all_gpus([&](robot_batches& part) { part.collect(); });
     return progress();
 }
 
@@ -97,29 +195,25 @@ limax_progress cuda_simulation::progress() const {
     return result;
 }
 
-gpu_robots* cuda_simulation::part_of(int32_t robot) const {
-    return gpu_of_[robot] < 0 ? nullptr : parts_[gpu_of_[robot]].get();
-}
-
 void cuda_simulation::trace(int32_t robot, int32_t kind, const double** data, int64_t* samples,
                             int64_t* width) const {
-    gpu_robots* part = part_of(robot);
-    *data = part ? part->trace(robot, kind) : nullptr;
-    *samples = part ? part->samples(robot, kind) : 0;
+    const robot_batches* part = part_of(robot);
+    *data = part ? part->batch_of(robot).trace(robot, kind) : nullptr;
+    *samples = part ? part->batch_of(robot).samples(robot, kind) : 0;
     *width = trace_width(kind, outcomes_[robot].masses);
 }
 
 const int32_t* cuda_simulation::sites(int32_t robot) const {
-    gpu_robots* part = part_of(robot);
-    return part ? part->sites(robot) : nullptr;
+    robot_batches* part = part_of(robot);
+    return part ? part->wake_for(robot).sites(robot) : nullptr;
 }
 
 gpu_robots& cuda_simulation::simulated(int32_t robot) {
-    gpu_robots* part = part_of(robot);
+    robot_batches* part = part_of(robot);
     if (!part)
         fail(LIMAX_INVALID_ARGUMENT,
              format("robot %d is not simulated: it has no state", robot + 1));
-    return *part;
+    return part->wake_for(robot);
 }
 
 void cuda_simulation::place(int32_t robot, const double* positions, const double* velocities) {
@@ -139,7 +233,7 @@ const char* cuda_simulation::describe() {
     description_ = "{\"device\":\"cuda\"}";
     for (const auto& part : parts_)
         if (part) {
-            description_ = part->describe();
+            description_ = part->wake_first().describe();
             break;
         }
     return description_.c_str();

@@ -38,17 +38,11 @@ struct fake_gpus {
         full.setup.options.time_step = 1e-4;
         return checked_setup(full);
     }
-    // Robots of a setup, which must outlive them, on the first GPU.
-    std::unique_ptr<cuda::gpu_robots> make(const simulation_setup& setup,
-                                           std::vector<int32_t> which) {
-        outcomes.assign(robots, {});
-        return cuda::make_robots(setup, std::move(which), team, *team->places().front(),
-                                 outcomes.data());
-    }
-    std::unique_ptr<cuda::gpu_robots> make_all(const simulation_setup& setup) {
-        std::vector<int32_t> all(robots);
-        std::iota(all.begin(), all.end(), 0);
-        return make(setup, std::move(all));
+    // A simulation of some robots, of all where none are listed.
+    std::unique_ptr<simulation> make(simulation_setup setup, const std::vector<int>& which = {}) {
+        if (!which.empty()) std::fill_n(setup.mask.begin(), robots, 0);
+        for (const int robot : which) setup.mask[robot] = 1;
+        return cuda::make_simulation(std::move(setup), team);
     }
     // Ends the GPUs' use, once the robots are gone.
     void check_given_back() {
@@ -59,7 +53,6 @@ struct fake_gpus {
     environment_variable origins;
     fake_machine machine;
     std::shared_ptr<cuda::gpu_team> team;
-    std::vector<limax_outcome> outcomes;
 };
 
 // Where a robot is put: its own place, exact in single precision.
@@ -70,12 +63,10 @@ std::vector<double> place_of(int robot) {
     return place;
 }
 
-template <class Robots>
-void put_all(Robots& some) {
+void put_all(simulation& some) {
     for (int robot = 0; robot < robots; ++robot) some.place(robot, place_of(robot).data(), nullptr);
 }
-template <class Robots>
-void check_places(Robots& some) {
+void check_places(simulation& some) {
     // first those that were put last
     for (int robot = robots - 1; robot >= 0; --robot) {
         CAPTURE(robot);
@@ -100,19 +91,15 @@ TEST_CASE("robots that do not fit on a GPU run in batches with the same results"
         fake_gpus on(budget.memory);
         const std::size_t room = std::min(budget.memory, std::size_t(240000));
         {
-            const simulation_setup setup = on.setup();
-            const auto some = on.make_all(setup);
+            const auto some = on.make(on.setup());
             put_all(*some);
             CHECK(on.machine.fake->held > least_of_robot);
             CHECK(on.machine.fake->held <= room);
             check_places(*some);
-            // each part, in turn, is prepared and does its steps; one was awake
+            // each batch is prepared and does its steps; one was on the GPU
             const int before = on.machine.fake->launches;
             some->advance(0, 3);
             CHECK(on.machine.fake->launches - before >= 2 + 1);
-            check_places(*some);
-            some->sleep();
-            CHECK(on.machine.fake->held == 0);
             check_places(*some);
         }
         on.check_given_back();
@@ -128,7 +115,7 @@ TEST_CASE("robots run in batches also where only their traces do not fit") {
         simulation_setup setup = on.setup();
         setup.options.duration = 10;
         setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 10000;
-        const auto some = on.make_all(setup);
+        const auto some = on.make(std::move(setup));
         put_all(*some);
         CHECK(on.machine.fake->held > trace);
         check_places(*some);
@@ -140,16 +127,16 @@ TEST_CASE("a robot that was refused at any allocation runs once when there is ro
     if (!kernels_available()) return;
     fake_gpus on(100000000);
     {
-        simulation_setup setup = on.setup();
-        setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
         int refused = 0;
         for (bool woken = false; !woken; ++refused) {
             REQUIRE(refused < 100);
             CAPTURE(refused);
-            const auto some = on.make(setup, {4});
+            simulation_setup setup = on.setup();
+            setup.options.record[LIMAX_TRACE_CENTER_OF_MASS] = 50;
+            const auto some = on.make(std::move(setup), {4});
             on.machine.fake->allocations_left = refused;
             try {
-                some->wake();
+                some->describe();
                 woken = true;
             } catch (const error& problem) {
                 CHECK(problem.status() == LIMAX_OUT_OF_MEMORY);
@@ -169,9 +156,8 @@ TEST_CASE("a robot that no GPU has room for is refused, and nothing is lost") {
     if (!kernels_available()) return;
     fake_gpus on(least_of_robot / 2);
     {
-        const simulation_setup setup = on.setup();
-        const auto some = on.make(setup, {0, 3, 5});
-        const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->wake(); });
+        const auto some = on.make(on.setup(), {0, 3, 5});
+        const std::string text = failure(LIMAX_OUT_OF_MEMORY, [&] { some->describe(); });
         CHECK(text.find("of 1 robots: ") != std::string::npos);
         CHECK(on.machine.fake->held == 0);
     }
@@ -182,7 +168,7 @@ TEST_CASE("GPUs share the robots, and what one of them refuses is raised") {
     if (!kernels_available()) return;
     fake_gpus on(100000000, 3);
     {
-        const auto simulation = cuda::make_simulation(on.setup(), on.team);
+        const auto simulation = on.make(on.setup());
         put_all(*simulation);
         check_places(*simulation);
         const int before = on.machine.fake->launches;
