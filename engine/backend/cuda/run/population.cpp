@@ -97,6 +97,9 @@ private:
     gpu_bodies& bodies_to_write(bool all);
     device_memory<float> launch_express(int32_t first, int32_t count, gpu_bodies& bodies);
     device_memory<int32_t> launch_describe(int32_t first, int32_t count, gpu_bodies& bodies);
+    template <class T>
+    void compare(const char* function, const launch_shape& shape, const int32_t* robots,
+                 int32_t count, T* out, std::size_t size, T* diversity_launch::*sums) const;
     template <class Launch>
     void run(const char* entry, const char* function, const launch_shape& shape,
              const std::string& doing, const Launch& arguments) const;
@@ -279,39 +282,31 @@ device_memory<int32_t> gpu_population::launch_describe(int32_t first, int32_t co
     return scratch;
 }
 
+template <class T>
+void gpu_population::compare(const char* function, const launch_shape& shape, const int32_t* robots,
+                             int32_t count, T* out, std::size_t size,
+                             T* diversity_launch::*sums) const {
+    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
+    device_memory<T> result(place_.gpu, size, "the diversity of a set");
+    members.upload(robots, std::size_t(count), stream_);
+    diversity_launch arguments{
+        members.data(),          count,   genomes_.data(),        nullptr, genes_,
+        bodies_->voxels_.data(), nullptr, int32_t(grid_.voxels())};
+    arguments.*sums = result.data();
+    run("diversity", function, shape, format("comparing %d robots", count), arguments);
+    result.download(out, size, stream_);
+    stream_.synchronize("comparing robots");
+}
+
 void gpu_population::count_same(const int32_t* robots, int32_t count, int64_t* same) const {
     const auto voxels = std::size_t(grid_.voxels());
-    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
-    device_memory<int64_t> sums(place_.gpu, voxels, "the voxels that a set shares");
-    members.upload(robots, std::size_t(count), stream_);
-    diversity_launch arguments{};
-    arguments.robots = members.data();
-    arguments.members = count;
-    arguments.voxels = bodies_->voxels_.data();
-    arguments.same = sums.data();
-    arguments.voxel_count = int32_t(voxels);
-    run("diversity", "limax_hamming",
-        {unsigned((voxels - 1) / set_voxels + 1), set_voxels * set_warps},
-        format("comparing the voxels of %d robots", count), arguments);
-    sums.download(same, voxels, stream_);
-    stream_.synchronize("comparing voxels");
+    compare("limax_hamming", {unsigned((voxels - 1) / set_voxels + 1), set_voxels * set_warps},
+            robots, count, same, voxels, &diversity_launch::same);
 }
 
 void gpu_population::sum_squares(const int32_t* robots, int32_t count, double* squares) const {
-    device_memory<int32_t> members(place_.gpu, std::size_t(count), "the robots of a set");
-    device_memory<double> sums(place_.gpu, std::size_t(genes_), "the deviations of genes");
-    members.upload(robots, std::size_t(count), stream_);
-    diversity_launch arguments{};
-    arguments.robots = members.data();
-    arguments.members = count;
-    arguments.genomes = genomes_.data();
-    arguments.squares = sums.data();
-    arguments.genes = genes_;
-    run("diversity", "limax_genotype",
-        {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
-        format("comparing the genomes of %d robots", count), arguments);
-    sums.download(squares, std::size_t(genes_), stream_);
-    stream_.synchronize("comparing genomes");
+    compare("limax_genotype", {unsigned((genes_ - 1) / genotype_threads + 1), genotype_threads},
+            robots, count, squares, std::size_t(genes_), &diversity_launch::squares);
 }
 
 std::shared_ptr<device_population> make_population(std::shared_ptr<gpu_team> team,

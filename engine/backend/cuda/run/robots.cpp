@@ -19,7 +19,7 @@ namespace {
 using clock = std::chrono::steady_clock;
 
 constexpr int64_t never = INT64_MAX;
-// Steps of the first launch, before it is known how long one takes.
+// Steps of the first launch, before the time of one is measured.
 constexpr int64_t first_steps = 64;
 // Of one launch, so that an interrupt does not wait longer.
 constexpr double most_seconds = 0.05;
@@ -101,7 +101,7 @@ private:
     bool between(const robot_record& record) const {
         return setup_.options.integrator == LIMAX_LEAPFROG && record.step > 0 && record.begun;
     }
-    void tell_block(std::size_t local, limax_outcome& outcome) const;
+    void write_block_outcome(std::size_t local, limax_outcome& outcome) const;
     R* column_of(std::vector<R>& state, int column) { return state.data() + column * sites_; }
 
     const simulation_setup& setup_;
@@ -114,7 +114,7 @@ private:
     event start_, end_;
     const int64_t sites_;
     std::vector<int32_t> local_;  // place in robots_ of each robot of the setup
-    bool prepared_ = false;       // what follows from the bodies is known
+    bool prepared_ = false;       // records and plans are made
     bool awake_ = false;          // everything is on the GPU
 
     scene_kernels scene_;
@@ -207,8 +207,8 @@ pinned<prepared_robot> robots_on_gpu<R>::make_springs(std::size_t count) {
         launch.weights = weights.data();
     }
     device_running_.upload(robots_.data(), count, stream_);
-    device_memory<prepared_robot> device_prepared(gpu_, count, "what is known of robots");
-    pinned<prepared_robot> prepared(gpu_, count, "what is known of robots");
+    device_memory<prepared_robot> device_prepared(gpu_, count, "the masses of robots");
+    pinned<prepared_robot> prepared(gpu_, count, "the masses of robots");
     launch.robots = device_running_.data();
     launch.prepared = device_prepared.data();
     launch.mass = mass_.data();

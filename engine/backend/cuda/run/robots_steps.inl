@@ -7,7 +7,7 @@ int64_t robots_on_gpu<R>::most_steps_left() const {
     return most;
 }
 
-// Steps that take about `seconds`, as far as is known.
+// Steps that are estimated to take `seconds`.
 template <class R>
 int64_t robots_on_gpu<R>::steps_in(double seconds) const {
     if (!(seconds_per_step_ > 0)) return first_steps;
@@ -146,16 +146,16 @@ void robots_on_gpu<R>::take_records() {
         std::copy_n(record.center[0], 3, outcome.center_start);
         std::copy_n(record.center[1], 3, outcome.center_middle);
         std::copy_n(record.center[2], 3, outcome.center_end);
-        if (scene_.has_solid) tell_block(std::size_t(i), outcome);
+        if (scene_.has_solid) write_block_outcome(std::size_t(i), outcome);
         if (record.status != robot_running) ended.push_back(i);
     }
     if (!ended.empty()) end_robots(ended);
     std::erase_if(running_, [&](int32_t i) { return records_[i].status != robot_running; });
 }
 
-// What is known of a robot's block so far; of its end once the robot is done.
+// The block's part of an outcome, complete once the robot is done.
 template <class R>
-void robots_on_gpu<R>::tell_block(std::size_t local, limax_outcome& outcome) const {
+void robots_on_gpu<R>::write_block_outcome(std::size_t local, limax_outcome& outcome) const {
     const solid_record& solid = solid_records_[local];
     const robot_record& record = records_[local];
     std::copy_n(solid.center[0], 3, outcome.block_start);
