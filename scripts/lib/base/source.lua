@@ -132,11 +132,14 @@ end
 function source.describe(value, base)
   if type(value) == "function" then return { ["function"] = source.of_function(value, base) } end
   if type(value) ~= "table" then return value end
-  local copy = {}
-  for key, entry in pairs(value) do copy[key] = source.describe(entry, base) end
+  local copy, named = {}, false
+  for key, entry in pairs(value) do
+    copy[key] = source.describe(entry, base)
+    named = named or type(key) == "string"
+  end
   -- a JSON object cannot be a list too: { "tournament", size = 3 } becomes { name = "tournament",
   -- size = 3 }
-  if #copy > 0 and next(copy, #copy) ~= nil and type(copy[1]) == "string" then
+  if named and type(copy[1]) == "string" then
     copy.name = table.remove(copy, 1)
   end
   return copy
