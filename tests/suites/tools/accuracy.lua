@@ -8,6 +8,7 @@ local engine = require "limax.engine"
 local host = require "limax.host"
 local ranking = require "limax.base.statistics.ranking"
 local source = require "limax.base.source"
+local trial = require "support.trial"
 local tune = require "limax.tools.bench.accuracy.tune"
 local work_precision = require "limax.tools.bench.accuracy.work_precision"
 
@@ -27,19 +28,6 @@ suite:test("Kendall's tau, against pairs counted one by one", function(t)
   t:equal(tau({ 1, 2, 3, 4 }, { nil, 2, 3, 4 }), 1)
   t:near(tau({ 1, 2, 3, 4 }, { nil, nil, 3, 4 }), 5 / math.sqrt(30))
   t:equal(tau({ 1, 1, 1, 1 }, { 1, 2, 3, 4 }), nil)
-  -- every order of four: the mean over all of them is 0
-  local sum = 0
-  for a = 1, 4 do
-    for b = 1, 4 do
-      for c = 1, 4 do
-        local d = 10 - a - b - c
-        if a ~= b and b ~= c and a ~= c and d ~= a and d ~= b and d ~= c then
-          sum = sum + tau({ 1, 2, 3, 4 }, { a, b, c, d })
-        end
-      end
-    end
-  end
-  t:near(sum, 0, { atol = 1e-12 })
 end)
 
 suite:test("elites, overlap and elite regret, by hand", function(t)
@@ -152,10 +140,8 @@ suite:test("every section leaves figures, tables and one page", { limit = 180 },
     table.concat(result.columns, ","))
   local picture = source.read(folder .. "/work_precision.svg")
   t:ok(picture:find "^<svg" and picture:find "</svg>\n$")
-  for _, words in ipairs { "leapfrog, double", "Euler, single", ">evolve<", ">failed<",
-    "the reference&#39;s own error", "10⁻⁶" } do
-    t:ok(picture:find(words:gsub("&#39;", "'"), 1, true), words .. " is not in the figure")
-  end
+  trial.contains(t, picture, "leapfrog, double", "Euler, single", ">evolve<", ">failed<",
+    "the reference's own error", "10⁻⁶")
   -- two integrators, four precisions, four scenes
   t:ok(count_of(picture, "<polyline") >= 32, count_of(picture, "<polyline"))
   local page = source.read(folder .. "/accuracy.html")

@@ -13,11 +13,12 @@ local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
 local tables = require "limax.tools.compare.tables"
+local trial = require "support.trial"
 local verdict = require "limax.tools.compare.verdict"
 
 local suite = require("limax.test").suite "compare"
 
-local run = evolution.run
+local contains, run = trial.contains, evolution.run
 
 -- ---- real runs ----------------------------------------------------------------------------------
 
@@ -30,20 +31,15 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
     end
   end
   local done = process.completes(t, base, words)
-  t:ok(done.stdout:find("Baseline: fixed", 1, true), done.stdout)
-  t:ok(done.stdout:find("Wilcoxon's exact signed-rank test of pairs for random: every seed and "
-    .. "repetition is in both arms.", 1, true), done.stdout)
-  t:ok(done.stdout:find("n = 3: the smallest p after Holm over 1 is 0.25", 1, true), done.stdout)
-  t:ok(done.stdout:find("random: too few runs for any claim", 1, true), done.stdout)
-  t:ok(done.stdout:find("\nExploratory, no claims", 1, true), done.stdout)
+  contains(t, done.stdout, "Baseline: fixed", "Wilcoxon's exact signed-rank test of pairs for "
+    .. "random: every seed and repetition is in both arms.",
+    "n = 3: the smallest p after Holm over 1 is 0.25", "random: too few runs for any claim",
+    "\nExploratory, no claims")
 
-  words[#words + 1] = "--out"
-  words[#words + 1] = base .. "/out"
-  words[#words + 1] = "--json"
+  for _, word in ipairs { "--out", base .. "/out", "--json" } do words[#words + 1] = word end
   done = process.ends(base, words)
   local result = assert(host.json.decode(done.stdout))
-  t:equal(result.baseline, "fixed")
-  t:equal(#result.arms, 2)
+  t:equal({ result.baseline, #result.arms }, { "fixed", 2 })
   for k, one in ipairs(result.arms[2].runs) do
     t:equal({ one.seed, one.repetition, one.evaluations > 6 }, { tostring(k), 1, true })
     t:ok(one.outcome and one.mean_best_so_far)
@@ -62,12 +58,12 @@ suite:test("runs become arms, pairs and a table in every form", function(t)
     t:ok(picture:find(">random</text>", 1, true) and picture:find "</svg>%s*$", name)
   end
 
-  done = process.ends(base, { "compare", base .. "/fixed1", "--csv", "--latex" })
-  t:equal(done.status, 2)
-  t:ok(done.stderr:find("--csv and --latex exclude each other", 1, true), done.stderr)
-  done = process.ends(base, { "compare", base .. "/fixed1", "--baseline", "fixd" })
-  t:equal(done.status, 2)
-  t:ok(done.stderr:find('did you mean "fixed"?', 1, true), done.stderr)
+  for _, bad in ipairs { { "--csv", "--latex", "--csv and --latex exclude each other" },
+    { "--baseline", "fixd", 'did you mean "fixed"?' } } do
+    done = process.ends(base, { "compare", base .. "/fixed1", bad[1], bad[2] })
+    t:equal(done.status, 2)
+    contains(t, done.stderr, bad[3])
+  end
 end)
 
 suite:test("twenty lines of a chart differ in colour or dash", function(t)

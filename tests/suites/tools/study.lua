@@ -12,6 +12,7 @@ local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
 local study = require "limax.tools.study.study"
+local trial = require "support.trial"
 local tuning = require "limax.tools.study.tuning"
 
 local suite = require("limax.test").suite "study"
@@ -152,8 +153,7 @@ suite:test("a study compares equal budgets, and continues to the same bytes", { 
   -- only the study can resume its runs
   local done = process.ends(t:folder(), { "run", "--resume", again.out .. "/fixed/r01" })
   t:equal(done.status, 2)
-  t:ok(done.stderr:find("was not started from a script that returns an experiment", 1, true),
-    done.stderr)
+  trial.contains(t, done.stderr, "was not started from a script that returns an experiment")
 
   -- another study in the same folder
   some.evaluations = 40
@@ -168,39 +168,42 @@ suite:test("tuning spends part of the budget and yields the best setting", funct
   t:ok(tuned.evaluations >= 3 * 8 and tuned.evaluations <= 3 * 12, tuned.evaluations)
   one.tuned[1] = tuned
   for _, cell in ipairs(one.cells) do
-  if cell.arm.tuned and cell.repetition == 1 then
-    local config = cells.experiment(one, cell).config
-    t:equal(config.evaluations, 120 - tuned.evaluations)
-    t:equal(config.breeding, tuned.breeding)
-  end
+    if cell.arm.tuned and cell.repetition == 1 then
+      local config = cells.experiment(one, cell).config
+      t:equal({ config.evaluations, config.breeding },
+        { 120 - tuned.evaluations, tuned.breeding })
+    end
   end
   for _, limit in ipairs(ledger.limits(4)) do
-  local value = tuned.breeding[limit.field]
-  t:ok(limit.material or value >= limit.minimum and value <= limit.maximum, limit.field)
+    local value = tuned.breeding[limit.field]
+    t:ok(limit.material or value >= limit.minimum and value <= limit.maximum, limit.field)
   end
 end)
 
-suite:test("the script prints its cost first, and that it is too small for a claim", function(t)
-  local base = t:folder()
-  assert(host.file.write_atomic(base .. "/tiny.lua", [[
+-- A study's script with its smallest study, which is also that of --quick.
+local SMALLEST = [[
 local study = require "limax.tools.study.study"
 local small = { repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2, 2 },
   population = 4, fitness = "distance", record = {},
   simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }
-study.main({ repetitions = 10, evaluations = 1000, experiment = {}, quick = small }, { ... })
-]]))
+small.quick = small
+study.main(small, { ... })
+]]
+
+suite:test("the script prints its cost first, and that it is too small for a claim", function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", SMALLEST))
   local done = process.completes(t, base, { "tiny.lua", "--quick", "--device", "cpu", "--arms",
     "fixed,rules" })
   local price, runs_at = done.stdout:find("evaluations: at most 128, 32 a run", 1, true),
     done.stdout:find("[1/4] fixed, repetition 1", 1, true)
   t:ok(price and runs_at and price < runs_at, done.stdout)
   t:ok(done.stdout:find "\ntime: about [%d.e-]+ h %(", done.stdout)
-  t:ok(done.stdout:find("\ntokens: none", 1, true), done.stdout)
-  t:ok(done.stdout:find("\n--quick: too small for any claim\n", 1, true), done.stdout)
+  trial.contains(t, done.stdout, "\ntokens: none", "\n--quick: too small for any claim\n")
   t:equal(host.file.exists(base .. "/studies/supervision-quick/compare/compare.csv"), "file")
   done = process.ends(base, { "tiny.lua", "--help" })
   t:equal(done.status, 0)
-  t:ok(done.stdout:find("--repetitions N", 1, true), done.stdout)
+  trial.contains(t, done.stdout, "--repetitions N")
 end)
 
 -- ---- arms that ask a model ----------------------------------------------------------------------
@@ -212,13 +215,6 @@ suite:test("unnamed: names are sent as letters and translated back", function(t)
   t:equal(model_arms.with_names '{"A": 0.2, "D" :0.1, "reason": "A is \\"B\\" now"}',
     '{"mutation_rate": 0.2, "elite_fraction" :0.1, "reason": "A is \\"B\\" now"}')
 end)
-
-local SMALLEST = [[
-local study = require "limax.tools.study.study"
-study.main({ repetitions = 2, evaluations = 32, experiment = { lattice = { 2, 2, 2 },
-  population = 4, fitness = "distance", record = {},
-  simulation = { duration = 0.05, settle = 0, accuracy = "preview" } } }, { ... })
-]]
 
 suite:test("a dead endpoint gets three questions, then one probe per run", { limit = 300 },
   function(t)
@@ -254,11 +250,10 @@ suite:test("arms that ask a model: their share of generations, and the history t
   local done = run("asked", "fixed,llm,llm_paper,llm_blind,yoked")
   t:ok(done.status == 0, done.stderr .. done.stdout)
   t:ok(done.stdout:find "\ntokens: about [%d.e-]+ million for %d+ answers", done.stdout)
-  for _, name in ipairs { "llm", "llm_paper", "llm_blind" } do
-    t:ok(done.stdout:find("\n" .. name .. ": the model set 100.0 % of ", 1, true), done.stdout)
-  end
-  t:ok(done.stdout:find("\nllm_blind: history of another repetition of llm.", 1, true), done.stdout)
-  t:ok(done.stdout:find("\nyoked: parameters of another repetition of llm.", 1, true), done.stdout)
+  trial.contains(t, done.stdout, "\nllm: the model set 100.0 % of ",
+    "\nllm_paper: the model set 100.0 % of ", "\nllm_blind: the model set 100.0 % of ",
+    "\nllm_blind: history of another repetition of llm.",
+    "\nyoked: parameters of another repetition of llm.")
   -- the blind model's second question shows the generations of the other repetition
   local function shown_history(path)
     for line in source.read(path):gmatch "[^\n]+" do

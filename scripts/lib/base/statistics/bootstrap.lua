@@ -6,8 +6,8 @@ local sample = require "limax.base.statistics.sample"
 
 local bootstrap = {}
 
---- Resamples: enough that percentiles vary by less than a hundredth of the interval's width.
-bootstrap.RESAMPLES = 50000
+-- enough that percentiles vary by less than a hundredth of the interval's width
+local RESAMPLES = 50000
 -- fixed, so that the same data give the same interval
 local SEED = 19790101
 
@@ -21,7 +21,7 @@ local SEED = 19790101
 function bootstrap.interval(list, statistic, share, resamples)
   local values, drawn, n = {}, {}, #list
   local random = engine.random(SEED, 1, "user", 0, 0)
-  for k = 1, resamples or bootstrap.RESAMPLES do
+  for k = 1, resamples or RESAMPLES do
     for i = 1, n do drawn[i] = list[random:integer(n)] end
     values[k] = statistic(drawn)
   end

@@ -3,11 +3,10 @@
 
 local midranks = {}
 
---- Twice the mid-rank of each number, from 1 for the smallest, and whether any two are equal.
----@return integer[] doubled
----@return boolean ties
+--- Twice the mid-rank of each number, from 1 for the smallest.
+---@return integer[]
 function midranks.doubled(list)
-  local order, doubled, ties = {}, {}, false
+  local order, doubled = {}, {}
   for i = 1, #list do order[i] = i end
   table.sort(order, function(i, j) return list[i] < list[j] end)
   local first = 1
@@ -15,10 +14,9 @@ function midranks.doubled(list)
     local last = first
     while last < #order and list[order[last + 1]] == list[order[first]] do last = last + 1 end
     for k = first, last do doubled[order[k]] = first + last end
-    ties = ties or last > first
     first = last + 1
   end
-  return doubled, ties
+  return doubled
 end
 
 return midranks

@@ -9,8 +9,8 @@ local signed_rank = require "limax.base.statistics.signed_rank"
 
 local power = {}
 
---- Simulated experiments for each n: the standard error of a power of 0.8 is 0.006.
-power.SIMULATED = 4000
+-- Simulated experiments for each n: the standard error of a power of 0.8 is 0.006.
+local SIMULATED = 4000
 local SEED = 20111111
 -- largest n that is considered
 local MAX_RUNS = 100
@@ -23,17 +23,14 @@ end
 -- Share of the simulated experiments with n runs in which `rejects(random)`.
 local function share_of(n, rejects)
   local count = 0
-  for k = 1, power.SIMULATED do
+  for k = 1, SIMULATED do
     if rejects(engine.random(SEED, n, "user", k, 0)) then count = count + 1 end
   end
-  return count / power.SIMULATED
+  return count / SIMULATED
 end
 
 --- Power of the exact signed-rank test of n pairs.
----@param n integer
----@param d number
 ---@param level number two-sided
----@return number 0 to 1
 function power.signed_rank(n, d, level)
   local critical, differences, sizes = signed_rank.critical(n, level), {}, {}
   if not critical then return 0 end
@@ -47,10 +44,7 @@ function power.signed_rank(n, d, level)
 end
 
 --- Power of the exact rank-sum test of n and n.
----@param n integer
----@param d number
 ---@param level number two-sided
----@return number 0 to 1
 function power.rank_sum(n, d, level)
   local critical, first, second = rank_sum.critical(n, n, level), {}, {}
   if not critical then return 0 end

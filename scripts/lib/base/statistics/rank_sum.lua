@@ -29,23 +29,16 @@ local function choices(doubled, n)
   return counts[n], total
 end
 
----@class limax.statistics.rank_sum
----@field p number two-sided
----@field u number pairs in which the value of the first sample is larger; equal pairs count half
----@field a12 number u / (n m): probability that a value of the first exceeds one of the second
----@field n integer
----@field m integer
----@field ties boolean
-
 --- The exact two-sided test: the probability over all splits of a U at least as far from its mean.
 ---@param first number[] not empty
 ---@param second number[] not empty
----@return limax.statistics.rank_sum
+---@return { p: number, u: number, a12: number } two-sided p; pairs in which the value of the first
+--- sample is larger, equal pairs count half; u / (n m), the probability of such a pair
 function rank_sum.test(first, second)
   local n, m, all = #first, #second, {}
   for _, value in ipairs(first) do all[#all + 1] = value end
   for _, value in ipairs(second) do all[#all + 1] = value end
-  local doubled, ties = midranks.doubled(all)
+  local doubled = midranks.doubled(all)
   local sum = 0
   for i = 1, n do sum = sum + doubled[i] end
   -- the mean of the doubled sum is a whole number
@@ -57,7 +50,7 @@ function rank_sum.test(first, second)
     if math.abs(s - mean) >= math.abs(sum - mean) then far = far + counts[s] end
   end
   local u = sum / 2 - n * (n + 1) / 2
-  return { p = far / whole, u = u, a12 = u / (n * m), n = n, m = m, ties = ties }
+  return { p = far / whole, u = u, a12 = u / (n * m) }
 end
 
 -- C(n + m, n)
@@ -68,16 +61,10 @@ local function splits(n, m)
 end
 
 --- The smallest p of samples of n and m: 2 of C(n+m, n) splits.
----@param n integer
----@param m integer
----@return number
 function rank_sum.smallest_p(n, m) return math.min(1, 2 / splits(n, m)) end
 
 --- The critical value: the test rejects at `level` if min(U, n m - U) is at most this. For samples
 --- without ties; nil where the test cannot reject.
----@param n integer
----@param m integer
----@param level number
 ---@return integer|nil
 function rank_sum.critical(n, m, level)
   local doubled = {}

@@ -12,8 +12,6 @@ end
 --- Kendall's tau-b of two lists of scores of the same robots: concordant minus discordant pairs
 --- over the geometric mean of each list's number of untied pairs. 1 is the same order, -1 the
 --- reverse; nil if all pairs of a list are tied.
----@param a (number|nil)[]
----@param b (number|nil)[]
 ---@param count integer robots
 ---@return number|nil
 function ranking.kendall_tau(a, b, count)
@@ -31,8 +29,6 @@ end
 
 --- The elites: the best round(share x count) robots, at least one, best first as in breeding; equal
 --- ones in index order.
----@param scores (number|nil)[]
----@param count integer robots
 ---@param share number 0 to 1
 ---@return integer[] indices
 function ranking.elites(scores, count, share)
@@ -51,9 +47,6 @@ function ranking.elites(scores, count, share)
 end
 
 --- Share of the reference's elites that are also elites by the cheap scores.
----@param reference (number|nil)[]
----@param cheap (number|nil)[]
----@param count integer robots
 ---@param share number of the robots that are elites
 ---@return number|nil nil if the reference scored no robot
 function ranking.overlap(reference, cheap, count, share)
@@ -75,9 +68,6 @@ end
 --- Elite regret: the share of reference fitness that is lost by choosing elites by the cheap
 --- scores. If too many robots failed under the cheap scores, the missing elites count as the
 --- reference's worst robot. nil if the reference's elites have a mean of 0 or no robot was scored.
----@param reference (number|nil)[]
----@param cheap (number|nil)[]
----@param count integer robots
 ---@param share number of the robots that are elites
 ---@return number|nil
 function ranking.elite_regret(reference, cheap, count, share)
@@ -96,8 +86,6 @@ end
 
 --- Mean absolute error where both lists have a number, absolute and relative to the mean absolute
 --- value of the reference.
----@param reference (number|nil)[]
----@param cheap (number|nil)[]
 ---@return number|nil mean nil without a pair
 ---@return number|nil relative nil if the reference is 0
 function ranking.mean_error(reference, cheap, count)

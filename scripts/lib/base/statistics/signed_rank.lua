@@ -30,17 +30,11 @@ local function two_sided(probabilities, total, sum)
   return math.min(p, 1)
 end
 
----@class limax.statistics.signed_rank
----@field p number two-sided
----@field positive number sum of the ranks of the positive differences
----@field negative number sum of the ranks of the negative ones
----@field n integer differences that are not 0
----@field zeros integer differences that are 0, which are left out as in Wilcoxon's paper
----@field ties boolean
-
 --- The exact two-sided test. The null hypothesis is a median of 0; p is 1 if all differences are 0.
 ---@param differences number[]
----@return limax.statistics.signed_rank
+---@return { p: number, positive: number, negative: number, n: integer, zeros: integer } two-sided
+--- p, the sums of the ranks of positive and negative differences, their number, and the number of
+--- differences that are 0, which are left out as in Wilcoxon's paper
 function signed_rank.test(differences)
   local sizes, signs = {}, {}
   for _, difference in ipairs(differences) do
@@ -48,23 +42,19 @@ function signed_rank.test(differences)
       sizes[#sizes + 1], signs[#signs + 1] = math.abs(difference), difference > 0
     end
   end
-  local doubled, ties = midranks.doubled(sizes)
+  local doubled = midranks.doubled(sizes)
   local probabilities, total = distribution(doubled)
   local positive = 0
   for i, rank in ipairs(doubled) do positive = positive + (signs[i] and rank or 0) end
   return { p = two_sided(probabilities, total, positive), positive = positive / 2,
-    negative = (total - positive) / 2, n = #sizes, zeros = #differences - #sizes, ties = ties }
+    negative = (total - positive) / 2, n = #sizes, zeros = #differences - #sizes }
 end
 
 --- The smallest p of n pairs: all differences of one sign, 2 of 2^n.
----@param n integer
----@return number
 function signed_rank.smallest_p(n) return math.min(1, 2 * 0.5 ^ n) end
 
 --- The critical value: the test rejects at `level` if the smaller rank sum is at most this. For n
 --- differences without ties; nil where the test cannot reject.
----@param n integer
----@param level number
 ---@return integer|nil
 function signed_rank.critical(n, level)
   local doubled = {}

@@ -8,6 +8,7 @@
 local engine = require "limax.engine"
 local host = require "limax.host"
 local robot_file = require "limax.robot.robot_file"
+local source = require "limax.base.source"
 
 local blow_ups = {}
 
@@ -75,6 +76,12 @@ local function surface(random, stiffest, fields)
   return fields
 end
 
+-- A vector of this length in a direction drawn by its angles from an axis and around it.
+local function directed(length, tilt, heading)
+  return { length * math.sin(tilt) * math.cos(heading), length * math.sin(tilt) * math.sin(heading),
+    length * math.cos(tilt) }
+end
+
 -- A point about where bodies start.
 local function point(random)
   return { between(random, -2, 2), between(random, -2, 2), between(random, -1, 1) }
@@ -88,8 +95,8 @@ local WORLDS = {
     local planes = {}
     for i = 1, 1 + random:integer(3) do
       local heading, tilt = between(random, 0, 2 * math.pi), between(random, 0, math.pi / 2)
-      planes[i] = surface(random, stiffest, { offset = between(random, -3, 0.1), normal = {
-        math.sin(tilt) * math.cos(heading), math.sin(tilt) * math.sin(heading), math.cos(tilt) } })
+      planes[i] = surface(random, stiffest, { offset = between(random, -3, 0.1),
+        normal = directed(1, tilt, heading) })
     end
     return { planes = planes }
   end },
@@ -148,8 +155,8 @@ local function draw_scene(random, stiffest_ground)
   if random:uniform() < 0.9 then
     local strength = between(random, 0, STRONGEST)
     local tilt, heading = between(random, 0, math.pi / 2), between(random, 0, 2 * math.pi)
-    scene.gravity = { acceleration = { strength * math.sin(tilt) * math.cos(heading),
-      strength * math.sin(tilt) * math.sin(heading), -strength * math.cos(tilt) } }
+    scene.gravity = { acceleration = directed(strength, tilt, heading) }
+    scene.gravity.acceleration[3] = -scene.gravity.acceleration[3]
   end
   scene.damping = random:uniform() < 0.8
   if random:uniform() < 0.8 then
@@ -159,62 +166,47 @@ local function draw_scene(random, stiffest_ground)
   return scene
 end
 
----@class limax.bench.blow_ups.batch
----@field number integer from 0
----@field lattice integer[]
----@field materials limax.materials
----@field scene table
----@field options table
-
 -- What the cases of a batch share.
 local function draw_batch(number)
   local random = random_of(number, 0)
   local lattice = chosen(random, LATTICES)
   local materials, stiffest_ground = draw_materials(random)
   local scene = draw_scene(random, stiffest_ground)
-  local velocity = {}
   local speed = between(random, 0, FASTEST)
   local tilt, heading = math.acos(between(random, -1, 1)), between(random, 0, 2 * math.pi)
-  velocity[1] = speed * math.sin(tilt) * math.cos(heading)
-  velocity[2] = speed * math.sin(tilt) * math.sin(heading)
-  velocity[3] = speed * math.cos(tilt)
   return { number = number, lattice = lattice, materials = materials, scene = scene, options = {
     integrator = chosen(random, { "symplectic_euler", "leapfrog" }),
     precision = chosen(random, engine.names.precision.names),
     sharing = chosen(random, engine.names.sharing.names),
     time_step = "auto", bound_fraction = 0.9, duration = DURATION, settle = 0, edge = EDGE,
     max_stretch = LONGEST, max_speed = WILDEST,
-    position = { 0, 0, between(random, 0, 1) }, velocity = velocity } }
+    position = { 0, 0, between(random, 0, 1) }, velocity = directed(speed, tilt, heading) } }
 end
 
--- Writes the body of case `index` of a batch, 1 to 64, as robot `robot` of a population.
-local function draw_body(batch, index, population, robot)
-  local random = random_of(batch.number, index)
-  local n = batch.lattice[1] * batch.lattice[2] * batch.lattice[3]
-  local holes = random:uniform() < 0.5 and 0 or between(random, 0, 0.6)
-  local voxels, stiffness, amplitude, phase = {}, {}, {}, {}
-  local any = random:integer(n)
-  for i = 1, n do
-    local empty = random:uniform() < holes and i ~= any
-    local material = random:integer(batch.materials.count - 1)
-    voxels[i] = empty and 0 or material
-    stiffness[i], amplitude[i], phase[i] = random:uniform(), random:uniform(), random:uniform()
-  end
-  population:set_body(robot, voxels,
-    { stiffness = stiffness, amplitude = amplitude, phase = phase })
-end
-
--- A population of cases `first` to `last` of a batch.
+-- A population of cases `first` to `last` of a batch, 1 to 64.
 local function population_of(batch, first, last)
   local population = engine.population { lattice = batch.lattice, count = last - first + 1 }
-  for index = first, last do draw_body(batch, index, population, index - first + 1) end
+  local n = batch.lattice[1] * batch.lattice[2] * batch.lattice[3]
+  for index = first, last do
+    local random = random_of(batch.number, index)
+    local holes = random:uniform() < 0.5 and 0 or between(random, 0, 0.6)
+    local voxels, stiffness, amplitude, phase = {}, {}, {}, {}
+    local any = random:integer(n)
+    for i = 1, n do
+      local empty = random:uniform() < holes and i ~= any
+      local material = random:integer(batch.materials.count - 1)
+      voxels[i] = empty and 0 or material
+      stiffness[i], amplitude[i], phase[i] = random:uniform(), random:uniform(), random:uniform()
+    end
+    population:set_body(index - first + 1, voxels,
+      { stiffness = stiffness, amplitude = amplitude, phase = phase })
+  end
   population:check(batch.materials, { require_muscle = false })
   return population
 end
 
 local function simulate(batch, population, device, fraction)
-  local options = {}
-  for name, value in pairs(batch.options) do options[name] = value end
+  local options = source.copy(batch.options)
   options.bound_fraction = fraction or options.bound_fraction
   return engine.simulation(population, batch.materials, engine.scene(batch.scene), options, device)
 end
@@ -233,24 +225,16 @@ local function judge(batch, index, outcome, device)
     blame = finer.status == "done" and "step" or "scene" }
 end
 
--- Batches that hold cases first .. last, as { batch, from, to } with cases of the batch.
-local function plan(first, last)
-  local list = {}
-  for number = math.floor((first - 1) / BATCH), math.floor((last - 1) / BATCH) do
-    local before = number * BATCH
-    list[#list + 1] = { number = number, from = math.max(1, first - before),
+-- Runs some batches at the same time, those of cases first .. last in it, and adds those that
+-- diverged to `rows`.
+local function run_batches(numbers, first, last, device, rows)
+  local parts, simulations = {}, {}
+  for i, number in ipairs(numbers) do
+    local batch, before = draw_batch(number), number * BATCH
+    parts[i] = { batch = batch, from = math.max(1, first - before),
       to = math.min(BATCH, last - before) }
-  end
-  return list
-end
-
--- Runs some batches at the same time and adds those that diverged to `rows`.
-local function run_batches(parts, device, rows)
-  local simulations = {}
-  for i, part in ipairs(parts) do
-    part.batch = draw_batch(part.number)
-    local population = population_of(part.batch, part.from, part.to)
-    simulations[i] = simulate(part.batch, population, device)
+    local population = population_of(batch, parts[i].from, parts[i].to)
+    simulations[i] = simulate(batch, population, device)
     population:free()
   end
   repeat
@@ -266,7 +250,7 @@ local function run_batches(parts, device, rows)
       if outcome.status == "diverged" then
         rows[#rows + 1] = judge(part.batch, index, outcome, device)
       elseif outcome.status ~= "done" then
-        error(("case %d is %s"):format(part.number * BATCH + index, outcome.status), 0)
+        error(("case %d is %s"):format(part.batch.number * BATCH + index, outcome.status), 0)
       end
     end
     simulations[i]:free()
@@ -290,30 +274,28 @@ end
 ---@param how { device: limax.device, first: integer, cases: integer, say: fun(text: string) }
 ---@return limax.bench_result failed if the step is the cause of a divergence
 function blow_ups.search(how)
-  local rows, started = {}, host.clock()
-  local parts = plan(how.first, how.first + how.cases - 1)
-  local together, printed, done = TOGETHER[how.device.kind] or 1, 0, 0
-  for at = 1, #parts, together do
-    local some = {}
-    for i = at, math.min(#parts, at + together - 1) do
-      some[#some + 1] = parts[i]
-      done = done + parts[i].to - parts[i].from + 1
+  local rows, started, last, caused = {}, host.clock(), how.first + how.cases - 1, 0
+  local numbers, printed = {}, 0
+  local final = math.floor((last - 1) / BATCH)
+  for number = math.floor((how.first - 1) / BATCH), final do
+    numbers[#numbers + 1] = number
+    if #numbers == TOGETHER[how.device.kind] or number == final then
+      run_batches(numbers, how.first, last, how.device, rows)
+      for i = printed + 1, #rows do
+        local row = rows[i]
+        caused = caused + (row.blame == "step" and 1 or 0)
+        how.say(("case %d: %s at step %d, %.4g s; at an eighth of the step: %s"):format(row.case,
+          row.reason, row.step, row.time, row.finer))
+      end
+      numbers, printed = {}, #rows
+      collectgarbage "collect"
     end
-    run_batches(some, how.device, rows)
-    for i = printed + 1, #rows do
-      how.say(("case %d: %s at step %d, %.4g s; at an eighth of the step: %s"):format(rows[i].case,
-        rows[i].reason, rows[i].step, rows[i].time, rows[i].finer))
-    end
-    printed = #rows
-    collectgarbage "collect"
   end
-  local blamed = 0
-  for _, row in ipairs(rows) do blamed = blamed + (row.blame == "step" and 1 or 0) end
   how.say(("%d cases from %d in %.0f s: %d diverged; the step is the cause of %d, %d diverge at an "
-    .. "eighth of it too"):format(done, how.first, host.clock() - started, #rows, blamed,
-    #rows - blamed))
-  return { columns = COLUMNS, rows = rows, cases = { first = how.first, count = done,
-    diverged = #rows, step = blamed }, failed = blamed > 0 }
+    .. "eighth of it too"):format(how.cases, how.first, host.clock() - started, #rows, caused,
+    #rows - caused))
+  return { columns = COLUMNS, rows = rows, cases = { first = how.first, count = how.cases,
+    diverged = #rows, step = caused }, failed = caused > 0 }
 end
 
 --- The bench: a search, or one case with its description.

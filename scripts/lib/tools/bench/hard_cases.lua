@@ -35,15 +35,9 @@ local function able(case, integrator, kind)
   return kind == "cpu" or not case.cpu
 end
 
----@class limax.hard_cases.combination
----@field integrator string
----@field precision string
-
 --- The combinations of integrator and precision in which a case runs on a kind of device.
----@param case limax.hard_case
----@param kind string of the device
 ---@param extent "few"|"some"|"all"
----@return limax.hard_cases.combination[]
+---@return { integrator: string, precision: string }[]
 function hard_cases.combinations(case, kind, extent)
   local list = {}
   local chosen = extent ~= "all" and (extent == "few" or case.brief) and FEW
@@ -59,16 +53,10 @@ function hard_cases.combinations(case, kind, extent)
   return list
 end
 
----@class limax.hard_cases.verdict
----@field status "holds"|"reported"|"fails"
----@field text string|nil reason of an expected divergence, or the check that failed
----@field notes string[]
----@field seconds number
-
 --- Runs one case in one combination.
----@param case limax.hard_case
 ---@param fields table see context.new
----@return limax.hard_cases.verdict
+---@return { status: "holds"|"reported"|"fails", text: string|nil, notes: string[],
+--- seconds: number } `text`: reason of an expected divergence, or the check that failed
 function hard_cases.run(case, fields)
   local started = host.clock()
   local c = context.new(fields)

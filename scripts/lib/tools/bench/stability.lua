@@ -15,13 +15,7 @@ local LEGEND = "ok: its checks hold; reported: it diverges, as expected, and is 
   .. "neither;\n-: not run: slow cases run in few combinations without --full; RK4 runs scenes "
   .. "without contact;\nXPBD and GPUs do not run every case"
 
--- The CPU, and the chosen device if it is another: verdicts must be the same on both.
-local function devices_of(device)
-  if device.kind == "cpu" then return { device } end
-  return { engine.device "cpu", device }
-end
-
--- A column for each integrator and precision, and the table's head.
+-- The name of each integrator and precision, and the table's head.
 local function columns_of(width)
   local columns, first, second = {}, {}, {}
   for _, integrator in ipairs(engine.names.integrator.names) do
@@ -38,8 +32,8 @@ end
 -- Runs one case on one device and prints its line; adds its rows and verdicts.
 local function run_case(case, device, how, columns, width, rows, verdicts)
   local cells, failures = {}, {}
-  for _, combination in ipairs(hard_cases.combinations(case, device.kind,
-    how.full and "all" or case.brief and "few" or "all")) do
+  local extent = case.brief and not how.full and "few" or "all"
+  for _, combination in ipairs(hard_cases.combinations(case, device.kind, extent)) do
     local name = combination.integrator .. " " .. combination.precision
     combination.device, combination.fraction, combination.full = device, how.fraction, how.full
     local verdict = hard_cases.run(case, combination)
@@ -48,12 +42,12 @@ local function run_case(case, device, how, columns, width, rows, verdicts)
       status = verdict.status, text = verdict.text, seconds = verdict.seconds }
     cells[name] = CELLS[verdict.status]
     if verdict.status == "fails" then
-      verdicts.fails = true
       failures[#failures + 1] = ("      %s: %s"):format(name, verdict.text)
     else
       verdicts[verdict.text or "holds"] = true
     end
   end
+  if failures[1] then verdicts.fails = true end
   local line = {}
   for i, name in ipairs(columns) do line[i] = CELL:format(cells[name] or "-") end
   local row = case.row and ("%3d. "):format(case.row) or "     "
@@ -74,7 +68,10 @@ function stability.run(how)
     end
   end
   local columns, head = columns_of(width)
-  for _, device in ipairs(devices_of(how.device)) do
+  -- verdicts must be the same on the CPU and on the chosen device
+  local on_cpu = how.device.kind == "cpu"
+  for _, device in ipairs { on_cpu and how.device or engine.device "cpu",
+    not on_cpu and how.device or nil } do
     how.say(tostring(device))
     how.say(head)
     for _, each in ipairs(chosen) do
@@ -84,9 +81,9 @@ function stability.run(how)
   how.say(LEGEND)
   local counts = { cases = #chosen, failed = 0, differ = 0 }
   for _, each in ipairs(chosen) do
-    local verdicts = each.verdicts
-    counts.failed = counts.failed + (verdicts.fails and 1 or 0)
-    counts.differ = counts.differ + (next(verdicts, (next(verdicts))) and 1 or 0)
+    local first = next(each.verdicts)
+    counts.failed = counts.failed + (each.verdicts.fails and 1 or 0)
+    counts.differ = counts.differ + (next(each.verdicts, first) and 1 or 0)
   end
   how.say(("%d cases in %.0f s: %d hold, %d fail; the verdicts of %d differ"):format(counts.cases,
     host.clock() - started, counts.cases - counts.failed, counts.failed, counts.differ))

@@ -3,6 +3,7 @@
 
 local engine = require "limax.engine"
 local invariants = require "limax.tools.bench.hard_cases.invariants"
+local source = require "limax.base.source"
 
 local context = {}
 
@@ -17,7 +18,7 @@ local context = {}
 local methods = {}
 local class = { __index = methods }
 
---- The effects of a passive scene on flat ground, with the engine's defaults.
+--- The effects of a passive scene on flat ground.
 context.LAND = { gravity = true, ground = true, friction = true, damping = true }
 
 --- Defaults of the engine: m/s^2 and N/m.
@@ -40,10 +41,7 @@ function methods:tolerance(tolerance)
 end
 
 --- Fails unless |got - expected| <= atol + rtol |expected|; always for NaN.
----@param what string
----@param got number
----@param expected number
----@param allowed { rtol: number|table|nil, atol: number|table|nil }
+---@param allowed { rtol: number|table|nil, atol: number|table|nil } see `tolerance`
 function methods:near(what, got, expected, allowed)
   local most = self:tolerance(allowed.atol) + self:tolerance(allowed.rtol) * math.abs(expected)
   if not (math.abs(got - expected) <= most) then
@@ -62,10 +60,7 @@ function methods:near_rows(what, got, expected, atol)
   end
 end
 
---- Fails unless got <= most.
----@param what string
----@param got number
----@param most number|table see `tolerance`
+--- Fails unless got <= most, a number or a table; see `tolerance`.
 function methods:at_most(what, got, most)
   most = self:tolerance(most)
   if not (got <= most) then fail("%s is %.6g; at most %.6g is allowed", what, got, most) end
@@ -113,13 +108,10 @@ end
 
 -- One value per voxel, x fastest, from a constant or a function of x, y, z and the robot.
 local function each_voxel(lattice, value, robot)
-  local list = {}
-  for z = 1, lattice[3] do
-    for y = 1, lattice[2] do
-      for x = 1, lattice[1] do
-        list[#list + 1] = type(value) == "function" and value(x, y, z, robot) or value
-      end
-    end
+  local list, nx, ny = {}, lattice[1], lattice[2]
+  for i = 0, nx * ny * lattice[3] - 1 do
+    local x, y, z = i % nx + 1, math.floor(i / nx) % ny + 1, math.floor(i / nx / ny) + 1
+    list[i + 1] = type(value) == "function" and value(x, y, z, robot) or value
   end
   return list
 end
@@ -148,17 +140,15 @@ end
 local Run = {}
 Run.__index = Run
 
---- Positions and velocities of a robot's masses.
----@param robot integer|nil 1 if left out
----@return number[][] m
----@return number[][] m/s
+--- Positions (m) and velocities (m/s) of a robot's masses; of robot 1 if left out.
+---@return number[][] positions
+---@return number[][] velocities
 function Run:state(robot)
   local positions, velocities = self.simulation:state(robot or 1)
   return positions:table(), velocities:table()
 end
 
---- Speed of the fastest mass of robot 1.
----@return number m/s
+--- Speed of the fastest mass of robot 1, m/s.
 function Run:fastest()
   local _, velocities = self:state()
   local most = 0
@@ -168,10 +158,7 @@ function Run:fastest()
   return most
 end
 
---- The least and largest coordinate of the masses of robot 1 along an axis.
----@param axis integer
----@return number m
----@return number m
+--- The least and largest coordinate of the masses of robot 1 along an axis, m.
 function Run:extent(axis)
   local low, high = math.huge, -math.huge
   for _, p in ipairs((self:state())) do
@@ -180,8 +167,7 @@ function Run:extent(axis)
   return low, high
 end
 
---- Force of the ground's penalty springs on robot 1.
----@return number N
+--- Force of the ground's penalty springs on robot 1, N.
 function Run:ground_force()
   local sum = 0
   for _, p in ipairs((self:state())) do sum = sum + context.GROUND * math.max(0, -p[3]) end
@@ -190,13 +176,10 @@ end
 
 function Run:outcome(robot) return self.simulation:outcome(robot or 1) end
 
---- Weight of robot 1 under the engine's gravity.
----@return number N
+--- Weight of robot 1 under the engine's gravity, N.
 function Run:weight() return context.GRAVITY * self:outcome().mass end
 
---- How far the centre of mass of robot 1 moved along an axis.
----@param axis integer
----@return number m
+--- How far the centre of mass of robot 1 moved along an axis, m.
 function Run:moved(axis)
   local outcome = self:outcome()
   return outcome.center_end[axis] - outcome.center_start[axis]
@@ -206,16 +189,6 @@ function Run:trace(kind, robot) return self.simulation:trace(robot or 1, kind):t
 
 function Run:advance(steps) self.simulation:advance(1e6, steps) end
 
-local function place(run)
-  if not run.spec.place then return end
-  for robot = 1, run.spec.count or 1 do
-    local positions, velocities = run:state(robot)
-    if run.spec.place(positions, velocities, robot) ~= false then
-      run.simulation:place(robot, positions, velocities)
-    end
-  end
-end
-
 -- Fields of a spec that are options of the simulation.
 local OPTIONS = { "duration", "settle", "time_step", "bound_fraction", "edge", "position",
   "velocity", "max_speed", "max_stretch" }
@@ -224,8 +197,7 @@ local OPTIONS = { "duration", "settle", "time_step", "bound_fraction", "edge", "
 ---@param spec table see `run`
 ---@return limax.hard_cases.run
 function methods:prepare(spec)
-  local materials, record = self:materials(spec.materials), {}
-  for kind, rate in pairs(spec.record or {}) do record[kind] = rate end
+  local materials, record = self:materials(spec.materials), source.copy(spec.record or {})
   if invariants.passive(spec) and not record.energy then record.energy = 100 end
   local options = { record = record, integrator = self.integrator, precision = self.precision,
     settle = 0, duration = 1, time_step = "auto", bound_fraction = self.fraction }
@@ -237,7 +209,12 @@ function methods:prepare(spec)
   local run = setmetatable({ simulation = simulation, spec = spec, options = options }, Run)
   -- the first look at a state creates the robots; after it outcomes have the time step
   if simulation.masses[1] > 0 then simulation:state(1) end
-  place(run)
+  for robot = 1, spec.place and (spec.count or 1) or 0 do
+    local positions, velocities = run:state(robot)
+    if spec.place(positions, velocities, robot) ~= false then
+      simulation:place(robot, positions, velocities)
+    end
+  end
   run.start = invariants.start(run)
   return run
 end
@@ -257,8 +234,7 @@ function methods:run(spec)
 end
 
 --- The context of one case in one combination.
----@param fields { device: limax.device, precision: string, integrator: string, full: boolean|nil,
---- fraction: number|nil }
+---@param fields table those of limax.hard_cases.context but for notes and reported
 ---@return limax.hard_cases.context
 function context.new(fields)
   return setmetatable({ device = fields.device, precision = fields.precision,

@@ -2,11 +2,13 @@
 --- the energy of a passive scene never rises, and without external forces the centre of mass moves
 --- as Newton says and angular momentum is kept. SI units.
 
+local choice = require "limax.base.choice"
+
 local invariants = {}
 
 local function fail(pattern, ...) error(pattern:format(...), 0) end
 
-local function finite(value) return value == value and math.abs(value) < math.huge end
+local function finite(value) return math.abs(value) < math.huge end
 
 -- Effects that dissipate or store energy and never add any.
 local PASSIVE = { gravity = true, ground = true, friction = true, damping = true, planes = true,
@@ -38,10 +40,8 @@ local function mean(rows)
 end
 
 --- Motion of equal masses of 1 kg.
----@param positions number[][]
----@param velocities number[][]
----@return { velocity: number[], spin: number[], size: number } mean velocity, angular momentum
---- about the centre, and the sum of the lengths of lever times momentum
+---@return { center: number[], velocity: number[], spin: number[], size: number } centre, mean
+--- velocity, angular momentum about the centre, and the sum of the lengths of lever times momentum
 function invariants.motion(positions, velocities)
   local center, drift = mean(positions), mean(velocities)
   local spin, size = { 0, 0, 0 }, 0
@@ -147,13 +147,6 @@ local function check_spin(c, run)
   end
 end
 
-local function contains(list, value)
-  for _, each in ipairs(list or {}) do
-    if each == value then return true end
-  end
-  return false
-end
-
 local function check_done(c, run, robot)
   for _, rows in ipairs { run:state(robot) } do
     for mass, row in ipairs(rows) do
@@ -179,8 +172,8 @@ function invariants.check(c, run)
     local outcome = run:outcome(robot)
     local must = robot == 1 and spec.diverges
     if outcome.status == "diverged" then
-      if not contains(must or nil, outcome.reason)
-        and not contains(spec.may_diverge, outcome.reason) then
+      if not choice.contains(must or {}, outcome.reason)
+        and not choice.contains(spec.may_diverge or {}, outcome.reason) then
         fail("robot %d diverged (%s) at step %d, %.4g s", robot, outcome.reason, outcome.step,
           outcome.time)
       end

@@ -5,14 +5,8 @@ local statics = {}
 
 -- Half of the 26 directions between sites of a voxel: one for each spring.
 local DIRECTIONS = {}
-for z = -1, 1 do
-  for y = -1, 1 do
-    for x = -1, 1 do
-      if z > 0 or (z == 0 and (y > 0 or (y == 0 and x > 0))) then
-        DIRECTIONS[#DIRECTIONS + 1] = { x, y, z }
-      end
-    end
-  end
+for i = 14, 26 do
+  DIRECTIONS[i - 13] = { i % 3 - 1, math.floor(i / 3) % 3 - 1, math.floor(i / 9) - 1 }
 end
 
 ---@class limax.hard_cases.box
