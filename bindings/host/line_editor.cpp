@@ -29,9 +29,9 @@ constexpr int wait_slice = 100;  // ms
 constexpr int waits_between_idle_calls = 5;
 constexpr int longest_history = 10000;
 
-// their addresses are the registry keys of the caller's functions
-const char complete_key = 0;
-const char idle_key = 0;
+// arguments of `read`, which stay on its stack while a line is read
+constexpr int complete_argument = 2;
+constexpr int idle_argument = 3;
 
 volatile std::sig_atomic_t resized = 0;
 volatile std::sig_atomic_t continued = 0;
@@ -108,28 +108,15 @@ void redraw(EditLine* line) {
     el_set(line, EL_REFRESH);
 }
 
-// idle() -> whether it wrote anything
-int call_idle(lua_State* L) {
-    bool& wrote = *static_cast<bool*>(lua_touserdata(L, 1));
-    lua_pushlightuserdata(L, const_cast<char*>(&idle_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
-    lua_call(L, 0, 1);
-    wrote = lua_toboolean(L, -1) != 0;
-    return 0;
-}
-
-// Calls the idle function. False when it was stopped.
+// Calls the idle function, which returns whether it wrote anything. False when it was stopped.
 bool run_idle(EditLine* line) {
     lua_State* const L = the_editor().L;
-    bool wrote = false;
+    lua_pushvalue(L, idle_argument);
     // no error may pass through libedit's frames
-    if (lua_cpcall(L, guarded<call_idle>, &wrote) != 0) {
-        lua_pop(L, 1);
-        the_editor().stopped = true;
-        return false;
-    }
-    if (wrote) el_set(line, EL_REFRESH);
-    return true;
+    the_editor().stopped = lua_pcall(L, 0, 1, 0) != 0;
+    if (!the_editor().stopped && lua_toboolean(L, -1) != 0) el_set(line, EL_REFRESH);
+    lua_pop(L, 1);
+    return !the_editor().stopped;
 }
 
 // Reads one byte of the terminal: 1, 0 at its end, -1 on Ctrl-C or failure.
@@ -165,40 +152,26 @@ int read_key(EditLine* line, wchar_t* key) {
 
 char* prompt_of(EditLine*) { return the_editor().prompt.data(); }
 
-struct completion {
-    std::string before;
-    std::string insert;
-    std::string list;
-};
-
-// complete(before the cursor) -> text to insert, text to show
-int ask(lua_State* L) {
-    completion& asked = *static_cast<completion*>(lua_touserdata(L, 1));
-    lua_pushlightuserdata(L, const_cast<char*>(&complete_key));
-    lua_rawget(L, LUA_REGISTRYINDEX);
-    lua_pushlstring(L, asked.before.data(), asked.before.size());
-    lua_call(L, 1, 2);
-    if (const char* const insert = lua_tostring(L, -2)) asked.insert = insert;
-    if (const char* const list = lua_tostring(L, -1)) asked.list = list;
-    return 0;
-}
-
+// Calls complete(text before the cursor), which returns a text to insert and one to show.
 unsigned char complete(EditLine* line, int) {
     const LineInfo* const typed = el_line(line);
-    completion asked;
-    asked.before.assign(typed->buffer, typed->cursor);
     lua_State* const L = the_editor().L;
+    lua_pushvalue(L, complete_argument);
+    lua_pushlstring(L, typed->buffer, static_cast<std::size_t>(typed->cursor - typed->buffer));
     // no error may pass through libedit's frames: on an error the terminal beeps
-    if (lua_cpcall(L, guarded<ask>, &asked) != 0) {
+    if (lua_pcall(L, 1, 2, 0) != 0) {
         lua_pop(L, 1);
         return CC_ERROR;
     }
-    if (!asked.insert.empty() && el_insertstr(line, asked.insert.c_str()) != 0) return CC_ERROR;
-    if (!asked.list.empty()) {
-        std::fprintf(stdout, "\n%s\n", asked.list.c_str());
-        return CC_REDISPLAY;
+    unsigned char done = CC_REFRESH_BEEP;
+    if (const char* const insert = lua_tostring(L, -2))
+        done = el_insertstr(line, insert) == 0 ? CC_REFRESH : CC_ERROR;
+    if (const char* const list = lua_tostring(L, -1)) {
+        std::fprintf(stdout, "\n%s\n", list);
+        done = CC_REDISPLAY;
     }
-    return asked.insert.empty() ? CC_REFRESH_BEEP : CC_REFRESH;
+    lua_pop(L, 2);
+    return done;
 }
 
 void begin(editor& now) {
@@ -226,21 +199,13 @@ editor& started() {
     return now;
 }
 
-void keep(lua_State* L, const char* key, int index) {
-    lua_pushlightuserdata(L, const_cast<char*>(key));
-    lua_pushvalue(L, index);
-    lua_rawset(L, LUA_REGISTRYINDEX);
-}
-
 // read(prompt, complete, idle) -> line without its end, or nil at the end of the input. Ctrl-C
 // raises as everywhere.
 int lua_read(lua_State* L) {
     std::size_t length = 0;
     const char* const prompt = luaL_checklstring(L, 1, &length);
-    luaL_checktype(L, 2, LUA_TFUNCTION);
-    luaL_checktype(L, 3, LUA_TFUNCTION);
-    keep(L, &complete_key, 2);
-    keep(L, &idle_key, 3);
+    luaL_checktype(L, complete_argument, LUA_TFUNCTION);
+    luaL_checktype(L, idle_argument, LUA_TFUNCTION);
     int count = 0;
     const char* line = nullptr;
     {

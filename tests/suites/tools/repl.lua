@@ -1,45 +1,28 @@
---- repl.lua: `limax repl` without a terminal, and at a terminal of `script` (bsdutils).
+--- repl.lua: `limax repl` without a terminal: piped text, -e, -l, -i, files, followed scripts,
+--- pictures.
 
 local host = require "limax.host"
 local process = require "support.process"
 
 local suite = require("limax.test").suite "repl"
 
--- Pipes a text into the prompt: status and output, followed by the error stream.
-local function feed(t, text)
-  local folder = t:folder()
-  process.write(folder .. "/input", text)
-  local pipe = io.popen(("cd %s; %s repl <input 2>errors; echo status $?; cat errors"):format(
-    folder, process.quote(host.executable)))
+-- The output of `limax repl` with these words without a terminal, and its status.
+local function run(folder, words, input, environment)
+  process.write(folder .. "/input", input or "")
+  local pipe = io.popen(("cd %s; HOME=. XDG_CONFIG_HOME= %s %s repl %s <input 2>&1; echo status $?")
+    :format(process.quote(folder), environment or "", process.quote(host.executable), words))
   local output = pipe:read "*a"
   pipe:close()
   return output
 end
 
-suite:test("a piped script shows values, keeps names and continues statements", function(t)
-  t:equal(feed(t, [[
-1 + 1
-x = 3
-x * 2, "a", nil
-for i = 1, 2 do
-  print(i)
-end
-function double(n)
-  return 2 * n end
-double(x);
-double(x) -- the ; above mutes
-double -- a comment
-
-nil
-]]):gsub("function: 0x%x+", "function"), '2\n6\t"a"\tnil\n1\n2\n6\nfunction\nnil\nstatus 0\n')
-end)
-
 suite:test("statements of many lines are run when they are complete", function(t)
   local lines = { "t = {" }
   for i = 1, 300 do lines[#lines + 1] = ('  { %d, "]%d" }, -- } end'):format(i, i) end
-  t:equal(feed(t, table.concat(lines, "\n") .. [==[
+  t:equal(run(t:folder(), "", table.concat(lines, "\n") .. [==[
 
 }
+#t, t[300][1];
 #t, t[300][1]
 s = [[
 one { ( do
@@ -54,61 +37,134 @@ if x == 5 then -- end
 end
 repeat x = x + 1
 until x > 6
-x
-]==]), "300\t300\n11\n6\nfive\n7\nstatus 0\n")
+x, nil
+]==]), "300\t300\n11\n6\nfive\n7\tnil\nstatus 0\n")
 end)
 
 suite:test("without a terminal the first error ends with status 1", function(t)
-  t:equal(feed(t, "error 'boo'\nprint 'not reached'\n"),
-    "status 1\ninput:1: boo\n  input:1: in main chunk\n")
-  t:equal(feed(t, "print(1)\nunknown\n"),
-    "1\nstatus 1\ninput:2: undefined name 'unknown'\n  input:2: in main chunk\n")
-  -- line numbers are those of the piped text
-  t:equal(feed(t, "\239\187\191print(1)\n\nfunction f()\n  boom()\nend\nf()\n"), "1\nstatus 1\n"
-    .. "input:4: undefined name 'boom'\n  input:4: in function 'f'\n  input:6: in main chunk\n")
-  t:equal(feed(t, "x = 1\nfor i = 1, 2 do\n  boom()\nend\n"), "status 1\n"
-    .. "input:3: undefined name 'boom'\n  3 |   boom()\n  input:3: in main chunk\n")
-  t:equal(feed(t, "x = = 1\n"), "status 1\ninput:1: unexpected symbol near '='\n")
-  t:equal(feed(t, "f(\n  {\n  x = = 1\n"), "status 1\ninput:3: unexpected symbol near '='\n"
-    .. "  3 |   x = = 1\n")
-  t:equal(feed(t, "for i = 1, 2 do\n"),
-    "status 1\ninput:1: the statement that begins here is not complete\n")
+  for input, output in pairs {
+    ["error 'boo'\nprint 'not reached'\n"] = "input:1: boo\n  input:1: in main chunk\n",
+    ["print(1)\nunknown\n"] = "1\ninput:2: undefined name 'unknown'\n  input:2: in main chunk\n",
+    -- line numbers are those of the piped text
+    ["\239\187\191print(1)\n\nfunction f()\n  boom()\nend\nf()\n"] = "1\n"
+      .. "input:4: undefined name 'boom'\n  input:4: in function 'f'\n  input:6: in main chunk\n",
+    ["x = 1\nfor i = 1, 2 do\n  boom()\nend\n"] = "input:3: undefined name 'boom'\n"
+      .. "  3 |   boom()\n  input:3: in main chunk\n",
+    ["x = = 1\n"] = "input:1: unexpected symbol near '='\n",
+    ["f(\n  {\n  x = = 1\n"] = "input:3: unexpected symbol near '='\n  3 |   x = = 1\n",
+    ["for i = 1, 2 do\n"] = "input:1: the statement that begins here is not complete\n",
+  } do
+    t:equal(run(t:folder(), "", input), output .. "status 1\n")
+  end
 end)
 
-suite:test("at a terminal Ctrl-C returns to the prompt and keeps names", function(t)
-  if os.execute "command -v script >/dev/null" ~= 0 then t:skip "script is not installed" end
+suite:test("-e runs a line, -l loads a module, names of a file remain", function(t)
   local folder = t:folder()
-  local screen = folder .. "/screen"
-  local pipe = io.popen(("exec timeout -s KILL 300 script -qfec %s %s >/dev/null"):format(
-    process.quote(process.quote(host.executable) .. " repl"), process.quote(screen)), "w")
-  -- types a text and waits until the screen ends with another one
-  local function type_in(text, expected)
-    pipe:write(text)
-    pipe:flush()
-    local start = host.clock()
-    while process.read(screen):sub(-#expected) ~= expected do
-      if host.clock() - start > process.LATE then
-        t:equal(process.read(screen), "... " .. expected)
-      end
-      host.wait(0.02)
-    end
+  process.write(folder .. "/mine.lua",
+    "local answer = 42\nlocal function twice(x) return 2 * x end\n")
+  process.write(folder .. "/wrong.lua", "local x = 1\nerror 'boo'\n")
+  t:equal(run(folder, "-e '1 + 1' -e 'x = 3; x = x + 1' -e x -e 'x;'"), "2\n4\nstatus 0\n")
+  t:equal(run(folder, "mine.lua -e 'twice(answer)'"), "84\nstatus 0\n")
+  process.write(folder .. "/value.lua", "return { 7 }\n")
+  t:equal(run(folder, "value.lua -e '_[1]'"), "7\nstatus 0\n")
+  t:equal(run(folder, "-l limax.scenes -e 'scenes.land().ground'"), "true\nstatus 0\n")
+  t:equal(run(folder, "-e nothing_at_all -e 2"),
+    "input:1: undefined name 'nothing_at_all'\n  input:1: in main chunk\nstatus 1\n")
+  t:equal(run(folder, "-e 'for i = 1, 2 do'"),
+    "input:1: the statement that begins here is not complete\nstatus 1\n")
+  t:ok(run(folder, "wrong.lua"):match "wrong.lua:2: boo\n.*status 1\n$")
+  t:ok(run(folder, "missing.lua"):match "there is no file missing.lua\nstatus 2\n$")
+  t:ok(run(folder, "-l no.such.module"):match "module 'no.such.module' not found.*status 1\n$")
+  -- -i continues with the input
+  t:equal(run(folder, "-i -e 'x = 5'", "x\n"), "5\nstatus 0\n")
+  -- without a terminal the start-up file does not run
+  host.file.mkdir(folder .. "/.config/limax")
+  process.write(folder .. "/.config/limax/repl.lua", "print 'started'\n")
+  t:equal(run(folder, "", "1\n"), "1\nstatus 0\n")
+end)
+
+suite:test("the prompt in README runs", { limit = 60 }, function(t)
+  local folder, lines, inside = t:folder(), {}, false
+  for line_of_page in process.read(host.home .. "/README.md"):gmatch "[^\n]*" do
+    if line_of_page:match "^## " then inside = line_of_page == "## The prompt" end
+    lines[#lines + 1] = inside and line_of_page:match "^> (.*)$" or nil
   end
-  type_in("", "\r\n> ")
-  type_in("x = 3\n", "x = 3\r\n> ")
-  type_in("x + 1\n", "\r\n4\r\n> ")
-  -- the output of the loop differs from the typed text
-  local say = "io.write('lo' .. 'op') io.stdout:flush() "
-  type_in(say .. "while true do end\n", "loop")
-  type_in("\3", "interrupted\r\n> ")
-  type_in("error 'boo'\n", "input:1: boo\r\n  input:1: in main chunk\r\n> ")
-  type_in("half a line", "half a line")
-  type_in("\3", "^C\r\n> ")
-  type_in("function f()\n", "\r\n.. ")
-  type_in("\3", "^C\r\n> ")
-  type_in(say .. "jit.off() while true do pcall(tostring) end\n", "loop")
-  type_in("\3", "interrupted\r\n> ")
-  type_in("x + 2\n", "\r\n5\r\n> ")
-  pipe:write "\4"
-  pipe:flush()
-  pipe:close()
+  t:ok(#lines >= 8, "README has lines of a prompt")
+  local output = run(folder, "", table.concat(lines, "\n") .. "\n")
+  t:ok(output:match "status 0\n$", output)
+  t:ok(output:match "generation 4: best", output)
+  t:ok(process.read(folder .. "/picture-1.svg"):match "<svg", "a picture was drawn")
+end)
+
+suite:test("a followed script runs again after a change and keeps its table", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/mine.lua",
+    "local top = 1\nreturn { answer = 1, gone = true, ask = function() return 1 end }\n")
+  local output = run(folder, "", [[
+function save(text) local f = io.open("mine.lua", "w") f:write(text) f:close() end
+m = follow "mine.lua"
+held = m
+save "local top = 2; return { answer = 2 }"
+held.answer, held.gone, top
+save "local top = = 3"
+held.answer, top
+save "local top = 4; return { answer = 4 }"
+held.answer, top, m == held
+follow "none.lua"
+]]):gsub("[^\n ]*/mine.lua", "mine.lua")
+  t:equal(output, [[
+reloaded: mine.lua
+2	nil	2
+mine.lua:1: unexpected symbol near '='
+2	2
+reloaded: mine.lua
+4	4	true
+there is no file none.lua
+  input:10: in main chunk
+status 1
+]])
+end)
+
+suite:test("a reloaded module keeps its table", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/part.lua", "return { answer = 1, gone = true }\n")
+  t:equal(run(folder, "", [[
+part = require "part"
+held = part
+do local f = io.open("part.lua", "w") f:write("return { answer = 2 }") f:close() end
+reload "part" == held, held.answer, held.gone
+do local f = io.open("part.lua", "w") f:write("return {{ answer = 3") f:close() end
+pcall(reload, "part")
+package.loaded.part == held, held.answer
+]]):gsub("false\n.-<eof>'\n", "refused\n"), "true\t2\tnil\nrefused\ntrue\t2\nstatus 0\n")
+end)
+
+suite:test("a picture of a robot in motion, shown by a program", function(t)
+  local folder = t:folder()
+  process.write(folder .. "/viewer.sh", "#!/bin/sh\necho \"$2\" >shown.part\nmv shown.part shown\n")
+  os.execute("chmod +x " .. process.quote(folder .. "/viewer.sh"))
+  local screen = run(folder, "", [[
+walk = limax.robot { voxels = "ecs\nece" }:begin { duration = 1 }
+picture(walk, "now.svg");
+walk:go(0.7); picture(walk, "later.svg", { open = true, title = "later & on" });
+picture(walk, "never.svg", { duration = 3 })
+]], "BROWSER=" .. process.quote(folder .. "/viewer.sh --new"))
+  t:ok(screen:find("input:4: picture.duration: unknown field; known are: open, title", 1, true),
+    screen)
+  local now, later = process.read(folder .. "/now.svg"), process.read(folder .. "/later.svg")
+  -- at rest, and 0.7 s later: the faces have moved
+  t:ok(now:find("-0.50 s", 1, true) and later:find("0.20 s", 1, true), now)
+  local function faces(text)
+    local list = {}
+    for face in text:gmatch "<polygon.->" do list[#list + 1] = face end
+    return list
+  end
+  t:ok(#faces(now) >= 10 and #faces(later) >= 10, now)
+  t:ok(table.concat(faces(now)) ~= table.concat(faces(later)))
+  t:ok(later:find("later &amp; on", 1, true), later)
+  local start = host.clock()
+  while process.read(folder .. "/shown") == "" and host.clock() - start < process.LATE do
+    host.wait(0.02)
+  end
+  t:ok(process.read(folder .. "/shown"):find "/later.svg\n$")
 end)

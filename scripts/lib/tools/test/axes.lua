@@ -1,59 +1,45 @@
 --- axes.lua: the matrix of a test: the devices, precisions, integrators, numbers of threads and
 --- seeds that it names, and one instance for each combination.
 
-local choice = require "limax.base.choice"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
-local suggest = require "limax.engine.suggest"
+local schema = require "limax.engine.schema"
 
 local axes = {}
 
 ---@class limax.test_axis
 ---@field option string of `suite:test`
 ---@field field string of `t` and of an instance
----@field kind "string"|"number" of its values
 ---@field all string[]|nil the valid values, which "all" selects
----@field least integer|nil of whole numbers
+---@field rule schema.rule of one value
+
+local function words(option, field, all)
+  return { option = option, field = field, all = all, rule = schema.choice(all) }
+end
 
 -- In the order in which a label names them.
 ---@type limax.test_axis[]
 axes.list = {
   -- the CPU first: what fails there fails everywhere
-  { option = "devices", field = "device", kind = "string", all = { "cpu", "cuda" } },
-  { option = "precisions", field = "precision", kind = "string", all = defaults.precisions },
-  { option = "integrators", field = "integrator", kind = "string", all = defaults.integrators },
-  { option = "threads", field = "threads", kind = "number", least = 1 },
-  { option = "seeds", field = "seed", kind = "number", least = 0 },
+  words("devices", "device", { "cpu", "cuda" }),
+  words("precisions", "precision", defaults.precisions),
+  words("integrators", "integrator", defaults.integrators),
+  { option = "threads", field = "threads", rule = schema.whole(1, 2 ^ 53) },
+  { option = "seeds", field = "seed", rule = schema.whole(0, 2 ^ 53) },
 }
 
 -- Integrators that run only on the CPU (scripts/EXTENDING.md, "How exact it is").
 local CPU_ONLY = { rk4 = true, xpbd = true }
 
-local function check(axis, what, value)
-  local expected
-  if type(value) ~= axis.kind then
-    expected = "a " .. axis.kind
-  elseif axis.least and not (value >= axis.least and value <= 2 ^ 53 and value % 1 == 0) then
-    expected = ("a whole number from %d to 2^53"):format(axis.least)
-  end
-  if expected then
-    engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
-  end
-  if axis.all and not choice.contains(axis.all, value) then
-    engine.fail(("%s: unknown %s %q%s"):format(axis.option, axis.field, value,
-      suggest.ending(value, axis.all)))
-  end
-end
-
 local function checked(axis, value)
   if value == nil then return nil end
   if axis.all and value == "all" then return axis.all end
   local values, seen = type(value) == "table" and value or { value }, {}
-  if #values == 0 then engine.fail(axis.option .. ": expected at least one value") end
+  if #values == 0 then schema.refuse(axis.option, "at least one value", values) end
   for i, each in ipairs(values) do
-    local what = ("%s[%d]"):format(axis.option, i)
-    check(axis, what, each)
-    if seen[each] then engine.fail(("%s: %s is listed twice"):format(what, tostring(each))) end
+    local path = ("%s[%d]"):format(axis.option, i)
+    schema.demand(axis.rule, each, path)
+    if seen[each] then engine.fail(("%s: %s is listed twice"):format(path, tostring(each))) end
     seen[each] = true
   end
   return values

@@ -6,6 +6,7 @@ local host = require "limax.host"
 local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.tools.test.golden"
+local schema = require "limax.engine.schema"
 local statistics = require "limax.tools.test.statistics"
 local suggest = require "limax.engine.suggest"
 
@@ -42,20 +43,19 @@ local function fail(text)
   error(setmetatable({ text = text, where = ("%s:%d"):format(source, line) }, context.failure), 0)
 end
 
--- Checks the names of options, and that tolerances are not negative.
-local function checked(what, options, known)
-  options = options or {}
-  if type(options) ~= "table" then fail(what .. ": expected a table of options") end
-  for _, name in ipairs(choice.sorted_keys(options)) do
-    if not choice.contains(known, name) then
-      fail(("%s: unknown option %q%s"):format(what, name, suggest.ending(name, known)))
-    end
-    local value = options[name]
-    if (name == "rtol" or name == "atol") and not (type(value) == "number" and value >= 0) then
-      fail(("%s: %s: expected a number of at least 0, got %s"):format(what, name, tostring(value)))
-    end
-  end
-  return options
+local tolerance = schema.number { minimum = 0 }
+local near_options = schema.fields { rtol = tolerance, atol = tolerance }
+local golden_options = schema.fields { class = schema.any, rtol = tolerance, atol = tolerance,
+  why = schema.any, configuration = schema.any }
+local statistics_options = schema.fields { seeds = schema.any, expected = schema.any,
+  rtol = tolerance, atol = tolerance, at_least = schema.any, at_most = schema.any,
+  level = schema.number { above = 0, below = 1 } }
+
+-- Options of a check, with defaults.
+local function checked(rule, options, what)
+  local result, message = rule(options, what)
+  if message then fail(message) end
+  return result
 end
 
 local function report(what, differences)
@@ -71,12 +71,11 @@ end
 ---@param expected any
 ---@param options { rtol: number|nil, atol: number|nil }|nil
 function methods:near(got, expected, options)
-  options = checked("near", options, { "rtol", "atol" })
-  local rtol, atol = options.rtol, options.atol
-  if rtol == nil and atol == nil then rtol = NEAR end
-  local tolerance = { rtol = rtol or 0, atol = atol or 0 }
-  local what = ("near (rtol %g, atol %g)"):format(tolerance.rtol, tolerance.atol)
-  report(what, compare.near(expected, got, tolerance))
+  options = checked(near_options, options, "near")
+  local atol = options.atol or 0
+  local rtol = options.rtol or (options.atol and 0 or NEAR)
+  report(("near (rtol %g, atol %g)"):format(rtol, atol),
+    compare.near(expected, got, { rtol = rtol, atol = atol }))
 end
 
 --- Fails unless every number has the same 64 bits, and all else is equal.
@@ -92,8 +91,7 @@ end
 ---@param draw fun(seed: integer): number|boolean
 ---@param options limax.test_statistics
 function methods:statistically(draw, options)
-  options = checked("statistically", options, { "seeds", "expected", "rtol", "atol",
-    "at_least", "at_most", "level" })
+  options = checked(statistics_options, options, "statistically")
   local failure, text = statistics.check(draw, options)
   if failure then fail("statistically: " .. failure) end
   self:note(text)
@@ -170,7 +168,7 @@ end
 ---@param options { class: string|nil, rtol: number|nil, atol: number|nil, why: string|nil,
 --- configuration: table|nil }|nil exact if left out
 function methods:golden(name, values, options)
-  options = checked("golden", options, { "class", "rtol", "atol", "why", "configuration" })
+  options = checked(golden_options, options, "golden")
   if type(name) ~= "string" or not name:match "^[%w_%-]+$" then
     fail(("golden: a name has letters, digits, _ and -, got %s"):format(tostring(name)))
   end

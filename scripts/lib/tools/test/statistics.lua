@@ -81,9 +81,6 @@ function statistics.check(draw, options)
     for i = 1, count do seeds[i] = i end
   end
   if #seeds < 2 then return "seeds: expected at least two" end
-  if type(level) ~= "number" or not (level > 0 and level < 1) then
-    return ("level: expected a chance between 0 and 1, got %s"):format(tostring(level))
-  end
   if not options.expected and not options.at_least and not options.at_most then
     return "nothing is expected: set expected, at_least or at_most"
   end

@@ -9,18 +9,22 @@
 --- context.lua.
 
 local axes = require "limax.tools.test.axes"
-local choice = require "limax.base.choice"
 local engine = require "limax.engine"
-local suggest = require "limax.engine.suggest"
+local schema = require "limax.engine.schema"
 
 local test = {}
 
 --- The devices that `devices = "all"` selects, in the order in which they run.
 test.DEVICES = axes.list[1].all
 
-local OPTIONS = { "limit", "skip", "tags" }
-for _, axis in ipairs(axes.list) do OPTIONS[#OPTIONS + 1] = axis.option end
-local FIXTURE_OPTIONS = { "close", "shared" }
+local OPTIONS = {
+  limit = schema.number { above = 0, unit = "s" }, skip = schema.text(".+", "a reason"),
+  tags = schema.any,
+}
+for _, axis in ipairs(axes.list) do OPTIONS[axis.option] = schema.any end
+local test_options = schema.fields(OPTIONS)
+local fixture_options = schema.fields { shared = schema.boolean(false), close = schema.any }
+local one_line = schema.text("%C+", "one line of text")
 
 -- A test runs once for every combination of its devices, precisions, integrators, threads and
 -- seeds.
@@ -57,33 +61,20 @@ local class = { __index = methods }
 -- the suites of the file that is being read
 local collected = {}
 
-local function expect(fine, what, expected, value)
-  if not fine then
-    engine.fail(("%s: expected %s, got %s"):format(what, expected, tostring(value)))
-  end
-end
-
-local function check_name(what, name)
-  expect(type(name) == "string" and name ~= "" and not name:find "%c", what, "one line of text",
-    (tostring(name):gsub("%c", " ")))
+local function check_function(value, path)
+  if type(value) ~= "function" then schema.refuse(path, "a function", value) end
 end
 
 -- Checks the arguments of a method that takes a name, options that may be left out, and a function.
-local function read_arguments(self, method, name, options, call, known)
+local function read_arguments(self, method, name, options, call, rule)
   if getmetatable(self) ~= class then
     engine.fail(("write a colon: suite:%s(...)"):format(method))
   end
   if call == nil then options, call = {}, options end
   local what = "suite:" .. method
-  check_name(what .. ": name", name)
-  expect(type(options) == "table", what .. ": options", "a table", options)
-  expect(type(call) == "function", what, "a function", call)
-  for _, option in ipairs(choice.sorted_keys(options)) do
-    if not choice.contains(known, option) then
-      engine.fail(("%s: unknown option %q%s"):format(what, option, suggest.ending(option, known)))
-    end
-  end
-  return options, call
+  schema.demand(one_line, name, what .. ": name")
+  check_function(call, what)
+  return schema.demand(rule, options, what), call
 end
 
 --- Adds a test. Its name must be unique within the suite.
@@ -92,18 +83,16 @@ end
 ---@param run fun(t: limax.test_context)
 ---@overload fun(self: limax.suite, name: string, run: fun(t: limax.test_context))
 function methods:test(name, options, run)
-  options, run = read_arguments(self, "test", name, options, run, OPTIONS)
+  options, run = read_arguments(self, "test", name, options, run, test_options)
   for _, case in ipairs(self.cases) do
     if case.name == name then
       engine.fail(("suite %q already has a test %q"):format(self.name, name))
     end
   end
-  local limit, skip, tags = options.limit, options.skip, options.tags or {}
-  expect(limit == nil or type(limit) == "number" and limit > 0, "suite:test: limit",
-    "a number of seconds above 0", limit)
-  expect(skip == nil or type(skip) == "string" and skip ~= "", "suite:test: skip", "a reason", skip)
-  self.cases[#self.cases + 1] = { name = name, run = run, limit = limit, skip = skip,
-    axes = axes.read(options), tags = type(tags) == "table" and tags or { tags } }
+  local tags = options.tags or {}
+  self.cases[#self.cases + 1] = { name = name, run = run, limit = options.limit,
+    skip = options.skip, axes = axes.read(options),
+    tags = type(tags) == "table" and tags or { tags } }
 end
 
 --- Defines what several tests start with: `t:fixture(name)` makes it at the first use in a test,
@@ -114,20 +103,19 @@ end
 ---@param make fun(t: limax.test_context|nil): any
 ---@overload fun(self: limax.suite, name: string, make: fun(t: limax.test_context): any)
 function methods:fixture(name, options, make)
-  options, make = read_arguments(self, "fixture", name, options, make, FIXTURE_OPTIONS)
-  expect(options.close == nil or type(options.close) == "function", "suite:fixture: close",
-    "a function", options.close)
+  options, make = read_arguments(self, "fixture", name, options, make, fixture_options)
+  if options.close ~= nil then check_function(options.close, "suite:fixture.close") end
   if self.fixtures[name] then
     engine.fail(("suite %q already has a fixture %q"):format(self.name, name))
   end
-  self.fixtures[name] = { make = make, close = options.close, shared = options.shared == true }
+  self.fixtures[name] = { make = make, close = options.close, shared = options.shared }
 end
 
 --- Begins a suite.
 ---@param name string
 ---@return limax.suite
 function test.suite(name)
-  check_name("suite: name", name)
+  schema.demand(one_line, name, "suite: name")
   for _, suite in ipairs(collected) do
     if suite.name == name then engine.fail(("this file already has a suite %q"):format(name)) end
   end
