@@ -49,22 +49,26 @@ local function from_middle(pose, p)
   return { p[1] - pose.middle[1], p[2] - pose.middle[2], p[3] - pose.base }
 end
 
+-- Calls `take` for the points of all poses seen from their middles. Those of the block are moved
+-- into a box, without which they are left out.
+local function each_point(film, take, low, high)
+  for _, pose in ipairs(film.poses) do
+    for _, p in ipairs(pose.points) do take(from_middle(pose, p)) end
+    for _, p in ipairs(low and pose.block or {}) do
+      local at = from_middle(pose, p)
+      for c = 1, 3 do at[c] = math.min(math.max(at[c], low[c]), high[c]) end
+      take(at)
+    end
+  end
+end
+
 -- How far the bodies of all poses, and the block where it is near, reach around the middle.
 local function reach_of(film)
   local low, high, take = polygon.bounds(3)
-  for _, pose in ipairs(film.poses) do
-    for _, p in ipairs(pose.points) do take(from_middle(pose, p)) end
-  end
-  local most = {}
-  for c = 1, 2 do most[c] = MOST_BLOCK * (high[c] - low[c]) end
-  for _, pose in ipairs(film.poses) do
-    for _, p in ipairs(pose.block) do
-      local at = from_middle(pose, p)
-      for c = 1, 2 do at[c] = math.min(math.max(at[c], low[c] - most[c]), high[c] + most[c]) end
-      take(at)
-      if at[3] > high[3] + most[1] then break end
-    end
-  end
+  each_point(film, take)
+  local most = MOST_BLOCK * (high[1] - low[1])
+  each_point(film, take, { low[1] - most, low[2] - most, low[3] - most },
+    { high[1] + most, high[2] + most, high[3] + most })
   return low, high
 end
 
@@ -91,15 +95,7 @@ function scene.frame(film, view, width, count, options)
   local slab = slab_of(film, low, high)
   local least, most, take = polygon.bounds(2)
   local function hold(p) take { view.project(p) } end
-  for _, pose in ipairs(film.poses) do
-    for _, p in ipairs(pose.points) do hold(from_middle(pose, p)) end
-    for _, p in ipairs(pose.block) do
-      local at = from_middle(pose, p)
-      for c = 1, 2 do at[c] = math.min(math.max(at[c], slab.low[c]), slab.high[c]) end
-      at[3] = math.min(at[3], high[3])
-      hold(at)
-    end
-  end
+  each_point(film, hold, slab.low, { slab.high[1], slab.high[2], high[3] })
   if world.has_obstacles(film.world) or film.stage.ground then
     local pose = film.poses[1]
     for _, along in ipairs { slab.low[1], slab.high[1] } do

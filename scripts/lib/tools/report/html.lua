@@ -30,38 +30,33 @@ local function number_text(value)
   return ("%.4g"):format(value)
 end
 
+local function cell(tag, attributes, value, is_number)
+  return ("<%s%s%s>%s</%s>"):format(tag, attributes, is_number and ' class="number"' or "",
+    type(value) == "number" and number_text(value) or html.escaped(value), tag)
+end
+
 --- A table with a head; numbers are aligned right. The first column names its row.
 ---@param columns string[]
 ---@param rows any[][]
----@param caption? string
+---@param caption string
 function html.table(columns, rows, caption)
-  local parts = { '<div class="scroll" tabindex="0" role="region" aria-label="',
-    html.escaped(caption or "table"), '"><table>' }
-  if caption then parts[#parts + 1] = "<caption>" .. html.escaped(caption) .. "</caption>" end
-  parts[#parts + 1] = "<thead><tr>"
+  local head, lines = {}, {}
   for c, name in ipairs(columns) do
-    local first = rows[1] and rows[1][c]
-    parts[#parts + 1] = ('<th scope="col"%s>%s</th>'):format(
-      type(first) == "number" and ' class="number"' or "", html.escaped(name))
+    head[c] = cell("th", ' scope="col"', name, rows[1] and type(rows[1][c]) == "number")
   end
-  parts[#parts + 1] = "</tr></thead><tbody>\n"
-  for _, row in ipairs(rows) do
-    parts[#parts + 1] = "<tr>"
+  for k, row in ipairs(rows) do
+    local cells = {}
     for c = 1, #columns do
-      local value = row[c]
-      if value == nil then value = "" end
-      local tag = c == 1 and 'th scope="row"' or "td"
-      if type(value) == "number" then
-        parts[#parts + 1] = ('<%s class="number">%s</%s>'):format(tag, number_text(value),
-          tag:match "^%a+")
-      else
-        parts[#parts + 1] = ("<%s>%s</%s>"):format(tag, html.escaped(value), tag:match "^%a+")
-      end
+      local value = row[c] == nil and "" or row[c]
+      cells[c] = cell(c == 1 and "th" or "td", c == 1 and ' scope="row"' or "", value,
+        type(value) == "number")
     end
-    parts[#parts + 1] = "</tr>\n"
+    lines[k] = "<tr>" .. table.concat(cells) .. "</tr>\n"
   end
-  parts[#parts + 1] = "</tbody></table></div>"
-  return table.concat(parts)
+  caption = html.escaped(caption)
+  return ('<div class="scroll" tabindex="0" role="region" aria-label="%s"><table><caption>%s'
+    .. "</caption><thead><tr>%s</tr></thead><tbody>\n%s</tbody></table></div>"):format(caption,
+    caption, table.concat(head), table.concat(lines))
 end
 
 --- Something that is folded away until it is opened.
@@ -75,15 +70,14 @@ end
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
 ---@param drawn limax.chart.inline
 function html.figure(drawn, caption)
-  local rows = html.table(drawn.columns, drawn.rows, caption)
-  return table.concat {
-    '<figure class="chart"><div class="scroll" tabindex="0" role="group" aria-label="',
-    html.escaped(caption), ', arrow keys read its numbers">', drawn.svg, "</div>",
-    '<output aria-live="polite"></output>', "<figcaption>", html.escaped(caption),
-    '</figcaption><script type="application/json">', html.json(drawn.data), "</script>",
-    html.details(drawn.left_out == 0 and "numbers" or ("numbers, %d rows of %d"):format(#drawn.rows,
-      #drawn.rows + drawn.left_out), rows), "</figure>\n",
-  }
+  local name = html.escaped(caption)
+  local out = drawn.left_out > 0 and (", %d rows of %d"):format(#drawn.rows,
+    #drawn.rows + drawn.left_out) or ""
+  return ('<figure class="chart"><div class="scroll" tabindex="0" role="group" aria-label="%s,'
+    .. ' arrow keys read its numbers">%s</div><output aria-live="polite"></output><figcaption>%s'
+    .. '</figcaption><script type="application/json">%s</script>%s</figure>\n'):format(name,
+    drawn.svg, name, html.json(drawn.data),
+    html.details("numbers" .. out, html.table(drawn.columns, drawn.rows, caption)))
 end
 
 -- The source of a script or style in a content policy.
@@ -111,14 +105,17 @@ function html.page(page)
   local policy = ("default-src 'none'; script-src %s; style-src %s; base-uri 'none'; "
     .. "form-action 'none'"):format(#sources > 0 and table.concat(sources, " ") or "'none'",
     hash_source(page.style))
-  return table.concat {
-    "<!DOCTYPE html>\n", '<html lang="en"><head><meta charset="utf-8">\n',
-    '<meta http-equiv="Content-Security-Policy" content="', policy, '">\n',
-    '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-    '<meta name="referrer" content="no-referrer">\n', "<title>", html.escaped(page.title),
-    "</title>\n<style>", page.style, "</style></head>\n<body>\n", page.body,
-    table.concat(scripts), "</body></html>\n",
-  }
+  return ([[
+<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="%s">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="referrer" content="no-referrer">
+<title>%s</title>
+<style>%s</style></head>
+<body>
+%s%s</body></html>
+]]):format(policy, html.escaped(page.title), page.style, page.body, table.concat(scripts))
 end
 
 return html

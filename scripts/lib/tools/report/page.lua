@@ -174,15 +174,23 @@ local function state_text(folders)
   return ("%d runs: %s"):format(#folders, table.concat(texts, ", "))
 end
 
--- The names of the experiments.
-local function title_of(list)
-  local names, seen = {}, {}
-  for _, run in ipairs(list) do
-    if not seen[run.name] then
-      seen[run.name] = true
-      names[#names + 1] = run.name
+-- Each text once, in the order in which they first come.
+local function distinct(texts)
+  local list, seen = {}, {}
+  for _, text in ipairs(texts) do
+    if not seen[text] then
+      seen[text] = true
+      list[#list + 1] = text
     end
   end
+  return list
+end
+
+-- The names of the experiments.
+local function title_of(list)
+  local names = {}
+  for k, run in ipairs(list) do names[k] = run.name end
+  names = distinct(names)
   local title = table.concat(names, ", ", 1, math.min(#names, MOST_LISTED))
   return #names > MOST_LISTED and ("%s and %d more"):format(title, #names - MOST_LISTED) or title
 end
@@ -191,18 +199,16 @@ end
 ---@return string label
 ---@return string words
 function page.fitness_label(folders)
-  local units, all, seen, count = {}, {}, {}, 0
+  local units, all = {}, {}
   for _, folder in ipairs(folders) do
-    local unit, words = runs.fitness_words(folder.config.fitness)
-    unit = unit or "unit of the script"
-    if #folder.runs > 0 and not seen[unit .. words] then
-      seen[unit .. words], all[#all + 1] = true, words
-      count = count + (units[unit] and 0 or 1)
-      units[unit], units[1] = true, units[1] or unit
+    if #folder.runs > 0 then
+      local unit, words = runs.fitness_words(folder.config.fitness)
+      units[#units + 1], all[#all + 1] = unit or "unit of the script", words
     end
   end
+  units, all = distinct(units), distinct(all)
   if #all == 1 then return ("fitness (%s)"):format(units[1]), all[1] end
-  return ("fitness (%s; of several kinds)"):format(count == 1 and units[1] or "each its own unit"),
+  return ("fitness (%s; of several kinds)"):format(#units == 1 and units[1] or "each its own unit"),
     ("of several kinds, which cannot be compared: %s"):format(table.concat(all, "; "))
 end
 
