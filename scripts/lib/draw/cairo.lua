@@ -78,7 +78,7 @@ end
 
 ---@class limax.draw.cairo : limax.canvas
 local Sink = {}
-cairo.methods = Sink
+cairo.class = Sink
 
 local function context_of(C, surface)
   local context = ffi.gc(C.cairo_create(surface), C.cairo_destroy)

@@ -32,8 +32,6 @@ canvas.ink, canvas.faint = "#26282b", "#6b7076"
 ---@field width integer
 ---@field height integer
 local Canvas = {}
--- the two kinds of canvas; filled below
-local classes = {}
 
 ---@class limax.canvas.options
 ---@field title string|nil
@@ -50,15 +48,6 @@ local function clean(text)
   return (terminal.utf8(tostring(text)):gsub("[%z\1-\31\127]", "?"):gsub("\239\191[\190\191]", "?"))
 end
 
-local function class_of(methods)
-  local class = {}
-  for _, part in ipairs { methods, Canvas } do
-    for name, call in pairs(part) do class[name] = call end
-  end
-  class.__index = class
-  return class
-end
-
 --- An empty canvas.
 ---@param kind "png"|"pdf"|"svg"|"pixels" pixels are four bytes each: red, green, blue, opacity
 ---@param options? limax.canvas.options
@@ -69,7 +58,7 @@ function canvas.new(kind, width, height, options)
     title = clean(options.title or ""), description = clean(options.description or ""),
     millimetres = options.millimetres, prefix = options.prefix or "", dpi = options.dpi,
     zoom = options.zoom or 1, transparent = options.transparent },
-    classes[kind] or classes.cairo)
+    kind == "svg" and svg.class or cairo.class)
   self:open()
   if not self.transparent then
     self:polygon({ { 0, 0 }, { width, 0 }, { width, height }, { 0, height } },
@@ -168,6 +157,9 @@ function Canvas:text(x, y, text, style)
   self:write(x, y, text, full)
 end
 
-classes.svg, classes.cairo = class_of(svg.methods), class_of(cairo.methods)
+for _, class in ipairs { svg.class, cairo.class } do
+  class.__index = class
+  setmetatable(class, { __index = Canvas })
+end
 
 return canvas

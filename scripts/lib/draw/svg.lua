@@ -6,7 +6,7 @@ local svg = {}
 
 ---@class limax.draw.svg : limax.canvas
 local Sink = {}
-svg.methods = Sink
+svg.class = Sink
 
 local ENTITIES = { ["&"] = "&amp;", ["<"] = "&lt;", [">"] = "&gt;", ['"'] = "&quot;" }
 local function escaped(text) return (text:gsub("[&<>\"]", ENTITIES)) end

@@ -56,10 +56,7 @@ local function supervision(list)
     end
   end
   for _, setter in ipairs(parameters.SETTERS) do
-    if seen[setter.name] then
-      key[#key + 1] = { marker = setter.marker, color = setter.color,
-        text = setter.text or setter.name }
-    end
+    if seen[setter.name] then key[#key + 1] = setter end
   end
   return panels, key
 end

@@ -24,11 +24,7 @@ local function robots_of(run)
       ".jsonl")
     for text in (source.read(path) or ""):gmatch "([^\n]*)\n" do
       local robot = shape.robot(host.json.decode(text, path))
-      if robot and not by_id[robot.id] then
-        by_id[robot.id] = { id = robot.id, generation = robot.generation,
-          fitness = robot.fitness, parents = robot.parents, hash = robot.body.hash or "-",
-          voxels = robot.body.voxels or "-" }
-      end
+      if robot then by_id[robot.id] = by_id[robot.id] or robot end
     end
   end
   return by_id
@@ -55,9 +51,9 @@ function lineage.of(run)
     end
   end
   -- from the champion back
-  local back, at, passed = {}, first, {}
+  local line, at, passed = {}, first, {}
   while at do
-    back[#back + 1] = at
+    table.insert(line, 1, at)
     passed[at.id] = true
     local better
     for _, id in ipairs(at.parents) do
@@ -69,8 +65,6 @@ function lineage.of(run)
     end
     at = better
   end
-  local line = {}
-  for k = #back, 1, -1 do line[#line + 1] = back[k] end
   table.sort(ancestors, function(a, b)
     if a.generation ~= b.generation then return a.generation < b.generation end
     return a.id < b.id
@@ -82,18 +76,20 @@ end
 ---@param label string of the fitness
 ---@return limax.chart.panel
 function lineage.panel(ancestors, line, label)
-  local dots, path = {}, {}
-  for _, robot in ipairs(ancestors) do
-    if robot.fitness then dots[#dots + 1] = { robot.generation, robot.fitness } end
-  end
-  for _, robot in ipairs(line) do
-    if robot.fitness then path[#path + 1] = { robot.generation, robot.fitness } end
+  local function points(robots)
+    local list = {}
+    for _, robot in ipairs(robots) do
+      if robot.fitness then list[#list + 1] = { robot.generation, robot.fitness } end
+    end
+    return list
   end
   return { title = "ancestors of the last champion",
     x = { label = "generation in which it first appeared", linear = true },
     y = { label = label, linear = true }, curves = {
-      { points = dots, color = "#8c9198", dash = "none", marker = "ring", title = "ancestors" },
-      { name = "better parents", points = path, color = "#d55e00", width = 2, marker = "dot" },
+      { title = "ancestors", points = points(ancestors), color = "#8c9198", dash = "none",
+        marker = "ring" },
+      { name = "better parents", points = points(line), color = "#d55e00", width = 2,
+        marker = "dot" },
     } }
 end
 

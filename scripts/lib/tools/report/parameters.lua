@@ -9,9 +9,9 @@ local parameters = {}
 
 --- Who may set a field, in the order of the key.
 parameters.SETTERS = {
-  { name = "model", color = "#cc79a7", marker = "diamond" },
-  { name = "rules", color = "#0072b2", marker = "square" },
-  { name = "replayed", color = "#009e73", marker = "ring" },
+  { name = "model", color = "#cc79a7", marker = "diamond", text = "model" },
+  { name = "rules", color = "#0072b2", marker = "square", text = "rules" },
+  { name = "replayed", color = "#009e73", marker = "ring", text = "replayed" },
   { name = "other", color = "#26282b", marker = "dot",
     text = "another supervisor, or the script" },
   { name = "clamped", color = "#d55e00", marker = "wide ring",

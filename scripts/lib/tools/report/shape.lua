@@ -137,14 +137,14 @@ shape.environment = record { sessions = list_of(record({ started = text, version
   device = record { kind = text, cpu = text, gpus = gpus } }, true)) }
 
 --- A line of `population/gNNNN.jsonl`; nil where it is not a robot.
----@return table|nil
+---@return limax.report.ancestor|nil
 function shape.robot(value)
   if type(value) ~= "table" or not whole(value.id) or not whole(value.generation) then
     return nil
   end
+  local body = record { hash = text, voxels = whole }(value.body)
   return { id = value.id, generation = value.generation, fitness = number(value.fitness),
-    parents = list_of(whole)(value.parents), body = record { hash = text, voxels = whole }(
-    value.body) }
+    parents = list_of(whole)(value.parents), hash = body.hash or "-", voxels = body.voxels or "-" }
 end
 
 --- The repetition and generation of a line; nil, message where they are missing.
