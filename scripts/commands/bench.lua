@@ -14,12 +14,43 @@ local exit_usage = 2
 
 local BENCHES = { "accuracy", "blow-ups", "effects", "stability", "throughput" }
 
--- Options of one bench.
-local ONLY = { first = "blow-ups", cases = "blow-ups", case = "blow-ups", filter = "stability",
-  fraction = "stability", out = "accuracy", section = "accuracy", tune = "accuracy",
-  champion = "accuracy" }
--- Half a minute on two cores.
-local DEFAULT_CASES = 1024
+local OPTIONS = {
+  { name = "json", argument = "FILE", text = "also write the rows as JSON" },
+  { name = "csv", argument = "FILE", text = "also write the rows as CSV" },
+  { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "auto",
+    text = "auto, cpu or cuda" },
+  { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
+    text = "threads of the CPU device; one per core if left out" },
+  { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
+    text = "throughput, effects: time of one repeat of one measurement" },
+  { name = "full",
+    text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
+      .. " long cases, and every combination of all; effects: on a CPU with valgrind, the"
+      .. " instructions of a step, in minutes; accuracy:"
+      .. " more steps and robots, whole evolutions, long runs: hours" },
+  { name = "filter", argument = "TEXT", of = "stability", text = "only cases whose name contains"
+    .. " this" },
+  { name = "fraction", argument = "F", of = "stability", kind = "number", minimum = 0.01,
+    maximum = 0.99, text = "of the step's bound, for cases with no choice of their own; 0.9" },
+  { name = "cases", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
+    text = "number of random cases; 1024 if left out" },
+  { name = "first", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
+    text = "number of the first case; 1 if left out" },
+  { name = "case", argument = "N", of = "blow-ups", kind = "integer", minimum = 1, maximum = 1e9,
+    text = "run only this case, and print its robot and scene" },
+  { name = "out", argument = "DIR", of = "accuracy",
+    text = "a folder for figures, tables and the page accuracy.html" },
+  { name = "section", argument = "NAME", of = "accuracy", many = true,
+    text = "only this section: work_precision, rounding, conservation, ranking, evolutions" },
+  { name = "tune", argument = "FILE", of = "accuracy",
+    text = "the longest step at which this experiment is accurate" },
+  { name = "champion", argument = "FILE", of = "accuracy", many = true,
+    text = "with --tune: a robot file to try beside the first generation" },
+  { name = "store", text = "throughput: store the hashes of this GPU model's last states" },
+}
+for _, option in ipairs(OPTIONS) do
+  if option.of then option.text = ("%s: %s"):format(option.of, option.text) end
+end
 
 local function run(arguments)
   local name = arguments[1]
@@ -33,31 +64,16 @@ local function run(arguments)
     failure.raise(exit_usage,
       "--store stores the hashes of a GPU: limax bench throughput --device cuda")
   end
-  for _, option in ipairs(choice.sorted_keys(ONLY)) do
-    local value = arguments[option]
+  for _, option in ipairs(OPTIONS) do
+    local value = arguments[option.name]
     local absent = value == nil or type(value) == "table" and #value == 0
-    if name ~= ONLY[option] and not absent then
-      failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option, ONLY[option]))
+    if option.of and option.of ~= name and not absent then
+      failure.raise(exit_usage, ("--%s belongs to limax bench %s"):format(option.name, option.of))
     end
   end
-  local bench = require("limax.tools.bench." .. name:gsub("-", "_"))
-  local result = bench.run {
-    out = arguments.out,
-    sections = arguments.section,
-    tune = arguments.tune,
-    champions = arguments.champion,
-    device = device,
-    threads = arguments.threads,
-    seconds = arguments.seconds,
-    full = arguments.full,
-    store = arguments.store,
-    filter = arguments.filter,
-    fraction = arguments.fraction,
-    first = arguments.first or 1,
-    cases = arguments.cases or DEFAULT_CASES,
-    case = arguments.case,
-    say = function(text) io.write(text, "\n") io.flush() end,
-  }
+  arguments.device = device
+  arguments.say = function(text) io.write(text, "\n") io.flush() end
+  local result = require("limax.tools.bench." .. name:gsub("-", "_")).run(arguments)
   result.sections = nil
   result.schema = "limax.bench/1"
   result.bench = name
@@ -83,39 +99,6 @@ return {
     .. "step, the order of walkers under cheap settings, rounding, drift; two minutes on two\n"
     .. "cores. With --tune FILE, the longest accurate step of an experiment instead.",
   positional = { name = "NAME", least = 1, most = 1 },
-  options = {
-    { name = "json", argument = "FILE", text = "also write the rows as JSON" },
-    { name = "csv", argument = "FILE", text = "also write the rows as CSV" },
-    { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "auto",
-      text = "auto, cpu or cuda" },
-    { name = "threads", argument = "N", kind = "integer", minimum = 1, maximum = 1024,
-      text = "threads of the CPU device; one per core if left out" },
-    { name = "seconds", argument = "S", kind = "number", minimum = 0.01, maximum = 60, value = 0.5,
-      text = "throughput, effects: time of one repeat of one measurement" },
-    { name = "full",
-      text = "throughput: every combination on a GPU, and a generation of 1000 robots; stability:"
-        .. " long cases, and every combination of all; effects: on a CPU with valgrind, the"
-        .. " instructions of a step, in minutes; accuracy:"
-        .. " more steps and robots, whole evolutions, long runs: hours" },
-    { name = "filter", argument = "TEXT", text = "stability: only cases whose name contains this" },
-    { name = "fraction", argument = "F", kind = "number", minimum = 0.01, maximum = 0.99,
-      text = "stability: of the step's bound, for cases with no choice of their own; 0.9" },
-    { name = "cases", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
-      text = "blow-ups: number of random cases; 1024 if left out" },
-    { name = "first", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
-      text = "blow-ups: number of the first case; 1 if left out" },
-    { name = "case", argument = "N", kind = "integer", minimum = 1, maximum = 1e9,
-      text = "blow-ups: run only this case, and print its robot and scene" },
-    { name = "out", argument = "DIR",
-      text = "accuracy: a folder for figures, tables and the page accuracy.html" },
-    { name = "section", argument = "NAME", many = true,
-      text = "accuracy: only this section: work_precision, rounding, conservation, ranking,"
-        .. " evolutions" },
-    { name = "tune", argument = "FILE",
-      text = "accuracy: the longest step at which this experiment is accurate" },
-    { name = "champion", argument = "FILE", many = true,
-      text = "accuracy, with --tune: a robot file to try beside the first generation" },
-    { name = "store", text = "throughput: store the hashes of this GPU model's last states" },
-  },
+  options = OPTIONS,
   run = run,
 }

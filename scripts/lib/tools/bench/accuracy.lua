@@ -133,22 +133,17 @@ local function report_tiers(how, results)
     or "not stored for limax run and limax doctor: " .. message)
 end
 
----@class limax.accuracy.how: limax.bench_how
----@field sections string[]|nil
----@field out string|nil a folder for figures, tables and the page
----@field sizes table|nil by section, instead of the usual ones
----@field tune string|nil an experiment's file: try its steps instead
----@field champions string[]|nil robot files that are tried with it
-
---- Runs the sections. With `out`, that folder gets accuracy.html, .csv, .json and the figures.
+--- Runs the sections, each a module with run { device, size, say }, which returns columns and rows,
+--- and text(result, style).
+---@param how table the command's arguments; `sizes` by section instead of the usual ones
 function accuracy.run(how)
   if how.tune then return tune.run(how) end
-  if how.champions and #how.champions > 0 then
+  if how.champion and #how.champion > 0 then
     failure.raise(2, "--champion belongs to --tune FILE")
   end
   local sizes = how.sizes or how.full and FULL or QUICK
   local style, results = terminal.style {}, {}
-  local sections = chosen(how.sections, sizes)
+  local sections = chosen(how.section, sizes)
   -- before hours of measuring: the folder may not be writable
   if how.out then pages.folder(how.out) end
   for _, name in ipairs(sections) do

@@ -51,8 +51,6 @@ local function last_state(population, materials, precision, device)
 end
 
 --- Compares a device with the CPU, with all effects, and raises if they differ too much.
----@param lattices integer[][]
----@param precisions string[]
 ---@return table<string, string> hashes of the last state on the device, by "5x5x5 single"
 ---@return number worst distance over the tolerance
 function agreement.check(materials, device, lattices, precisions)
@@ -85,10 +83,8 @@ local function path_of(model, folder)
 end
 
 --- Compares with the stored hashes of a GPU model; a difference raises.
----@param model string the GPU's name
 ---@param found table<string, string> hash of each scene
 ---@param folder string|nil of the hashes; limax's own if left out
----@return string text for the user
 function agreement.compare_hashes(model, found, folder)
   local path = path_of(model, folder)
   if not host.file.exists(path) then
@@ -111,7 +107,6 @@ function agreement.compare_hashes(model, found, folder)
 end
 
 --- Stores hashes of a GPU model.
----@return string path
 function agreement.store_hashes(model, found, folder)
   local path = path_of(model, folder)
   source.write(path, host.json.encode({ schema = "limax.bench_hashes/1", gpu = model,

@@ -21,6 +21,7 @@ local STRONGEST = 100 -- m/s^2, of gravity
 -- that two seconds take 10^4 steps.
 local LEAST_PERIOD = 1e-3
 local FINER = 8
+local DEFAULT_CASES = 1024 -- half a minute on two cores
 -- limits of stretch and speed, m/s
 local LONGEST, WILDEST = 1e6, 1e8
 -- batches that run on a device at a time
@@ -258,8 +259,6 @@ local function run_batches(numbers, first, last, device, rows)
 end
 
 --- Case N as the table of a robot file, with its scene and settings.
----@param number integer from 1
----@return table
 function blow_ups.describe(number)
   local batch = draw_batch(math.floor((number - 1) / BATCH))
   local index = (number - 1) % BATCH + 1
@@ -299,10 +298,12 @@ function blow_ups.search(how)
 end
 
 --- The bench: a search, or one case with its description.
----@param how limax.bench_how `first`, `cases`; `case`: only that one, printed
----@return limax.bench_result
+---@param how table `first`, `cases`; `case`: only that one, printed
 function blow_ups.run(how)
-  if not how.case then return blow_ups.search(how) end
+  if not how.case then
+    return blow_ups.search { device = how.device, first = how.first or 1,
+      cases = how.cases or DEFAULT_CASES, say = how.say }
+  end
   local description = blow_ups.describe(how.case)
   how.say(host.json.encode(description, { indent = 2 }))
   local result = blow_ups.search { device = how.device, first = how.case, cases = 1, say = how.say }

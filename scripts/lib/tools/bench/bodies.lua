@@ -12,10 +12,7 @@ bodies.ALL = {
 --- A population of bodies with all four materials and different weights. A robot's body depends
 --- only on its number. `hollow`: every second body has empty voxels too, and may be in several
 --- pieces.
----@param materials limax.materials of the paper
----@param lattice integer[]
 ---@param options { first: integer|nil, hollow: boolean|nil }|nil `first`: number of the first robot
----@return limax.population
 function bodies.population(materials, lattice, count, options)
   local first = options and options.first or 1
   local population = engine.population { lattice = lattice, count = count }

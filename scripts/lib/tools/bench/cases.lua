@@ -13,23 +13,11 @@ cases.TIME_STEP = 1e-4
 -- s of simulated time: longer than all slices, with traces of at most a gigabyte
 local function duration_of(count) return math.min(1e4, math.max(20, math.floor(1e6 / count))) end
 
----@class limax.bench.how
----@field lattice integer[]
----@field count integer robots
----@field scene table
----@field integrator string
----@field precision string
----@field device limax.device
----@field seconds number of one slice
-
----@class limax.bench.case
----@field run fun(): number a slice; returns springs times steps done
----@field springs integer of one robot
----@field masses integer of one robot
----@field facts table of simulation:describe()
----@field free fun()
-
 --- Creates a case and warms it up.
+---@param how { lattice: integer[], count: integer, scene: table, integrator: string,
+--- precision: string, device: limax.device, seconds: number } `count` robots, `seconds` of a slice
+---@return { run: (fun(): number), springs: integer, masses: integer, facts: table, free: fun() }
+--- `run` does a slice and returns springs times steps done; `springs` and `masses` of one robot
 function cases.endless(materials, how)
   local population = bodies.population(materials, how.lattice, how.count)
   local simulation = engine.simulation(population, materials, engine.scene(how.scene), {

@@ -131,8 +131,7 @@ local function reconstruction_row(materials, device, model)
 end
 
 --- Measures a GPU.
----@param how limax.bench_how with a device of kind "cuda"
----@return limax.bench_result
+---@param how table with a device of kind "cuda"
 function gpu.run(how)
   local materials, device = engine.materials "paper", how.device
   local about = device:describe()

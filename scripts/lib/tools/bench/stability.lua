@@ -56,7 +56,7 @@ local function run_case(case, device, how, columns, width, rows, verdicts)
 end
 
 --- Runs the cases and prints the table.
----@param how limax.bench_how `filter`: part of "KIND: NAME"; `full`: the long versions, in every
+---@param how table `filter`: part of "KIND: NAME"; `full`: the long versions, in every
 --- combination; `fraction` of the step's bound where a case sets none
 ---@return limax.bench_result failed if a case fails or its verdicts differ
 function stability.run(how)

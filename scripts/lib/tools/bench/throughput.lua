@@ -20,17 +20,10 @@ local PRECISIONS = { "single", "compensated", "mixed", "double" }
 local FIVE = { 5, 5, 5 }
 local ROUNDS = 5
 
+--- What every bench returns; those that only some set are in their files.
 ---@class limax.bench_result
 ---@field columns string[]
 ---@field rows table[]
-
----@class limax.bench_how
----@field device limax.device
----@field threads integer|nil
----@field seconds number of one repeat of one measurement
----@field full boolean|nil every combination on a GPU; the memory of a large population
----@field store boolean|nil store the hashes of the last states of this GPU model
----@field say fun(text: string)
 
 -- ---- whole runs ---------------------------------------------------------------------------------
 
@@ -177,8 +170,6 @@ local function on_cpu(how)
     "springs_per_second", "relative_to_default" } }
 end
 
----@param how limax.bench_how
----@return limax.bench_result
 function throughput.run(how)
   local result = how.device.kind == "cuda" and gpu.run(how) or on_cpu(how)
   whole_runs(how, result.rows)

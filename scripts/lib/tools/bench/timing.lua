@@ -7,7 +7,6 @@ local timing = {}
 
 --- Runs every case once per round and returns the best rate of each.
 ---@param cases { run: fun(): number }[] run does its work and returns how much it was
----@param rounds integer
 ---@param clock? fun(): number s, of the wall if left out
 ---@return number[] rates work per second, by case
 function timing.best_rates(cases, rounds, clock)

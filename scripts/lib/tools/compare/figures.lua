@@ -124,8 +124,6 @@ local function first_last(list, outcomes)
 end
 
 --- Writes a comparison in every form, with the figures and their data.
----@param result table of verdict.compare
----@param list table[] arms
 ---@param outcomes table<limax.compare.run, number>
 function figures.write(folder, result, list, outcomes)
   local made, message = host.file.mkdir(folder)

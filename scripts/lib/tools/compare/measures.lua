@@ -59,7 +59,6 @@ end
 -- ---- learning curves ----------------------------------------------------------------------------
 
 --- The best of the last generation, under the first materials, as it was evolved.
----@return number
 function measures.last(run)
   local points = curves.points(run, runs.score)
   return points[#points] and points[#points][2] or 0
@@ -79,7 +78,6 @@ end
 --- How many runs reached the target, the median of the evaluations that this took (runs that missed
 --- it count as longer than all; nil where the median is one of them), and the centre of the area
 --- under the curve, as a mean over evaluations.
----@param target number
 ---@return { reached: integer, evaluations: number|nil, area: number, areas: number[],
 --- to_target: table<integer, number> }
 function measures.exploratory(list, target)

@@ -13,7 +13,6 @@ local runs = {}
 
 --- Everything that the comparison needs of these folders, repetition by repetition.
 ---@param words string[] run folders and studies
----@return limax.compare.run[]
 function runs.read(words)
   local list = {}
   for _, folder in ipairs(folders.read_all(words, true)) do
@@ -35,8 +34,6 @@ end
 
 --- The best of a generation under the run's first materials; nil where the simulation of its
 --- champion failed under them.
----@param line table of metrics.jsonl
----@return number|nil
 function runs.score(line) return line.best_standard end
 
 return runs

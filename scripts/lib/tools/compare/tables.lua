@@ -131,7 +131,6 @@ local function add_about_arms(result, add)
 end
 
 --- The comparison as text for a terminal.
----@param result table of verdict.compare
 function tables.text(result, style)
   local rows, proposed = rows_of(result), {}
   local parts = { terminal.bold("Outcome: ", style) .. outcome.TEXT,

@@ -130,7 +130,6 @@ local function robot_of(path, objects)
 end
 
 --- The robot of a world, cut out of its grid.
----@param world table decoded
 function evogym.of_world(path, world, notes)
   local width = whole(path, "grid_width", world.grid_width, 1, input.MAX_VOXELS)
   local height = whole(path, "grid_height", world.grid_height, 1, input.MAX_VOXELS)

@@ -18,8 +18,8 @@ local vtk = require "limax.tools.convert.vtk"
 
 local formats = {}
 
--- A job has the paths `from` and `to`, the command's `arguments`, `notes` that receive what is lost,
--- and the `robot`, nil where a run is written.
+-- A job has the paths `from` and `to`, the command's `arguments`, `notes`, which receive what is
+-- lost, and the `robot`, nil where a run is written.
 
 ---@class limax.convert.format
 ---@field ending string
@@ -75,7 +75,6 @@ end
 local WITH_COLOUR = { "weights", "materials: all but name and colour" }
 local WITH_NUMBER = { "materials: all but their number" }
 
----@type limax.convert.format[]
 formats.list = {
   { ending = "json", text = "a robot file", read = robots.read_json,
     write = function(job) return robot_file.text(job.robot:table()) end },

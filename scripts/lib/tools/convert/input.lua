@@ -17,7 +17,6 @@ function input.refuse(path, pattern, ...)
   failure.raise(2, ("%s: %s"):format(path, (pattern:format(...):gsub("%c", "?"))))
 end
 
----@return string bytes
 function input.read(path)
   local file, message = io.open(path, "rb")
   if not file then failure.raise(2, message) end

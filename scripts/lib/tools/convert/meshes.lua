@@ -25,8 +25,6 @@ local function unit_normal(a, b, c)
 end
 
 --- The title, the number of triangles, and for each its normal, three points and two bytes.
----@param mesh limax.convert.mesh mm
----@return string bytes of the file
 function meshes.stl(mesh)
   local parts = { TITLE, bytes.pack("uint32_t", { #mesh.triangles }) }
   for _, triangle in ipairs(mesh.triangles) do
@@ -40,11 +38,7 @@ end
 
 -- ---- OBJ ----------------------------------------------------------------------------------------
 
----@param mesh limax.convert.mesh mm
----@param materials table[] of a material table
 ---@param library string name of the .mtl file
----@return string obj
----@return string mtl
 function meshes.obj(mesh, materials, library)
   local lines, shades = { "# limax robot, millimetres", "mtllib " .. library, "o robot" },
     { "# limax materials" }
@@ -98,9 +92,6 @@ local MODEL = 'model unit="millimeter" xml:lang="en-US"'
   .. ' xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"'
 
 --- A ZIP archive of an XML model.
----@param mesh limax.convert.mesh mm
----@param materials table[] of a material table
----@return string bytes of the file
 function meshes.threemf(mesh, materials)
   local bases, vertices, triangles = {}, {}, {}
   local colors, index = palette.of(materials), {}

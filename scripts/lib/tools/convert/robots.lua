@@ -18,7 +18,6 @@ local robots = {}
 local check_duration = schema.number(defaults.fields.simulation.duration)
 
 --- Reads a robot file, or a world of EvoGym.
----@param notes string[] receives what limax cannot carry
 function robots.read_json(path, _, notes)
   local decoded, message = host.json.decode(input.read(path), path)
   if decoded == nil then failure.raise(2, message) end
@@ -32,7 +31,6 @@ end
 --- The file of a champion, of the last generation if none is named.
 ---@param folder string of a run
 ---@param options { repetition?: integer, generation?: integer }
----@return string path
 function robots.champion(folder, options)
   local repetition = options.repetition or 1
   for _, run in ipairs(runs.read(folder).runs) do
@@ -48,7 +46,6 @@ function robots.champion(folder, options)
 end
 
 --- A robot of a description, checked.
----@param path string for messages
 function robots.of(path, description)
   local size, message = body.measure_layers(description.voxels,
     input.about(path, engine.materials, description.materials))

@@ -100,9 +100,7 @@ local function scalar(tag, value)
 end
 
 --- The event files of a run, one for each repetition. Steps are generations.
----@param folder string of the run
 ---@param to string folder of the event files
----@param notes string[] receives what they cannot carry
 ---@return { [1]: string, [2]: string }[] path and bytes of each file
 function run_metrics.tensorboard(folder, to, notes)
   local rows, names, times = read(folder)

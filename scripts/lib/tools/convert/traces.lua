@@ -26,9 +26,7 @@ function traces.rates(words)
 end
 
 --- Simulates a robot as its file describes. A simulation that fails ends the command.
----@param path string for messages
 ---@param record table<string, integer>|nil rates that replace the file's own
----@param device string
 function traces.simulate(path, robot, record, device)
   local succeeded, simulated = failure.attempt(robot.simulate, robot,
     { record = record, device = device })

@@ -22,7 +22,6 @@ voxcad.MAX_MATERIALS = 9
 voxcad.WEIGHTS = { { "stiffness", "StiffnessWeight" }, { "amplitude", "AmplitudeWeight" } }
 
 --- A number rounded to twelve digits, which hides the rounding of a conversion and its inverse.
----@param number number
 function voxcad.rounded(number) return tonumber(("%.12g"):format(number)) end
 
 return voxcad

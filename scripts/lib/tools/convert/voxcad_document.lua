@@ -45,7 +45,6 @@ function document.number_of(text)
 end
 
 --- A finite number at a path; `default` where the element is missing.
----@param file string for messages
 ---@param default number|nil nil: a missing element is an error
 function document.number_at(file, node, path, default)
   local found = document.at(node, path)

@@ -84,8 +84,6 @@ local function material_of(file, element, palette, edge, swing, actuated)
 end
 
 --- The materials of a palette.
----@param file string for messages
----@param edge number m
 ---@param swing number amplitude of the temperature, degrees
 ---@param actuated boolean whether the temperature varies
 function voxcad_palette.read(file, root, edge, swing, actuated)

@@ -163,7 +163,6 @@ end
 --- Reads a robot.
 ---@param file string .vxa or .vxd
 ---@param options { base: string|nil } the .vxa of a .vxd
----@param notes string[] receives what limax cannot carry
 function voxcad_read.read(file, options, notes)
   local root = document.open(file, options.base)
   local structure, lattice = structure_of(file, root)

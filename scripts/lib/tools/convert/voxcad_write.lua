@@ -155,8 +155,6 @@ local function structure(path, description, attributes, notes)
 end
 
 --- A robot with its materials and world.
----@param path string for messages
----@param notes string[] receives what the file cannot carry
 function voxcad_write.vxa(robot, path, notes)
   local description = robot:table()
   local list = description.materials.materials
@@ -183,8 +181,6 @@ function voxcad_write.vxa(robot, path, notes)
 end
 
 --- Only the robot, which replaces the structure of a base.vxa.
----@param path string for messages
----@param notes string[] receives what the file cannot carry
 function voxcad_write.vxd(robot, path, notes)
   return element("VXD", structure(path, robot:table(), ' replace="VXA.VXC.Structure"', notes))
     .. "\n"

@@ -101,8 +101,6 @@ local function grid(cells, sites, position, edge)
 end
 
 --- A body at rest.
----@param edge number m
----@return string text of the .vtu
 function vtk.at_rest(description, edge)
   local cells = cells_of(description)
   local nx, ny = description.lattice[1], description.lattice[2]
@@ -122,7 +120,6 @@ function vtk.at_rest(description, edge)
 end
 
 --- A simulated robot: a .vtu for each sample of its trace `position`, and the .pvd, written last.
----@param edge number m
 ---@param path string of the .pvd
 ---@return { [1]: string, [2]: string }[] path and text of each file
 function vtk.series(simulated, edge, path)

@@ -12,8 +12,6 @@ function xml.escaped(text)
 end
 
 --- An element around lines of content.
----@param tag string name and attributes
----@param ... string
 function xml.element(tag, ...)
   return ("<%s>\n%s\n</%s>"):format(tag, table.concat({ ... }, "\n"), tag:match "^%S+")
 end

@@ -22,7 +22,6 @@ function model_arms.available()
   return url ~= nil and url ~= "" and require("limax.supervise").entries.llm ~= nil
 end
 
----@param materials table supervision of only materials
 ---@param both table supervision of hyperparameters and materials
 function model_arms.list(materials, both)
   return {
@@ -70,8 +69,6 @@ end
 
 --- A client whose model never reads a parameter's name: messages and schema are sent with letters,
 --- answers are translated back.
----@param options table of the supervisor
----@param context table of the client
 function model_arms.unnamed(options, context)
   local plain = source.copy(options)
   plain.client = nil

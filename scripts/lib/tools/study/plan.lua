@@ -34,8 +34,6 @@ end
 
 --- The arms in the order in which they run. Materials are changed by the `random` and `llm` arms
 --- only, without and with hyperparameters: a 2 x 2 design with `fixed` and the plain arm.
----@param config table of the experiment
----@param with_model boolean
 function plan.arms(config, with_model)
   -- generations that simulate whole populations: no arm has fewer
   local last = math.max(1, math.floor(config.evaluations / config.population) - 1)
@@ -96,7 +94,6 @@ function plan.choose(arms, names)
 end
 
 --- The repetition whose parameters a repetition reads: the next one, the first for the last.
----@param repetitions integer at least 2
 function plan.donor_of(repetition, repetitions) return repetition % repetitions + 1 end
 
 --- All cells, donors before the cells that read them, repetition by repetition, so that a study

@@ -53,7 +53,6 @@ end
 --- say: nil|fun(text: string) } `experiment` is without name, supervisor, supervision, generations,
 --- evaluations and repetitions; `evaluations` of each arm and repetition; `arms`: all if left out;
 --- `with_model`: whether an endpoint is configured, if left out; `say` receives a line per run
----@return limax.study
 function study.new(settings)
   if settings.repetitions < 2 then
     failure.raise(2, "a study needs at least two repetitions: some arms read another one")
@@ -158,7 +157,6 @@ local function run_cell(self, k, cell)
 end
 
 --- Runs the remaining cells of a study, and compares.
----@return table result of verdict.compare
 function study.run(self)
   self.say(cost_of(self))
   write_list(self)

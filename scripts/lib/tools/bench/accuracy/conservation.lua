@@ -81,8 +81,6 @@ local function measure(row, subject, device)
   simulation:free "its drift was measured"
 end
 
----@param how { device: limax.device, size: table, say: fun(text: string) }
----@return { columns: string[], rows: table[] }
 function conservation.run(how)
   local rows, device = {}, trial.one_thread(how.device)
   for _, scene in ipairs { "vibration", "spin" } do

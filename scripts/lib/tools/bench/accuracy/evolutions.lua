@@ -17,8 +17,6 @@ local PAPER = { "simulation.integrator=" .. trial.PAPER.integrator,
   "simulation.precision=" .. trial.PAPER.precision,
   ("simulation.time_step=%.17g"):format(trial.PAPER.time_step) }
 
----@param how { device: limax.device, size: table, say: fun(text: string) }
----@return { columns: string[], rows: table[] }
 function evolutions.run(how)
   local size, rows = how.size, {}
   local case = walkers.CASES[size.case]

@@ -71,8 +71,6 @@ end
 
 --- Writes the folder.
 ---@param result limax.bench_result with `sections`
----@param sections string[]
----@param say fun(text: string)
 function pages.write(folder, result, sections, device, say)
   local foot, files = about(device), { "accuracy.html", "accuracy.csv", "accuracy.json" }
   local parts = { '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',

@@ -32,9 +32,6 @@ function ranking.perturbed(time_step, rate)
 end
 
 --- Numbers that compare cheap scores with the reference's.
----@param reference limax.rescored
----@param cheap limax.rescored
----@param count integer robots
 ---@return table tau, overlap, distance_error, distance_error_relative, elite_regret
 function ranking.compare(reference, cheap, count)
   local off, relative = statistics.mean_error(reference.distance, cheap.distance, count)
@@ -112,8 +109,6 @@ local function refusal_of(experiment, device)
   return refusal(robots, { accuracy = "evolve" })
 end
 
----@param how { device: limax.device, size: table, say: fun(text: string) }
----@return { columns: string[], rows: table[] }
 function ranking.run(how)
   local size, rows = how.size, {}
   for c = 1, size.rest and #walkers.CASES or size.cases do

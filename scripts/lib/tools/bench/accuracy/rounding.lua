@@ -97,8 +97,6 @@ local function long_distance(size, device, rows)
   end
 end
 
----@param how { device: limax.device, size: table, say: fun(text: string) }
----@return { columns: string[], rows: table[] }
 function rounding.run(how)
   local size, rows, device = how.size, {}, trial.one_thread(how.device)
   local options = { lattice = size.lattice, count = 1, duration = size.duration }

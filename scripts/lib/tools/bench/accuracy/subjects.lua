@@ -69,10 +69,8 @@ local SCENES = {
 }
 
 --- The subject of a name, with `count` equal bodies.
----@param name string of subjects.NAMES
 ---@param options { lattice: integer[], count: integer, duration: number|nil, number: integer|nil }
 --- `number`: of the body, 1 if left out
----@return limax.accuracy.subject
 function subjects.get(name, options)
   local materials = engine.materials "paper"
   local origin, index

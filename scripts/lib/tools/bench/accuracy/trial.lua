@@ -47,8 +47,6 @@ end
 
 --- Why the engine refuses a simulation with these options; nil if it does not.
 ---@param subject { population: limax.population, materials: limax.materials, scene: limax.scene }
----@param options table of engine.simulation
----@return string|nil
 function trial.refusal(subject, options, device)
   local fine, value = failure.attempt(engine.simulation, subject.population, subject.materials,
     subject.scene, options, device)
@@ -100,9 +98,6 @@ function trial.positions(simulation)
 end
 
 --- Root mean square distance between masses, m.
----@param a number[] flat
----@param b number[]
----@return number
 function trial.rms(a, b)
   local sum = 0
   for i = 1, #a do sum = sum + (a[i] - b[i]) ^ 2 end
@@ -166,7 +161,6 @@ function trial.reference(subject, time_step)
 end
 
 --- A table of errors with a line for each `words(row)` and a column for each time step.
----@param head string[] titles of the words
 ---@param words fun(row: table): string[]
 function trial.by_step(head, rows, words, style)
   local lines, columns = {}, {}

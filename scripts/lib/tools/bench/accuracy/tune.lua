@@ -183,15 +183,14 @@ local TABLE = { { "step", "setting" }, { "longest, s", "time_step" }, { "failed"
   { "price", "relative_price" } }
 
 --- Tries an experiment's steps and prints what to write into its script.
----@param how { tune: string, champions: string[]|nil, device: limax.device,
+---@param how { tune: string, champion: string[]|nil, device: limax.device,
 --- say: fun(text: string) }
----@return limax.bench_result
 function tune.run(how)
   local experiment = script.run(how.tune)
   if not require("limax.experiment.experiment").is(experiment) then
     failure.raise(2, ("--tune %s: it returns no experiment"):format(how.tune))
   end
-  local robots = gather(experiment, how.champions or {}, how.device)
+  local robots = gather(experiment, how.champion or {}, how.device)
   local rows, floor, failed = measure(robots, how)
   local found, limit = tune.choose(rows, floor.elite_regret, failed)
   rows[#rows + 1] = floor

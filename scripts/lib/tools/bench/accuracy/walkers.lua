@@ -32,7 +32,6 @@ local function silent() end
 
 --- An experiment of scripts/experiments with overrides.
 ---@param ... string[] further overrides
----@return limax.experiment
 function walkers.experiment(case, ...)
   local all = {}
   for _, list in ipairs { case.set or {}, tiers.overrides "evolve", { "repetitions=1" }, ... } do
@@ -47,7 +46,6 @@ function walkers.random(experiment, device)
 end
 
 --- The last generation of an experiment, and the wall time of simulating all of them, s.
----@return limax.population.scored
 ---@return number seconds
 function walkers.evolved(experiment, device)
   local run = evolve.start(experiment, { device = device, say = silent })
@@ -76,7 +74,6 @@ end
 --- Prices of settings on the same robots, s of wall time per robot-second, by index; nil if every
 --- robot failed before the first round. The settings alternate and each keeps its best round, so
 --- that other work on the machine affects all of them alike.
----@param robots limax.population.scored
 ---@param list table[] see rescore.options
 ---@param seconds number of one round
 ---@return table<integer, number>

@@ -32,7 +32,6 @@ local function fail(pattern, ...) error(pattern:format(...), 0) end
 --- forces to fp32. Plain sums round at every step: the tolerance of `single` is for 0.9 of the
 --- bound and grows as `--fraction` makes steps shorter.
 ---@param tolerance number|table<string, number>|nil
----@return number
 function methods:tolerance(tolerance)
   if type(tolerance) ~= "table" then return tolerance or 0 end
   local value = tolerance[self.precision] or tolerance.fp32
@@ -97,7 +96,6 @@ function methods:note(pattern, ...) self.notes[#self.notes + 1] = pattern:format
 
 --- The paper's materials with some fields of some letters changed.
 ---@param changes table<string, table<string, number>>|nil { b = { stiffness = 1e6 } }
----@return limax.materials
 function methods:materials(changes)
   local materials = engine.materials "paper"
   for letter, fields in pairs(changes or {}) do
@@ -194,8 +192,6 @@ local OPTIONS = { "duration", "settle", "time_step", "bound_fraction", "edge", "
   "velocity", "max_speed", "max_stretch" }
 
 --- Creates the simulation of a spec and places its robots, without a step.
----@param spec table see `run`
----@return limax.hard_cases.run
 function methods:prepare(spec)
   local materials, record = self:materials(spec.materials), source.copy(spec.record or {})
   if invariants.passive(spec) and not record.energy then record.energy = 100 end
@@ -235,7 +231,6 @@ end
 
 --- The context of one case in one combination.
 ---@param fields table those of limax.hard_cases.context but for notes and reported
----@return limax.hard_cases.context
 function context.new(fields)
   return setmetatable({ device = fields.device, precision = fields.precision,
     integrator = fields.integrator, full = fields.full or false, fraction = fields.fraction,

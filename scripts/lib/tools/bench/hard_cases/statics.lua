@@ -13,9 +13,6 @@ end
 ---@field sites integer[][] indices along x, y, z of each mass, from 0, x fastest
 ---@field springs { [1]: integer, [2]: integer, [3]: number }[] two masses and the rest length, m
 
----@param lattice integer[]
----@param edge number m
----@return limax.hard_cases.box
 function statics.box(lattice, edge)
   local nx, ny, nz = lattice[1] + 1, lattice[2] + 1, lattice[3] + 1
   local function index(x, y, z) return 1 + x + nx * (y + ny * z) end
@@ -38,8 +35,6 @@ function statics.box(lattice, edge)
 end
 
 --- Undeformed positions of the masses.
----@param edge number m
----@return number[][]
 function statics.positions(box, edge)
   local list = {}
   for i, site in ipairs(box.sites) do
@@ -55,9 +50,6 @@ local function vector(positions, spring)
 end
 
 --- Forces of the springs on each mass, N.
----@param stiffness number N/m
----@param positions number[][]
----@return number[][]
 function statics.forces(box, stiffness, positions)
   local forces = {}
   for i = 1, #positions do forces[i] = { 0, 0, 0 } end
@@ -73,10 +65,7 @@ function statics.forces(box, stiffness, positions)
 end
 
 --- Energy of the springs, J.
----@param stiffness number N/m
----@param positions number[][]
 ---@param scale number|nil of the rest lengths
----@return number
 function statics.energy(box, stiffness, positions, scale)
   local sum = 0
   for _, spring in ipairs(box.springs) do
@@ -87,9 +76,6 @@ function statics.energy(box, stiffness, positions, scale)
 end
 
 --- The tangent stiffness -dF/dx, dense, one row per axis of each mass.
----@param stiffness number N/m
----@param positions number[][]
----@return number[][]
 function statics.stiffness(box, stiffness, positions)
   local n, matrix = 3 * #positions, {}
   for i = 1, n do
