@@ -41,7 +41,7 @@ suite:test("elites, overlap and elite regret, by hand", function(t)
   t:near(ranking.overlap(reference, cheap, 10, 0.3), 2 / 3)
   t:near(ranking.elite_regret(reference, cheap, 10, 0.3), 1 / 12)
   t:equal(ranking.elite_regret(reference, reference, 10, 0.3), 0)
-  -- only one is left standing: the places that stay empty count as the worst robot, 0
+  -- only one did not fail: the missing elites count as the worst robot, 0
   t:near(ranking.elite_regret(reference, { nil, nil, 3 }, 10, 0.3), 8 / 12)
   -- one that fails under the reference counts as its worst, 1
   t:near(ranking.elite_regret({ 4, nil, 1, 2 }, { 3, 4, 1, 2 }, 4, 0.25), 3 / 4)
@@ -96,7 +96,7 @@ local SIZES = {
 
 local function count_of(text, pattern) return select(2, text:gsub(pattern, "")) end
 
-suite:test("every section leaves figures, tables and one page", { limit = 180 }, function(t)
+suite:test("every section writes figures, tables and one page", { limit = 180 }, function(t)
   local folder = t:folder() .. "/out"
   local result = accuracy.run { device = engine.device("cpu", { threads = 1 }), sizes = SIZES,
     out = folder, say = function() end }

@@ -161,7 +161,7 @@ suite:test("a study compares equal budgets, and continues to the same bytes", { 
     function() study.run(tiny(again.out, some)) end)
 end)
 
-suite:test("tuning spends part of the budget and yields the best setting", function(t)
+suite:test("tuning spends part of the budget and finds the best setting", function(t)
   local one = tiny(t:folder() .. "/one", { evaluations = 120 })
   local tuned = tuning.run(one, 1)
   t:equal({ tuning.budget(one) }, { 3, 12 })

@@ -16,7 +16,7 @@ local hard_cases = {}
 ---@field name string
 ---@field run fun(c: limax.hard_cases.context) raises if a check fails
 ---@field smooth boolean|nil no contact: RK4 runs it too
----@field xpbd false|nil XPBD does not run it; a comment says why
+---@field xpbd false|nil XPBD does not run it; a comment explains why
 ---@field brief boolean|nil slow: runs in few combinations, in all of them with --full
 ---@field cpu boolean|nil needs the CPU
 ---@field kind string name of its file

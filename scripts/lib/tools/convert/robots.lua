@@ -1,5 +1,5 @@
 --- robots.lua: robots that `limax convert` reads: robot files, champions of runs, and the checks of
---- what any format yields.
+--- descriptions from any format.
 
 local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"

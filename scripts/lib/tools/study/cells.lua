@@ -102,7 +102,7 @@ function cells.experiment(study, cell)
     options.breeding, options.evaluations = tuned.breeding, study.evaluations - tuned.evaluations
   end
   local experiment = cells.experiment_of(options)
-  -- shared, so that a run knows what earlier runs learned about an endpoint
+  -- shared, so that a run uses what earlier runs found out about an endpoint
   experiment.endpoints = study.endpoints
   return experiment
 end
