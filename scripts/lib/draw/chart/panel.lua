@@ -40,7 +40,6 @@ local MANY = 200
 ---@field limits { y: number, text: string, color: string|nil }[]|nil dashed lines
 ---@field points { x: number, y: number, name: string, color: string|nil }[]|nil
 ---@field note string|nil a line below the title
----@field key { marker: string, color: string, text: string }[]|nil markers that no curve names
 ---@field right number|nil px, the room for the names of the curves in a page
 
 -- The axes of a panel on a canvas: where values are, px, and the size of texts.
@@ -303,11 +302,6 @@ function panel.draw(canvas, spec, box)
   draw_limits(place, spec.limits or {}, taken)
   if failed then draw_failures(place, spec.curves) end
   draw_names(place, draw_curves(place, spec.curves))
-  for k, entry in ipairs(spec.key or {}) do
-    local at = { place.left + 16, place.bottom - 34 - LINE * 1.4 * (#spec.key - k) }
-    panel.marker(canvas, at, entry.marker, entry.color)
-    place:text(at[1] + 14, at[2] + 4, entry.text, { fill = entry.color })
-  end
   draw_points(place, spec.points or {}, taken)
   return place
 end

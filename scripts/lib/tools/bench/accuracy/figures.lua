@@ -221,7 +221,6 @@ function figures.rounding(result)
     end
     return curve
   end)
-  at_starts.key = { STARTS[10], STARTS[1000] }
   local over_distance = error_panel(moving, title, function(row)
     if row.error then return row.precision .. row.way, row.time_step, row.error end
   end, function(row)
@@ -231,6 +230,7 @@ function figures.rounding(result)
     return curve
   end)
   return { name = "rounding", title = "What rounding costs", panels = { at_starts, over_distance },
+    key = { STARTS[10], STARTS[1000] },
     subtitle = "Error against the time step, shorter steps to the right. Started 1024 m away: "
       .. table.concat(same, ", ") .. "." }
 end

@@ -43,7 +43,7 @@ function pages.folder(path)
 end
 
 -- The rows of a section, without columns that are empty in all of them.
-local function html_table(result)
+local function html_table(result, caption)
   local columns, titles, rows = {}, {}, {}
   for _, name in ipairs(result.columns) do
     for _, row in ipairs(result.rows) do
@@ -57,7 +57,7 @@ local function html_table(result)
     rows[r] = {}
     for c, name in ipairs(columns) do rows[r][c] = row[name] end
   end
-  return html.table(titles, rows)
+  return html.table(titles, rows, caption)
 end
 
 -- The machine and build of the measurement.
@@ -93,7 +93,7 @@ function pages.write(folder, result, sections, device, say)
       -- twice the pixels, for screens and slides
       write(plot.name .. ".png", figure.draw("png", plot, WIDTH, { zoom = 2 }))
     end
-    add(html.details(#section.rows .. " rows", html_table(section)))
+    add(html.details(#section.rows .. " rows", html_table(section, SECTIONS[name][1])))
   end
   add "</body></html>\n"
   source.write(folder .. "/accuracy.html", table.concat(parts, "\n"))
