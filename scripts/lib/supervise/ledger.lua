@@ -267,7 +267,7 @@ local function judge_materials(request, proposed, entries, rejected)
 end
 
 ---@class limax.proposal.request
----@field proposal any what the supervisor returned
+---@field proposal table|nil what the supervisor returned
 ---@field reason? any its second result
 ---@field supervisor string its name
 ---@field source? string who made the proposal, if not the supervisor: "model", "rules", "keep"
@@ -286,20 +286,15 @@ end
 ---@return table<string, table<string, number>> materials
 ---@return { supervisor: string, source: string|nil, reason: string|nil, entries: table[] } record
 function ledger.judge(request)
-  local proposal, entries, rejected = request.proposal, {}, {}
-  local reason = type(request.reason) == "string" and request.reason or nil
-  if proposal ~= nil and type(proposal) ~= "table" then
-    reason = "the supervisor returned " .. schema.show(proposal) .. ", expected a table"
-    proposal = nil
-  end
+  local entries, rejected = {}, {}
   -- parameters; materials; fields of a material
-  proposal = plain(proposal, 3) or {}
+  local proposal = plain(request.proposal, 3) or {}
   local parameters, names = judge_parameters(request, proposal, entries)
   local fields = judge_materials(request, proposal.materials, entries, rejected)
   reject_unknown(proposal, names, "", rejected)
   for _, entry in ipairs(rejected) do entries[#entries + 1] = entry end
   return parameters, fields, { supervisor = request.supervisor, source = request.source,
-    reason = reason, entries = entries }
+    reason = type(request.reason) == "string" and request.reason or nil, entries = entries }
 end
 
 --- The number of proposed fields, and the share of each outcome.

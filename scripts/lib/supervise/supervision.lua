@@ -39,14 +39,14 @@ local function ask(run, robots, generation, random)
   local supervisor = run.experiment.supervisor
   local attempt = supervisor.own and failure.attempt_user or failure.attempt
   local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits)
+  local message
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end
-    local message = "the supervisor failed: " .. failure.bare(proposal)
-    run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
-    proposal, reason = nil, message
+    message = "the supervisor failed: " .. failure.bare(proposal)
   elseif proposal ~= nil and type(proposal) ~= "table" then
-    local message = ("the supervisor returned %s, expected a table")
-      :format(schema.show(proposal))
+    message = ("the supervisor returned %s, expected a table"):format(schema.show(proposal))
+  end
+  if message then
     run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
     proposal, reason = nil, message
   end

@@ -100,21 +100,18 @@ end)
 
 -- ---- parsers of the user's own ------------------------------------------------------------------
 
-suite:test("a parser may be a file or a function without upvalues", function(t)
+local function written(t, code)
   local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/rate.lua", [[
-return function(text, limits)
-  local rate = text:match "rate: (%S+)"
-  if not rate then return nil, "say rate: NUMBER (" .. #limits .. " limits)" end
-  return { mutation_rate = tonumber(rate) }
+  assert(host.file.write_atomic(folder .. "/own.lua", code))
+  return "own.lua", folder
 end
-]]))
-  local own = t:ok(parse.from("rate.lua", folder))
-  t:equal(read("rate: 0.25", own).proposal, { mutation_rate = 0.25 })
-  t:equal({ read("no", own) }, { nil, "say rate: NUMBER (7 limits)" })
 
-  local inside = t:ok(parse.from(function(text) return { mutation_rate = tonumber(text) } end))
-  t:equal(read("0.25", inside).proposal, { mutation_rate = 0.25 })
+suite:test("a parser may be a file or a function without upvalues", function(t)
+  local page = source.read(host.home .. "/prompts/README.md")
+  local own = t:ok(parse.from(written(t, t:ok(page:match "\n```lua\n(.-)\n```"))))
+  t:equal(read("my rate: 0.3", own).proposal, { mutation_rate = 0.3 })
+  t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
+
   local function named(text, limits)
     if text == "" then
       return nil, "empty"
@@ -124,24 +121,6 @@ end
   local got = read("hello", t:ok(parse.from(named)))
   t:equal({ got.proposal.mutation_rate, got.reason, got.stage }, { 0.07, "hello", "own parser" })
   t:equal(named("", {}), nil)
-end)
-
-suite:test("the parser in prompts/README.md works", function(t)
-  local page = source.read(host.home .. "/prompts/README.md")
-  local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/own.lua", t:ok(page:match "\n```lua\n(.-)\n```")))
-  local own = t:ok(parse.from("own.lua", folder))
-  t:equal(read("my rate: 0.3", own).proposal, { mutation_rate = 0.3 })
-  t:equal({ read("none", own) }, { nil, "expected rate: NUMBER" })
-end)
-
-suite:test("a parser with upvalues, or one that does not load, is refused", function(t)
-  local outside = 3
-  local function uses(text) return { mutation_rate = outside + #text } end
-  t:equal(uses "", { mutation_rate = 3 })
-  local made, message = parse.from(uses)
-  t:equal(made, nil)
-  t:ok(message:find("cannot use the local variable outside from outside", 1, true), message)
   -- of several on one line the right one is taken
   local list = { function(x) return { a = x } end, function(x) return { b = #x } end,
     function() return { c = (function() return 7 end)() } end }
@@ -149,33 +128,35 @@ suite:test("a parser with upvalues, or one that does not load, is refused", func
     t:equal(read("xy", t:ok(parse.from(list[k]))).proposal, expected)
     t:equal(list[k] "xy", expected)
   end
-  made, message = parse.from(loadstring "return { a = 1 }")
-  t:equal(made, nil)
-  t:ok(message:find("lines of its own", 1, true), message)
-  made, message = parse.from("nowhere.lua", t:folder())
-  t:equal(made, nil)
-  t:ok(message:find("nowhere.lua", 1, true), message)
-  local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/bad.lua", "return function(text"))
-  made, message = parse.from("bad.lua", folder)
-  t:equal(made, nil)
-  t:ok(message:find("bad.lua:1", 1, true), message)
+end)
+
+suite:test("a parser with upvalues, or one that does not load, is refused", function(t)
+  local outside = 3
+  local function uses(text) return { mutation_rate = outside + #text } end
+  t:equal(uses "", { mutation_rate = 3 })
+  for expected, parser in pairs {
+    ["cannot use the local variable outside from outside"] = { uses },
+    ["lines of its own"] = { loadstring "return { a = 1 }" },
+    ["nowhere.lua"] = { "nowhere.lua", t:folder() },
+    ["own.lua:1"] = { written(t, "return function(text") },
+  } do
+    local made, message = parse.from(parser[1], parser[2])
+    t:equal(made, nil)
+    t:ok(message:find(expected, 1, true), message)
+  end
 end)
 
 suite:test("a parser that fails or returns nonsense gives a message", { limit = 60 },
   function(t)
-    for text, expected in pairs {
+    for body, expected in pairs {
       ["error 'no idea'"] = "the parser failed: ",
       ["return 7"] = "returned no table", ["return { 1, 2 }"] = "returned no table",
-      ["return { mutation_rate = 0 / 0 }"] = "NaN", ["return function() end"] = "a function",
       ["return"] = "the parser found no proposal", ["return nil, {}"] = "found no proposal",
       ["return nil, 'two\\nlines'"] = "two lines", ["return os.getenv 'HOME'"] = "nil value",
     } do
-      local folder = t:folder()
-      assert(host.file.write_atomic(folder .. "/own.lua",
-        "return function(text) " .. text .. " end"))
-      local got, message = read("x", t:ok(parse.from("own.lua", folder)))
+      local own = t:ok(parse.from(written(t, "return function(text) " .. body .. " end")))
+      local got, message = read("x", own)
       t:equal(got, nil)
-      t:ok(message:find(expected, 1, true), ("%s: %s"):format(text, message))
+      t:ok(message:find(expected, 1, true), ("%s: %s"):format(body, message))
     end
   end)

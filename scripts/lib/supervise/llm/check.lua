@@ -12,21 +12,10 @@ local QUESTION = { { role = "user",
 local SCHEMA = { type = "object", additionalProperties = false, required = { "mutation_rate" },
   properties = { mutation_rate = { type = "number" } } }
 
----@class limax.llm.check
----@field configured boolean
----@field missing string|nil why no endpoint can be asked
----@field endpoint string|nil
----@field model string|nil
----@field provider string|nil
----@field key string|nil where the key comes from
----@field answered boolean|nil only if it was asked
----@field seconds number|nil
----@field form "json_schema"|"json_object"|"plain"|nil what the endpoint accepts
----@field usage { input_tokens: integer, output_tokens: integer }|nil
----@field failure string|nil why it did not answer
-
 --- Describes the endpoint that the environment names. Only with `ask` is anything sent: one short
---- question.
+--- question. Returns `configured`, `missing` (why no endpoint can be asked), `endpoint`, `model`,
+--- `provider`, `key` (its source); and if it was asked `answered`, `seconds`, `form`, `usage`,
+--- `failure`.
 function check.gather(ask)
   local made, missing = client.new { budget = BUDGET }
   if not made then return { configured = false, missing = missing } end
