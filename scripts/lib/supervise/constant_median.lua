@@ -30,14 +30,7 @@ local function medians(settings)
   return middle
 end
 
-return {
-  options = donor.options,
-  unfit = donor.unfit,
-  make = function(options)
-    local from = donor.read(options)
-    local middle = medians(from.settings)
-    return function(_, _, limits)
-      return donor.proposal(middle, limits), "the medians of " .. donor.name(from)
-    end
-  end,
-}
+return donor.supervisor(function(from)
+  local middle = medians(from.settings)
+  return function() return middle, "the medians of %s" end
+end)

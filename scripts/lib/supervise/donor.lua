@@ -101,11 +101,8 @@ function donor.unfit(options, config)
   end
 end
 
---- One generation's setting as a proposal, as far as this experiment allows.
----@param setting { parameters: table<string, number>, materials: table }
----@param limits limax.limit[]
----@return limax.proposal
-function donor.proposal(setting, limits)
+-- A setting as a proposal, as far as this experiment allows.
+local function proposal_of(setting, limits)
   local proposal = {}
   for _, limit in ipairs(limits) do
     if limit.allowed and not limit.material then
@@ -121,11 +118,27 @@ function donor.proposal(setting, limits)
   return proposal
 end
 
---- The source of a proposal, for its reason.
----@param from limax.donor
----@return string "repetition 2 of DIR (rules)"
-function donor.name(from)
-  return ("repetition %d of %s (%s)"):format(from.repetition, from.run, from.supervisor)
+--- A supervisor that proposes settings of another run.
+---@param begin fun(from: limax.donor, options: table): fun(generation: integer): table|nil, string
+--- the setting for a generation, or nil; and the reason, with %s for the source
+---@param options? table<string, schema.rule> besides those of every such supervisor
+---@return limax.supervisor.entry
+function donor.supervisor(begin, options)
+  local all = options or {}
+  for name, rule in pairs(donor.options) do all[name] = rule end
+  return {
+    options = all, unfit = donor.unfit,
+    make = function(chosen)
+      local from = donor.read(chosen)
+      local source_name = ("repetition %d of %s (%s)"):format(from.repetition, from.run,
+        from.supervisor)
+      local setting_for = begin(from, chosen)
+      return function(history, _, limits)
+        local setting, reason = setting_for(history[#history].generation + 1)
+        return setting and proposal_of(setting, limits), reason:format(source_name)
+      end
+    end,
+  }
 end
 
 return donor

@@ -17,21 +17,12 @@ local function permutation(n, seed, repetition)
   return order
 end
 
-local options = { seed = schema.number { value = 1, unit = "1", minimum = 0, maximum = 2 ^ 53,
-  integer = true, reason = "any order will do" } }
-for name, rule in pairs(donor.options) do options[name] = rule end
-
-return {
-  options = options,
-  unfit = donor.unfit,
-  make = function(chosen)
-    local from = donor.read(chosen)
-    local order = permutation(#from.settings, chosen.seed, chosen.repetition)
-    return function(history, _, limits)
-      local generation = order[history[#history].generation + 1]
-      if not generation then return nil, donor.name(from) .. " has no setting left" end
-      return donor.proposal(from.settings[generation], limits),
-        ("generation %d of %s, out of its order"):format(generation, donor.name(from))
-    end
-  end,
-}
+return donor.supervisor(function(from, options)
+  local order = permutation(#from.settings, options.seed, options.repetition)
+  return function(generation)
+    local other = order[generation]
+    if not other then return nil, "%s has no setting left" end
+    return from.settings[other], ("generation %d of %%s, out of its order"):format(other)
+  end
+end, { seed = schema.number { value = 1, unit = "1", minimum = 0, maximum = 2 ^ 53,
+  integer = true, reason = "any order will do" } })

@@ -5,19 +5,10 @@
 
 local donor = require "limax.supervise.donor"
 
-return {
-  options = donor.options,
-  unfit = donor.unfit,
-  make = function(options)
-    local from = donor.read(options)
-    return function(history, _, limits)
-      local coming = history[#history].generation + 1
-      local setting = from.settings[coming]
-      if not setting then
-        return nil, ("%s has no generation %d"):format(donor.name(from), coming)
-      end
-      return donor.proposal(setting, limits),
-        ("generation %d of %s"):format(coming, donor.name(from))
-    end
-  end,
-}
+return donor.supervisor(function(from)
+  return function(generation)
+    local setting = from.settings[generation]
+    return setting, setting and ("generation %d of %%s"):format(generation)
+      or ("%%s has no generation %d"):format(generation)
+  end
+end)
