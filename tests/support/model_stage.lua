@@ -62,4 +62,14 @@ function model_stage.completion(content, fields)
   return { body = body }
 end
 
+--- Random whole numbers from 1 to n that are the same everywhere.
+---@param seed integer
+---@return fun(n: integer): integer
+function model_stage.picks(seed)
+  return function(n)
+    seed = (seed * 1103515245 + 12345) % 2 ^ 31
+    return math.floor(seed / 65536) % n + 1
+  end
+end
+
 return model_stage

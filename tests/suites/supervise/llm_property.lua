@@ -5,19 +5,11 @@ local engine = require "limax.engine"
 local histories = require "support.histories"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
+local model_stage = require "support.model_stage"
 local parse = require "limax.supervise.llm.parse"
 local prompt = require "limax.supervise.llm.prompt"
 
 local suite = require("limax.test").suite "llm property"
-
--- Random numbers that are the same everywhere.
-local function stream(seed)
-  local state = seed
-  return function(n)
-    state = (state * 1103515245 + 12345) % 2147483648
-    return math.floor(state / 65536) % n + 1
-  end
-end
 
 local FIELDS = { "mutation_rate", "mutation_scale", "crossover_rate", "elite_fraction", "materials",
   "reason", "stiffness", "amplitude", "phase", "population", "Mutation_Rate", "x", "",
@@ -121,7 +113,7 @@ local locate = setfenv(assert(loadstring(parse.from().source)), { json = host.js
 local function check(t, count, seed)
   local limits, limit_of = ledger.limits(10), {}
   for _, limit in ipairs(limits) do limit_of[limit.field] = limit end
-  local pick, found = stream(seed), 0
+  local pick, found = model_stage.picks(seed), 0
   for k = 1, count do
     local text = answer(pick)
     local ok, parsed, message = pcall(function() return parse.accept(locate(text, limits)) end)

@@ -142,16 +142,8 @@ suite:test("a message is one short line of printable text", function(t)
   t:ok(#failure.message <= 300 and failure.message:find "é%.%.%.$", failure.message)
 end)
 
--- Numbers that look random and are the same every time.
-local function generator(seed)
-  return function(n)
-    seed = (seed * 1103515245 + 12345) % 2 ^ 31
-    return math.floor(seed / 65536) % n + 1
-  end
-end
-
 suite:test("any body gives an answer or a failure with a class", function(t)
-  local random, classes = generator(7), {}
+  local random, classes = model_stage.picks(7), {}
   local seeds = {}
   for k, body in ipairs { completion(GOOD).body, error_of("m", { code = "c", param = "seed" }),
     { detail = { { loc = { "body", "seed" }, msg = "x" } } },

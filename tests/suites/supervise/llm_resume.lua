@@ -172,7 +172,7 @@ local function moody(messages, n)
   local answers = { '{"mutation_rate": 0.15, "reason": "up"}', '{"mutation_rate": "x"}',
     { class = "timeout", message = "no answer within 2 s" }, "I would rather not.",
     '<think>{"mutation_rate": 0.5}</think> {"crossover_rate": 0.9, "elites": 1}',
-    { class = "breaker", message = "the endpoint is given a rest" } }
+    { class = "breaker", message = "the endpoint is not asked" } }
   return answers[(n + #messages) % #answers + 1]
 end
 

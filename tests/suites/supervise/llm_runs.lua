@@ -122,7 +122,7 @@ suite:test("a dead endpoint costs its budgets once, not in each repetition",
     server:close()
   end)
 
-suite:test("the shipped experiment runs, replays as its file says, and shows no key",
+suite:test("the shipped experiment runs, replays as its file states, and shows no key",
   { limit = 60 }, function(t)
     local server, folder = faulty_server.open(t), t:folder()
     local script = host.home .. "/scripts/experiments/supervised.lua"

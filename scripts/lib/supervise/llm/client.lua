@@ -61,8 +61,8 @@ Client.__index = Client
 function client.new(options, machine)
   machine = machine or {}
   if options.max_cost and not options.price then
-    return nil, "max_cost needs price = { input = , output = }, per 1e6 tokens: without it no cost"
-      .. " is known"
+    return nil, "max_cost needs price = { input = , output = }, per 1e6 tokens: without it the"
+      .. " cost is unknown"
   end
   local found, message = endpoint.find(options, machine.environment)
   if not found then return nil, message end
@@ -202,8 +202,8 @@ local function ask(self, messages, question, deadline)
     probed = 1
   end
   local answer, failure, count = try(self, {
-    messages = messages, schema = question.schema, name = question.name, plain = question.plain,
-    max_tokens = question.max_tokens or options.max_tokens or defaults.fields.llm.max_tokens.value,
+    messages = messages, schema = question.schema, name = question.name,
+    max_tokens = options.max_tokens or defaults.fields.llm.max_tokens.value,
     temperature = options.temperature, seed = options.seed,
   }, deadline, probed)
   if answer or ALIVE[failure.class] then
@@ -218,9 +218,7 @@ end
 ---@field schema? table JSON schema of the answer
 ---@field name? string of the schema
 ---@field budget? number s that this generation has left
----@field max_tokens? integer
 ---@field generation? integer to which this question belongs, for the breaker; without it, its own
----@field plain? boolean the answer may have any form
 
 ---@class limax.llm.answer
 ---@field content string

@@ -101,8 +101,7 @@ function Session:ask(purpose, request)
   self.asking = { purpose = purpose, request = request }
   local began = host.clock()
   local answer, problem = self.client:ask(request.messages, { schema = request.schema,
-    name = "proposal", budget = self.deadline - began, generation = self.generation,
-    max_tokens = self.options.max_tokens })
+    name = "proposal", budget = self.deadline - began, generation = self.generation })
   note.seconds = host.clock() - began
   self.model_seconds = self.model_seconds + note.seconds
   if not answer then
