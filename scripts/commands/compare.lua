@@ -3,7 +3,6 @@
 
 local arms = require "limax.tools.report.arms"
 local engine = require "limax.engine"
-local failure = require "limax.base.failure"
 local figures = require "limax.tools.compare.figures"
 local outcome = require "limax.tools.compare.outcome"
 local runs = require "limax.tools.compare.runs"
@@ -27,6 +26,7 @@ and Whitney's exact test; p values are adjusted by Holm over all arms. There is 
 arm whose evaluations differ from the baseline's by more than one population, or whose model set
 less than 95 % of the generations. Everything else is exploratory.]],
   positional = { least = 1, name = "RUN" },
+  exclusive = { { "csv", "json", "latex" } },
   options = {
     { name = "baseline", argument = "ARM",
       text = "the arm that others are compared with; fixed if there is one, else the first" },
@@ -42,27 +42,15 @@ less than 95 % of the generations. Everything else is exploratory.]],
   },
 }
 
--- The form that the options choose: csv, json or latex; text without one.
-local function form_of(arguments)
-  local chosen
-  for _, form in ipairs { "csv", "json", "latex" } do
-    if arguments[form] and chosen then
-      failure.raise(2, ("--%s and --%s exclude each other"):format(chosen, form))
-    end
-    chosen = arguments[form] and form or chosen
-  end
-  return chosen or "text"
-end
-
 function command.run(arguments)
-  local form = form_of(arguments)
   local list = runs.read(arguments)
   local groups = arms.group(list)
   local outcomes = outcome.measure(list, engine.device(arguments.device))
   local result = verdict.compare(groups, outcomes,
     { baseline = arguments.baseline, target = arguments.target })
   if arguments.out then figures.write(arguments.out, result, groups, outcomes) end
-  io.stdout:write(tables[form](result, terminal.style()))
+  local form = arguments.csv and "csv" or arguments.json and "json" or arguments.latex and "latex"
+  io.stdout:write(tables[form or "text"](result, terminal.style()))
   return 0
 end
 

@@ -43,19 +43,17 @@ end
 local function row_of(path)
   local fine, folder = failure.attempt(runs.read, path)
   if not fine then return nil, failure.bare(folder) end
-  local best, generations = nil, 0
+  local best
   for _, run in ipairs(folder.runs) do
-    generations = generations + #run.lines
     for _, line in ipairs(run.lines) do
       local score = runs.score(line)
       if score and (not best or score > best) then best = score end
     end
   end
   local config = folder.config
-  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
   return { shape.word(path), folder.status.state, shape.word(supervisor_name(config)),
-    tostring(config.seed or "-"), #folder.runs, ("%d/%s"):format(generations,
-    config.generations and repetitions and config.generations * repetitions or "?"), best or "-" }
+    tostring(config.seed or "-"), #folder.runs, ("%d/%s"):format(runs.generations(folder)),
+    best or "-" }
 end
 
 function command.run(arguments)

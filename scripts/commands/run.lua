@@ -21,6 +21,7 @@ local command = {
   summary = "run an experiment, or continue one",
   usage = "limax run FILE [options]\n       limax run --resume DIR [options]",
   positional = { least = 0, most = 1, name = "FILE" },
+  exclusive = { { "together", "apart" } },
   options = {
     { name = "set", argument = "PATH=VALUE", many = true,
       text = "change a field of the experiment: population=50, scene.actuation.frequency=3" },
@@ -173,9 +174,6 @@ local function show_end(session, device)
 end
 
 local function execute(session, experiment, arguments)
-  if arguments.together and arguments.apart then
-    failure.raise(2, "--together and --apart exclude each other")
-  end
   local changes = changes_of(arguments)
   if arguments.resume then
     experiment = reopen(session, arguments)

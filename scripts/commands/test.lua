@@ -16,6 +16,7 @@ local command = {
     .. "its own process: a test that crashes, or loops beyond its limit, is ended and fails, and\n"
     .. "those after it run. Exits 1 if a test failed or a suite did not load.",
   positional = { name = "FILE" },
+  exclusive = { { "tap", "json", "json-seq" } },
   options = {
     { name = "filter", argument = "PATTERN",
       text = "only tests whose \"SUITE: TEST\" contains this, literally or as a Lua pattern" },
@@ -115,14 +116,8 @@ local function update_of(arguments)
   }
 end
 
--- Refuses options that contradict each other.
-local function check_options(arguments)
-  for _, pair in ipairs { { "tap", "json" }, { "tap", "json_seq" }, { "json", "json_seq" } } do
-    if arguments[pair[1]] and arguments[pair[2]] then
-      failure.raise(2, ("--%s and --%s exclude each other"):format(pair[1],
-        (pair[2]:gsub("_", "-"))))
-    end
-  end
+-- Refuses several jobs where one process runs all tests.
+local function check_jobs(arguments)
   local single = arguments.json_seq and "--json-seq" or arguments.one_process and "--one-process"
   if single and arguments.jobs > 1 then
     failure.raise(2, single .. " and --jobs exclude each other")
@@ -161,7 +156,7 @@ end
 ---@return integer status 0 if nothing failed
 function command.run(arguments)
   local paths, choice, update = paths_of(arguments), choice_of(arguments), update_of(arguments)
-  check_options(arguments)
+  check_jobs(arguments)
   local seed = arguments.shuffle
   if seed == 0 then seed = 1 + math.floor(host.clock() * 1e6) % 999999 end
   local files = {}

@@ -49,12 +49,8 @@ end
 local function state_line(folder, style)
   local state = tostring(folder.status.state)
   local each, since = pace(folder)
-  local config, done = folder.config, 0
-  for _, run in ipairs(folder.runs) do done = done + #run.lines end
-  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
-  local total = config.generations and repetitions and config.generations * repetitions
-  local parts = { terminal.bold(config.name or shape.word(folder.path), style), state,
-    ("generation %d of %s"):format(done, total or "?") }
+  local parts = { terminal.bold(folder.config.name or shape.word(folder.path), style), state,
+    ("generation %d of %s"):format(runs.generations(folder)) }
   if state == "running" and each then
     parts[#parts + 1] = ("%.3g s each"):format(each)
     if since and since > math.max(LATE_SECONDS, LATE_GENERATIONS * each) then

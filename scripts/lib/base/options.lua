@@ -31,6 +31,7 @@ local options = {}
 ---@field text? string further paragraphs of the help page
 ---@field options? limax.option[]
 ---@field positional? limax.positional absent: none
+---@field exclusive? string[][] lists of options of which at most one may be given
 ---@field run fun(arguments: table): integer|nil exit status, 0 if nil
 
 local help = { name = "help", short = "h", text = "show this page" }
@@ -140,6 +141,17 @@ function options.parse(command, argv)
     end
   end
   check_positional(command, arguments)
+  for _, list in ipairs(command.exclusive or {}) do
+    local chosen
+    for _, name in ipairs(list) do
+      if arguments[field(by_form["--" .. name])] then
+        if chosen then
+          refuse(command, ("--%s and --%s exclude each other"):format(chosen, name))
+        end
+        chosen = name
+      end
+    end
+  end
   return arguments
 end
 

@@ -47,11 +47,9 @@ local function complaint(value, extra)
     return "the fitness's second result is " .. schema.show(extra)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"
   end
-  local count, is_faulty = #(extra or {}), false
-  for key, number in pairs(extra or {}) do is_faulty = is_faulty or fault(key, number, count) end
   -- sorted, so that the first message is the same in every process
-  for _, key in ipairs(is_faulty and choice.sorted_keys(extra) or {}) do
-    local message, excusable = fault(key, extra[key], count)
+  for _, key in ipairs(choice.sorted_keys(extra or {})) do
+    local message, excusable = fault(key, extra[key], #extra)
     if message then return message, excusable end
   end
 end

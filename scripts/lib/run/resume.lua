@@ -10,18 +10,12 @@ local source = require "limax.base.source"
 
 local resume = {}
 
-local function set(...)
-  local members = {}
-  for _, name in ipairs { ... } do members[name] = true end
-  return members
-end
-
 -- If one of these changes, the genomes and bodies on disk are meaningless.
-local fixed_fields = set("genome", "lattice", "population", "seed")
+local fixed_fields = { genome = true, lattice = true, population = true, seed = true }
 
 -- Changing these does not affect scores.
-local unscored_fields = set("breeding", "evaluations", "generations", "name", "not_in_paper",
-  "repetitions", "selection", "supervision", "supervisor")
+local unscored_fields = { breeding = true, evaluations = true, generations = true, name = true,
+  not_in_paper = true, repetitions = true, selection = true, supervision = true, supervisor = true }
 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12

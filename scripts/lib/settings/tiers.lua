@@ -58,8 +58,8 @@ end
 --- The measurements for this device and build, by tier; nil without any.
 ---@return table<string, limax.tiers.measured>|nil
 function tiers.measured(device)
-  local found = content().measured[key_of(device:describe(), host.version, host.environment())]
-  return type(found) == "table" and found or nil
+  return tiers.measured_in { device = device:describe(), version = host.version,
+    machine = host.environment() }
 end
 
 --- The same for a session of a run folder's environment.json.

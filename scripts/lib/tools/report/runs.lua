@@ -161,6 +161,16 @@ function runs.arms(folders)
   return list, failure.bare(groups)
 end
 
+--- The generations that a run folder has, and those of a whole run.
+---@return integer done
+---@return integer|string total "?" where the configuration does not state it
+function runs.generations(folder)
+  local config, done = folder.config, 0
+  for _, run in ipairs(folder.runs) do done = done + #run.lines end
+  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
+  return done, config.generations and repetitions and config.generations * repetitions or "?"
+end
+
 --- The champion's score, under the first materials where that is recorded.
 ---@param line table of metrics
 ---@return number
