@@ -90,13 +90,13 @@ local function reopen(session, arguments)
     failure.raise(2, ("--repetition %d: %s computes %s"):format(arguments.repetition, folder.path,
       session.only and "repetition " .. session.only or "all repetitions"))
   end
-  local verdict = resume.continue(folder, experiment,
+  local comparison = resume.continue(folder, experiment,
     { repetition = session.only, overrides = changes }, arguments.changed)
   session.notes = { note }
-  if verdict.changed then
-    table.insert(session.notes, "continuing with what has changed:\n" .. verdict.text)
+  if comparison.changed then
+    table.insert(session.notes, "continuing with what has changed:\n" .. comparison.text)
   end
-  session.scores_valid = verdict.scores_valid
+  session.scores_valid = comparison.scores_valid
   return experiment
 end
 

@@ -115,11 +115,11 @@ end
 function evolve.start(experiment, options)
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
-  local run, verdict = runs.new(experiment, checked)
+  local run, comparison = runs.new(experiment, checked)
   run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
   runs.warn(experiment, run.world)
-  if verdict then run:restore(run.folder, verdict.scores_valid) end
+  if comparison then run:restore(run.folder, comparison.scores_valid) end
   return run
 end
 

@@ -1,5 +1,5 @@
 --- record.lua: what a run keeps of each generation: an entry of its history and the files in its
---- folder; and the way back, a run continued from its folder.
+--- folder; also reads them back, to continue a run.
 
 local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"

@@ -57,15 +57,15 @@ end
 
 -- The folder that the options name, and what resume found in it.
 local function open_folder(experiment, options, repetition, device)
-  local folder, verdict
+  local folder, comparison
   if options.folder or not options.out then return options.folder end
   if options.resume and run_folder.is_run(options.out) then
-    folder, verdict = resume.open(options.out, experiment, repetition, options.changed)
+    folder, comparison = resume.open(options.out, experiment, repetition, options.changed)
   else
     folder = run_folder.create(options.out, experiment, { repetition = repetition })
   end
   folder:write_environment(device)
-  return folder, verdict
+  return folder, comparison
 end
 
 -- A function that shows each text once, or each key.
@@ -86,12 +86,12 @@ local function advance(simulation, on_progress) simulation:run(on_progress) end
 ---@param experiment limax.experiment
 ---@param options limax.run.options
 ---@return limax.run
----@return limax.resume.verdict|nil
+---@return limax.resume.comparison|nil
 function run.new(experiment, options)
   local config, device = experiment.config, options.device or "auto"
   local repetition = options.repetition or 1
   if type(device) == "string" then device = engine.device(device, { threads = options.threads }) end
-  local folder, verdict = open_folder(experiment, options, repetition, device)
+  local folder, comparison = open_folder(experiment, options, repetition, device)
   local first = engine.materials(config.materials)
   ---@type limax.world
   local world = { config = config, scene = engine.scene(config.scene),
@@ -111,7 +111,7 @@ function run.new(experiment, options)
     first_step = world.first_step,
     limits = ledger.limits(config.population, config.supervision.ranges, config.supervision),
     history = {}, evaluations = 0, folder = folder, owns_folder = options.out ~= nil,
-    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), verdict
+    on_generation = options.on_generation, live_prompts = options.live_prompts }, Run), comparison
 end
 
 --- Shows the notes of an experiment, once however many repetitions it has.

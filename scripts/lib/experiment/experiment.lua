@@ -193,7 +193,7 @@ local function resolve(spec, origin)
     notes[#notes + 1] = ("scene.friction: static %.6g is below kinetic %.6g; the law is then plain"
       .. " Coulomb friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
   end
-  for _, doubt in ipairs(plausible.doubts(config)) do notes[#notes + 1] = doubt end
+  for _, note in ipairs(plausible.notes(config)) do notes[#notes + 1] = note end
 
   local base = origin and source.folder_of(origin)
   config.schema = "limax.config/1"

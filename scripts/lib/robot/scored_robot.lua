@@ -258,9 +258,9 @@ function methods:block(options)
     fail("robot %s has no block: its scene does not name the effect 'block'", self.record.id)
   end
   local first = options.from == "middle" and outcome.block_middle or outcome.block_start
-  local way = { last[1] - first[1], last[2] - first[2], last[3] - first[3] }
+  local displacement = { last[1] - first[1], last[2] - first[2], last[3] - first[3] }
   return {
-    displacement = way, distance = math.sqrt(way[1] ^ 2 + way[2] ^ 2),
+    displacement = displacement, distance = math.sqrt(displacement[1] ^ 2 + displacement[2] ^ 2),
     position = { last[1], last[2], last[3] },
     velocity = { unpack(outcome.block_velocity) },
     -- rounding may put a cosine beyond 1

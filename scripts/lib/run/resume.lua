@@ -97,14 +97,14 @@ function resume.script(folder)
     .. " so it cannot be continued")
 end
 
----@class limax.resume.verdict
+---@class limax.resume.comparison
 ---@field changed boolean does anything differ?
 ---@field text string one line per difference
 ---@field scores_valid boolean are old scores still valid?
 
 -- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of genome, lattice, population or seed always.
-local function judge(folder, config, scripts, allowed, switch)
+local function compare(folder, config, scripts, allowed, switch)
   local list, lines, scores_valid = {}, {}, true
   for k, field in ipairs(resume.differences(folder.config, config)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
@@ -132,18 +132,18 @@ end
 ---@param options { repetition: integer|nil, overrides: string[]|nil } of the run
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it
----@return limax.resume.verdict
+---@return limax.resume.comparison
 function resume.continue(folder, experiment, options, allowed, switch)
   local config, scripts = run_configuration.of(experiment, options)
-  local verdict = judge(folder, config, scripts, allowed, switch)
-  folder:continue(config, scripts, verdict.changed)
-  return verdict
+  local comparison = compare(folder, config, scripts, allowed, switch)
+  folder:continue(config, scripts, comparison.changed)
+  return comparison
 end
 
 --- Opens the folder of a repetition that a script computes by itself, and continues it.
 ---@param allowed boolean may configuration and script differ?
 ---@return limax.run_folder
----@return limax.resume.verdict
+---@return limax.resume.comparison
 function resume.open(path, experiment, repetition, allowed)
   local folder = run_folder.open(path)
   local before = folder.config.run.repetition
@@ -151,10 +151,10 @@ function resume.open(path, experiment, repetition, allowed)
     failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
       before and "repetition " .. before or "all repetitions", repetition))
   end
-  local verdict = resume.continue(folder, experiment, { repetition = repetition }, allowed,
+  local comparison = resume.continue(folder, experiment, { repetition = repetition }, allowed,
     "changed = true")
   folder:status "running"
-  return folder, verdict
+  return folder, comparison
 end
 
 return resume

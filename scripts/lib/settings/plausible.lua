@@ -47,7 +47,7 @@ end
 
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
-function plausible.doubts(config)
+function plausible.notes(config)
   local list = {}
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = collapse(config)

@@ -215,25 +215,25 @@ suite:test("an override that cannot be applied is refused, with a suggestion", f
 end)
 
 suite:test("valid but probably unintended settings give a note", function(t)
-  local function doubt(fields)
+  local function note_of(fields)
     local notes = changed(fields).notes
     t:ok(#notes <= 1, table.concat(notes, "\n"))
     return notes[1] or "none"
   end
   local function gravity(z) return { gravity = { acceleration = { 0, 0, z } }, ground = true } end
-  t:ok(doubt { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
+  t:ok(note_of { scene = { ground = true, friction = { static = 0.6, kinetic = 1 } } }
     :find "static 0.6 is below kinetic 1")
-  t:ok(doubt { scene = gravity(9.81) }:find "points up, away from scene.ground")
-  t:equal(doubt { scene = gravity(-9.81) }, "none")
-  t:equal(doubt { scene = { gravity = { acceleration = { 0, 0, 1 } } } }, "none")
+  t:ok(note_of { scene = gravity(9.81) }:find "points up, away from scene.ground")
+  t:equal(note_of { scene = gravity(-9.81) }, "none")
+  t:equal(note_of { scene = { gravity = { acceleration = { 0, 0, 1 } } } }, "none")
   -- 0.1 kg on 1000 N/m: 0.98 mm
-  t:ok(doubt { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
-  t:equal(doubt { simulation = { edge = 0.004 } }, "none")
+  t:ok(note_of { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
+  t:equal(note_of { simulation = { edge = 0.004 } }, "none")
   -- 1.25 s from 7.7 m, 1.2 s in all
   local fall = { position = { 0, 0, 7.7 }, settle = 0.2, duration = 1 }
-  t:ok(doubt { simulation = fall }:find "falls for 1.253 s, and a run takes 1.2 s: it never lands")
+  t:ok(note_of { simulation = fall }:find "falls for 1.253 s, and a run takes 1.2 s: it never")
   fall.velocity = { 0, 0, -1 }
-  t:equal(doubt { simulation = fall }, "none")
+  t:equal(note_of { simulation = fall }, "none")
 end)
 
 suite:test("the paper's experiment states the paper's tables", function(t)
