@@ -1,5 +1,5 @@
-// breeding_test.cpp: the laws of one gene: independent choices, rounding, initial genes, and that
-// each gene is drawn with its own counter. Rates are tested by tests/suites/engine/breeding.lua.
+// breeding_test.cpp: the law of one gene: independent choices and rounding. Rates are tested by
+// tests/suites/engine/breeding.lua.
 #include "genome/breeding.h"
 
 #include <doctest/doctest.h>
@@ -37,33 +37,4 @@ TEST_CASE("a mutation is added in double and rounded once") {
         const auto expected = static_cast<float>(std::fma(0.3, deviate, double(parent)));
         REQUIRE(limax::child_gene(rates, key, gene, parent, 9.0f) == expected);
     }
-}
-
-TEST_CASE("first genes are normal with the stated deviation") {
-    random_key initial = key;
-    initial.stream = 2;
-    double sum = 0, square = 0;
-    for (uint32_t gene = 0; gene < count; ++gene) {
-        const double z = double(limax::initial_gene(initial, gene, 0.5)) / 0.5;
-        sum += z;
-        square += z * z;
-    }
-    CHECK(std::fabs(sum / count) < 5 / std::sqrt(double(count)));
-    CHECK(std::fabs(square / count - 1) < 5 * std::sqrt(2.0 / count));
-    CHECK(limax::initial_gene(initial, 3, 0.0) == 0.0f);
-}
-
-TEST_CASE("every argument of the counter affects the gene") {
-    const breeding_rates rates{1, 1, 0.5};
-    const float base = limax::child_gene(rates, key, 5, 0.0f, 0.0f);
-    const auto differs = [&](random_key other) {
-        return limax::child_gene(rates, other, 5, 0.0f, 0.0f) != base;
-    };
-    CHECK(differs({43, 1, 3, 7, 11}));
-    CHECK(differs({42, 2, 3, 7, 11}));
-    CHECK(differs({42, 1, 2, 7, 11}));
-    CHECK(differs({42, 1, 3, 8, 11}));
-    CHECK(differs({42, 1, 3, 7, 12}));
-    CHECK(limax::child_gene(rates, key, 6, 0.0f, 0.0f) != base);
-    CHECK(limax::child_gene(rates, key, 5, 0.0f, 0.0f) == base);
 }

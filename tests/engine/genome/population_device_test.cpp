@@ -255,19 +255,3 @@ TEST_CASE("a population that moves back, or to another device, keeps its values"
     express_all(robots);
     CHECK(same_bodies(static_cast<const population&>(robots), expected));
 }
-
-TEST_CASE("refusals on a device are those of the host, and change nothing") {
-    population robots = make(3), others = make(3);
-    const auto stored = move_out(robots), other_stored = move_out(others);
-    const auto pairs = some_pairs(3, 3);
-    CHECK(refused([&] { robots.initialize(0, 4, in_order); }) ==
-          "robots 1 to 4 do not all exist; there are 3");
-    CHECK(refused([&] { robots.express(paper(), false, nullptr, nullptr, 2, 2); }) ==
-          "robots 3 to 4 do not all exist; there are 3");
-    limax_breeding breeding = some_breeding();
-    breeding.mutation_rate = 2;
-    CHECK(refused([&] { robots.breed(others, pairs.data(), breeding, in_order, 0, 3); }) ==
-          "mutation_rate is 2; it must be 0 to 1 per gene");
-    CHECK(stored->seen == traffic{});
-    CHECK(other_stored->seen == traffic{});
-}

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "failure.h"
 #include "physics/effects/all.h"
 #include "physics/ledger.h"
 #include "physics/solid.h"
@@ -319,32 +318,6 @@ TEST_CASE("the energy balance holds while a block falls, slides and comes to res
     CHECK(balance.error < 3e-2 * balance.start);
 }
 
-TEST_CASE("slices, threads and neighbours change no bit of a body and its block") {
-    for (const int precision : every_precision) {
-        std::vector<double> ends[3];
-        for (const int way : {0, 1, 2}) {
-            stage world({3, 2, 2}, way == 2 ? 3 : 1, 3);
-            world.effects({"gravity", "ground", "friction", "damping", "block"});
-            world.set("block", "position", {0.35, 0.05, 0});
-            world.setup.options.precision = precision;
-            world.setup.options.velocity[0] = 3.0;
-            world.setup.options.duration = 0.5;
-            const auto simulation = world.open(way == 2 ? 2 : 1);
-            while (!simulation->advance(1.0, way == 1 ? 7 : 0).finished) {
-            }
-            const int robot = way == 2 ? 2 : 0;
-            ends[way].resize(LIMAX_BLOCK_STATE);
-            simulation->block(robot, ends[way].data());
-            const snapshot body = state_of(*simulation, robot);
-            ends[way].insert(ends[way].end(), body.positions.begin(), body.positions.end());
-        }
-        CHECK(ends[0][0] > 0.55);
-        for (const int way : {1, 2})
-            CHECK(std::memcmp(ends[0].data(), ends[way].data(), ends[0].size() * sizeof(double)) ==
-                  0);
-    }
-}
-
 TEST_CASE("a start far away and a moving origin change nothing of a push") {
     for (const int precision : every_precision) {
         std::vector<double> ends[2];
@@ -409,27 +382,4 @@ TEST_CASE("a block beyond the limits stops its robot as diverged") {
     const auto simulation = world.run();
     CHECK(simulation->outcomes()[0].status == LIMAX_ROBOT_DIVERGED);
     CHECK(simulation->outcomes()[0].reason == LIMAX_SPEED);
-}
-
-TEST_CASE("integrators and records that a block does not support are refused by name") {
-    stage world = only_block({});
-    std::string text;
-    for (const int integrator : {LIMAX_RK4, LIMAX_XPBD}) {
-        world.setup.options.integrator = integrator;
-        text = failure(LIMAX_INVALID_ARGUMENT,
-                       [&] { check_options(world.setup.options, world.setup.scene); });
-        CHECK(text.find("the scene has block") != std::string::npos);
-    }
-
-    stage plain({1, 1, 1});
-    plain.setup.options.record[LIMAX_TRACE_BLOCK] = 20;
-    text = failure(LIMAX_INVALID_ARGUMENT,
-                   [&] { check_options(plain.setup.options, plain.setup.scene); });
-    CHECK(text.find("record.block needs the effect 'block'") != std::string::npos);
-    plain.setup.options.record[LIMAX_TRACE_BLOCK] = 0;
-    const auto simulation = plain.run();
-    double state[LIMAX_BLOCK_STATE];
-    text = failure(LIMAX_INVALID_ARGUMENT, [&] { simulation->block(0, state); });
-    CHECK(text.find("does not name the effect 'block'") != std::string::npos);
-    CHECK(std::isnan(simulation->outcomes()[0].block_end[0]));
 }

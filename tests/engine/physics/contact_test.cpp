@@ -129,20 +129,6 @@ TEST_CASE("a mass falls past a box's side and rests on its top") {
     }
 }
 
-TEST_CASE("a body rests on a stair, as deep as on flat ground") {
-    stage body(lattice{2, 2, 1});
-    body.effects({"gravity", "ground", "damping", "friction", "boxes"});
-    body.set("boxes", "from", {-1, -1, 0}).set("boxes", "to", {1, 1, 0.3});
-    body.setup.options.position[2] = 0.31;
-    body.setup.options.duration = 5;
-    const auto run = body.run();
-    const snapshot rest = state_of(*run);
-    double pressed = 0;
-    for (std::size_t i = 0; i < rest.positions.size(); i += 3)
-        pressed += std::max(0.0, 0.3 - rest.positions[i + 2]);
-    CHECK(pressed == doctest::Approx(run->outcomes()[0].mass * g / stiffness).epsilon(1e-3));
-}
-
 TEST_CASE("instances that no mass can touch at the same time do not shorten the step") {
     const auto bound = [](const std::vector<double>& places) {
         stage body(lattice{1, 1, 1});

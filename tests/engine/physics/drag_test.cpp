@@ -1,5 +1,5 @@
-// drag_test.cpp: drag on exposed faces: closed forms of falling and slowing down, what every corner
-// takes against a plain list of faces, and safety at any speed. SI units.
+// drag_test.cpp: drag on exposed faces: the closed form of falling, what every corner takes
+// against a plain list of faces, and safety at any speed. SI units.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -185,27 +185,4 @@ TEST_CASE("every corner takes a quarter of each exposed face's drag, also in hol
         CHECK(worst < 1e-7 * most);
         CHECK(std::fabs(sum) < 1e-7 * most);
     }
-}
-
-TEST_CASE("a body that drifts with the current has no drag") {
-    stage body(lattice{2, 2, 2});
-    body.effects({"drag", "damping"}).set("drag", "current", {1, -2, 0.5});
-    const double current[3] = {1, -2, 0.5};
-    std::copy_n(current, 3, body.setup.options.velocity);
-    const auto run = body.run();
-    const auto now = mean_velocity(*run);
-    CHECK(now[0] == doctest::Approx(1).epsilon(1e-12));
-    CHECK(now[1] == doctest::Approx(-2).epsilon(1e-12));
-    CHECK(now[2] == doctest::Approx(0.5).epsilon(1e-12));
-}
-
-TEST_CASE("faces are stored only where an effect needs them, and RK4 refuses them") {
-    stage body(lattice{2, 2, 2});
-    CHECK(body.body().faces.size() == 0);
-    body.effects({"drag"});
-    body.setup.options.integrator = LIMAX_RK4;
-    CHECK_THROWS_WITH_AS(check_options(body.setup.options, body.setup.scene),
-                         "integrator: rk4 integrates smooth scenes only; the scene has drag; use "
-                         "leapfrog",
-                         error);
 }

@@ -103,25 +103,6 @@ TEST_CASE_TEMPLATE(
     });
 }
 
-TEST_CASE_TEMPLATE("friction on a surface that faces up is that of the same normal as a vector", R,
-                   float, double) {
-    draws draw;
-    const double origin[3] = {0, 0, 0};
-    const auto params = friction::make<R>(default_values<friction>().data(), origin);
-    R worst = 0;
-    for (int i = 0; i < 2000; ++i) {
-        const vector<R> v{R(draw()), R(draw()), R(draw())};
-        const R load = R(std::pow(10.0, 4 * draw()));
-        const vector<R> before = i % 2 ? vector<R>{} : v;
-        const vector<R> flat = friction::slip(params, up{}, load, R(10), before, v, R(1e-4)),
-                        other = friction::slip(params, vector<R>{0, 0, 1}, load, R(10), before, v,
-                                               R(1e-4));
-        worst = larger(worst, absolute(flat.x - other.x) + absolute(flat.y - other.y) +
-                                  absolute(flat.z - other.z));
-    }
-    CHECK(worst < (sizeof(R) == 4 ? R(1e-6) : R(1e-15)));
-}
-
 TEST_CASE_TEMPLATE("static friction holds masses at rest, kinetic friction slows sliding ones", R,
                    float, double) {
     const double origin[3] = {0, 0, 0};

@@ -1,5 +1,5 @@
-// isolation_test.cpp: a robot's bits depend only on the robot itself, not on threads, slices,
-// neighbours or instruction set; only the robot that diverges stops, with the reason.
+// isolation_test.cpp: threads, slices, interrupts and the instruction set do not change a robot's
+// bits. Neighbours are tested by tests/suites/engine/same_bits.lua.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -76,37 +76,6 @@ TEST_CASE("every instruction set that this processor runs: the same bits") {
             }
             CHECK(compared >= 1);
         }
-}
-
-TEST_CASE("robots that diverge end with their reason and change no bit of the others") {
-    const stage bodies = walkers(64);
-    auto crowd = bodies.open();
-    const auto disturb = [&](int robot, double place, double speed) {
-        snapshot start = state_of(*crowd, robot);
-        start.positions[0] += place;
-        start.velocities[0] += speed;
-        crowd->place(robot, start.positions.data(), start.velocities.data());
-    };
-    disturb(3, 0, 2000);   // above max_speed at once
-    disturb(10, -2.5, 0);  // 20 edges away from its neighbours
-    disturb(40, 0, 1e20);  // overflows within a step
-    stage::finish(*crowd);
-    CHECK(crowd->outcomes()[3].status == LIMAX_ROBOT_DIVERGED);
-    CHECK(crowd->outcomes()[3].reason == LIMAX_SPEED);
-    CHECK(crowd->outcomes()[3].step == 0);
-    CHECK(crowd->outcomes()[10].status == LIMAX_ROBOT_DIVERGED);
-    CHECK(crowd->outcomes()[10].reason == LIMAX_STRETCH);
-    CHECK(crowd->outcomes()[40].status == LIMAX_ROBOT_DIVERGED);
-    for (const int robot : {0, 4, 63}) {
-        CHECK(crowd->outcomes()[robot].status == LIMAX_ROBOT_DONE);
-        // as the only one of the 64 that is simulated
-        stage masked = walkers(64);
-        std::fill(masked.setup.mask.begin(), masked.setup.mask.end(), 0);
-        masked.setup.mask[robot] = 1;
-        const auto single = masked.run();
-        CHECK(same_bits(*single, robot, *crowd, robot));
-        CHECK(single->outcomes()[(robot + 1) % 64].status == LIMAX_ROBOT_SKIPPED);
-    }
 }
 
 TEST_CASE("NaN is detected within 64 steps and reported") {

@@ -1,6 +1,7 @@
 // laws_test.cpp: properties of the physics that hold for every body: forces are the gradient of the
 // energy, internal forces sum to zero, and motion does not depend on place, speed or orientation.
-// The bodies are random. SI units.
+// The bodies are random. That passive scenes never gain energy is checked in every hard case. SI
+// units.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -196,44 +197,4 @@ TEST_CASE("motion does not depend on place, speed or orientation") {
         CHECK(apart(end.positions, goal.positions) < 1e-9);
         CHECK(apart(end.velocities, goal.velocities) < 1e-7);
     }
-}
-
-TEST_CASE("a passive scene never gains energy") {
-    // Measured energies differ from the one that an integrator keeps by factors of s = w h / 2, at
-    // most the step over its bound: (1 + s) / (1 - s) for symplectic Euler, 1 / (1 - s^2) for
-    // leapfrog.
-    for (uint32_t seed = 1; seed <= 6; ++seed)
-        for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
-            stage body(lattice{3, 2, 2});
-            body.randomize(seed, seed % 2 == 1);
-            body.setup.voxels[0] = 4;
-            body.effects({"gravity", "ground", "friction", "damping"});
-            body.setup.options.integrator = integrator;
-            body.setup.options.bound_fraction = 0.1;
-            body.setup.options.duration = 2;
-            body.setup.options.position[2] = 0.3;
-            body.setup.options.record[LIMAX_TRACE_ENERGY] = 200;
-            auto run = body.open();
-            snapshot start = state_of(*run);
-            disturb(start, 0.02, 3.0);
-            for (std::size_t i = 0; i < start.velocities.size(); i += 3) start.velocities[i] += 4;
-            run->place(0, start.positions.data(), start.velocities.data());
-            stage::finish(*run);
-            const trace_view energy = trace_of(*run, 0, LIMAX_TRACE_ENERGY);
-            const double s = 0.1;
-            const double ratio = integrator == LIMAX_LEAPFROG ? 1 / (1 - s * s) : (1 + s) / (1 - s);
-            double lowest = HUGE_VAL, least = HUGE_VAL, worst = 0;
-            for (int64_t k = 0; k < energy.samples; ++k) lowest = std::min(lowest, energy.at(k, 2));
-            double first = 0;
-            for (int64_t k = 0; k < energy.samples; ++k) {
-                const double now = energy.at(k, 0) + energy.at(k, 1) + energy.at(k, 2) - lowest;
-                if (k == 0) first = now;
-                worst = std::max(worst, now / least);
-                least = std::min(least, std::max(now, 1e-6 * first));
-            }
-            CAPTURE(seed);
-            CAPTURE(integrator);
-            CHECK(worst < ratio);
-            CHECK(least < 0.9 * first);  // and what is damped goes down
-        }
 }

@@ -1,11 +1,10 @@
 // self_collision_test.cpp: collisions between parts of one body: the law, momentum, energy, and
-// equal bits in slices and without contacts.
+// equal bits without contacts.
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "failure.h"
 #include "physics/effects/all.h"
 #include "stage.h"
 
@@ -85,32 +84,6 @@ TEST_CASE("self-collision conserves the body's momentum") {
     for (int64_t sample = 1; sample < center.samples; ++sample)
         for (int axis = 0; axis < 3; ++axis)
             CHECK(std::abs(center.at(sample, axis) - center.at(0, axis)) < 1e-12);
-}
-
-TEST_CASE("slices change no bit of a self-collision") {
-    for (const int precision : every_precision) {
-        stage body = hairpin(4, true);
-        body.setup.options.precision = precision;
-        snapshot ends[2];
-        for (const int slice : {0, 7}) {
-            const auto simulation = body.open();
-            clap(*simulation, body, 3.0);
-            while (!simulation->advance(1.0, slice).finished) {
-            }
-            REQUIRE(simulation->outcomes()[0].status == LIMAX_ROBOT_DONE);
-            ends[slice != 0] = state_of(*simulation);
-        }
-        CHECK(std::memcmp(ends[0].positions.data(), ends[1].positions.data(),
-                          ends[0].positions.size() * sizeof(double)) == 0);
-    }
-}
-
-TEST_CASE("RK4 refuses self-collision by name") {
-    stage body = hairpin(2, true);
-    body.setup.options.integrator = LIMAX_RK4;
-    const std::string text = failure(LIMAX_INVALID_ARGUMENT,
-                                     [&] { check_options(body.setup.options, body.setup.scene); });
-    CHECK(text.find("the scene has self_collision") != std::string::npos);
 }
 
 TEST_CASE("the energy balance holds while parts collide") {

@@ -92,7 +92,9 @@ suite:test("errors name what a block does not support", function(t)
   end)
   t:raises("was not recorded; add the entry", function() thrown():trace "block" end)
   t:raises("scene.block.mass", function() thrown(nil, { mass = 0 }) end)
-  t:raises("the scene has block", function()
-    thrown(nil, nil, { integrator = "rk4", scene = { block = true } })
-  end)
+  for _, integrator in ipairs { "rk4", "xpbd" } do
+    t:raises("the scene has block", function()
+      thrown(nil, nil, { integrator = integrator, scene = { block = true } })
+    end)
+  end
 end)

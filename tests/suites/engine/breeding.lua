@@ -1,9 +1,8 @@
---- breeding.lua: the genes of bred children, on every device: elites, rates and distributions, and
---- recorded genomes.
+--- breeding.lua: the genes of bred children, on every device: rates and distributions, and recorded
+--- genomes. Elites are tested in tests/engine/genome/population_test.cpp.
 
 local host = require "limax.host"
 local limax = require "limax"
-local npy = require "limax.base.npy"
 local suite = require("limax.test").suite "breeding"
 
 local COUNT = 40
@@ -31,15 +30,6 @@ local function each_gene(parents, children, elites, visit)
     for gene = 1, child:size() do visit(child[gene], a[gene], b[gene]) end
   end
 end
-
-suite:test("elites, and children without rates, keep every bit", { devices = "all" }, function(t)
-  local parents, children, options = bred(t, { mutation_rate = 0.5, crossover_rate = 0.5 })
-  for i = 1, options.elites do
-    t:same_bits(children:genome(i):table(), parents:genome(i):table())
-  end
-  parents, children = bred(t, {})
-  t:ok(children:genomes_bytes() == parents:genomes_bytes(), "a child is not its first parent")
-end)
 
 suite:test("crossover takes its share of the second parent", { devices = "all" }, function(t)
   local rate, taken, genes = 0.4, 0, 0
@@ -77,12 +67,6 @@ suite:test("genomes are the recorded ones", { devices = "all", seeds = { 1, 2 } 
   t:golden(("genomes-%d"):format(t.seed), {
     sha256 = host.sha256(children:genomes_bytes()),
     first_of_last = first }, { configuration = options })
-end)
-
-suite:test("genomes written and read have the same bits", { seeds = { 7 } }, function(t)
-  local _, children = bred(t, { mutation_rate = 0.3 })
-  local text = npy.encode("<f4", { COUNT, children.genes }, children:genomes_bytes())
-  t:equal(npy.decode(text).data, children:genomes_bytes())
 end)
 
 return suite

@@ -1,5 +1,5 @@
 --- expression.lua: bodies of genomes: recorded ones on every device, and what holds for all. Ranges
---- and statuses are tested in tests/engine/genome/population_test.cpp.
+--- and statuses are tested in tests/engine/genome/population_test.cpp, pieces in grid_test.cpp.
 
 local limax = require "limax"
 local suite = require("limax.test").suite "expression"
@@ -27,38 +27,6 @@ suite:test("bodies and weights are the recorded ones", { devices = "all", seeds 
     t:golden(("bodies-%d"):format(t.seed), { bodies = bodies, weights = weights },
       { configuration = options })
   end)
-
-suite:test("every body is one piece", { seeds = { 1, 2 } }, function(t)
-  local robots = expressed(t, t.seed)
-  local valid = 0
-  for i = 1, COUNT do
-    local voxels, solid, reached, todo = robots:voxels(i):table(), 0, 0, {}
-    for x, plane in ipairs(voxels) do
-      for y, row in ipairs(plane) do
-        for z, material in ipairs(row) do
-          if material > 0 then
-            solid = solid + 1
-            todo[1] = { x, y, z }
-          end
-        end
-      end
-    end
-    while #todo > 0 do
-      local x, y, z = unpack(table.remove(todo))
-      if ((voxels[x] or {})[y] or {})[z] and voxels[x][y][z] > 0 then
-        voxels[x][y][z], reached = 0, reached + 1
-        for _, way in ipairs { -1, 1 } do
-          for _, next_to in ipairs { { x + way, y, z }, { x, y + way, z }, { x, y, z + way } } do
-            todo[#todo + 1] = next_to
-          end
-        end
-      end
-    end
-    t:equal({ robots:body(i).voxels, reached }, { solid, solid })
-    valid = valid + (robots:body(i).status == "valid" and 1 or 0)
-  end
-  t:ok(valid >= COUNT / 2, valid)
-end)
 
 suite:test("a smoother encoding gives bodies of larger pieces", function(t)
   -- neighbours of different material along x, per body

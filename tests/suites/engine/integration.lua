@@ -23,14 +23,10 @@ steps:test("auto is not coarse at the speed of the start and of the drop", every
   t:near(fast, 1e-4, { rtol = 1e-9 })
   -- at the limit some masses move farther; a fifth below none does
   t:equal(coarse, true)
-  local _, finer = step_of { time_step = 8e-5,
-    velocity = { 100, 0, 0 } }
+  local _, finer = step_of { time_step = 8e-5, velocity = { 100, 0, 0 } }
   t:equal(finer, false)
-  -- a tier's step is capped by a throw too; a run of 0.05 s from 1 km does not fall far
+  -- a tier's step is capped by a throw too
   t:ok(step_of { velocity = { 0, 0, -100 } } <= 1e-4)
-  t:equal(step_of { position = { 0, 0, 1000 } }, (step_of {}))
-  t:equal({ step_of { time_step = 1e-3, scene = { gravity = true }, velocity = { 100, 0, 0 } } },
-    { 1e-3, true })
 end)
 
 steps:test("coarse robots are counted in metrics, history and the log line", function(t)
@@ -53,20 +49,6 @@ steps:test("coarse robots are counted in metrics, history and the log line", fun
   t:ok(not text:find("coarse", 1, true), text)
   line:generation(coarse, { simulate = 1, fitness = 0, breed = 0 })
   t:ok(text:find(("failed 0  coarse %d  "):format(coarse.scored), 1, true), text)
-end)
-
-steps:test("RK4 integrates smooth scenes on the CPU", function(t)
-  local scene = limax.scenes.air { gravity = false }
-  local function ends(integrator, time_step)
-    return walker:simulate { scene = scene, settle = 0, duration = 0.2, integrator = integrator,
-      precision = "double", time_step = time_step, device = "cpu",
-      record = { position = 20 } }:trace "position"
-  end
-  local reference = ends("rk4", 1e-4)
-  t:near(ends("rk4", 5e-4):table()[5], reference:table()[5], { atol = 1e-8 })
-  t:near(ends("leapfrog", 1e-5):table()[5], reference:table()[5], { atol = 1e-8 })
-  t:raises("rk4 integrates smooth scenes only; the scene has ground and friction; use leapfrog",
-    function() walker:simulate { integrator = "rk4" } end)
 end)
 
 steps:test("a GPU refuses RK4 and the ledger by name", { devices = { "cuda" } }, function(t)
