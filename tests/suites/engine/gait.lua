@@ -1,6 +1,6 @@
 --- gait.lua: the length of a driven muscle, and a walker whose gait was measured: a slab whose
---- lower muscles swell in a wave from back to front, which moves it the other way, as a snail's foot
---- does. SI units.
+--- lower muscles swell in a wave from back to front, which moves it the other way, as the foot of a
+--- snail does. SI units.
 
 local limax = require "limax"
 local suite = require("limax.test").suite "gait"
