@@ -47,6 +47,14 @@ inline limax_simulation_options default_options() {
 inline constexpr int every_precision[] = {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_MIXED,
                                           LIMAX_DOUBLE};
 
+// Numbers between -1 and 1, the same at every run.
+struct draws {
+    uint32_t state;
+    double operator()() {
+        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
+    }
+};
+
 // A population of bodies with equal lattice, to be filled in and run.
 struct stage {
     simulation_setup setup;
@@ -138,26 +146,33 @@ inline trace_view trace_of(const simulation& simulation, int robot, int kind) {
     return view;
 }
 
-// Of robot 0, from its ledger, J.
+// The ledger of robot 0, J.
 struct energy_balance {
     double start = 0, largest = 0;  // of all energies together
     double in_contacts = 0;         // the largest
     double error = 0;               // the largest difference of energies and works since the start
-    double friction = 0;            // its work at the end
+    double share = 0;               // of the energy turned over: all works and the largest energy
+    double energy[ledger_energies] = {}, work[work_kinds] = {};  // at the end
 };
 inline energy_balance balance_of(const simulation& run) {
     const trace_view ledger = trace_of(run, 0, LIMAX_TRACE_LEDGER);
     energy_balance out;
+    double turned_over = 0;
     for (int64_t sample = 0; sample < ledger.samples; ++sample) {
         double energy = 0, works = 0;
-        for (int64_t column = 0; column < ledger.width; ++column)
-            (column < ledger_energies ? energy : works) += ledger.at(sample, column);
+        for (int k = 0; k < ledger_energies; ++k) energy += out.energy[k] = ledger.at(sample, k);
+        for (int k = 0; k < work_kinds; ++k)
+            works += out.work[k] = ledger.at(sample, ledger_energies + k);
         if (sample == 0) out.start = energy;
         out.largest = std::max(out.largest, energy);
         out.error = std::max(out.error, std::abs(energy - out.start - works));
-        out.in_contacts = std::max(out.in_contacts, ledger.at(sample, 2));
-        out.friction = ledger.at(sample, ledger_energies + work_friction);
+        out.in_contacts = std::max(out.in_contacts, out.energy[2]);
+        // only changes of the gravitational energy count
+        turned_over = std::max(turned_over, out.energy[0] + out.energy[1] + out.energy[2] +
+                                                std::abs(out.energy[3] - ledger.at(0, 3)));
     }
+    for (const double work : out.work) turned_over += std::abs(work);
+    out.share = out.error / turned_over;
     return out;
 }
 
@@ -170,6 +185,18 @@ inline snapshot state_of(simulation& simulation, int robot = 0) {
     snapshot result{std::vector<double>(size), std::vector<double>(size)};
     simulation.state(robot, result.positions.data(), result.velocities.data());
     return result;
+}
+
+// Places robot 0 bent and turning: masses moved by up to `size` m, with up to `speed` m/s more.
+// Returns its state.
+inline snapshot bend(simulation& run, double size, double speed) {
+    snapshot start = state_of(run);
+    for (std::size_t i = 0; i < start.positions.size(); ++i) {
+        start.positions[i] += size * std::sin(7.0 * double(i + 1));
+        start.velocities[i] += speed * std::cos(5.0 * double(i));
+    }
+    run.place(0, start.positions.data(), start.velocities.data());
+    return start;
 }
 
 }  // namespace limax::test

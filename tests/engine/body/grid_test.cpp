@@ -7,8 +7,6 @@
 #include <set>
 #include <vector>
 
-#include "base/random.h"
-
 using limax::lattice;
 
 TEST_CASE("only the largest face-connected component stays") {
@@ -35,41 +33,6 @@ TEST_CASE("only the largest face-connected component stays") {
     CHECK(kept({1, 2, 3}, {1, 2, 1, 0, 1, 2}) == body{1, 2, 1, 0, 1, 2});
     CHECK(kept({1, 1, 1}, {0}) == body{0});
     CHECK(kept({1, 1, 1}, {3}) == body{3});
-}
-
-TEST_CASE("components agree with a search by repeated spreading of labels") {
-    const lattice grid{6, 5, 4};
-    limax::component_search search;
-    for (uint32_t seed = 0; seed < 200; ++seed) {
-        std::vector<uint8_t> voxels(120);
-        const limax::random_key key{seed, 1, 6, 0, 0};
-        for (uint32_t v = 0; v < 120; ++v)
-            voxels[v] = limax::random_uniform(key, v) < 0.35 ? 1 + v % 4 : 0;
-        // every voxel takes the lowest label among its neighbours until nothing changes
-        std::vector<int> label(120);
-        for (int v = 0; v < 120; ++v) label[std::size_t(v)] = v;
-        for (bool changed = true; changed;) {
-            changed = false;
-            for (int a = 0; a < 120; ++a)
-                for (int b = 0; b < 120; ++b) {
-                    const int far = std::abs(a % 6 - b % 6) + std::abs(a / 6 % 5 - b / 6 % 5) +
-                                    std::abs(a / 30 - b / 30);
-                    if (far != 1 || !voxels[std::size_t(a)] || !voxels[std::size_t(b)]) continue;
-                    if (label[std::size_t(b)] < label[std::size_t(a)]) {
-                        label[std::size_t(a)] = label[std::size_t(b)];
-                        changed = true;
-                    }
-                }
-        }
-        std::vector<int> size(120, 0);
-        for (std::size_t v = 0; v < 120; ++v) size[std::size_t(label[v])] += voxels[v] != 0;
-        const int best = int(std::max_element(size.begin(), size.end()) - size.begin());
-        std::vector<uint8_t> expected = voxels;
-        for (std::size_t v = 0; v < 120; ++v)
-            if (label[v] != best) expected[v] = 0;
-        limax::keep_largest_component(grid, voxels.data(), search);
-        REQUIRE(voxels == expected);
-    }
 }
 
 TEST_CASE("a component can be of any size: the search is not recursive") {

@@ -107,10 +107,7 @@ double bound_of(const stage& scene, limax_integrator integrator) {
 // Throws every mass of a body at random: up to `deform` metres and `speed` metres per second.
 void throw_about(simulation& run, int robot, uint32_t seed, double deform, double speed) {
     snapshot start = state_of(run, robot);
-    uint32_t state = seed * 747796405u + 2891336453u;
-    const auto draw = [&] {
-        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 24) * 2 - 1;
-    };
+    draws draw{seed * 747796405u + 2891336453u};
     for (double& x : start.positions) x += deform * draw();
     for (double& v : start.velocities) v += speed * draw();
     run.place(robot, start.positions.data(), start.velocities.data());

@@ -77,10 +77,7 @@ std::vector<double> impulses_of_faces(const stage& body, const std::vector<doubl
 }  // namespace
 
 TEST_CASE("a face takes at most half of the momentum along its normal, at up to 1e4 m/s") {
-    uint32_t state = 7;
-    const auto draw = [&] {
-        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
-    };
+    draws draw{7};
     using effects::drag;
     const double values[5] = {1000, 1, 0, 0, 0}, origin[3] = {0, 0, 0};
     const auto params = drag::make<double>(values, origin);
@@ -148,10 +145,7 @@ TEST_CASE("every corner takes a quarter of each exposed face's drag, also in hol
         bare.setup.options = body.setup.options;
 
         const spring_body masses = body.body();
-        uint32_t state = seed;
-        const auto draw = [&] {
-            return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
-        };
+        draws draw{seed};
         std::vector<double> x, v, all_x(std::size_t(3 * masses.count)), all_v(all_x.size());
         for (int32_t i = 0; i < masses.masses; ++i) {
             const int32_t site = masses.sites[i];

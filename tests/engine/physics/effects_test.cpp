@@ -6,20 +6,14 @@
 
 #include "failure.h"
 #include "physics/scene.h"
+#include "stage.h"
 
 using namespace limax;
 using namespace limax::effects;
+using limax::test::draws;
 using limax::test::failure;
 
 namespace {
-
-// Numbers of both signs between -1 and 1, the same at every run.
-struct draws {
-    uint32_t state = 12345;
-    double operator()() {
-        return double((state = state * 1664525u + 1013904223u) >> 8) / double(1 << 23) - 1;
-    }
-};
 
 // The components of all fields of an effect, at their defaults.
 template <class E>
@@ -63,7 +57,7 @@ TEST_CASE_TEMPLATE(
     "friction never reverses or increases slip, never changes the velocity along the normal, and "
     "has no effect without contact",
     R, float, double) {
-    draws draw;
+    draws draw{12345};
     const double origin[3] = {0, 0, 0};
     const auto params = friction::make<R>(default_values<friction>().data(), origin);
     const R inverse_mass = 10, h = R(1e-4);
@@ -164,7 +158,7 @@ TEST_CASE_TEMPLATE("a slip that reverses stops where static friction can hold it
 }
 
 TEST_CASE("the force of an effect on a mass at rest is the gradient of its energy") {
-    draws draw;
+    draws draw{12345};
     const double origin[3] = {0, 0, 0};
     int effects = 0;
     for_each([&]<class E>(E) {
@@ -203,7 +197,7 @@ TEST_CASE("the force of an effect on a mass at rest is the gradient of its energ
 
 TEST_CASE_TEMPLATE("wind brings a mass closer to the air's velocity and never past it, at any step",
                    R, float, double) {
-    draws draw;
+    draws draw{12345};
     const double origin[3] = {0, 0, 0};
     bool past = false, away = false, idle = false;
     for (int i = 0; i < 20000; ++i) {

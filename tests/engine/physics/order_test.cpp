@@ -26,12 +26,7 @@ stage free_body(bool actuated) {
 // Where the masses are, and how fast, at the end of a run from a bent and turning start.
 snapshot end_of(const stage& body) {
     auto run = body.open();
-    snapshot start = state_of(*run);
-    for (std::size_t i = 0; i < start.positions.size(); ++i) {
-        start.positions[i] += 4e-3 * std::sin(7.0 * double(i + 1));
-        start.velocities[i] += 0.2 * std::cos(5.0 * double(i));
-    }
-    run->place(0, start.positions.data(), start.velocities.data());
+    bend(*run, 4e-3, 0.2);
     stage::finish(*run);
     REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
     return state_of(*run);
@@ -116,12 +111,7 @@ TEST_CASE("XPBD conserves the momenta of a free body at any step and loses energ
         body.setup.options.duration = 0.5;
         body.setup.options.record[LIMAX_TRACE_ENERGY] = 20;
         auto run = body.open();
-        snapshot start = state_of(*run);
-        for (std::size_t i = 0; i < start.positions.size(); ++i) {
-            start.positions[i] += 4e-3 * std::sin(7.0 * double(i + 1));
-            start.velocities[i] += 0.5 * std::cos(5.0 * double(i));
-        }
-        run->place(0, start.positions.data(), start.velocities.data());
+        const snapshot start = bend(*run, 4e-3, 0.5);
         stage::finish(*run);
         REQUIRE(run->outcomes()[0].status == LIMAX_ROBOT_DONE);
         const auto before = momenta_of(start, body.body()),

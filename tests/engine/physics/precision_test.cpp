@@ -23,12 +23,7 @@ TEST_CASE("compensated and mixed precision stay close to double where single dri
             body.setup.options.precision = precision;
             body.setup.options.time_step = time_step;
             auto run = body.open();
-            snapshot start = state_of(*run);
-            for (std::size_t i = 0; i < start.positions.size(); ++i) {
-                start.positions[i] += 0.01 * std::sin(7.0 * double(i + 1));
-                start.velocities[i] += 0.5 * std::cos(5.0 * double(i));
-            }
-            run->place(0, start.positions.data(), start.velocities.data());
+            bend(*run, 0.01, 0.5);
             stage::finish(*run);
             end[precision] = state_of(*run);
         }
