@@ -1,8 +1,8 @@
 // compile.cpp: reads the text of a scripted effect, by recursive descent, into a program. Nothing
 // of the text reaches a compiler, a shell or a file.
-#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/error.h"
 #include "physics/scripted/program.h"
@@ -32,7 +32,6 @@ constexpr function functions[] = {
     {"abs", operation::absolute, 1}, {"min", operation::smaller, 2},
     {"max", operation::larger, 2},
 };
-constexpr const char* words_of_vectors[] = {"vec", "dot", "cross", "length"};
 
 class reader : private token_reader {
 public:
@@ -41,6 +40,11 @@ public:
     program read();
 
 private:
+    void require_register() const {
+        if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
+            refuse_read(
+                format("this law takes more than %d numbers and operations", most_registers));
+    }
     int16_t constant(double number);
     int16_t emit(operation what, int16_t a, int16_t b = 0, int16_t c = 0);
     value number(operation what, value a, value b = {}, value c = {}) {
@@ -71,6 +75,7 @@ private:
     value product();
     value signed_value();
     value component_of(value v);
+    int16_t& component_here(value& v);
     value primary();
     value call(const std::string& name);
     value dot(value a, value b);
@@ -80,21 +85,19 @@ private:
     // numbered as by constant()
     std::vector<instruction> steps_;
     std::map<std::string, value> names_;
-    std::map<std::string, bool> fixed_;  // names that no statement may change
-    std::map<std::string, bool> own_words_;
+    std::set<std::string> fixed_;  // names that no statement may change
+    std::set<std::string> own_words_;
 };
 
 // While reading, constants are numbered below 0 and results from `inputs` on.
 int16_t reader::constant(double number) {
-    if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
-        refuse_read(format("this law takes more than %d numbers and operations", most_registers));
+    require_register();
     program_.constants.push_back(number);
     return int16_t(-int(program_.constants.size()));
 }
 
 int16_t reader::emit(operation what, int16_t a, int16_t b, int16_t c) {
-    if (program_.constants.size() + steps_.size() >= std::size_t(most_registers))
-        refuse_read(format("this law takes more than %d numbers and operations", most_registers));
+    require_register();
     steps_.push_back({what, a, b, c});
     return int16_t(inputs + int(steps_.size()) - 1);
 }
@@ -102,46 +105,36 @@ int16_t reader::emit(operation what, int16_t a, int16_t b, int16_t c) {
 reader::reader(const std::string& place, const std::string& text,
                const std::vector<parameter>& parameters)
     : token_reader(place, text) {
-    const auto input_at = [](int first, bool vector) {
-        return vector ? value{true, int16_t(first), int16_t(first + 1), int16_t(first + 2)}
-                      : value{false, int16_t(first), 0, 0};
-    };
-    names_ = {{"x", input_at(input_position, true)},
-              {"v", input_at(input_velocity, true)},
-              {"m", input_at(input_mass, false)},
-              {"t", input_at(input_time, false)}};
-    for (const auto& [name, _] : names_) fixed_[name] = true;
-    own_words_ = {{"real", true}, {"f", true}};
-    for (const function& candidate : functions) own_words_[candidate.name] = true;
-    for (const char* word : words_of_vectors) own_words_[word] = true;
+    names_ = {{"x", {true, input_position, input_position + 1, input_position + 2}},
+              {"v", {true, input_velocity, input_velocity + 1, input_velocity + 2}},
+              {"m", {false, input_mass}},
+              {"t", {false, input_time}}};
+    own_words_ = {"real", "f", "vec", "dot", "cross", "length"};
+    for (const function& each : functions) own_words_.insert(each.name);
     const int16_t zero = constant(0);
-    names_["f"] = {true, zero, zero, zero};
+    const auto refuse_input = [&](const std::string& problem) {
+        fail(LIMAX_INVALID_ARGUMENT, place + ": " + problem);
+    };
     for (const parameter& input : parameters) {
+        const char* const name = input.name.c_str();
         if (!is_name(input.name))
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("%s: a parameter's name is letters, digits and _, not '%.60s'",
-                        place.c_str(), input.name.c_str()));
+            refuse_input(format("a parameter's name is letters, digits and _, not '%.60s'", name));
         if (names_.count(input.name) || own_words_.count(input.name))
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("%s: no parameter can be called '%s': the name is taken", place.c_str(),
-                        input.name.c_str()));
+            refuse_input(format("no parameter can be called '%s': the name is taken", name));
         if (input.components != 1 && input.components != 3)
-            fail(LIMAX_INVALID_ARGUMENT,
-                 format("%s: parameter '%s' has %d components; it must be 1 or 3", place.c_str(),
-                        input.name.c_str(), input.components));
-        for (int c = 0; c < input.components; ++c)
+            refuse_input(format("parameter '%s' has %d components; it must be 1 or 3", name,
+                                input.components));
+        value held{input.components == 3};
+        int16_t* const components[3] = {&held.x, &held.y, &held.z};
+        for (int c = 0; c < input.components; ++c) {
             if (!std::isfinite(input.value[c]))
-                fail(LIMAX_INVALID_ARGUMENT,
-                     format("%s: parameter '%s' is not finite", place.c_str(), input.name.c_str()));
-        const bool vector = input.components == 3;
-        value held{vector, constant(input.value[0]), 0, 0};
-        if (vector) {
-            held.y = constant(input.value[1]);
-            held.z = constant(input.value[2]);
+                refuse_input(format("parameter '%s' is not finite", name));
+            *components[c] = constant(input.value[c]);
         }
         names_[input.name] = held;
-        fixed_[input.name] = true;
     }
+    for (const auto& [name, _] : names_) fixed_.insert(name);
+    names_["f"] = {true, zero, zero, zero};
     advance();
 }
 
@@ -189,14 +182,7 @@ void reader::statement() {
     }
     value& target = names_[name];
     int16_t* component = nullptr;
-    if (!makes && target.vector && take(".")) {
-        component = now_.text == "x"   ? &target.x
-                    : now_.text == "y" ? &target.y
-                    : now_.text == "z" ? &target.z
-                                       : nullptr;
-        if (!component) refuse(format("a vector has x, y and z, not %s", here().c_str()));
-        advance();
-    }
+    if (!makes && target.vector && take(".")) component = &component_here(target);
     const bool adds = !makes && at("+=");
     if (!adds && !at("="))
         refuse_read(format("expected '=' after '%s', got %s", name.c_str(), here().c_str()));
@@ -256,10 +242,9 @@ value reader::conjunction() {
 
 value reader::comparison() {
     const value left = sum();
-    if (now_.kind != token::sign) return left;
     const std::string sign = now_.text;
-    if (sign != "<" && sign != ">" && sign != "<=" && sign != ">=" && sign != "==" && sign != "!=")
-        return left;
+    static const std::set<std::string> comparisons = {"<", ">", "<=", ">=", "==", "!="};
+    if (!comparisons.count(sign)) return left;
     advance();
     const value right = need_number(sum(), sign);
     need_number(left, sign);
@@ -320,11 +305,17 @@ value reader::signed_value() {
 value reader::component_of(value v) {
     if (!take(".")) return v;
     if (!v.vector) refuse_read("a number has no components");
-    const std::string name = now_.text;
-    if (name != "x" && name != "y" && name != "z")
-        refuse(format("a vector has x, y and z, not %s", here().c_str()));
+    return {false, component_here(v), 0, 0};
+}
+
+int16_t& reader::component_here(value& v) {
+    int16_t* const component = now_.text == "x"   ? &v.x
+                               : now_.text == "y" ? &v.y
+                               : now_.text == "z" ? &v.z
+                                                  : nullptr;
+    if (!component) refuse(format("a vector has x, y and z, not %s", here().c_str()));
     advance();
-    return {false, name == "x" ? v.x : name == "y" ? v.y : v.z, 0, 0};
+    return *component;
 }
 
 value reader::primary() {
@@ -350,10 +341,9 @@ value reader::primary() {
         advance();
         return call(name);
     }
-    std::string there;
+    std::string there, callable;
     for (const auto& [word, _] : names_) there += (there.empty() ? "" : ", ") + word;
-    std::string callable;
-    for (const auto& [word, _] : own_words_)
+    for (const std::string& word : own_words_)
         if (word != "real" && word != "f") callable += (callable.empty() ? "" : ", ") + word;
     refuse(format("unknown name '%s'; there are %s, and the functions %s", name.c_str(),
                   there.c_str(), callable.c_str()));
@@ -399,12 +389,6 @@ value reader::dot(value a, value b) {
 }
 
 }  // namespace
-
-bool is_name(const std::string& text) {
-    return !text.empty() && starts_word(text[0]) &&
-           std::all_of(text.begin(), text.end(),
-                       [](char c) { return starts_word(c) || is_digit(c); });
-}
 
 program compile(const std::string& place, const std::string& text,
                 const std::vector<parameter>& parameters) {

@@ -2,9 +2,11 @@
 // language is refused.
 #include "physics/scripted/tokens.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "base/error.h"
+#include "physics/scripted/program.h"
 
 namespace limax::scripted {
 
@@ -17,6 +19,12 @@ constexpr std::size_t longest_text = 16384;  // bytes
 }
 
 }  // namespace
+
+bool is_name(const std::string& text) {
+    return !text.empty() && starts_word(text[0]) &&
+           std::all_of(text.begin(), text.end(),
+                       [](char c) { return starts_word(c) || is_digit(c); });
+}
 
 token_reader::token_reader(const std::string& place, const std::string& text)
     : place_(place), text_(text) {
