@@ -180,16 +180,16 @@ LIMAX_LAW vector velocity_at(const moment& at, const motion& of, const vector& a
     return plus(cross(to_world(at.turns, of.spin), arm), 1.0, of.velocity);
 }
 
-// Friction has settled where no impulse changes by more than this share of its push over the kick:
-// what is left lets a block creep by that share of g times the step, in m/s. A block on four
-// corners takes fewer sweeps than the most.
+// The sweeps over friction impulses end when none changes by more than this share of its normal
+// impulse. The remaining error lets a block creep at up to this share of g times the step, m/s. A
+// block on four corners needs fewer than `most_sweeps`.
 inline constexpr double settled = 1e-3;
 inline constexpr int most_sweeps = 32;
-// What touches rests if it slips by no more than this share of what its push over the kick could
-// stop, and at_rest of friction.h besides, which is for roundings. Sweeps leave each contact about
-// `settled` of that, and each of the others a part of theirs: ten times are above what a dozen
-// leave. They are also far below mu_k times it, so that such slow slip is stopped within the step
-// by kinetic friction as well: the share only decides whether the contact sticks afterwards.
+// A contact is at rest if it slips by no more than this share of the speed that its normal impulse
+// could stop, or by no more than at_rest of friction.h, which covers rounding. Sweeps leave each
+// contact a slip of about `settled` of that speed plus parts of the others': ten times `settled` is
+// more than a dozen contacts leave. It is far below mu_k times that speed, so kinetic friction also
+// stops so slow a slip within the step: the share only decides whether the contact then sticks.
 inline constexpr double rest_share = 10 * settled;
 
 // 1/kg of the block and what touches it together, along a slip of 1 m/s.
@@ -202,10 +202,10 @@ LIMAX_LAW vector slip_of(const touch& at, const vector& relative) {
     return plus(relative, -inner(at.normal, relative), at.normal);
 }
 
-// The most that friction may do to what touches over h, N s, from how that moved relative to the
-// block before this step's forces: static friction holds what was at rest, kinetic friction only
-// stops what slips, as in friction.h. What breaks away does so against static friction for a step,
-// since only sweeps can show whether contacts hold together what one of them does not.
+// The largest friction impulse of a contact over h, N s. It depends on the slip before the forces
+// of this step: static friction holds a contact at rest, kinetic friction only stops one that
+// slips, as in friction.h. Static friction also limits the step in which a contact breaks away,
+// because only the sweeps show whether several contacts together hold what one of them cannot.
 LIMAX_LAW double friction_limit(const friction_params& friction, const block_params& law,
                                 const moment& moment, const touch& at, const vector& before,
                                 double inverse_mass, double h) {

@@ -108,7 +108,7 @@ public:
             passes.press[contact.index](masses, contact.params, h);
             for (const active_effect& active : active_)
                 if (active.index == effects::index_of<effects::friction>)
-                    booked(masses, active.index, h, [&] {
+                    recorded(masses, active.index, h, [&] {
                         passes.pressed_slip[contact.index](masses, contact.params, active.params,
                                                            h);
                     });
@@ -142,7 +142,7 @@ public:
         return sum;
     }
 
-    // From now on the ledger hears of impulses; it must outlive this.
+    // Records impulses in this ledger from now on; it must outlive this.
     void set_ledger(work_ledger<S>& ledger) { ledger_ = &ledger; }
     // From now on a block takes part in every step; it must outlive this.
     void meet(rigid_block<S>& block) { block_ = &block; }
@@ -154,15 +154,15 @@ public:
         const mass_passes<S>& passes = mass_passes_of<S>(passes_);
         if (block_) {
             block_->kick(double(h));
-            booked(masses, effects::index_of<effects::friction>, h,
-                   [&] { block_->rub_masses(masses, double(h)); });
+            recorded(masses, effects::index_of<effects::friction>, h,
+                     [&] { block_->rub_masses(masses, double(h)); });
         }
         for (const active_effect& active : active_)
             if (active.index == effects::index_of<effects::friction>)
                 for (const active_effect& contact : active_)
                     if (const auto slip = passes.slip[contact.index])
-                        booked(masses, active.index, h,
-                               [&] { slip(masses, contact.params, active.params, h); });
+                        recorded(masses, active.index, h,
+                                 [&] { slip(masses, contact.params, active.params, h); });
         if (block_) block_->rub_contacts(double(h));
     }
 
@@ -177,10 +177,10 @@ public:
         if (ledger_) ledger_->forget_impulses();
         for (const active_effect& active : active_)
             if (const auto impulse = passes.impulse[active.index])
-                booked(masses, active.index, h, [&] { impulse(masses, active.params, h); });
+                recorded(masses, active.index, h, [&] { impulse(masses, active.params, h); });
         for (const active_effect& active : active_)
             if (const auto face = passes.face[active.index])
-                booked(masses, active.index, h, [&] { face(masses, active.params, h); });
+                recorded(masses, active.index, h, [&] { face(masses, active.params, h); });
     }
 
     // Whether the mass at a site lies below the surface of any contact.
@@ -227,9 +227,9 @@ private:
                 }
             });
     }
-    // Lets `push` change the velocities by an impulse over h, and the ledger hear of it.
+    // Lets `push` change the velocities by an impulse over h and records it in the ledger.
     template <class Push>
-    void booked(const mass_arrays<S>& masses, int effect, S h, const Push& push) {
+    void recorded(const mass_arrays<S>& masses, int effect, S h, const Push& push) {
         if (ledger_) ledger_->before_impulse(masses);
         push();
         if (ledger_) ledger_->after_impulse(masses, effect, double(h));

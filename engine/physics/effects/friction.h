@@ -1,12 +1,13 @@
-// friction.h: Coulomb friction as an impulse on each mass that touches, which can stop a slip and
-// never reverse it; at each contact in turn, whichever way its surface faces. SI units.
+// friction.h: Coulomb friction as an impulse on each mass in contact, which can stop a slip and
+// never reverses it. Contacts are processed one after the other, with any surface normal. SI units.
 //
-// Static friction holds a mass that rested before the step, or whose slip the forces of the step
-// turn round: it was at rest for a moment. One that slips on comes to rest where kinetic friction
-// stops it. If static friction caught that too, up to mu_s N h would act where mu_k N h is due, at
-// every stop, and the error of a walk would be ten times larger and fall more slowly with h. If it
-// did not hold what turns round, a force F between mu_k N and mu_s N would pull a slip back through
-// zero at (F - mu_k N) / (F + mu_k N) of all turns, however small h is.
+// Static friction holds a mass that was at rest before the step, and one whose slip the forces of
+// the step reverse, since it was at rest for a moment. Any other slipping mass is stopped by
+// kinetic friction only. If static friction stopped it too, every stop would apply up to mu_s N h
+// instead of mu_k N h, and the error of a walk would be ten times larger and converge more slowly
+// in h. If static friction did not hold masses that reverse, a force F between mu_k N and mu_s N
+// would pull the slip back through zero in a share (F - mu_k N) / (F + mu_k N) of all reversals,
+// for any h.
 #pragma once
 
 #include "physics/effects/contact.h"
@@ -37,8 +38,8 @@ struct friction {
     static constexpr double at_rest = 1e-6;
 
     // `before` and `velocity` are the mass's before and after all forces of this step of length h;
-    // `push` the contact's on it, N. Stopping the slip takes m |v_t|: at most mu_s N h of it is
-    // there for a mass that rested before or turns round, else mu_k N h, capped at what stops it.
+    // `push` is the normal force on it, N. Stopping the slip takes m |v_t|: up to mu_s N h is
+    // available for a mass that was at rest or reverses, else mu_k N h, capped at what stops it.
     template <class R, class Direction>
     LIMAX_LAW static vector<R> slip(const params<R>& p, const Direction& normal, R push,
                                     R inverse_mass, const vector<R>& before,
