@@ -17,6 +17,10 @@ namespace {
 
 std::atomic<bool> stop_flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+static_assert(int(trace_center) == int(LIMAX_TRACE_CENTER_OF_MASS) &&
+              int(trace_contact) == int(LIMAX_TRACE_CONTACT) &&
+              int(trace_energy) == int(LIMAX_TRACE_ENERGY) &&
+              int(trace_strain) == int(LIMAX_TRACE_STRAIN));
 
 void require_choice(const char* name, int value, int count) {
     if (value < 0 || value >= count)
@@ -95,6 +99,17 @@ void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& 
         outcome.status = LIMAX_ROBOT_INVALID;
         outcome.reason = body.status;
     }
+}
+
+void keep_summary(const trace_summary& summary, limax_outcome& outcome) {
+    outcome.path_length = summary.path_length;
+    outcome.height = summary.height;
+    outcome.contact = summary.contact;
+    outcome.kinetic = summary.kinetic;
+    outcome.elastic = summary.elastic;
+    outcome.muscle_work = summary.muscle_work;
+    outcome.strain = summary.strain;
+    outcome.strain_most = summary.strain_most;
 }
 
 void check_options(const limax_simulation_options& options, const scene& scene) {

@@ -15,6 +15,7 @@
 #include "genome/network.h"
 #include "limax.h"
 #include "physics/scene.h"
+#include "physics/summary.h"
 
 namespace limax {
 
@@ -52,6 +53,9 @@ void check_beyond_cpu(const limax_simulation_options& options);
 
 // Fills the outcome of robot `index` before it is prepared: skipped, invalid or running.
 void start_outcome(const simulation_setup& setup, int32_t index, limax_outcome& outcome);
+
+// Copies the summaries of traces to an outcome.
+void keep_summary(const trace_summary& summary, limax_outcome& outcome);
 
 class simulation {
 public:

@@ -1,5 +1,6 @@
 // choose.cpp: which passes this processor runs.
 #include <cstring>
+#include <span>
 #include <string>
 
 #include "backend/cpu/passes.h"
@@ -39,8 +40,8 @@ bool runs_v4() {
 }
 #endif
 
-const candidate* candidates(int& count) {
-    // best first
+// Best first.
+std::span<const candidate> candidates() {
     static const candidate list[] = {
 #if defined(__x86_64__)
         {&x86_64_v4::table, runs_v4()},
@@ -48,7 +49,6 @@ const candidate* candidates(int& count) {
 #endif
         {&baseline::table, true}
     };
-    count = sizeof list / sizeof *list;
     return list;
 }
 
@@ -57,22 +57,17 @@ const candidate* candidates(int& count) {
 const char* available_isas() {
     static const std::string names = [] {
         std::string text;
-        int count;
-        const candidate* list = candidates(count);
-        for (int i = 0; i < count; ++i)
-            if (list[i].runs) text += (text.empty() ? "" : ",") + std::string(list[i].table->isa);
+        for (const auto& [table, runs] : candidates())
+            if (runs) text += (text.empty() ? "" : ",") + std::string(table->isa);
         return text;
     }();
     return names.c_str();
 }
 
 const pass_table& choose_passes(const char* isa) {
-    int count;
-    const candidate* list = candidates(count);
     const bool any = !isa || !*isa;
-    for (int i = 0; i < count; ++i)
-        if (list[i].runs && (any || std::strcmp(isa, list[i].table->isa) == 0))
-            return *list[i].table;
+    for (const auto& [table, runs] : candidates())
+        if (runs && (any || std::strcmp(isa, table->isa) == 0)) return *table;
     fail(LIMAX_INVALID_ARGUMENT,
          format("isa is '%s'; this processor runs %s", isa, available_isas()));
 }

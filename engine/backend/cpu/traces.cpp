@@ -1,7 +1,7 @@
 // traces.cpp: sizes.
 #include "backend/cpu/traces.h"
 
-#include "backend/summary.h"
+#include "backend/backend.h"
 
 namespace limax::cpu {
 

@@ -10,7 +10,6 @@
 
 #include "backend/cuda/plan/kernel_sets.h"
 #include "backend/cuda/run/population.h"
-#include "backend/summary.h"
 
 namespace limax::cuda {
 
