@@ -210,6 +210,7 @@ suite:test("completions", function(t)
   t:equal(found "limax.scenes.slope { an", "anchors =  angle = ")
   t:equal(found "compare(walker, 'cpu', { prec", "precision = ")
   t:equal(found "limax.robot { fit", "")
+  t:equal(found "limax.start(walker, devi", "")
   -- words of a field, an argument or a trace
   t:equal(found 'limax.experiment { fitness = "wal', "walk")
   t:equal(found 'limax.experiment { supervisor = { "sched', "schedule")

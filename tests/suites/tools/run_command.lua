@@ -77,7 +77,7 @@ suite:test("the bar has the colours of the standard error", function(t)
     end)
     host.terminal = before
     t:ok(fine, message)
-    return text:find("\27[32m", 1, true) ~= nil
+    return text:find("\27[38;5;34m", 1, true) ~= nil
   end
   local facts = { stdout = false, stderr = true, color = false, color_stderr = true, columns = 120 }
   t:equal(drawn(facts), true)

@@ -3,6 +3,7 @@
 
 local duration = require "limax.base.duration"
 local host = require "limax.host"
+local terminal = require "limax.base.terminal"
 
 local progress = {}
 
@@ -12,6 +13,8 @@ Progress.__index = Progress
 
 -- Least time between two drawings of the bar, s.
 local between = 0.1
+-- colours of the 256
+local GREEN, YELLOW = 34, 136
 
 ---@class limax.progress.options
 ---@field total integer generations of all repetitions
@@ -23,30 +26,25 @@ local between = 0.1
 --- Progress over `total` generations.
 ---@return limax.progress
 function progress.new(options)
-  local terminal = host.terminal()
+  local facts = host.terminal()
   return setmetatable({ total = options.total, done = options.done or 0, fresh = 0,
     repetitions = options.repetitions, quiet = options.quiet,
-    bar = terminal.stderr and not options.quiet, color = terminal.color_stderr,
-    columns = math.max(40, terminal.columns or 80),
+    bar = facts.stderr and not options.quiet, style = { color = facts.color_stderr },
+    columns = math.max(40, facts.columns or 80),
     write = options.write or function(text) io.stderr:write(text) end,
     began = host.clock(), drawn = -1 }, Progress)
 end
 
-function Progress:paint(code, text)
-  if not self.color then return text end
-  return ("\27[%sm%s\27[0m"):format(code, text)
-end
-
--- Removes the bar from its line.
-function Progress:clear()
-  if self.bar and self.shown then self.write "\r\27[K" end
+--- Removes the bar from its line.
+function Progress:finish()
+  if self.shown then self.write "\r\27[K" end
   self.shown = false
 end
 
 --- A line that stays, quiet or not: a warning, or what failed.
 function Progress:say(text)
-  self:clear()
-  self.write(self:paint("33", "! ") .. text .. "\n")
+  self:finish()
+  self.write(terminal.paint("! ", YELLOW, self.style) .. text .. "\n")
 end
 
 -- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where steps were too long.
@@ -74,7 +72,7 @@ function Progress:draw(state)
   local share = state and state.steps_total > 0 and state.steps / state.steps_total or 0
   local width = math.max(8, math.min(24, self.columns - 100))
   local full = math.floor(width * (self.done + share) / self.total + 0.5)
-  local bar = self:paint("32", ("#"):rep(full)) .. ("-"):rep(width - full)
+  local bar = terminal.paint(("#"):rep(full), GREEN, self.style) .. ("-"):rep(width - full)
   local where = ("generation %d/%d"):format(math.min(self.done + 1, self.total), self.total)
   -- a narrow terminal cuts off the end
   local text = where .. self:time_left(share) .. (self.last and "  " .. numbers(self.last) or "")
@@ -106,8 +104,5 @@ function Progress:generation(entry, seconds)
       numbers(entry), spent, rate_text(self.spring_rate), self:time_left(0)))
   end
 end
-
---- Removes the bar.
-function Progress:finish() self:clear() end
 
 return progress

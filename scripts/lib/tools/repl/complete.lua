@@ -65,7 +65,7 @@ local function members(path, separator)
   return list
 end
 
--- ---- inside a table -----------------------------------------------------------------------------
+-- ---- inside a call ------------------------------------------------------------------------------
 
 local closing = { [")"] = true, ["}"] = true, ["]"] = true }
 local opening = { ["("] = true, ["{"] = true, ["["] = true }
@@ -88,38 +88,49 @@ end
 local function open_brackets(list)
   local open = {}
   for i, token in ipairs(list) do
+    local inner = open[#open]
     if opening[token.text] and token.kind == "symbol" then
       open[#open + 1] = { at = i, text = token.text, commas = 0, taken = {} }
     elseif closing[token.text] and token.kind == "symbol" then
       open[#open] = nil
-    elseif open[#open] then
-      local inner = open[#open]
+    elseif inner then
       if token.text == "," then inner.commas = inner.commas + 1 end
-      if token.kind == "name" and list[i + 1] and list[i + 1].text == "=" then
-        inner.taken[token.text] = true
-      end
+      local assigned = token.kind == "name" and list[i + 1] and list[i + 1].text == "="
+      if assigned then inner.taken[token.text] = true end
     end
   end
   return open
 end
 
--- The place of the cursor: the function whose table is open, the number of that argument, the keys
--- of the nested tables, and the names that are assigned in the innermost one.
+-- The place after the last token: the path of the function that is called, the number of the
+-- argument, the keys of the tables in it, whether it is in a table, and the names that are assigned
+-- there.
 local function place_of(list)
-  local open = open_brackets(list)
-  local keys, level = {}, #open
-  while level > 0 and open[level].text == "{" do
-    local inner, outer = open[level], open[level - 1]
-    local before = list[inner.at - 1] and list[inner.at - 1].text
-    if before ~= "=" then
-      local in_call = outer and outer.text == "(" and (before == "(" or before == ",")
-      local call = in_call and outer or inner
-      return { path = path_ending(list, call.at - 1), argument = in_call and outer.commas + 1 or 1,
-        keys = keys, taken = open[#open].taken }
-    end
-    table.insert(keys, 1, list[inner.at - 2] and list[inner.at - 2].text or "")
-    level = level - 1
+  local last, open = list[#list], open_brackets(list)
+  local level, keys = #open, {}
+  local inner = open[level] or { taken = {} }
+  local place = { argument = 1, keys = keys, taken = inner.taken, in_table = inner.text == "{" }
+  if last and last.kind == "name" then
+    place.path = path_ending(list, #list)
+    return place
   end
+  if last and last.text == "=" then keys[1] = list[#list - 1] and list[#list - 1].text end
+  local called -- the token of the bracket or table that begins the arguments
+  while open[level] and open[level].text == "{" do
+    called = open[level].at
+    local before = list[called - 1] and list[called - 1].text
+    level = level - 1
+    if before ~= "=" then break end
+    table.insert(keys, 1, list[called - 2] and list[called - 2].text or "")
+    called = nil
+  end
+  local before = called and list[called - 1] and list[called - 1].text
+  local outer = open[level]
+  if outer and outer.text == "(" and (not called or before == "(" or before == ",") then
+    called, place.argument = outer.at, outer.commas + 1
+  end
+  place.path = called and path_ending(list, called - 1) or ""
+  return place
 end
 
 -- The public function of a typed path: a method of the object, or a function of that name.
@@ -134,18 +145,18 @@ local function function_of(path)
   end
 end
 
--- The options of the table at the cursor; nil if its function is not known.
-local function options_at(list)
-  local place = place_of(list)
-  local entry = place and place.path ~= "" and function_of(place.path)
-  if not entry then return nil end
-  local options = api.options(entry, entry.doc.arguments[place.argument])
+-- The parameter or the field of a table at a place, with its type and fields, and the function.
+local function value_at(place)
+  local entry = place.path ~= "" and function_of(place.path)
+  local name = entry and entry.doc.arguments[place.argument]
+  if not name then return nil end
+  local param = entry.doc.param[name]
+  local value = { type = param and param.type, fields = api.options(entry, name) }
   for _, key in ipairs(place.keys) do
-    local option = api.named(options, key)
-    if not (option and option.fields) then return nil end
-    options = option.fields
+    value = value.fields and api.named(value.fields, key)
+    if not value then return nil end
   end
-  return options, place.taken
+  return value, entry
 end
 
 -- ---- inside a string ----------------------------------------------------------------------------
@@ -164,43 +175,18 @@ local function files_at(typed)
   return list
 end
 
--- The words of a type such as `"cpu"|"cuda"`.
-local function words_of(type_text)
+-- The words of a type such as `"cpu"|"cuda"`; of a robot's trace the recorded ones.
+local function words_at(place)
+  local value, entry = value_at(place)
   local words = {}
-  for word in (type_text or ""):gmatch '"([^"]*)"' do words[#words + 1] = word end
-  return words
-end
-
--- The words of an option, after `key = "` or `key = { "`.
-local function choices_at(list)
-  local at = #list - 1
-  if list[at] and list[at].text == "{" then at = at - 1 end
-  local key = list[at - 1]
-  if not (list[at] and list[at].text == "=" and key) then return {} end
-  local before = { unpack(list, 1, at - 2) }
-  local option = api.named(options_at(before) or {}, key.text)
-  return words_of(option and option.type)
-end
-
--- The words of the argument that an open string is; for a robot's trace those that were recorded.
-local function arguments_at(list)
-  local before, open = list[#list - 1], open_brackets(list)
-  local inner, path, argument = open[#open], nil, 1
-  if before and before.kind == "name" then
-    path = path_ending(list, #list - 1)
-  elseif inner and inner.text == "(" and (before.text == "(" or before.text == ",") then
-    path, argument = path_ending(list, inner.at - 1), inner.commas + 1
-  end
-  local entry = path and path ~= "" and function_of(path)
-  if not entry then return {} end
-  if entry.name == "robot:trace" then
-    local robot, recorded = value_of(path:match "^(.*)[.:]"), {}
+  if entry and entry.name == "robot:trace" then
+    local robot = value_of(place.path:match "^(.*)[.:]")
     local rates = kind.of(robot) == "limax.scored_robot" and robot.context.options.record or {}
-    for name, rate in pairs(rates) do recorded[#recorded + 1] = rate > 0 and name or nil end
-    return recorded
+    for name, rate in pairs(rates) do words[#words + 1] = rate > 0 and name or nil end
+  elseif value and value.type and not value.type:find("{", 1, true) then
+    for word in value.type:gmatch '"([^"]*)"' do words[#words + 1] = word end
   end
-  local param = entry.doc.param[entry.doc.arguments[argument]]
-  return param and not param.type:find("{", 1, true) and words_of(param.type) or {}
+  return words
 end
 
 -- ---- the edit -----------------------------------------------------------------------------------
@@ -213,8 +199,8 @@ local function candidates(text)
   if last and last.open then
     local typed = last.text:match "^[\"'](.*)$"
     if last.kind ~= "string" or not typed then return {}, "" end
-    local words = choices_at(list)
-    if #words == 0 then words = arguments_at(list) end
+    list[#list] = nil
+    local words = words_at(place_of(list))
     return #words > 0 and words or files_at(typed), typed
   end
   local path = text:match "[%a_][%w_%.:%[%]]*$" or ""
@@ -225,11 +211,11 @@ local function candidates(text)
   if path ~= "" then list[#list] = nil end
   local before = list[#list]
   if before and (before.text == "{" or before.text == ",") then
-    local options, taken = options_at(list)
-    local words = {}
-    for _, option in ipairs(options or {}) do
+    local place, words = place_of(list), {}
+    local value = place.in_table and value_at(place)
+    for _, option in ipairs(value and value.fields or {}) do
       local matches = option.name:sub(1, #path) == path
-      if matches and not taken[option.name] then words[#words + 1] = option.name .. " = " end
+      if matches and not place.taken[option.name] then words[#words + 1] = option.name .. " = " end
     end
     if #words > 0 then return words, path end
   end
