@@ -67,26 +67,26 @@ bool is_stream(const std::string& path) {
            path.rfind("/dev/fd/", 0) == 0 || path.rfind("/proc/", 0) == 0;
 }
 
-void write_stream(const std::string& path, std::span<const std::string_view> pieces) {
+void write_stream(const std::string& path, std::string_view text) {
     // a redirected file that is opened again would be written at another offset
     const bool standard = path == "/dev/stdout";
     const descriptor stream(standard ? dup(STDOUT_FILENO) : open_path(path, O_WRONLY | O_APPEND));
     if (!stream.fine()) fail("open", path);
     // output printed before comes first
     std::fflush(nullptr);
-    for (const std::string_view piece : pieces) write_all(stream, piece, path);
+    write_all(stream, text, path);
 }
 
 }  // namespace
 
-void write_atomic(const std::string& link, std::span<const std::string_view> pieces) {
-    if (is_stream(link)) return write_stream(link, pieces);
+void write_atomic(const std::string& link, std::string_view text) {
+    if (is_stream(link)) return write_stream(link, text);
     const std::string path = target_of(link);
     const std::string part = temporary_beside(path);
     const descriptor file(open_path(part, O_WRONLY | O_CREAT | O_TRUNC));
     if (!file.fine()) fail("create", path);
     try {
-        for (const std::string_view piece : pieces) write_all(file, piece, path);
+        write_all(file, text, path);
         if (persist([&] { return fsync(file.get()); }) != 0) fail("sync", path);
         if (rename(part.c_str(), path.c_str()) != 0) fail("create", path);
     } catch (const failure&) {

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -57,12 +56,22 @@ std::string folder_of(const std::string& path);
 // Makes changes of a file or folder survive a power cut.
 void sync_path(const std::string& path, int flags);
 
-// Writes the pieces one after the other, completely or not at all. A terminal or a pipe is written
-// to directly.
-void write_atomic(const std::string& path, std::span<const std::string_view> pieces);
+// Writes completely or not at all. A terminal or a pipe is written to directly.
+void write_atomic(const std::string& path, std::string_view text);
 
 // Appends whole lines with one write; `mode` is for a file that it creates. A part that a full disk
 // accepted is removed again.
-void append(const std::string& path, std::string_view text, mode_t mode = file_mode);
+void append(const std::string& path, std::string_view text, mode_t mode);
+inline void append_lines(const std::string& path, std::string_view text) {
+    append(path, text, file_mode);
+}
+
+// A string argument that ends in a line break.
+inline std::string_view lines_argument(lua_State* L, int index) {
+    const std::string_view text = text_argument(L, index);
+    luaL_argcheck(L, !text.empty() && text.back() == '\n', index,
+                  "only whole lines are appended: the text must end in a line break");
+    return text;
+}
 
 }  // namespace limax::host

@@ -41,16 +41,13 @@ int lua_read_private(lua_State* L) {
 }
 
 int lua_write_atomic(lua_State* L) {
-    const std::string_view text = text_argument(L, 2);
-    write_atomic(path_argument(L, 1), {&text, 1});
+    write_atomic(path_argument(L, 1), text_argument(L, 2));
     return push(L, true);
 }
 
 int lua_append(lua_State* L) {
-    const std::string_view text = text_argument(L, 2);
-    luaL_argcheck(L, !text.empty() && text.back() == '\n', 2,
-                  "only whole lines are appended: the text must end in a line break");
-    append(path_argument(L, 1), text, lua_toboolean(L, 3) != 0 ? private_mode : file_mode);
+    const mode_t mode = lua_toboolean(L, 3) != 0 ? private_mode : file_mode;
+    append(path_argument(L, 1), lines_argument(L, 2), mode);
     return push(L, true);
 }
 

@@ -215,30 +215,10 @@ std::size_t take_body(char* bytes, std::size_t size, std::size_t count, void* to
     return answer.over_size ? 0 : size * count;
 }
 
-std::size_t take_header(char* bytes, std::size_t size, std::size_t count, void* to) noexcept {
+std::size_t count_header(char*, std::size_t size, std::size_t count, void* to) noexcept {
     auto& answer = *static_cast<http_answer*>(to);
     answer.header_bytes += size * count;
-    if (answer.header_bytes > largest_headers) return 0;
-    try {
-        const std::string line(bytes, size * count);
-        const std::size_t colon = line.find(':');
-        if (line.compare(0, 5, "HTTP/") == 0) {
-            // headers of an interim answer (100, 103) do not count
-            answer.headers.clear();
-        } else if (colon != std::string::npos) {
-            std::string name = line.substr(0, colon);
-            for (char& letter : name)
-                if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter | 0x20);
-            const std::size_t from = line.find_first_not_of(" \t", colon + 1);
-            const std::size_t to_last = line.find_last_not_of(" \t\r\n");
-            const std::string value = from > to_last ? "" : line.substr(from, to_last - from + 1);
-            std::string& kept = answer.headers[name];
-            kept += (kept.empty() ? "" : ", ") + value;
-        }
-    } catch (const std::exception&) {
-        return 0;
-    }
-    return size * count;
+    return answer.header_bytes > largest_headers ? 0 : size * count;
 }
 
 int stop_if_interrupted(void*, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
@@ -257,24 +237,24 @@ void set_option(CURL* easy, CURLoption option, value to) {
 const char* kind_of(CURLcode code, const http_answer& answer, bool begun) {
     if (answer.over_size || code == CURLE_FILESIZE_EXCEEDED) return "size";
     if (answer.header_bytes > largest_headers) return "headers";
-    switch (code) {
-        case CURLE_COULDNT_RESOLVE_HOST:
-        case CURLE_COULDNT_RESOLVE_PROXY: return "resolve";
-        case CURLE_COULDNT_CONNECT: return "connect";
-        case CURLE_OPERATION_TIMEDOUT: return begun ? "timeout" : "connect_timeout";
-        case CURLE_PARTIAL_FILE: return "partial";
-        case CURLE_SEND_ERROR:
-        case CURLE_RECV_ERROR:
-        case CURLE_GOT_NOTHING:
-        case CURLE_HTTP2:
-        case CURLE_HTTP2_STREAM: return "reset";
-        case CURLE_SSL_CONNECT_ERROR: return "tls";
-        case CURLE_PEER_FAILED_VERIFICATION:
-        case CURLE_SSL_ISSUER_ERROR:
-        case CURLE_SSL_CACERT_BADFILE: return "certificate";
-        case CURLE_BAD_CONTENT_ENCODING: return "encoding";
-        default: return "protocol";
-    }
+    if (code == CURLE_OPERATION_TIMEDOUT) return begun ? "timeout" : "connect_timeout";
+    static const std::map<CURLcode, const char*> kinds = {
+        {CURLE_COULDNT_RESOLVE_HOST, "resolve"},
+        {CURLE_COULDNT_RESOLVE_PROXY, "resolve"},
+        {CURLE_COULDNT_CONNECT, "connect"},
+        {CURLE_PARTIAL_FILE, "partial"},
+        {CURLE_SEND_ERROR, "reset"},
+        {CURLE_RECV_ERROR, "reset"},
+        {CURLE_GOT_NOTHING, "reset"},
+        {CURLE_HTTP2, "reset"},
+        {CURLE_HTTP2_STREAM, "reset"},
+        {CURLE_SSL_CONNECT_ERROR, "tls"},
+        {CURLE_PEER_FAILED_VERIFICATION, "certificate"},
+        {CURLE_SSL_ISSUER_ERROR, "certificate"},
+        {CURLE_SSL_CACERT_BADFILE, "certificate"},
+        {CURLE_BAD_CONTENT_ENCODING, "encoding"}};
+    const auto found = kinds.find(code);
+    return found == kinds.end() ? "protocol" : found->second;
 }
 
 void describe_problem(http_answer& answer, CURLcode code, const http_request& request,
@@ -349,13 +329,21 @@ http_answer perform(const http_request& request, const url_parts& where) {
     set_option(easy, CURLOPT_HTTPHEADER, list);
     set_option(easy, CURLOPT_WRITEFUNCTION, take_body);
     set_option(easy, CURLOPT_WRITEDATA, &answer);
-    set_option(easy, CURLOPT_HEADERFUNCTION, take_header);
+    set_option(easy, CURLOPT_HEADERFUNCTION, count_header);
     set_option(easy, CURLOPT_HEADERDATA, &answer);
     set_option(easy, CURLOPT_NOPROGRESS, 0L);
     set_option(easy, CURLOPT_XFERINFOFUNCTION, stop_if_interrupted);
 
     const CURLcode result = curl_easy_perform(easy);
     curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &answer.status);
+    for (curl_header* header = nullptr;
+         (header = curl_easy_nextheader(easy, CURLH_HEADER, -1, header)) != nullptr;) {
+        std::string name = header->name;
+        for (char& letter : name)
+            if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter | 0x20);
+        std::string& kept = answer.headers[name];
+        kept += (kept.empty() ? "" : ", ") + std::string(header->value);
+    }
     if (result != CURLE_OK) {
         curl_off_t begun = 0;  // microseconds until the request could be sent; 0: never
         curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &begun);

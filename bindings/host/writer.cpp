@@ -1,9 +1,7 @@
 // writer.cpp: files written asynchronously: a thread carries out jobs in order and stops at the
 // first failure, so the jobs on disk are always the first ones. Numbers of jobs count from 1.
-// Nothing is copied: the writer's environment keeps the Lua values of a job alive until it is done.
 #include <signal.h>
 
-#include <array>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -11,7 +9,6 @@
 #include <mutex>
 #include <new>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include "durable.h"
@@ -27,7 +24,7 @@ constexpr int type_cdata = 10;
 
 struct job {
     std::string path;
-    std::array<std::string_view, 2> pieces;
+    std::string bytes;
     bool appends;
 };
 
@@ -46,14 +43,15 @@ public:
     writer(const writer&) = delete;
     writer& operator=(const writer&) = delete;
 
-    void add(job next) {
+    // Returns the job's number.
+    std::uint64_t add(job next) {
         if (!thread_.joinable()) start();
         {
             const std::lock_guard lock(mutex_);
             jobs_.push_back(std::move(next));
         }
-        ++added;
         wake_.notify_one();
+        return ++added_;
     }
 
     // Waits until so many jobs are on disk or one has failed; returns its message.
@@ -69,8 +67,8 @@ public:
         return done_;
     }
 
-    // Used by the thread that runs scripts: jobs so far, and those whose values were released.
-    std::uint64_t added = 0, released = 0;
+    // Jobs so far.
+    std::uint64_t added() const { return added_; }
 
 private:
     // The thread blocks all signals.
@@ -92,10 +90,7 @@ private:
             lock.unlock();
             std::string problem;
             try {
-                if (next.appends)
-                    append(next.path, next.pieces[0]);
-                else
-                    write_atomic(next.path, next.pieces);
+                (next.appends ? append_lines : write_atomic)(next.path, next.bytes);
             } catch (const std::exception& found) {
                 problem = found.what();
             }
@@ -111,7 +106,8 @@ private:
 
     mutable std::mutex mutex_;
     std::condition_variable wake_, did_;
-    std::deque<job> jobs_;  // the first one is in progress
+    std::deque<job> jobs_;     // the first one is in progress
+    std::uint64_t added_ = 0;  // used by the thread that runs scripts
     std::uint64_t done_ = 0;
     std::string problem_;  // of the first job that failed
     bool ends_ = false;
@@ -122,69 +118,35 @@ writer& writer_argument(lua_State* L) {
     return *static_cast<writer*>(luaL_checkudata(L, 1, writer_type));
 }
 
-// Adds a job and keeps its values, from stack index `first` on, alive until it is done. Pushes its
-// number.
-int add(lua_State* L, job next, int first) {
-    writer& target = writer_argument(L);
-    const int last = lua_gettop(L);
-    const std::uint64_t done = target.done();
-    lua_getfenv(L, 1);
-    for (; target.released < done; ++target.released) {
-        lua_pushnil(L);
-        lua_rawseti(L, -2, static_cast<int>(target.released + 1));
-    }
-    lua_createtable(L, last - first + 1, 0);
-    for (int index = first; index <= last; ++index) {
-        lua_pushvalue(L, index);
-        lua_rawseti(L, -2, index - first + 1);
-    }
-    // before the job is added: from then on the other thread reads them
-    lua_rawseti(L, -2, static_cast<int>(target.added + 1));
-    target.add(std::move(next));
-    return push(L, target.added);
-}
-
-// writer:write(path, text[, array, bytes]) -> number: as write_atomic, with an FFI array after the
-// text
 int lua_write(lua_State* L) {
-    writer_argument(L);
-    job next{path_argument(L, 2), {text_argument(L, 3), {}}, false};
+    writer& target = writer_argument(L);
+    job next{path_argument(L, 2), std::string(text_argument(L, 3)), false};
     if (!lua_isnoneornil(L, 4)) {
         luaL_argcheck(L, lua_type(L, 4) == type_cdata, 4, "expected an FFI array");
         const lua_Number bytes = luaL_checknumber(L, 5);
         luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 5,
                       "a size in bytes must not be negative");
-        next.pieces[1] = {static_cast<const char*>(lua_topointer(L, 4)),
-                          static_cast<std::size_t>(bytes)};
+        next.bytes.append(static_cast<const char*>(lua_topointer(L, 4)),
+                          static_cast<std::size_t>(bytes));
     }
-    lua_settop(L, 4);
-    return add(L, std::move(next), 3);
+    return push(L, target.add(std::move(next)));
 }
 
-// writer:append(path, text) -> number: whole lines, as append
 int lua_append(lua_State* L) {
-    writer_argument(L);
-    job next{path_argument(L, 2), {text_argument(L, 3), {}}, true};
-    const std::string_view text = next.pieces[0];
-    luaL_argcheck(L, !text.empty() && text.back() == '\n', 3,
-                  "only whole lines are appended: the text must end in a line break");
-    lua_settop(L, 3);
-    return add(L, std::move(next), 3);
+    return push(
+        L, writer_argument(L).add({path_argument(L, 2), std::string(lines_argument(L, 3)), true}));
 }
 
-// writer:wait([number]) -> true | nil, message: waits until jobs up to that number, or all, are on
-// disk
 int lua_wait(lua_State* L) {
     writer& target = writer_argument(L);
-    const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(target.added));
-    luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(target.added), 2,
+    const lua_Number number = luaL_optnumber(L, 2, static_cast<lua_Number>(target.added()));
+    luaL_argcheck(L, number >= 0 && number <= static_cast<lua_Number>(target.added()), 2,
                   "there is no such job");
     const std::string problem = target.wait(static_cast<std::uint64_t>(number));
     if (!problem.empty()) throw failure(problem);
     return push(L, true);
 }
 
-// writer:done() -> number of jobs that are on disk
 int lua_done(lua_State* L) { return push(L, writer_argument(L).done()); }
 
 int lua_collect(lua_State* L) {
@@ -192,11 +154,8 @@ int lua_collect(lua_State* L) {
     return 0;
 }
 
-// writer() -> writer
 int lua_writer(lua_State* L) {
     new (lua_newuserdata(L, sizeof(writer))) writer;
-    lua_newtable(L);
-    lua_setfenv(L, -2);
     luaL_getmetatable(L, writer_type);
     lua_setmetatable(L, -2);
     return 1;
