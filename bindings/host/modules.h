@@ -16,7 +16,6 @@ void open_line_editor(lua_State* L);
 // Tracebacks leave out files below `home` that only launch a script.
 void open_protect(lua_State* L, const std::string& home);
 void open_sandbox(lua_State* L);
-void open_sha256(lua_State* L);
 void open_time_limit(lua_State* L);
 void open_xml(lua_State* L);
 

@@ -162,4 +162,54 @@ function host.opens(library)
   return fine or nil, not fine and message or nil
 end
 
+-- ---- SHA-256 as FIPS 180-4 defines it; names follow that text -----------------------------------
+
+local band, bnot, bxor, ror, rshift, tobit =
+  bit.band, bit.bnot, bit.bxor, bit.ror, bit.rshift, bit.tobit
+
+-- The first 32 bits of the fractional parts of the square and cube roots of the first primes.
+local H0, K = {}, {}
+do
+  local function fraction(root) return tobit(math.floor(root % 1 * 2 ^ 32)) end
+  local n = 1
+  while #K < 64 do
+    local divisor = 2
+    n = n + 1
+    while n % divisor ~= 0 do divisor = divisor + 1 end
+    if divisor == n then
+      if #H0 < 8 then H0[#H0 + 1] = fraction(n ^ (1 / 2)) end
+      K[#K + 1] = fraction(n ^ (1 / 3))
+    end
+  end
+end
+
+function host.sha256(text)
+  -- a one bit, zeros, and the length in bits as two words, up to whole blocks of 16 words
+  local count = 16 * math.ceil((#text + 9) / 64)
+  local words, W = ffi.new("uint32_t[?]", count), ffi.new "int32_t[64]"
+  local H = ffi.new("int32_t[8]", H0)
+  ffi.copy(words, text .. "\128", #text + 1)
+  for i = 0, count - 1 do words[i] = bit.bswap(words[i]) end
+  words[count - 2], words[count - 1] = math.floor(#text / 2 ^ 29), 8 * #text % 2 ^ 32
+  for block = 0, count - 1, 16 do
+    for t = 0, 15 do W[t] = words[block + t] end
+    for t = 16, 63 do
+      local x, y = W[t - 15], W[t - 2]
+      W[t] = tobit(bxor(ror(x, 7), ror(x, 18), rshift(x, 3)) + W[t - 7]
+        + bxor(ror(y, 17), ror(y, 19), rshift(y, 10)) + W[t - 16])
+    end
+    local a, b, c, d, e, f, g, h = H[0], H[1], H[2], H[3], H[4], H[5], H[6], H[7]
+    for t = 0, 63 do
+      local T1 = tobit(h + bxor(ror(e, 6), ror(e, 11), ror(e, 25))
+        + bxor(band(e, f), band(bnot(e), g)) + K[t + 1] + W[t])
+      local T2 = bxor(ror(a, 2), ror(a, 13), ror(a, 22)) + bxor(band(a, b), band(a, c), band(b, c))
+      a, b, c, d, e, f, g, h = tobit(T1 + T2), a, b, c, tobit(d + T1), e, f, g
+    end
+    for i, change in ipairs { a, b, c, d, e, f, g, h } do H[i - 1] = tobit(H[i - 1] + change) end
+  end
+  local hex = {}
+  for i = 0, 7 do hex[i + 1] = bit.tohex(H[i]) end
+  return table.concat(hex)
+end
+
 return require("limax.main").main { ... }

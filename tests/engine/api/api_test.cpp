@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "abi.h"
 
@@ -48,28 +47,6 @@ TEST_CASE("scenes refuse unknown, repeated and missing effects by name") {
                   "it has stiffness");
     check_refused(limax_scene_set(land, "ground", "stiffness", &nan, 3), LIMAX_INVALID_ARGUMENT,
                   "components");
-}
-
-TEST_CASE("every effect describes itself and its fields") {
-    CHECK(limax_effect_count() > 6);
-    for (int32_t effect = 0; effect < limax_effect_count(); ++effect) {
-        limax_effect_info info;
-        REQUIRE(limax_effect_describe(effect, &info) == LIMAX_OK);
-        CHECK(std::strlen(info.summary) > 0);
-        for (int32_t field = 0; field < info.fields; ++field) {
-            limax_field_info about;
-            REQUIRE(limax_effect_field(effect, field, &about) == LIMAX_OK);
-            for (int32_t c = 0; c < about.components; ++c) {
-                CHECK(about.value[c] >= about.minimum);
-                CHECK(about.value[c] <= about.maximum);
-            }
-        }
-        limax_field_info none;
-        CHECK(limax_effect_field(effect, info.fields, &none) == LIMAX_INVALID_ARGUMENT);
-    }
-    limax_effect_info none;
-    CHECK(limax_effect_describe(-1, &none) == LIMAX_INVALID_ARGUMENT);
-    CHECK(limax_effect_describe(limax_effect_count(), &none) == LIMAX_INVALID_ARGUMENT);
 }
 
 TEST_CASE("options describe themselves, group by group") {
@@ -168,66 +145,4 @@ TEST_CASE("a request larger than the machine's memory is refused with the memory
     check_refused(stage.simulate(options, run), LIMAX_OUT_OF_MEMORY, "record");
     CHECK(none.it == nullptr);
     CHECK(run.it == nullptr);
-}
-
-TEST_CASE("null handles are refused, and freeing null does nothing") {
-    limax_progress progress;
-    CHECK(limax_simulation_advance(nullptr, 1, 0, &progress) == LIMAX_INVALID_ARGUMENT);
-    CHECK(limax_population_initialize(nullptr, 0, 1) == LIMAX_INVALID_ARGUMENT);
-    CHECK(limax_scene_add(nullptr, "ground") == LIMAX_INVALID_ARGUMENT);
-    CHECK(limax_materials_count(nullptr) == 0);
-    CHECK(limax_population_genomes(nullptr) == nullptr);
-    limax_device_free(nullptr);
-    limax_simulation_free(nullptr);
-    limax_population_free(nullptr);
-}
-
-TEST_CASE("a simulation outlives everything that it was made from") {
-    simulation run;
-    {
-        ready stage;
-        REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
-        REQUIRE(stage.simulate(stage.options(), run) == LIMAX_OK);
-    }
-    limax_progress progress{};
-    while (!progress.finished)
-        REQUIRE(limax_simulation_advance(run, 0.05, 0, &progress) == LIMAX_OK);
-    CHECK(limax_simulation_outcomes(run)[1].status == LIMAX_ROBOT_DONE);
-}
-
-TEST_CASE("a simulation describes the device and passes of its steps at any time") {
-    ready stage;
-    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
-    const auto device_says = nlohmann::json::parse(limax_device_describe(stage.cpu));
-    for (const int32_t precision : {LIMAX_SINGLE, LIMAX_COMPENSATED, LIMAX_MIXED, LIMAX_DOUBLE}) {
-        limax_simulation_options options = stage.options();
-        options.precision = precision;
-        simulation run;
-        REQUIRE(stage.simulate(options, run) == LIMAX_OK);
-        for (int64_t steps = 0; steps < 2; ++steps) {
-            const char* text = nullptr;
-            REQUIRE(limax_simulation_describe(run, &text) == LIMAX_OK);
-            const auto says = nlohmann::json::parse(text);
-            CHECK(says["device"] == "cpu");
-            CHECK(says["passes"] == device_says["isa"]);
-            limax_progress progress{};
-            REQUIRE(limax_simulation_advance(run, 1, 1, &progress) == LIMAX_OK);
-        }
-    }
-    const char* none = nullptr;
-    check_refused(limax_simulation_describe(nullptr, &none), LIMAX_INVALID_ARGUMENT, "simulation");
-}
-
-TEST_CASE("memory held by handles is counted and released") {
-    const uint64_t before = limax_bytes_held();
-    {
-        const limax_encoding_options options = small_encoding();
-        encoding code;
-        REQUIRE(limax_encoding_create(&options, &code.it) == LIMAX_OK);
-        population robots;
-        REQUIRE(limax_population_create(options.lattice, 100, code, &robots.it) == LIMAX_OK);
-        REQUIRE(limax_population_initialize(robots, 0, 100) == LIMAX_OK);
-        CHECK(limax_bytes_held() > before + 100 * sizeof(float) * limax_encoding_genes(code));
-    }
-    CHECK(limax_bytes_held() == before);
 }

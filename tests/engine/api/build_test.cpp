@@ -1,7 +1,5 @@
-// build_test.cpp: what only the compiler or the text of the sources can show: every marked loop is
-// vectorised, every law header is self-contained, limax.h is C, contraction is off, and includes
-// follow the order of the rooms. Laws are compiled with g++, clang++ and nvcc where these are
-// installed.
+// build_test.cpp: what only the compiler or the text of the sources can show. Laws are compiled
+// with g++, clang++ and nvcc where these are installed.
 #include <doctest/doctest.h>
 #include <unistd.h>
 

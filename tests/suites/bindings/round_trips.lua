@@ -92,9 +92,13 @@ trips:test("scenes", function(t)
   local seen = {}
   for _, effect in ipairs(engine.effects()) do
     seen[effect.name] = true
+    t:ok(effect.summary ~= "")
     for _, field in ipairs(effect.fields) do
       t:equal(#field.value, field.components)
       t:ok(field.unit ~= "" and field.minimum <= field.maximum)
+      for _, value in ipairs(field.value) do
+        t:ok(value >= field.minimum and value <= field.maximum, field.name)
+      end
     end
   end
   t:ok(seen.gravity and seen.ground and seen.friction and seen.damping and seen.actuation)
