@@ -47,6 +47,13 @@ CUresult refusal() { return current ? CUresult(fake.result) : CUDA_ERROR_INVALID
 #define BEGIN_IN_CONTEXT(function)         \
     const std::lock_guard one_call(mutex); \
     if (refuses(#function)) return refusal()
+// A function that needs a context, with what it does.
+#define CALL(function, parameters, ...) \
+    CUresult function parameters {      \
+        BEGIN_IN_CONTEXT(function);     \
+        __VA_ARGS__;                    \
+        return CUDA_SUCCESS;            \
+    }
 
 #pragma GCC visibility push(default)
 extern "C" {
@@ -129,12 +136,8 @@ CUresult cuCtxSetCurrent(CUcontext context) {
     return CUDA_SUCCESS;
 }
 
-CUresult cuMemGetInfo(std::size_t* free, std::size_t* total) {
-    BEGIN_IN_CONTEXT(cuMemGetInfo);
-    *free = fake.memory - fake.held;
-    *total = fake.memory;
-    return CUDA_SUCCESS;
-}
+CALL(cuMemGetInfo, (std::size_t * free, std::size_t* total), *free = fake.memory - fake.held;
+     *total = fake.memory)
 CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     BEGIN_IN_CONTEXT(cuMemAlloc);
     if (bytes > fake.memory - fake.held || fake.allocations_left == 0)
@@ -145,81 +148,29 @@ CUresult cuMemAlloc(CUdeviceptr* address, std::size_t bytes) {
     fake.held += bytes;
     return CUDA_SUCCESS;
 }
-CUresult cuMemFree(CUdeviceptr address) {
-    BEGIN_IN_CONTEXT(cuMemFree);
-    fake.held -= blocks.at(address);
-    blocks.erase(address);
-    std::free(bytes_at(address));
-    return CUDA_SUCCESS;
-}
-CUresult cuMemAllocHost(void** data, std::size_t bytes) {
-    BEGIN_IN_CONTEXT(cuMemAllocHost);
-    ++fake.host_blocks;
-    *data = std::calloc(bytes, 1);
-    return CUDA_SUCCESS;
-}
-CUresult cuMemFreeHost(void* data) {
-    BEGIN_IN_CONTEXT(cuMemFreeHost);
-    --fake.host_blocks;
-    std::free(data);
-    return CUDA_SUCCESS;
-}
-CUresult cuMemcpyHtoDAsync(CUdeviceptr to, const void* from, std::size_t bytes, CUstream) {
-    BEGIN_IN_CONTEXT(cuMemcpyHtoDAsync);
-    std::memcpy(bytes_at(to), from, bytes);
-    return CUDA_SUCCESS;
-}
-CUresult cuMemcpyDtoHAsync(void* to, CUdeviceptr from, std::size_t bytes, CUstream) {
-    BEGIN_IN_CONTEXT(cuMemcpyDtoHAsync);
-    std::memcpy(to, bytes_at(from), bytes);
-    return CUDA_SUCCESS;
-}
-CUresult cuMemcpyDtoDAsync(CUdeviceptr to, CUdeviceptr from, std::size_t bytes, CUstream) {
-    BEGIN_IN_CONTEXT(cuMemcpyDtoDAsync);
-    std::memcpy(bytes_at(to), bytes_at(from), bytes);
-    return CUDA_SUCCESS;
-}
-CUresult cuMemsetD8Async(CUdeviceptr to, unsigned char value, std::size_t bytes, CUstream) {
-    BEGIN_IN_CONTEXT(cuMemsetD8Async);
-    std::memset(bytes_at(to), value, bytes);
-    return CUDA_SUCCESS;
-}
+CALL(cuMemFree, (CUdeviceptr address), fake.held -= blocks.at(address); blocks.erase(address);
+     std::free(bytes_at(address)))
+CALL(cuMemAllocHost, (void** data, std::size_t bytes), ++fake.host_blocks;
+     *data = std::calloc(bytes, 1))
+CALL(cuMemFreeHost, (void* data), --fake.host_blocks; std::free(data))
+CALL(cuMemcpyHtoDAsync, (CUdeviceptr to, const void* from, std::size_t bytes, CUstream),
+     std::memcpy(bytes_at(to), from, bytes))
+CALL(cuMemcpyDtoHAsync, (void* to, CUdeviceptr from, std::size_t bytes, CUstream),
+     std::memcpy(to, bytes_at(from), bytes))
+CALL(cuMemcpyDtoDAsync, (CUdeviceptr to, CUdeviceptr from, std::size_t bytes, CUstream),
+     std::memcpy(bytes_at(to), bytes_at(from), bytes))
+CALL(cuMemsetD8Async, (CUdeviceptr to, unsigned char value, std::size_t bytes, CUstream),
+     std::memset(bytes_at(to), value, bytes))
 
-CUresult cuStreamCreate(CUstream* stream, unsigned) {
-    BEGIN_IN_CONTEXT(cuStreamCreate);
-    ++fake.streams;
-    *stream = reinterpret_cast<CUstream>(&something);
-    return CUDA_SUCCESS;
-}
-CUresult cuStreamDestroy(CUstream) {
-    BEGIN_IN_CONTEXT(cuStreamDestroy);
-    --fake.streams;
-    return CUDA_SUCCESS;
-}
-CUresult cuStreamSynchronize(CUstream) {
-    BEGIN_IN_CONTEXT(cuStreamSynchronize);
-    return CUDA_SUCCESS;
-}
-CUresult cuEventCreate(CUevent* event, unsigned) {
-    BEGIN_IN_CONTEXT(cuEventCreate);
-    ++fake.events;
-    *event = reinterpret_cast<CUevent>(&something);
-    return CUDA_SUCCESS;
-}
-CUresult cuEventDestroy(CUevent) {
-    BEGIN_IN_CONTEXT(cuEventDestroy);
-    --fake.events;
-    return CUDA_SUCCESS;
-}
-CUresult cuEventRecord(CUevent, CUstream) {
-    BEGIN_IN_CONTEXT(cuEventRecord);
-    return CUDA_SUCCESS;
-}
-CUresult cuEventElapsedTime(float* milliseconds, CUevent, CUevent) {
-    BEGIN_IN_CONTEXT(cuEventElapsedTime);
-    *milliseconds = 1500;
-    return CUDA_SUCCESS;
-}
+CALL(cuStreamCreate, (CUstream * stream, unsigned), ++fake.streams;
+     *stream = reinterpret_cast<CUstream>(&something))
+CALL(cuStreamDestroy, (CUstream), --fake.streams)
+CALL(cuStreamSynchronize, (CUstream), )
+CALL(cuEventCreate, (CUevent * event, unsigned), ++fake.events;
+     *event = reinterpret_cast<CUevent>(&something))
+CALL(cuEventDestroy, (CUevent), --fake.events)
+CALL(cuEventRecord, (CUevent, CUstream), )
+CALL(cuEventElapsedTime, (float* milliseconds, CUevent, CUevent), *milliseconds = 1500)
 
 CUresult cuModuleLoadDataEx(CUmodule* module, const void* image, unsigned count, CUjit_option*,
                             void** values) {
@@ -234,26 +185,16 @@ CUresult cuModuleLoadDataEx(CUmodule* module, const void* image, unsigned count,
     *module = reinterpret_cast<CUmodule>(&something);
     return CUDA_SUCCESS;
 }
-CUresult cuModuleUnload(CUmodule) {
-    BEGIN_IN_CONTEXT(cuModuleUnload);
-    --fake.modules;
-    return CUDA_SUCCESS;
-}
+CALL(cuModuleUnload, (CUmodule), --fake.modules)
 CUresult cuModuleGetFunction(CUfunction* function, CUmodule, const char* name) {
     BEGIN_IN_CONTEXT(cuModuleGetFunction);
     if (std::strcmp(name, "absent") == 0) return CUDA_ERROR_NOT_FOUND;
     *function = reinterpret_cast<CUfunction>(&something);
     return CUDA_SUCCESS;
 }
-CUresult cuFuncGetAttribute(int* value, CUfunction_attribute which, CUfunction) {
-    BEGIN_IN_CONTEXT(cuFuncGetAttribute);
-    *value = 100 + int(which);
-    return CUDA_SUCCESS;
-}
-CUresult cuFuncSetAttribute(CUfunction, CUfunction_attribute, int) {
-    BEGIN_IN_CONTEXT(cuFuncSetAttribute);
-    return CUDA_SUCCESS;
-}
+CALL(cuFuncGetAttribute, (int* value, CUfunction_attribute which, CUfunction),
+     *value = 100 + int(which))
+CALL(cuFuncSetAttribute, (CUfunction, CUfunction_attribute, int), )
 CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** arguments, void**) {
     BEGIN_IN_CONTEXT(cuLaunchKernelEx);
     ++fake.launches;
@@ -272,11 +213,8 @@ CUresult cuLaunchKernelEx(const CUlaunchConfig* config, CUfunction, void** argum
     std::memcpy(&fake.argument, arguments[0], sizeof fake.argument);
     return CUDA_SUCCESS;
 }
-CUresult cuOccupancyMaxActiveBlocksPerMultiprocessor(int* count, CUfunction, int, std::size_t) {
-    BEGIN_IN_CONTEXT(cuOccupancyMaxActiveBlocksPerMultiprocessor);
-    *count = 3;
-    return CUDA_SUCCESS;
-}
+CALL(cuOccupancyMaxActiveBlocksPerMultiprocessor, (int* count, CUfunction, int, std::size_t),
+     *count = 3)
 
 }  // extern "C"
 #pragma GCC visibility pop

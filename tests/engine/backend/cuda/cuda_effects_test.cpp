@@ -285,25 +285,4 @@ TEST_CASE("no effect leaves a trace in any precision and with any integrator" *
         }
 }
 
-TEST_CASE("single effects, all but one, and all pairs compile to shorter binaries" *
-          doctest::skip(skips_long_tests())) {
-    const compiler* nvrtc = found_compiler();
-    if (!nvrtc) return;
-    asking_machine machine;
-    std::map<unsigned, std::size_t> instructions;
-    for (const unsigned mask : scenes(2))
-        instructions[mask] = cuda::instruction_count(
-            compiled(*nvrtc, machine.step_of(setup_of(mask, LIMAX_SINGLE, LIMAX_LEAPFROG, cube)),
-                     "sm_90"),
-            "limax_advance");
-    for (const unsigned mask : scenes(2))
-        effects::for_each([&]<class E>(E) {
-            if (mask & bit<E> || !instructions.count(mask | bit<E>)) return;
-            CAPTURE(std::string(E::name));
-            CAPTURE(names_of(mask));
-            CHECK(instructions.at(mask) > 100);
-            CHECK(instructions.at(mask) < instructions.at(mask | bit<E>));
-        });
-}
-
 TEST_SUITE_END();

@@ -53,6 +53,7 @@ struct parity_case {
     std::vector<int32_t> hidden;
     int32_t count;
     bool require_muscle;
+    double sigma = 1;
     int32_t materials = 5;
 };
 
@@ -60,7 +61,7 @@ limax_encoding_options options_of(const parity_case& example) {
     limax_encoding_options options{};
     std::copy_n(example.lattice, 3, options.lattice);
     options.features = example.features;
-    options.sigma = 1;
+    options.sigma = example.sigma;
     options.hidden_count = int32_t(example.hidden.size());
     std::copy(example.hidden.begin(), example.hidden.end(), options.hidden);
     options.materials = example.materials;
@@ -181,6 +182,10 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         {"2x9x4, wider than a block's memory", {2, 9, 4}, 4, {200, 300}, 9, false},
         {"20x20x20", {20, 20, 20}, 4, {12}, 9, true},
         {"a long row", {1, 1, 700}, 6, {9, 8, 7}, 10, false},
+        // many high frequencies make bodies of many components
+        {"small components", {6, 6, 6}, 24, {}, 60, false, 20},
+        {"equal components", {9, 1, 1}, 12, {}, 200, false, 20},
+        {"components of a large body", {40, 30, 20}, 16, {}, 3, false, 20},
     };
     for (const parity_case& example : cases) {
         CAPTURE(example.name);
@@ -239,31 +244,6 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             limax_population_express(now->gpu.get(), materials.get(), 0, cpu.get(), 0, count));
         now->check_descriptions();
         now->check_bodies();
-    }
-}
-
-TEST_CASE("bodies of many components keep the same component as on the CPU") {
-    const handle<limax_device> gpu = found_gpu();
-    if (!gpu) return;
-    const auto cpu = made<limax_device>(limax_device_create, "cpu", 0, nullptr);
-    const handle<limax_materials> materials = paper_table();
-    // many high frequencies make bodies of many pieces
-    for (const parity_case& example : {parity_case{"small", {6, 6, 6}, 24, {}, 60, false, 5},
-                                       parity_case{"twins", {9, 1, 1}, 12, {}, 200, false, 5},
-                                       parity_case{"large", {40, 30, 20}, 16, {}, 3, false, 5}}) {
-        CAPTURE(example.name);
-        limax_encoding_options options = options_of(example);
-        options.sigma = 20;
-        const auto code = made<limax_encoding>(limax_encoding_create, &options);
-        const pair_of_populations robots(example, code.get());
-        for (limax_population* each : {robots.cpu.get(), robots.gpu.get()})
-            require_done(limax_population_initialize(each, 0, example.count));
-        require_done(limax_population_express(robots.cpu.get(), materials.get(), 0, cpu.get(), 0,
-                                              example.count));
-        require_done(limax_population_express(robots.gpu.get(), materials.get(), 0, gpu.get(), 0,
-                                              example.count));
-        robots.check_descriptions();
-        robots.check_bodies();
     }
 }
 

@@ -69,10 +69,13 @@ void check_spills(const compiler& nvrtc, const kernel_set& set, const std::strin
     CAPTURE(set.title());
     CHECK(spilled(nvrtc, set, architecture) <= most_spilled);
 }
-void check_spills(asking_machine& machine, const compiler& nvrtc, int precision, int integrator,
-                  const lattice& grid, const std::string& architecture) {
-    check_spills(nvrtc, machine.step_of(setup_of(walking_effects, precision, integrator, grid)),
-                 architecture);
+
+// The set of another file of kernels/ that serves the scene of `set`.
+kernel_set of_scene(const char* entry, const kernel_set& set) {
+    kernel_set serving{entry, {}};
+    for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
+        serving.defines[name] = set.defines.at(name);
+    return serving;
 }
 
 // ---- on a GPU ----
@@ -198,13 +201,8 @@ TEST_CASE("the kernels of the shipped experiments are built with limax") {
         if (one.grid.ny == 5) built(machine.step_of(setup, cuda::kernel_form::many));
     }
     // the kernels that prepare the robots of a scene, and those of populations
-    for (const kernel_set& set : cuda::ahead_of_time_sets()) {
-        if (!steps_robots(set)) continue;
-        kernel_set prepare{"prepare", {}};
-        for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
-            prepare.defines[name] = set.defines.at(name);
-        built(prepare);
-    }
+    for (const kernel_set& set : cuda::ahead_of_time_sets())
+        if (steps_robots(set)) built(of_scene("prepare", set));
     for (const char* entry : {"express", "describe", "breed", "diversity", "summarize"})
         built({entry, {}});
 }
@@ -265,11 +263,20 @@ TEST_CASE("a block does not change the path or the plan of a lattice") {
 TEST_CASE("the kernels of the common lattices spill little") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
-    // on the oldest GPU, whose blocks have the least memory, those of both paths
-    asking_machine oldest(75);
-    for (const int n : {5, 10})
-        check_spills(oldest, *nvrtc, LIMAX_COMPENSATED, LIMAX_LEAPFROG, {n, n, n},
-                     nvrtc->architecture_for(75));
+    const bool all = !skips_long_tests();
+    // the oldest GPU's blocks have the least memory; in 10x10x10 voxels robots are on the grid path
+    // where there are no clusters
+    for (const int capability : all ? std::vector<int>{75, 80, 90} : std::vector<int>{75}) {
+        asking_machine machine(capability);
+        for (const int n : {5, 10})
+            for (const int precision : every_precision)
+                for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG})
+                    if (all || (precision == LIMAX_COMPENSATED && integrator == LIMAX_LEAPFROG))
+                        check_spills(*nvrtc,
+                                     machine.step_of(setup_of(walking_effects, precision,
+                                                              integrator, {n, n, n})),
+                                     nvrtc->architecture_for(capability));
+    }
     for (const kernel_set& set : cuda::ahead_of_time_sets())
         if (steps_robots(set) && unsigned(number_in(set, "LIMAX_EFFECTS")) == walking_effects)
             check_spills(*nvrtc, set, "sm_90");
@@ -278,68 +285,35 @@ TEST_CASE("the kernels of the common lattices spill little") {
 TEST_CASE("all effects together, some several times, compile on both paths") {
     const compiler* nvrtc = found_compiler();
     if (!nvrtc) return;
-    asking_machine machine;
+    const auto compiles = [&](const kernel_set& set, const std::string& architecture) {
+        CAPTURE(set.title());
+        CAPTURE(architecture);
+        std::string log;
+        CHECK(!compiled(*nvrtc, set, architecture, {}, &log).empty());
+        CHECK(log == "");
+    };
     for (const int precision : every_precision)
-        for (const lattice& grid : {cube, lattice{60, 50, 50}}) {
-            simulation_setup setup = setup_of(every_effect, precision, LIMAX_LEAPFROG, grid);
-            for (const char* more : {"planes", "spheres", "boxes", "boxes"}) setup.scene.add(more);
-            const kernel_set set = machine.step_of(setup);
-            CAPTURE(set.title());
-            CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
-            CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
-                  cuda::instances_code(setup.scene));
-            std::string log;
-            CHECK(!compiled(*nvrtc, set, "compute_90", {}, &log).empty());
-            CHECK(log == "");
-            if (grid.nx != 5) continue;
-            for (const char* entry : {"prepare", "measure"}) {
-                kernel_set serving{entry, {}};
-                for (const char* name : {"LIMAX_EFFECTS", "LIMAX_PRECISION", "LIMAX_LEAPFROG"})
-                    serving.defines[name] = set.defines.at(name);
-                CHECK(!compiled(*nvrtc, serving, "compute_90", {}, &log).empty());
-                CHECK(log == "");
-            }
-        }
-}
-
-TEST_SUITE_BEGIN("full");
-
-TEST_CASE("the kernels of two lattices spill little on every architecture" *
-          doctest::skip(skips_long_tests())) {
-    const compiler* nvrtc = found_compiler();
-    if (!nvrtc) return;
-    for (const int capability : {75, 80, 90}) {
-        asking_machine machine(capability);
-        // in 10x10x10 voxels robots are on the grid path where there are no clusters
-        for (const int n : {5, 10})
-            for (const int precision : every_precision)
-                for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG})
-                    check_spills(machine, *nvrtc, precision, integrator, {n, n, n},
-                                 nvrtc->architecture_for(capability));
-    }
-}
-
-TEST_CASE("every effect at once compiles for every architecture, precision and integrator" *
-          doctest::skip(skips_long_tests())) {
-    const compiler* nvrtc = found_compiler();
-    if (!nvrtc) return;
-    for (const int capability : {75, 80, 90}) {
-        asking_machine machine(capability);
-        const std::string architecture = nvrtc->architecture_for(capability);
-        for (const int precision : every_precision)
+        for (const lattice& grid : {cube, lattice{60, 50, 50}})
             for (const int integrator : {LIMAX_SYMPLECTIC_EULER, LIMAX_LEAPFROG}) {
-                const kernel_set set =
-                    machine.step_of(setup_of(every_effect, precision, integrator, cube));
-                CAPTURE(architecture);
-                CAPTURE(set.title());
-                std::string log;
-                CHECK(!compiled(*nvrtc, set, architecture, {}, &log).empty());
-                CHECK(log == "");
+                if (skips_long_tests() && integrator != LIMAX_LEAPFROG) continue;
+                simulation_setup setup = setup_of(every_effect, precision, integrator, grid);
+                for (const char* more : {"planes", "spheres", "boxes", "boxes"})
+                    setup.scene.add(more);
+                asking_machine machine;
+                const kernel_set set = machine.step_of(setup);
+                CHECK(set.entry == (grid.nx == 5 ? "step" : "grid"));
+                CHECK(uint64_t(std::stoull(set.defines.at("LIMAX_INSTANCES"))) ==
+                      cuda::instances_code(setup.scene));
+                compiles(set, "compute_90");
+                if (grid.nx != 5) continue;
+                for (const char* entry : {"prepare", "measure"})
+                    compiles(of_scene(entry, set), "compute_90");
+                if (skips_long_tests()) continue;
+                for (const int capability : {75, 80, 90})
+                    compiles(asking_machine(capability).step_of(setup),
+                             nvrtc->architecture_for(capability));
             }
-    }
 }
-
-TEST_SUITE_END();
 
 TEST_CASE("an embedded kernel and the same one compiled here give the same bits") {
     if (!found_gpu() || !found_compiler()) return;

@@ -88,71 +88,75 @@ struct numbers {
     }
 };
 
-}  // namespace
+// Columns of masses along each axis, and the view of them that the passes take.
+struct mass_columns {
+    enum { position, velocity, next_velocity, predicted, force, columns };
 
-TEST_CASE("a kernel gives every mass the same velocity as the passes") {
-    const scene scene = every_scene();
-    CHECK(cuda::instances_code(scene) == uint64_t(LIMAX_INSTANCES));
-    const double origin[3] = {2, -4, 6}, world[3] = {0, 0, 0}, h = 1e-4;
-    constexpr int count = 64;
-
-    // states of a mass in use, but for the last, at places relative to the origin
-    numbers draw;
-    std::vector<double> columns[3][5];  // of each axis: x, u, the next u, p, force
-    for (int axis = 0; axis < 3; ++axis)
-        for (std::vector<double>& column : columns[axis])
-            for (int i = 0; i < count; ++i) column.push_back(draw());
-    std::vector<double> mass(count, 0.1), inverse_mass(count, 10.0);
-    mass.back() = inverse_mass.back() = 0;
-    cpu::mass_arrays<double> masses{};
-    masses.count = count;
-    for (int axis = 0; axis < 3; ++axis) {
-        for (double& x : columns[axis][0]) x -= origin[axis];
-        masses.position[axis] = columns[axis][0].data();
-        masses.velocity[axis] = columns[axis][1].data();
-        masses.next_velocity[axis] = columns[axis][2].data();
-        masses.predicted[axis] = columns[axis][3].data();
-        masses.force[axis] = columns[axis][4].data();
+    explicit mass_columns(std::size_t count) : mass(count), inverse_mass(count) {
+        view.count = int64_t(count);
+        for (int axis = 0; axis < 3; ++axis) {
+            for (std::vector<double>& column : of[axis]) column.resize(count);
+            view.position[axis] = of[axis][position].data();
+            view.velocity[axis] = of[axis][velocity].data();
+            view.next_velocity[axis] = of[axis][next_velocity].data();
+            view.predicted[axis] = of[axis][predicted].data();
+            view.force[axis] = of[axis][force].data();
+        }
+        view.mass = mass.data();
+        view.inverse_mass = inverse_mass.data();
     }
-    masses.mass = mass.data();
-    masses.inverse_mass = inverse_mass.data();
+    mass_columns(const mass_columns&) = delete;
+    effects::vector<double> at(int column, std::size_t i) const {
+        return {of[0][column][i], of[1][column][i], of[2][column][i]};
+    }
 
-    // the kernel's way, from the same numbers
+    std::vector<double> of[3][columns], mass, inverse_mass;
+    cpu::mass_arrays<double> view{};
+};
+
+void check_same(const effects::vector<double>& a, const effects::vector<double>& b) {
+    CHECK(bits_as<uint64_t>(a.x) == bits_as<uint64_t>(b.x));
+    CHECK(bits_as<uint64_t>(a.y) == bits_as<uint64_t>(b.y));
+    CHECK(bits_as<uint64_t>(a.z) == bits_as<uint64_t>(b.z));
+}
+
+constexpr double origin[3] = {2, -4, 6}, world[3] = {0, 0, 0};
+constexpr double script_time = 0.37;
+
+// The velocities that a kernel computes; `touching` gets the number of masses at a contact.
+std::vector<effects::vector<double>> velocities_of_kernel(const scene& scene,
+                                                          const mass_columns& masses, double h,
+                                                          int& touching) {
     const cuda::scene_values values = values_of(scene);
     cuda::mass_params<double> single{};
     effects::for_each([&]<class E>(E) {
-        constexpr int index = effects::index_of<E>;
         if constexpr (effects::acts_on_masses<E> && !effects::repeatable<E>)
-            single.of<E>() = E::template make<double>(values.of(index), world);
+            single.of<E>() = E::template make<double>(values.of(effects::index_of<E>), world);
     });
-    const std::vector<scripted::program> laws = scripted_laws();
-    int registers = 0;
-    std::vector<const scripted::program*> both;
-    for (const scripted::program& law : laws) both.push_back(&law);
-    CHECK(scripted::kernel_text(both, registers) == LIMAX_TEXT_OF(LIMAX_SCRIPTED));
-    CHECK(registers == LIMAX_SCRIPTED_REGISTERS);
-    const cuda::scripted_moment now{origin, 0.37};
     cuda::scene_params params(single);
     cuda::follow_origin(params, values, origin);
-    double expected[count][3];
-    int touching = 0;
-    for (int i = 0; i < count; ++i) {
+    std::vector<effects::vector<double>> result;
+    for (std::size_t i = 0; i < masses.mass.size(); ++i) {
         cuda::mass_state m{};
         for (int axis = 0; axis < 3; ++axis) {
-            m.position[axis] = columns[axis][0][i];
-            m.velocity[axis] = columns[axis][1][i];
-            m.predicted[axis] = columns[axis][3][i];
+            m.position[axis] = masses.of[axis][mass_columns::position][i];
+            m.velocity[axis] = masses.of[axis][mass_columns::velocity][i];
+            m.predicted[axis] = masses.of[axis][mass_columns::predicted][i];
         }
-        m.mass = mass[i];
-        m.inverse_mass = inverse_mass[i];
-        cuda::begin_mass(m, {columns[0][4][i], columns[1][4][i], columns[2][4][i]}, {}, params, now,
-                         h, expected[i]);
+        m.mass = masses.mass[i];
+        m.inverse_mass = masses.inverse_mass[i];
+        const auto f = masses.at(mass_columns::force, i);
+        double next[3];
+        cuda::begin_mass(m, {f.x, f.y, f.z}, {}, params, {origin, script_time}, h, next);
+        result.push_back({next[0], next[1], next[2]});
         touching += cuda::touches(m, params);
     }
-    CHECK(touching > count / 4);
-    CHECK(touching < count);
+    return result;
+}
 
-    // the passes' way
+// Leaves the velocities that the passes compute in masses.next_velocity.
+void run_passes(const scene& scene, const std::vector<scripted::program>& laws, int registers,
+                mass_columns& masses, double h) {
     const auto& passes = cpu::mass_passes_of<double>(cpu::choose_passes(""));
     const auto each = [&](const auto& visit) {
         effects::for_each([&]<class E>(E) {
@@ -166,123 +170,152 @@ TEST_CASE("a kernel gives every mass the same velocity as the passes") {
         });
     };
     each([&](int index, const void* own) {
-        if (passes.node[index]) passes.node[index](masses, own);
+        if (passes.node[index]) passes.node[index](masses.view, own);
     });
     std::vector<double> memory(std::size_t(registers) * cpu::scripted_block);
     for (const scripted::program& law : laws)
-        passes.scripted(masses, {law.instructions.data(),
-                                 law.constants.data(),
-                                 int(law.instructions.size()),
-                                 int(law.constants.size()),
-                                 {law.force[0], law.force[1], law.force[2]},
-                                 memory.data(),
-                                 now.time,
-                                 {origin[0], origin[1], origin[2]}});
-    passes.kick[0](masses, h);
+        passes.scripted(masses.view, {law.instructions.data(),
+                                      law.constants.data(),
+                                      int(law.instructions.size()),
+                                      int(law.constants.size()),
+                                      {law.force[0], law.force[1], law.force[2]},
+                                      memory.data(),
+                                      script_time,
+                                      {origin[0], origin[1], origin[2]}});
+    passes.kick[0](masses.view, h);
     each([&](int index, const void* own) {
-        if (passes.impulse[index]) passes.impulse[index](masses, own, h);
+        if (passes.impulse[index]) passes.impulse[index](masses.view, own, h);
     });
     const auto friction =
         effects::friction::make<double>(scene.values(effects::index_of<effects::friction>), origin);
     each([&](int index, const void* own) {
-        if (passes.slip[index]) passes.slip[index](masses, own, &friction, h);
+        if (passes.slip[index]) passes.slip[index](masses.view, own, &friction, h);
     });
-    for (int i = 0; i < count; ++i)
-        for (int axis = 0; axis < 3; ++axis) {
-            CAPTURE(i);
-            CHECK(bits_as<uint64_t>(columns[axis][2][i]) == bits_as<uint64_t>(expected[i][axis]));
+}
+
+// The block of a kernel, step by step.
+struct kernel_block {
+    kernel_block(const scene& scene, const double* start) : values(values_of(scene)), laws(values) {
+        record.block = solid::placed(laws.block, laws.inertia,
+                                     values.of(effects::index_of<effects::block>), start);
+        int contacts = 0;
+        for (std::size_t i = 0; i < effect_entries().size(); ++i)
+            if (effects::contact_bits >> i & 1u) contacts += scene.instances(int(i));
+        corners.resize(std::size_t(cuda::corners_of_solid(contacts)));
+    }
+    // Pushes the masses at `sites`, and is pushed by them; the drift is left to the caller.
+    void push(const mass_columns& masses, const std::vector<int32_t>& sites, double h) {
+        cuda::show_solid(record, laws);
+        touching.clear();
+        pushes.assign(masses.mass.size(), {});
+        for (const int32_t site : sites) {
+            cuda::solid_touch<double> found;
+            if (!solid::meet_mass<double>(
+                    laws.block, record.seen, site, masses.at(mass_columns::position, site),
+                    masses.at(mass_columns::predicted, site), masses.mass[site], found))
+                continue;
+            found.mass = masses.mass[site];
+            found.inverse_mass = masses.inverse_mass[site];
+            found.before = masses.at(mass_columns::velocity, site);
+            found.after = masses.at(mass_columns::next_velocity, site);
+            pushes[site] = solid::push_on_mass<double>(found);
+            touching.push_back(found);
         }
+        cuda::push_solid(record, values, origin, touching.data(), int(touching.size()),
+                         corners.data(), h);
+    }
+
+    cuda::scene_values values;
+    cuda::solid_laws laws;
+    cuda::solid_record record{};
+    std::vector<solid::touch> corners;
+    std::vector<cuda::solid_touch<double>> touching;
+    std::vector<effects::vector<double>> pushes;  // [site]
+};
+
+}  // namespace
+
+TEST_CASE("a kernel gives every mass the same velocity as the passes") {
+    const scene scene = every_scene();
+    CHECK(cuda::instances_code(scene) == uint64_t(LIMAX_INSTANCES));
+    const std::vector<scripted::program> laws = scripted_laws();
+    int registers = 0;
+    CHECK(scripted::kernel_text({&laws[0], &laws[1]}, registers) == LIMAX_TEXT_OF(LIMAX_SCRIPTED));
+    CHECK(registers == LIMAX_SCRIPTED_REGISTERS);
+
+    // states of a mass in use, but for the last, at places relative to the origin
+    constexpr int count = 64;
+    constexpr double h = 1e-4;
+    numbers draw;
+    mass_columns masses(count);
+    for (int axis = 0; axis < 3; ++axis) {
+        for (std::vector<double>& column : masses.of[axis])
+            for (double& value : column) value = draw();
+        for (double& x : masses.of[axis][mass_columns::position]) x -= origin[axis];
+    }
+    std::fill_n(masses.mass.begin(), count - 1, 0.1);
+    std::fill_n(masses.inverse_mass.begin(), count - 1, 10.0);
+
+    int touching = 0;
+    const auto expected = velocities_of_kernel(scene, masses, h, touching);
+    CHECK(touching > count / 4);
+    CHECK(touching < count);
+    run_passes(scene, laws, registers, masses, h);
+    for (std::size_t i = 0; i < count; ++i) {
+        CAPTURE(i);
+        check_same(masses.at(mass_columns::next_velocity, i), expected[i]);
+    }
 }
 
 TEST_CASE("a kernel moves the block as the CPU does") {
     scene scene = every_scene();
     // into the contacts, and turning
-    const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3};
+    const double place[3] = {-0.3, -0.2, -0.05}, spin[3] = {1, -2, 3}, h = 1e-3;
     scene.set("block", "position", place, 3);
     scene.set("block", "spin", spin, 3);
     const spring_body body = stage(lattice{2, 2, 2}).body();
-    const double origin[3] = {2, -4, 6}, still[3] = {0, 0, 0}, h = 1e-3;
     const double start[3] = {-origin[0], -origin[1], -origin[2]};
-    const auto count = std::size_t(body.count);
-    std::vector<double> columns[3][5];  // of each axis: x, u, the next u, p, force
-    cpu::mass_arrays<double> masses{};
-    masses.count = body.count;
-    for (int axis = 0; axis < 3; ++axis) {
-        for (std::vector<double>& column : columns[axis]) column.resize(count);
-        masses.position[axis] = columns[axis][0].data();
-        masses.velocity[axis] = columns[axis][1].data();
-        masses.next_velocity[axis] = columns[axis][2].data();
-        masses.predicted[axis] = columns[axis][3].data();
-        masses.force[axis] = columns[axis][4].data();
+    mass_columns masses(std::size_t(body.count));
+    for (std::size_t site = 0; site < masses.mass.size(); ++site) {
+        masses.mass[site] = body.mass[site];
+        masses.inverse_mass[site] = 1.0 / body.mass[site];
     }
-    std::vector<double> inverse_mass(count);
-    for (std::size_t site = 0; site < count; ++site) inverse_mass[site] = 1.0 / body.mass[site];
-    masses.inverse_mass = inverse_mass.data();
-
     cpu::rigid_block<double> expected(scene, body, start);
-    expected.follow(origin, still);
-    const cuda::scene_values values = values_of(scene);
-    const cuda::solid_laws laws(values);
-    cuda::solid_record record{};
-    record.block = solid::placed(laws.block, laws.inertia,
-                                 values.of(effects::index_of<effects::block>), start);
-    int contacts = 0;
-    for (std::size_t i = 0; i < effect_entries().size(); ++i)
-        if (effects::contact_bits >> i & 1u) contacts += scene.instances(int(i));
-    std::vector<solid::touch> corners(std::size_t(cuda::corners_of_solid(contacts)));
+    expected.follow(origin, world);
+    kernel_block block(scene, start);
 
     numbers draw;
     std::size_t met = 0;
     for (int step = 0; step < 30; ++step) {
         CAPTURE(step);
         for (int axis = 0; axis < 3; ++axis)
-            for (std::size_t site = 0; site < count; ++site) {
-                columns[axis][0][site] = start[axis] + 0.4 * draw();
-                for (const int column : {1, 2, 3}) columns[axis][column][site] = draw();
-                columns[axis][4][site] = 0;
+            for (std::size_t site = 0; site < masses.mass.size(); ++site) {
+                auto& of = masses.of[axis];
+                of[mass_columns::position][site] = start[axis] + 0.4 * draw();
+                of[mass_columns::velocity][site] = draw();
+                of[mass_columns::next_velocity][site] = draw();
+                of[mass_columns::predicted][site] = draw();
+                of[mass_columns::force][site] = 0;
             }
-        cuda::show_solid(record, laws);
-        std::vector<cuda::solid_touch<double>> touching;
-        std::vector<effects::vector<double>> pushes(count);
-        const auto in = [&](int column, std::size_t site) {
-            return effects::vector<double>{columns[0][column][site], columns[1][column][site],
-                                           columns[2][column][site]};
-        };
-        for (const int32_t site : body.sites) {
-            cuda::solid_touch<double> found;
-            if (!solid::meet_mass<double>(laws.block, record.seen, site, in(0, site), in(3, site),
-                                          body.mass[site], found))
-                continue;
-            found.mass = body.mass[site];
-            found.inverse_mass = inverse_mass[site];
-            found.before = in(1, site);
-            found.after = in(2, site);
-            pushes[site] = solid::push_on_mass<double>(found);
-            touching.push_back(found);
-        }
-        met += touching.size();
-        cuda::push_solid(record, values, origin, touching.data(), int(touching.size()),
-                         corners.data(), h);
+        block.push(masses, {body.sites.begin(), body.sites.end()}, h);
+        met += block.touching.size();
 
-        expected.evaluate(masses);
+        expected.evaluate(masses.view);
         expected.kick(h);
-        expected.rub_masses(masses, h);
+        expected.rub_masses(masses.view, h);
         expected.rub_contacts(h);
-        const auto same = [&](const effects::vector<double>& a, const effects::vector<double>& b) {
-            CHECK(bits_as<uint64_t>(a.x) == bits_as<uint64_t>(b.x));
-            CHECK(bits_as<uint64_t>(a.y) == bits_as<uint64_t>(b.y));
-            CHECK(bits_as<uint64_t>(a.z) == bits_as<uint64_t>(b.z));
-        };
-        for (const int32_t site : body.sites) same(pushes[site], in(4, site));
-        for (const auto& touch : touching) same(touch.after, in(2, touch.site));
-        cuda::move_solid(record, laws, h, 0.5);
+        for (const int32_t site : body.sites)
+            check_same(block.pushes[site], masses.at(mass_columns::force, site));
+        for (const auto& touch : block.touching)
+            check_same(touch.after, masses.at(mass_columns::next_velocity, touch.site));
+        cuda::move_solid(block.record, block.laws, h, 0.5);
         expected.drift(h, true, 0.5);
         double of_kernel[13], of_cpu[13];
-        solid::write_state(record.block, laws.inertia, origin, false, of_kernel);
+        solid::write_state(block.record.block, block.laws.inertia, origin, false, of_kernel);
         expected.write(origin, false, of_cpu);
         for (int i = 0; i < 13; ++i)
             CHECK(bits_as<uint64_t>(of_kernel[i]) == bits_as<uint64_t>(of_cpu[i]));
     }
     CHECK(met > 30);
-    CHECK(corners.front().push > 0);
+    CHECK(block.corners.front().push > 0);
 }
