@@ -1,4 +1,4 @@
---- typed.lua: `limax repl` at a pseudo-terminal: keys and the resulting screen, and transcripts:
+--- typed.lua: limax at a pseudo-terminal: keys and the resulting screen, and transcripts:
 --- files of lines `text => value` or `text => ERROR message`. `=> more` continues the value and
 --- `.. text` the text; `...` in a value matches anything.
 
@@ -19,10 +19,11 @@ local PATIENCE = 60
 ---@field text string|nil
 ---@field signal integer|nil is sent to the program before the keys
 
---- Types steps at a prompt; a step without its expected end fails the test.
+--- Types steps at `limax repl`, or another command; a step without its expected end fails the test.
 ---@param t limax.test_context
 ---@param steps typed.step[]
----@param options? { words?: string[], folder?: string }
+---@param options? { command?: string, words?: string[], folder?: string,
+--- environment?: table<string, string> }
 ---@return { status: integer, echo: boolean, steps: { lines: string[] }[] }
 function typed.run(t, steps, options)
   if os.execute "command -v python3 >/dev/null" ~= 0 then t:skip "python3 is not installed" end
@@ -34,11 +35,13 @@ function typed.run(t, steps, options)
       wait = step.wait or 0, file = step.file or "", text = step.text or "",
       signal = step.signal or 0 }
   end
-  local command = { host.executable, "repl" }
+  local command = { host.executable, options.command or "repl" }
+  local environment = { TERM = "dumb", HOME = folder, XDG_STATE_HOME = folder .. "/state",
+    XDG_CONFIG_HOME = folder .. "/config" }
+  for name, value in pairs(options.environment or {}) do environment[name] = value end
   for _, word in ipairs(options.words or {}) do command[#command + 1] = word end
   process.write(folder .. "/steps.json", host.json.encode { command = command, columns = 200,
-    seconds = PATIENCE, steps = list, environment = { TERM = "dumb", HOME = folder,
-      XDG_STATE_HOME = folder .. "/state", XDG_CONFIG_HOME = folder .. "/config" } })
+    seconds = PATIENCE, steps = list, environment = environment })
   local pipe = io.popen(("cd %s && python3 %s <steps.json"):format(process.quote(folder),
     process.quote(host.home .. "/tests/support/terminal.py")))
   local result = assert(host.json.decode(pipe:read "*a", "the terminal's answer"))

@@ -4,6 +4,7 @@ local host = require "limax.host"
 local source = require "limax.base.source"
 local test = require "limax.test"
 local trials = require "support.trial"
+local typed = require "support.typed"
 
 local limax, contains, trial = trials.limax, trials.contains, trials.file
 
@@ -57,34 +58,16 @@ goldens:test("a terminal asks for the reason", function(t)
 suite:test("golden", function(t) t:golden("one", { tonumber(os.getenv "TRIAL_VALUE") or 1 }) end)
 ]])
   limax("test", path, "--update-golden")
-  local folder = t:folder()
-  local function typed(answer)
-    host.file.write_atomic(folder .. "/type.py", ([[
-import os, pty, sys
-pid, fd = pty.fork()
-if pid == 0:
-    os.environ["TRIAL_VALUE"] = "2"
-    os.execv(%q, ["limax", "test", %q, "--update-golden"])
-text = b""
-while b"not recorded)? " not in text: text += os.read(fd, 4096)
-os.write(fd, %q)
-try:
-    while True:
-        more = os.read(fd, 4096)
-        if not more: break
-        text += more
-except OSError: pass
-os.waitpid(pid, 0)
-sys.stdout.buffer.write(text)
-]]):format(host.executable, path, "@"):gsub('"@"', 'b"' .. answer .. '\\n"'))
-    local pipe = io.popen(("timeout 60 python3 '%s/type.py' 2>&1"):format(folder))
-    local text = pipe:read "*a"
-    pipe:close()
-    return text
+  local function typed_answer(answer)
+    local question = "why does it change (empty: it is not recorded)?"
+    local done = typed.run(t, { { keys = "", ends = question }, { keys = answer .. "\n" } },
+      { command = "test", words = { path, "--update-golden" },
+        environment = { TRIAL_VALUE = "2" } })
+    return table.concat(done.steps[1].lines, "\n") .. table.concat(done.steps[2].lines, "\n")
   end
-  contains(t, typed "", "it is not recorded: an update needs a reason")
+  contains(t, typed_answer "", "it is not recorded: an update needs a reason")
   t:equal(record_of(path, "one").values, { 1 })
-  contains(t, typed "because", "[1]: 1 -> 2, relative 1")
+  contains(t, typed_answer "because", "[1]: 1 -> 2, relative 1")
   local record = record_of(path, "one")
   t:equal({ record.values, record.changes[1].reason }, { { 2 }, "because" })
 end)

@@ -134,7 +134,7 @@ end
 ---@field values table<string, string> text above "a.b = ..." that is not a function
 ---@field top string the comment at the top, without the file's name
 ---@field classes table<string, limax.api.class>
----@field aliases string[][] comments with an alias
+---@field aliases table<string, string[]> comments, by the name of the alias
 
 local read = {}
 
@@ -159,7 +159,7 @@ function annotations.of(path)
         if name then file.functions[name] = document(lines, arguments) end
         local text = table.concat(lines, "\n")
         if text:find("@class", 1, true) then add_classes(file.classes, lines) end
-        if text:find("@alias", 1, true) then file.aliases[#file.aliases + 1] = lines end
+        for alias in text:gmatch "@alias%s+([%w_.]+)" do file.aliases[alias] = lines end
       end
       lines = {}
     end
@@ -181,34 +181,18 @@ local function files_below(folder, list)
   return list
 end
 
-local all_classes, all_aliases
+local all = {}
 
-local function read_all()
-  all_classes, all_aliases = {}, {}
+--- Every class of limax, or the comments of every alias, by name.
+---@param kind "classes"|"aliases"
+---@return table<string, limax.api.class|string[]>
+function annotations.all(kind)
+  if all[kind] then return all[kind] end
+  all[kind] = {}
   for _, path in ipairs(files_below("scripts/lib", files_below("bindings", {}))) do
-    local file = annotations.of(path)
-    for name, class in pairs(file.classes) do all_classes[name] = class end
-    for _, lines in ipairs(file.aliases) do
-      for _, line in ipairs(lines) do
-        local alias = line:match "@alias%s+([%w_.]+)"
-        if alias then all_aliases[alias] = lines end
-      end
-    end
+    for name, value in pairs(annotations.of(path)[kind]) do all[kind][name] = value end
   end
-end
-
---- Every class of limax, by its name.
----@return table<string, limax.api.class>
-function annotations.classes()
-  if not all_classes then read_all() end
-  return all_classes
-end
-
---- The comments of every alias, by its name.
----@return table<string, string[]>
-function annotations.aliases()
-  if not all_aliases then read_all() end
-  return all_aliases
+  return all[kind]
 end
 
 --- The names that a table of a type may have: those of an inline type, or of a class of `classes`.

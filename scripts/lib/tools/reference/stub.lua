@@ -42,8 +42,8 @@ end
 -- Every class and alias of limax, and the methods of those that have a group.
 local function add_types(lines)
   local comments, groups, written = {}, {}, {}
-  for name, class in pairs(annotations.classes()) do comments[name] = class.lines end
-  for name, comment in pairs(annotations.aliases()) do comments[name] = comment end
+  for name, class in pairs(annotations.all "classes") do comments[name] = class.lines end
+  for name, comment in pairs(annotations.all "aliases") do comments[name] = comment end
   comments.limax, comments["limax.engine"] = nil, nil
   for _, group in ipairs(api.groups()) do groups[group.class or ""] = group end
   for _, name in ipairs(choice.sorted_keys(comments)) do
