@@ -29,14 +29,13 @@ end
 -- Tries a random point of each piece: a piece that is painted later over that point must not be
 -- behind it. Returns the number of pieces that were painted over a point.
 local function check_order(t, from, items, faces, random)
-  local sorted, painted, found = order.new(items, from.sight), {}, 0
-  for _, face in ipairs(faces) do sorted:add(face) end
-  sorted:each(function(piece)
+  local painted, found = {}, 0
+  for k, piece in ipairs(order.sorted(items, faces, from.sight)) do
     local flat, p, one, other = {}, piece.points, {}, {}
-    for k, point in ipairs(p) do flat[k] = { from.project(point) } end
+    for m, point in ipairs(p) do flat[m] = { from.project(point) } end
     for c = 1, 3 do one[c], other[c] = p[2][c] - p[1][c], p[3][c] - p[1][c] end
-    painted[#painted + 1] = { points = p, flat = flat, normal = polygon.cross(one, other) }
-  end)
+    painted[k] = { points = p, flat = flat, normal = polygon.cross(one, other) }
+  end
   for k, piece in ipairs(painted) do
     local point, sum = { 0, 0, 0 }, 0
     for _, p in ipairs(piece.points) do

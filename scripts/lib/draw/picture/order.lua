@@ -9,63 +9,31 @@ local order = {}
 
 -- m: masses sink into what they touch by less; what touches a side is in front of it
 local SLACK = 5e-3
--- items that are tried as the next plane; the one that cuts fewest is taken
-local TRIED = 8
+-- m: items that leave a plane by less are not cut by it
+local ROUNDING = 1e-6
 
 ---@class limax.picture.item what is painted at one place in the order
 ---@field plane limax.picture.space what is in front of it is painted later, what is behind earlier
 ---@field parts limax.picture.polygon[]
 
----@class limax.picture.order
----@field sight number[]
----@field root table
-local Order = {}
-Order.__index = Order
-
 -- An item's parts in front of a plane and behind it, as items.
-local function split(item, plane, slack)
+local function split(item, plane)
   local front, behind = {}, {}
   for _, part in ipairs(item.parts) do
     front[#front + 1], behind[#behind + 1] =
-      polygon.split(part, plane.normal, plane.offset, slack)
+      polygon.split(part, plane.normal, plane.offset, ROUNDING)
   end
   return #front > 0 and { plane = item.plane, parts = front } or nil,
     #behind > 0 and { plane = item.plane, parts = behind } or nil
 end
 
--- The item whose plane cuts fewest of the others.
-local function best_of(items)
-  local best, fewest = 1, math.huge
-  for k = 1, math.min(TRIED, #items) do
-    local count = 0
-    for _, item in ipairs(items) do
-      local front, behind = split(item, items[k].plane, SLACK)
-      if front and behind then count = count + 1 end
-    end
-    if count < fewest then best, fewest = k, count end
-    if count == 0 then break end
-  end
-  return best
-end
-
 local function build(items)
   if #items == 0 then return { faces = {} } end
-  local best = best_of(items)
-  local root, front, behind = items[best], {}, {}
-  for k, item in ipairs(items) do
-    if k ~= best then
-      front[#front + 1], behind[#behind + 1] = split(item, root.plane, 1e-6)
-    end
+  local root, front, behind = items[1], {}, {}
+  for k = 2, #items do
+    front[#front + 1], behind[#behind + 1] = split(items[k], root.plane)
   end
   return { plane = root.plane, painted = root.parts, front = build(front), behind = build(behind) }
-end
-
---- An order of what does not move.
----@param items limax.picture.item[]
----@param sight number[] away from the viewer
----@return limax.picture.order
-function order.new(items, sight)
-  return setmetatable({ sight = sight, root = build(items) }, Order)
 end
 
 local function push(node, face)
@@ -77,9 +45,6 @@ local function push(node, face)
   if front then push(node.front, front) end
   if behind then push(node.behind, behind) end
 end
-
---- Adds a face that is turned to the viewer.
-function Order:add(face) push(self.root, face) end
 
 -- Sorts polygons by the mean depth of their corners, the farthest first.
 local function sort_by_depth(list, sight)
@@ -94,20 +59,29 @@ local function sort_by_depth(list, sight)
   end)
 end
 
---- Calls `paint` for each piece, the farthest first.
----@param paint fun(piece: limax.picture.polygon)
-function Order:each(paint)
+--- All pieces, the farthest first.
+---@param items limax.picture.item[] what does not move
+---@param faces limax.picture.polygon[] small ones that are turned to the viewer
+---@param sight number[] away from the viewer
+---@return limax.picture.polygon[]
+function order.sorted(items, faces, sight)
+  local root, list = build(items), {}
+  for _, face in ipairs(faces) do push(root, face) end
+  local function add(pieces)
+    for _, piece in ipairs(pieces) do list[#list + 1] = piece end
+  end
   local function visit(node)
     if node.faces then
-      sort_by_depth(node.faces, self.sight)
-      for _, face in ipairs(node.faces) do paint(face) end
+      sort_by_depth(node.faces, sight)
+      add(node.faces)
       return
     end
     visit(node.behind)
-    for _, part in ipairs(node.painted) do paint(part) end
+    add(node.painted)
     visit(node.front)
   end
-  visit(self.root)
+  visit(root)
+  return list
 end
 
 return order

@@ -170,7 +170,7 @@ end
 ---@param pose? limax.motion.pose without one only the world is drawn
 function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
   local block = pose and #pose.block > 0 and block_picture.spaces(pose.block) or nil
-  local items, veils, patches = stage.pieces(film.stage, slab, view.sight, block,
+  local items, veils, faces = stage.pieces(film.stage, slab, view.sight, block,
     block_picture.hex)
   local function paint(piece, opacity)
     local points = {}
@@ -183,13 +183,9 @@ function scene.draw_solids(canvas, film, slab, view, place, thin, pose)
     end
     if piece.look.ruled and not opacity then draw_rules(canvas, piece, place) end
   end
-  local sorted = order.new(items, view.sight)
-  for _, patch in ipairs(patches) do sorted:add(patch) end
-  for _, face in ipairs(pose and skin.visible(film.faces, pose.points, film.colors, view.sight,
-    film.held) or {}) do
-    sorted:add(face)
-  end
-  sorted:each(function(piece) paint(piece) end)
+  local bodies = pose and skin.visible(film.faces, pose.points, film.colors, view.sight, film.held)
+  for _, face in ipairs(bodies or {}) do faces[#faces + 1] = face end
+  for _, piece in ipairs(order.sorted(items, faces, view.sight)) do paint(piece) end
   for _, veil in ipairs(veils) do paint(veil, VEIL) end
 end
 
