@@ -27,22 +27,6 @@ struct robot_lists {
     std::vector<float> state;  // m from options.position, m/s, [6][robot][mass]
 };
 
-void check(const simulation_setup& setup) {
-    if (setup.options.integrator != LIMAX_SYMPLECTIC_EULER ||
-        setup.options.precision != LIMAX_SINGLE || setup.options.time_step == 0 ||
-        setup.scene.mask() != reconstructed_effects || !setup.scene.scripts().empty())
-        fail(LIMAX_INVALID_ARGUMENT,
-             "the reconstruction of the paper's scheme needs symplectic Euler, single precision, a "
-             "fixed time step and a scene of springs, damping, actuation, gravity, ground and "
-             "friction");
-    const limax_body& first = setup.bodies.at(0);
-    for (const limax_body& body : setup.bodies)
-        if (body.status != LIMAX_BODY_VALID || body.masses != first.masses ||
-            body.springs != first.springs)
-            fail(LIMAX_INVALID_ARGUMENT,
-                 "the reconstruction of the paper's scheme needs valid bodies of one shape");
-}
-
 void list_robot(const simulation_setup& setup, std::size_t robot, robot_lists& out) {
     const lattice& grid = setup.grid;
     const auto voxels = std::size_t(grid.voxels());
@@ -180,7 +164,6 @@ extern "C" limax_status limax_bench_reconstruction(
         const limax::simulation_setup setup = limax::api::make_setup(
             population->it, materials->it, scene->it, *options, nullptr, *device->it);
         setup.fetch_bodies();
-        limax::cuda::check(setup);
         limax::cuda::run(setup, steps, *seconds, center);
     });
 }

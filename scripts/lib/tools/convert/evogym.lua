@@ -23,18 +23,16 @@ local NOTES = {
   objects = "the world's other objects",
 }
 
--- Notes pairs of neighbours that EvoGym does not connect: limax joins all.
-local function note_connections(rows, connections, notes)
-  local neighbours = 0
+-- The number of pairs of neighbouring voxels: limax joins them all.
+local function neighbours_of(rows)
+  local count = 0
   for y, row in ipairs(rows) do
     for x, kind in ipairs(row) do
-      if kind ~= 0 and (row[x + 1] or 0) ~= 0 then neighbours = neighbours + 1 end
-      if kind ~= 0 and rows[y + 1] and rows[y + 1][x] ~= 0 then neighbours = neighbours + 1 end
+      if kind ~= 0 and (row[x + 1] or 0) ~= 0 then count = count + 1 end
+      if kind ~= 0 and ((rows[y + 1] or {})[x] or 0) ~= 0 then count = count + 1 end
     end
   end
-  if connections < neighbours then
-    notes[#notes + 1] = NOTES.connections:format(neighbours - connections)
-  end
+  return count
 end
 
 -- The description of a body; the first of its rows is the highest.
@@ -53,7 +51,8 @@ local function describe(path, rows, connections, notes)
     end
     voxels[z] = { table.concat(line) }
   end
-  if connections then note_connections(rows, connections, notes) end
+  local apart = connections and neighbours_of(rows) - connections or 0
+  if apart > 0 then notes[#notes + 1] = NOTES.connections:format(apart) end
   if has[3] or has[4] then notes[#notes + 1] = NOTES.actuators end
   if has[5] then notes[#notes + 1] = NOTES.fixed end
   notes[#notes + 1] = NOTES.materials
@@ -151,15 +150,12 @@ function evogym.of_world(path, world, notes)
     for x = left, right do row[#row + 1] = kinds[x + width * y] or 0 end
     rows[#rows + 1] = row
   end
-  local ends
-  if type(robot.neighbors) == "table" then
-    ends = 0
-    for _, list in pairs(robot.neighbors) do
-      ends = ends + (type(list) == "table" and #list or 0)
-    end
+  local connections = type(robot.neighbors) == "table" and 0 or nil
+  for _, list in pairs(connections and robot.neighbors or {}) do
+    connections = connections + (type(list) == "table" and #list / 2 or 0)
   end
   if objects > 1 then notes[#notes + 1] = NOTES.objects end
-  return describe(path, rows, ends and ends / 2, notes)
+  return describe(path, rows, connections, notes)
 end
 
 return evogym

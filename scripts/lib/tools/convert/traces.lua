@@ -38,14 +38,11 @@ function traces.simulate(path, robot, record, device)
   return simulated
 end
 
--- The values of a table [x][y][z] in row-major order.
-local function flattened(grid)
-  local list = {}
-  for _, plane in ipairs(grid) do
-    for _, row in ipairs(plane) do
-      for _, value in ipairs(row) do list[#list + 1] = value end
-    end
-  end
+-- The values of nested lists in row-major order.
+local function flattened(grid, list)
+  list = list or {}
+  if type(grid) ~= "table" then list[#list + 1] = grid end
+  for _, part in ipairs(type(grid) == "table" and grid or {}) do flattened(part, list) end
   return list
 end
 

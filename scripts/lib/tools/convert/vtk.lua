@@ -15,9 +15,9 @@ local CORNERS = { { 0, 0, 0 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 },
 local EDGES = { { 1, 2 }, { 2, 3 }, { 3, 4 }, { 4, 1 }, { 5, 6 }, { 6, 7 }, { 7, 8 }, { 8, 5 },
   { 1, 5 }, { 2, 6 }, { 3, 7 }, { 4, 8 } }
 
-local HEAD = '<?xml version="1.0"?>\n'
-local function file_tag(kind)
-  return ('VTKFile type="%s" version="0.1" byte_order="LittleEndian"'):format(kind)
+local function file_of(kind, content)
+  local tag = ('VTKFile type="%s" version="0.1" byte_order="LittleEndian"'):format(kind)
+  return '<?xml version="1.0"?>\n' .. xml.element(tag, xml.element(kind, content)) .. "\n"
 end
 
 -- The voxels that are not empty: the sites of their corners, in VTK's order, and lists of numbers
@@ -92,12 +92,11 @@ local function grid(cells, sites, position, edge)
   for k, each in ipairs(cells.data) do data[k] = array(unpack(each)) end
   data[#data + 1] = array("strain", "Float64", strains_of(cells, position, edge))
   local piece = ('Piece NumberOfPoints="%d" NumberOfCells="%d"'):format(#sites, #cells.corners)
-  return HEAD .. xml.element(file_tag "UnstructuredGrid",
-    xml.element("UnstructuredGrid", xml.element(piece,
-      xml.element("Points", array("Points", "Float64", points, ' NumberOfComponents="3"')),
-      xml.element("Cells", array("connectivity", "Int32", connectivity),
-        array("offsets", "Int32", offsets), array("types", "UInt8", types)),
-      xml.element('CellData Scalars="material"', table.concat(data, "\n"))))) .. "\n"
+  return file_of("UnstructuredGrid", xml.element(piece,
+    xml.element("Points", array("Points", "Float64", points, ' NumberOfComponents="3"')),
+    xml.element("Cells", array("connectivity", "Int32", connectivity),
+      array("offsets", "Int32", offsets), array("types", "UInt8", types)),
+    xml.element('CellData Scalars="material"', table.concat(data, "\n"))))
 end
 
 --- A body at rest.
@@ -135,8 +134,7 @@ function vtk.series(simulated, edge, path)
     entries[sample] = ('<DataSet timestep="%.9g" part="0" file="%s"/>'):format(
       (sample - 1) / trace.rate, xml.escaped(source.name_of(name)))
   end
-  files[#files + 1] = { path, HEAD .. xml.element(file_tag "Collection",
-    xml.element("Collection", table.concat(entries, "\n"))) .. "\n" }
+  files[#files + 1] = { path, file_of("Collection", table.concat(entries, "\n")) }
   return files
 end
 

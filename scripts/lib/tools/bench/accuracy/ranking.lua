@@ -4,6 +4,7 @@
 --- SI units.
 
 local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
@@ -44,11 +45,15 @@ function ranking.compare(reference, cheap, count)
   }
 end
 
--- Why the device does not support a setting of these robots, or nil.
+local CPU_ONLY = "CPU only"
+
+-- Why the device does not support a setting of these robots, "CPU only" if the CPU does; or nil.
 local function refusal(robots, setting)
-  return trial.brief_refusal({ population = robots.engine, materials = robots.materials,
-    scene = robots.world.scene }, rescore.options(robots.world.config, setting),
-    robots.world.device)
+  local world, options = robots.world, rescore.options(robots.world.config, setting)
+  local subject = { population = robots.engine, materials = robots.materials, scene = world.scene }
+  local why = trial.refusal(subject, options, world.device)
+  if not why or world.device.kind == "cpu" then return why end
+  return trial.refusal(subject, options, engine.device "cpu") and why or CPU_ONLY
 end
 
 -- Prices of the settings that the device supports, by index.
@@ -145,7 +150,7 @@ end
 -- The number of failed robots, or why there is none.
 local function failed_of(row)
   if row.status ~= "refused" then return row.failed end
-  return row.reason == trial.CPU_ONLY and row.reason or "refused"
+  return row.reason == CPU_ONLY and row.reason or "refused"
 end
 
 local function percent(field)

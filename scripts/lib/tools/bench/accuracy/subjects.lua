@@ -9,14 +9,6 @@ local walkers = require "limax.tools.bench.accuracy.walkers"
 
 local subjects = {}
 
-subjects.NAMES = { "free", "air", "drop", "walk" }
-
---- Titles of figures.
-subjects.TITLES = {
-  free = "free body, vibrating", air = "actuated body in the air", drop = "drop from 0.1 m",
-  walk = "walk, before chaos",
-}
-
 -- s: some periods of the free body's slowest mode; the fall from 0.1 m takes 0.14 s; in contact two
 -- steps agree for about half a second
 local DURATION = 0.4
@@ -61,18 +53,27 @@ local function walker(lattice)
   return robots.engine, best
 end
 
-local SCENES = {
-  free = function() return { damping = true } end,
-  air = function() return scenes.air { gravity = false } end,
-  drop = function() return scenes.land { actuation = false } end,
-  walk = function() return scenes.land() end,
+-- What the subjects are: `smooth` has no contact.
+local SUBJECTS = {
+  { name = "free", title = "free body, vibrating", smooth = true, place = shake,
+    scene = function() return { damping = true } end },
+  { name = "air", title = "actuated body in the air", smooth = true,
+    scene = function() return scenes.air { gravity = false } end },
+  { name = "drop", title = "drop from 0.1 m", position = { 0, 0, 0.1 },
+    scene = function() return scenes.land { actuation = false } end },
+  { name = "walk", title = "walk, before chaos", scene = scenes.land },
 }
+
+subjects.NAMES, subjects.TITLES = {}, {}
+for k, each in ipairs(SUBJECTS) do
+  subjects.NAMES[k], subjects.TITLES[each.name], SUBJECTS[each.name] = each.name, each.title, each
+end
 
 --- The subject of a name, with `count` equal bodies.
 ---@param options { lattice: integer[], count: integer, duration: number|nil, number: integer|nil }
 --- `number`: of the body, 1 if left out
 function subjects.get(name, options)
-  local materials = engine.materials "paper"
+  local subject, materials = SUBJECTS[name], engine.materials "paper"
   local origin, index
   if name == "walk" then
     origin, index = walker(options.lattice)
@@ -85,9 +86,8 @@ function subjects.get(name, options)
   end
   population:check(materials, { require_muscle = false })
   return { name = name, population = population, materials = materials, settle = 0,
-    duration = options.duration or DURATION, scene = engine.scene(SCENES[name]()),
-    smooth = name == "free" or name == "air", place = name == "free" and shake or nil,
-    position = name == "drop" and { 0, 0, 0.1 } or nil }
+    duration = options.duration or DURATION, scene = engine.scene(subject.scene()),
+    smooth = subject.smooth, place = subject.place, position = subject.position }
 end
 
 return subjects

@@ -19,9 +19,6 @@ trial.LABELS = { symplectic_euler = "symplectic Euler", leapfrog = "leapfrog", r
 --- The paper's setting. The paper names no integrator and no precision; its step is 1e-5 s.
 trial.PAPER = { integrator = "symplectic_euler", precision = "single", time_step = 1e-5 }
 
---- The reason of a refusal on a GPU of what the CPU supports.
-trial.CPU_ONLY = "CPU only"
-
 ---@class limax.accuracy.subject what is simulated
 ---@field name string
 ---@field smooth boolean|nil no contact
@@ -57,13 +54,6 @@ function trial.refusal(subject, options, device)
   if failure.of_machine(value) then error(value, 0) end
   local message = failure.bare(value)
   return message:match "simulation: (.*)$" or message
-end
-
---- The same; "CPU only" if the CPU supports what this device does not.
-function trial.brief_refusal(subject, options, device)
-  local why = trial.refusal(subject, options, device)
-  if not why or device.kind == "cpu" then return why end
-  return trial.refusal(subject, options, engine.device "cpu") and why or trial.CPU_ONLY
 end
 
 --- Options of a subject under a setting: integrator, precision, time_step, bound_fraction,
