@@ -85,23 +85,30 @@ selection.entries.tournament = {
   end,
 }
 
+-- A scheme whose chances are in proportion to weights of the ranked robots; equal if all are 0.
+-- `add(sum, population, ranked, r)` adds the weight of rank r to a sum.
+local function proportional(add)
+  local sums_of = cached(function(population, ranked)
+    local sums = {}
+    for r = 1, #ranked do sums[r] = add(sums[r - 1] or 0, population, ranked, r) end
+    return sums
+  end)
+  return twice(function(population, random, ranked)
+    local sums = sums_of(population)
+    if sums[#sums] <= 0 then return ranked[random:integer(#ranked)] end
+    return ranked[drawn(sums, random:uniform())]
+  end)
+end
+
 --- rank: chances fall linearly with the rank r of n, whatever the scores are:
 --- (pressure - 2 (pressure - 1) (r - 1) / (n - 1)) / n.
 selection.entries.rank = {
   options = { pressure = schema.number { value = 1.8, unit = "mean chances, of the best robot",
     minimum = 1, maximum = 2, note = "near the steepest line; the worst still has a chance" } },
   make = function(options)
-    local sums_of = cached(function(_, ranked)
-      local sums, sum, n = {}, 0, #ranked
-      local fall = n > 1 and 2 * (options.pressure - 1) / (n - 1) or 0
-      for r = 1, n do
-        sum = sum + options.pressure - fall * (r - 1)
-        sums[r] = sum
-      end
-      return sums
-    end)
-    return twice(function(population, random, ranked)
-      return ranked[drawn(sums_of(population), random:uniform())]
+    return proportional(function(sum, _, ranked, r)
+      local fall = #ranked > 1 and 2 * (options.pressure - 1) / (#ranked - 1) or 0
+      return sum + options.pressure - fall * (r - 1)
     end)
   end,
 }
@@ -111,20 +118,9 @@ selection.entries.rank = {
 selection.entries.roulette = {
   options = {},
   make = function()
-    local sums_of = cached(function(population, ranked)
+    return proportional(function(sum, population, ranked, r)
       local worst = population[ranked[#ranked]].fitness
-      local shift = worst < 0 and -worst or 0
-      local sums, sum = {}, 0
-      for r, index in ipairs(ranked) do
-        sum = sum + population[index].fitness + shift
-        sums[r] = sum
-      end
-      return sums
-    end)
-    return twice(function(population, random, ranked)
-      local sums = sums_of(population)
-      if sums[#sums] <= 0 then return ranked[random:integer(#ranked)] end
-      return ranked[drawn(sums, random:uniform())]
+      return sum + population[ranked[r]].fitness + (worst < 0 and -worst or 0)
     end)
   end,
 }

@@ -70,23 +70,30 @@ function body.measure_layers(layers, materials)
   return { nx, ny, #layers }
 end
 
+--- A nested list [i][j][k] of the values that a function gives.
+---@param size integer[] largest i, j and k
+---@param value fun(i: integer, j: integer, k: integer): any
+function body.grid(size, value)
+  local grid = {}
+  for i = 1, size[1] do
+    grid[i] = {}
+    for j = 1, size[2] do
+      grid[i][j] = {}
+      for k = 1, size[3] do grid[i][j][k] = value(i, j, k) end
+    end
+  end
+  return grid
+end
+
 --- The letters of layers as a lattice, padded with empty voxels.
 ---@param layers string[][]
 ---@param lattice integer[] voxels along x, y, z
 ---@return string[][][] letters [x][y][z]
 function body.lattice(layers, lattice)
-  local voxel = {}
-  for x = 1, lattice[1] do
-    voxel[x] = {}
-    for y = 1, lattice[2] do
-      voxel[x][y] = {}
-      for z = 1, lattice[3] do
-        local line = layers[z] and layers[z][y]
-        voxel[x][y][z] = line and x <= #line and line:sub(x, x) or "."
-      end
-    end
-  end
-  return voxel
+  return body.grid(lattice, function(x, y, z)
+    local line = layers[z] and layers[z][y]
+    return line and x <= #line and line:sub(x, x) or "."
+  end)
 end
 
 -- ---- bodies of an engine's population -----------------------------------------------------------

@@ -69,27 +69,20 @@ local function weight_layers(weight, lattice, name)
     fail("limax.robot: weights.%s: expected a number, [x][y][z] or a function (x, y, z), got %s",
       name, schema.show(weight))
   end
-  local layers = {}
-  for z = 1, lattice[3] do
-    layers[z] = {}
-    for y = 1, lattice[2] do
-      layers[z][y] = {}
-      for x = 1, lattice[1] do
-        local value
-        if type(weight) == "function" then
-          value = weight(x, y, z)
-        else
-          value = weight[x] and weight[x][y] and weight[x][y][z]
-        end
-        if type(value) ~= "number" then
-          fail("limax.robot: weights.%s: expected a number at voxel (%d, %d, %d), got %s", name,
-            x, y, z, schema.show(value))
-        end
-        layers[z][y][x] = value
-      end
+  local nx, ny, nz = unpack(lattice)
+  return body.grid({ nz, ny, nx }, function(z, y, x)
+    local value
+    if type(weight) == "function" then
+      value = weight(x, y, z)
+    else
+      value = weight[x] and weight[x][y] and weight[x][y][z]
     end
-  end
-  return layers
+    if type(value) ~= "number" then
+      fail("limax.robot: weights.%s: expected a number at voxel (%d, %d, %d), got %s", name, x, y,
+        z, schema.show(value))
+    end
+    return value
+  end)
 end
 
 local weight_rule =

@@ -41,32 +41,20 @@ local function short(number) return tonumber(("%.9g"):format(number)) end
 
 -- [x][y][z] of the engine as [z][y][x] of a file, or as one number where all are equal.
 local function as_layers(grid)
-  local layers, same, first = {}, true, short(grid[1][1][1])
-  for z = 1, #grid[1][1] do
-    layers[z] = {}
-    for y = 1, #grid[1] do
-      layers[z][y] = {}
-      for x = 1, #grid do
-        local value = short(grid[x][y][z])
-        layers[z][y][x] = value
-        same = same and value == first
-      end
-    end
-  end
+  local same, first = true, short(grid[1][1][1])
+  local layers = body.grid({ #grid[1][1], #grid[1], #grid }, function(z, y, x)
+    local value = short(grid[x][y][z])
+    same = same and value == first
+    return value
+  end)
   return same and first or layers
 end
 
-local function as_grid(value)
-  if type(value) == "number" then return value end
-  local grid = {}
-  for x = 1, #value[1][1] do
-    grid[x] = {}
-    for y = 1, #value[1] do
-      grid[x][y] = {}
-      for z = 1, #value do grid[x][y][z] = value[z][y][x] end
-    end
-  end
-  return grid
+local function as_grid(layers)
+  if type(layers) == "number" then return layers end
+  return body.grid({ #layers[1][1], #layers[1], #layers }, function(x, y, z)
+    return layers[z][y][x]
+  end)
 end
 
 -- ---- describing and building --------------------------------------------------------------------

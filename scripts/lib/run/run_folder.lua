@@ -212,18 +212,28 @@ end
 
 -- ---- continuing a run ---------------------------------------------------------------------------
 
---- Opens a run folder and locks it. Nothing is changed yet.
----@return limax.run_folder
-function run_folder.open(path)
+--- The configuration of a run folder; ends the command where it is not one.
+---@return table config
+---@return string path without a slash at its end
+function run_folder.read_config(path)
   path = #path > 1 and path:gsub("/+$", "") or path
   local config, message = source.read_json(path .. "/config.json")
   if not config then
     failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
   end
-  if config.schema ~= "limax.config/1" then
-    failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s")
-      :format(path, tostring(config.schema)))
+  local found = type(config) == "table" and config.schema
+  if found ~= "limax.config/1" then
+    failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
+      tostring(found)))
   end
+  return config, path
+end
+
+--- Opens a run folder and locks it. Nothing is changed yet.
+---@return limax.run_folder
+function run_folder.open(path)
+  local config
+  config, path = run_folder.read_config(path)
   return locked(path, config)
 end
 

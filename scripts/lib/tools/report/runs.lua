@@ -63,15 +63,8 @@ runs.is_folder = run_folder.is_run
 --- A run folder as it is now.
 ---@return limax.report.folder
 function runs.read(path)
-  path = #path > 1 and path:gsub("/+$", "") or path
-  local config, message = source.read_json(path .. "/config.json")
-  if not config then
-    failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
-  end
-  if type(config) ~= "table" or config.schema ~= "limax.config/1" then
-    failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
-      tostring(type(config) == "table" and config.schema)))
-  end
+  local config
+  config, path = run_folder.read_config(path)
   config = shape.config(config)
   local folder = { path = path, config = config, runs = {},
     status = shape.status(source.read_json(path .. "/STATUS")),
