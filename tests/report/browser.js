@@ -94,7 +94,6 @@
 
   addEventListener("load", async () => {
     try {
-      seen.title = document.title;
       charts();
       if (document.querySelector(".robots")) await robots();
       keyboard();
@@ -107,9 +106,7 @@
     } catch (problem) {
       seen.problems.push(String(problem.stack));
     }
-    seen.images = document.images.length;
     seen.loaded = performance.getEntriesByType("resource").length;
-    seen.alerted = window.alerted === true;
     console.log("SEEN " + encodeURIComponent(JSON.stringify(seen)) + " END");
     // the browser ends with its only window
     window.close();
