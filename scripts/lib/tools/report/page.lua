@@ -32,6 +32,18 @@ local function section(id, title, ...)
     :format(id, id, id, html.escaped(title), table.concat { ... })
 end
 
+-- Each text once, in the order in which they first come.
+local function distinct(texts)
+  local list, seen = {}, {}
+  for _, text in ipairs(texts) do
+    if not seen[text] then
+      seen[text] = true
+      list[#list + 1] = text
+    end
+  end
+  return list
+end
+
 local function note(text) return '<p class="note">' .. html.escaped(text) .. "</p>\n" end
 
 -- ---- sections -----------------------------------------------------------------------------------
@@ -121,20 +133,19 @@ end
 
 -- The settings that scripts mark as not from the paper.
 local function not_in_paper(folders)
-  local parts, shown = {}, {}
+  local parts = {}
   for _, folder in ipairs(folders) do
-    local list = folder.config.not_in_paper
-    local key = list and host.json.encode(list)
-    if key and not shown[key] then
-      shown[key] = true
-      local items = {}
-      for k, text in ipairs(list) do items[k] = "<li>" .. html.escaped(text) .. "</li>" end
+    local items = {}
+    for k, text in ipairs(folder.config.not_in_paper or {}) do
+      items[k] = "<li>" .. html.escaped(text) .. "</li>"
+    end
+    if #items > 0 then
       parts[#parts + 1] = ("<p>%s:</p><ul>%s</ul>\n"):format(
         html.escaped(folder.config.name or folder.path), table.concat(items, "\n"))
     end
   end
   if #parts == 0 then return "" end
-  return section("paper", "Not in the paper", table.concat(parts))
+  return section("paper", "Not in the paper", table.concat(distinct(parts)))
 end
 
 --- The last champion's layers as letters; nil where its file is missing or it has too many voxels.
@@ -172,18 +183,6 @@ local function state_text(folders)
     texts[#texts + 1] = ("%d %s"):format(by_state[state], state)
   end
   return ("%d runs: %s"):format(#folders, table.concat(texts, ", "))
-end
-
--- Each text once, in the order in which they first come.
-local function distinct(texts)
-  local list, seen = {}, {}
-  for _, text in ipairs(texts) do
-    if not seen[text] then
-      seen[text] = true
-      list[#list + 1] = text
-    end
-  end
-  return list
 end
 
 -- The names of the experiments.

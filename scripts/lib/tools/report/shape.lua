@@ -72,15 +72,7 @@ local function record(fields, optional)
   end
 end
 
-local function either(...)
-  local rules = { ... }
-  return function(value)
-    for _, rule in ipairs(rules) do
-      local found = rule(value)
-      if found ~= nil then return found end
-    end
-  end
-end
+local function scalar(value) return number(value) or word(value) end
 
 local function anything(value)
   -- JSON's null
@@ -103,7 +95,7 @@ shape.metrics = record { best = number, best_standard = number, mean = number, m
 --- A line of ledger.jsonl.
 shape.ledger = record { supervisor = text, source = text, reason = text,
   entries = list_of(record({ field = text, outcome = text, applied = number, before = number,
-    proposed = either(number, text), reason = text }, true)) }
+    proposed = scalar, reason = text }, true)) }
 
 --- A line of timing.jsonl.
 shape.timing = record { ended = text, seconds = map_of(number),
@@ -111,7 +103,7 @@ shape.timing = record { ended = text, seconds = map_of(number),
     output_tokens = number, cost = number, fallen_back = flag }, true) }
 
 --- `config.json`.
-shape.config = record { name = word, seed = either(word, number), generations = whole,
+shape.config = record { name = word, seed = scalar, generations = whole,
   repetitions = whole, run = record({ repetition = whole }, true), simulation = map_of(anything),
   supervisor = anything, fitness = anything,
   not_in_paper = function(value)
@@ -122,13 +114,10 @@ shape.config = record { name = word, seed = either(word, number), generations = 
 --- `STATUS`.
 shape.status = record { state = word }
 
--- Those with a name; nil where there are none.
+-- nil where there are none, as in a session on a CPU
 local function gpus(value)
-  local list = {}
-  for _, gpu in ipairs(type(value) == "table" and value or {}) do
-    if type(gpu) == "table" and text(gpu.name) then list[#list + 1] = gpu end
-  end
-  return #list > 0 and list or nil
+  local list = list_of(record({ name = text }, true))(value)
+  return list[1] and list[1].name and list or nil
 end
 
 --- `environment.json`.
