@@ -111,11 +111,8 @@ local function slices(letters, materials, title, style)
 end
 
 local function robot_text(value, style)
-  local facts = value.body
-  local title = ("robot: %d voxels, %dx%dx%d, %d masses, %d springs, %.4g kg"):format(
-    facts.voxels, facts.size[1], facts.size[2], facts.size[3], facts.masses, facts.springs,
-    facts.mass)
-  return slices(facts.letters, value.materials, title, style)
+  local title = "robot: " .. tostring(value):match "[^\n]*$"
+  return slices(value.body.letters, value.materials, title, style)
 end
 
 local function scored_text(value, style)

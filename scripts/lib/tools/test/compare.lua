@@ -1,4 +1,5 @@
---- compare.lua: compares numbers, tables and views element by element and describes differences.
+--- compare.lua: compares numbers, tables and views element by element and describes differences,
+--- the worst first.
 
 local ffi = require "ffi"
 local choice = require "limax.base.choice"
@@ -73,20 +74,33 @@ local function walk(expected, got, path, excess, list)
   return list
 end
 
+-- The differences of two values, those of the largest excess first.
+local function differences_of(expected, got, excess)
+  local list = walk(expected, got, "", excess, {})
+  for i, difference in ipairs(list) do difference.order = i end
+  table.sort(list, function(a, b)
+    if a.excess ~= b.excess then return a.excess > b.excess end
+    return a.order < b.order
+  end)
+  return list
+end
+
 --- Where two values are not equal; NaN equals NaN.
+---@return limax.difference[]
 function compare.equal(expected, got)
-  return walk(expected, got, "", function(a, b)
+  return differences_of(expected, got, function(a, b)
     return not (a == b or (a ~= a and b ~= b)) and math.huge or nil
-  end, {})
+  end)
 end
 
 --- Where two values do not have the same bits.
+---@return limax.difference[]
 function compare.same_bits(expected, got)
-  return walk(expected, got, "", function(a, b)
+  return differences_of(expected, got, function(a, b)
     local same = a == b
     if type(a) == "number" then same = bits_of(a) == bits_of(b) end
     return not same and math.huge or nil
-  end, {})
+  end)
 end
 
 --- Where numbers differ by more than atol + rtol |expected|, or other values are not equal. NaN
@@ -96,7 +110,7 @@ end
 ---@param tolerance { rtol: number, atol: number }
 ---@return limax.difference[]
 function compare.near(expected, got, tolerance)
-  return walk(expected, got, "", function(a, b)
+  return differences_of(expected, got, function(a, b)
     if a == b then return nil end
     if type(a) ~= "number" then return math.huge end
     local allowed = tolerance.atol + tolerance.rtol * math.abs(a)
@@ -104,16 +118,19 @@ function compare.near(expected, got, tolerance)
     if difference <= allowed and difference < math.huge then return nil end
     if difference ~= difference or allowed == 0 then return math.huge end
     return difference / allowed
-  end, {})
+  end)
 end
 
---- The difference to show: the first of the largest excess.
-function compare.worst(differences)
-  local worst = differences[1]
-  for _, difference in ipairs(differences) do
-    if difference.excess > worst.excess then worst = difference end
-  end
-  return worst
+-- ", relative 0.01" of two numbers.
+local function relative(expected, got)
+  if type(expected) ~= "number" or type(got) ~= "number" or expected == 0 then return "" end
+  return (", relative %.3g"):format(math.abs((got - expected) / expected))
+end
+
+--- ".energy: 1 -> 1.01, relative 0.01" of one difference.
+function compare.change(difference)
+  return ("%s: %s -> %s%s"):format(difference.path, compare.shown(difference.expected),
+    compare.shown(difference.got), relative(difference.expected, difference.got))
 end
 
 --- "expected 1, got 2; difference 1, relative 1" of one difference.
@@ -126,11 +143,7 @@ function compare.text(difference)
   end
   local text = ("%sexpected %s, got %s"):format(place, compare.shown(expected), compare.shown(got))
   if type(expected) ~= "number" or type(got) ~= "number" then return text end
-  text = ("%s; difference %.3g"):format(text, math.abs(got - expected))
-  if expected ~= 0 then
-    text = ("%s, relative %.3g"):format(text, math.abs((got - expected) / expected))
-  end
-  return text
+  return ("%s; difference %.3g%s"):format(text, math.abs(got - expected), relative(expected, got))
 end
 
 return compare

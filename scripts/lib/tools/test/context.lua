@@ -7,6 +7,7 @@ local compare = require "limax.tools.test.compare"
 local engine = require "limax.engine"
 local golden = require "limax.tools.test.golden"
 local schema = require "limax.engine.schema"
+local shell = require "limax.base.shell"
 local statistics = require "limax.tools.test.statistics"
 local suggest = require "limax.engine.suggest"
 
@@ -60,7 +61,7 @@ end
 
 local function report(what, differences)
   if #differences == 0 then return end
-  local text = ("%s: %s"):format(what, compare.text(compare.worst(differences)))
+  local text = ("%s: %s"):format(what, compare.text(differences[1]))
   if #differences > 1 then text = ("%s (the worst of %d)"):format(text, #differences) end
   fail(text)
 end
@@ -260,13 +261,6 @@ function methods:folder()
   return path
 end
 
--- A link is removed, not entered.
-local function remove(path)
-  if host.file.remove(path) then return end
-  for _, name in ipairs(host.file.list(path) or {}) do remove(path .. "/" .. name) end
-  host.file.remove(path)
-end
-
 --- Ends fixtures, the last made first.
 ---@param closing fun()[]
 ---@return string|nil failure of the first that failed
@@ -283,7 +277,7 @@ end
 ---@return string|nil failure of a fixture's close
 function methods:close()
   local wrong = context.close_all(self.closing)
-  for _, path in ipairs(self.folders) do remove(path) end
+  for _, path in ipairs(self.folders) do os.execute("rm -rf " .. shell.quoted(path)) end
   if self.device then self.device:free "its test was over" end
   return wrong
 end

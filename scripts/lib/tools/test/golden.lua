@@ -121,20 +121,9 @@ end
 
 -- The worst differences, a line each.
 local function listed(differences)
-  for i, difference in ipairs(differences) do difference.order = i end
-  table.sort(differences, function(a, b)
-    if a.excess ~= b.excess then return a.excess > b.excess end
-    return a.order < b.order
-  end)
   local lines = {}
   for i = 1, math.min(SHOWN, #differences) do
-    local one = differences[i]
-    lines[i] = ("\n  %s: %s -> %s"):format(one.path, compare.shown(one.expected),
-      compare.shown(one.got))
-    if type(one.expected) == "number" and type(one.got) == "number" and one.expected ~= 0 then
-      lines[i] = ("%s, relative %.3g"):format(lines[i],
-        math.abs((one.got - one.expected) / one.expected))
-    end
+    lines[i] = "\n  " .. compare.change(differences[i])
   end
   if #differences > SHOWN then
     lines[#lines + 1] = ("\n  and %d more"):format(#differences - SHOWN)
@@ -210,7 +199,7 @@ function golden.check(request, update)
   local differences = compare.near(old.values, values, request)
   if #differences == 0 then return nil end
   return ("golden %s: %s (%d of its values are out of tolerance; rtol %g, atol %g: %s; recorded by "
-    .. "%s on %s)"):format(request.name, compare.text(compare.worst(differences)), #differences,
+    .. "%s on %s)"):format(request.name, compare.text(differences[1]), #differences,
     request.rtol, request.atol, request.why, old.recorded.compiler, old.recorded.device)
 end
 

@@ -168,16 +168,6 @@ function runner.chosen(instance, choice)
   return found or not wanted
 end
 
--- The device of an instance; nil and a reason if this machine does not have it.
-local function open_device(instance)
-  local name = instance.values.device
-  if not name then return nil end
-  local fine, device = pcall(engine.device, name, { threads = instance.values.threads })
-  if fine then return device end
-  if device == host.interrupt then error(device, 0) end
-  return nil, failure.bare(device)
-end
-
 local function outcome(fine, value, trace)
   if fine then return { status = "passed" } end
   local class = type(value) == "table" and getmetatable(value)
@@ -191,13 +181,15 @@ end
 
 -- The device of an instance, or the result of one that cannot run.
 local function prepare(instance)
-  local device
+  local name = instance.values.device
   local reason = instance.case.skip or axes.impossible(instance.values)
-  if not reason then device, reason = open_device(instance) end
-  if not reason then return device, nil end
+  if reason then return nil, { status = "skipped", text = reason } end
+  if not name then return nil end
+  local fine, device = pcall(engine.device, name, { threads = instance.values.threads })
+  if fine then return device end
+  if device == host.interrupt then error(device, 0) end
   -- only a GPU may be missing
-  local failed = instance.values.device == "cpu" and not instance.case.skip
-  return nil, { status = failed and "failed" or "skipped", text = reason }
+  return nil, { status = name == "cpu" and "failed" or "skipped", text = failure.bare(device) }
 end
 
 -- Runs a test: the event of its result.
