@@ -257,20 +257,39 @@ local function blocks(page, language)
   return list
 end
 
--- Adds words that make a documented experiment small, and choose its run folder.
+-- Words that make a documented experiment small, and choose its run folder, after its own.
 local function small(words, name)
+  -- a later command may read a folder that this one names
+  local names_folder = choice.contains(words, "--out")
   for _, change in ipairs { "population=12", "generations=2", "repetitions=1", "lattice=[3,3,3]",
     "simulation.duration=0.4", "simulation.settle=0.1" } do
-    words[#words + 1] = "--set"
-    words[#words + 1] = change
+    words[#words + 1] = "--set=" .. change
   end
-  -- a later command may read a folder that this one names
-  for _, word in ipairs(words) do
-    if word == "--out" then return words end
-  end
-  words[#words + 1] = "--out"
-  words[#words + 1] = "runs/" .. name
+  if not names_folder then words[#words + 1] = "--out=runs/" .. name end
   return words
+end
+
+-- Runs the command lines in a page's blocks of a language, and returns their number.
+local function run_lines(t, folder, page, language, program)
+  local count = 0
+  for _, block in ipairs(blocks(page, language)) do
+    for _, line in ipairs(block.lines) do
+      local words = {}
+      for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do
+        -- the test runs in a folder of its own
+        words[#words + 1] = word:find "^scripts/" and host.home .. "/" .. word or word
+      end
+      local named = table.remove(words, 1)
+      -- quickstart.sh and test.sh install packages
+      if named and not named:find "/scripts/dev/%l+%.sh$" then
+        t:ok(named == program, ("%s: %s is not the built program"):format(page, line))
+        count = count + 1
+        if words[1] == "run" then words = small(words, page:gsub("%W", "_") .. count) end
+        completes(t, folder, words, { what = block.place .. ": " .. line })
+      end
+    end
+  end
+  return count
 end
 
 for _, page in ipairs(WITH_LUA) do
@@ -302,24 +321,7 @@ suite:test("every command line runs", { limit = 60 }, function(t)
       local name = text:match 'name = "(.-)"'
       if name then write(("%s/%s.lua"):format(folder, name), text) end
     end
-    for _, block in ipairs(blocks(page, "sh")) do
-      for _, line in ipairs(block.lines) do
-        local words = {}
-        for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do
-          -- the test runs in a folder of its own
-          words[#words + 1] = word:find "^scripts/" and host.home .. "/" .. word or word
-        end
-        local program = table.remove(words, 1)
-        -- quickstart.sh and test.sh install packages
-        local installs = program and program:find("/scripts/dev/%l+%.sh$")
-        if program and not installs then
-          t:ok(program == "build/limax", ("%s: %s is not the built program"):format(page, line))
-          count = count + 1
-          if words[1] == "run" then words = small(words, "line" .. count) end
-          completes(t, folder, words, { what = page .. ": " .. line })
-        end
-      end
-    end
+    count = count + run_lines(t, folder, page, "sh", "build/limax")
   end
   t:ok(count > 0)
 end)
@@ -335,23 +337,14 @@ suite:test("the client example of llm/README.md runs", { limit = 60 }, function(
 end)
 
 suite:test("the commands of CONVERT.md run", { limit = 60 }, function(t)
-  local folder, count = t:folder(), 0
+  local folder = t:folder()
   write(folder .. "/walk.lua", [[
 return require("limax").experiment { name = "walk", fitness = "walk", lattice = { 3, 3, 3 },
   population = 6, generations = 2, repetitions = 1, simulation = { duration = 0.4, settle = 0.1 } }
 ]])
   completes(t, folder, { "run", "walk.lua", "-q", "--out", "runs/walk-1" })
   completes(t, folder, { "convert", "runs/walk-1", "walker.vxa" })
-  for _, block in ipairs(blocks("scripts/CONVERT.md", "text")) do
-    for _, line in ipairs(block.lines) do
-      local words = {}
-      for word in line:gsub("%s*#.*$", ""):gmatch "%S+" do words[#words + 1] = word end
-      t:equal(table.remove(words, 1), "limax")
-      completes(t, folder, words, { what = block.place })
-      count = count + 1
-    end
-  end
-  t:ok(count >= 5)
+  t:ok(run_lines(t, folder, "scripts/CONVERT.md", "text", "limax") >= 5)
 end)
 
 -- The anchors of a page's headings, as a reader's browser makes them.

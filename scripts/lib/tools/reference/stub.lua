@@ -41,20 +41,19 @@ end
 
 -- Every class and alias of limax, and the methods of those that have a group.
 local function add_types(lines)
-  local comments, groups, written = {}, {}, {}
+  local comments, written = {}, {}
   for name, class in pairs(annotations.all "classes") do comments[name] = class.lines end
   for name, comment in pairs(annotations.all "aliases") do comments[name] = comment end
   comments.limax, comments["limax.engine"] = nil, nil
-  for _, group in ipairs(api.groups()) do groups[group.class or ""] = group end
   for _, name in ipairs(choice.sorted_keys(comments)) do
     lines[#lines + 1] = ""
     -- one comment may hold several classes
     if not written[comments[name]] then add_comment(lines, comments[name]) end
     written[comments[name]] = true
-    if groups[name] then
-      local holder = name:gsub("%.", "_")
+    local group, holder = api.group_of(name), name:gsub("%.", "_")
+    if group then
       lines[#lines + 1] = ("local %s = {}"):format(holder)
-      for _, entry in ipairs(groups[name].list) do
+      for _, entry in ipairs(group.list) do
         if entry.doc then add_function(lines, holder .. ":", entry) end
       end
     end
