@@ -12,7 +12,6 @@ local methods = {}
 local class = { __index = methods }
 
 --- Starts the server; skips the test without Python.
----@param t limax.test_context
 ---@param tls? boolean makes certificates and speaks TLS too
 ---@return table server with .ports: see faulty_server.py
 function faulty_server.open(t, tls)
@@ -34,14 +33,11 @@ function faulty_server.open(t, tls)
 end
 
 --- The base URL of a scenario.
----@param name string
----@return string
 function methods:url(name) return self.base .. name .. "/v1" end
 
 --- What the server states about itself: "counts", of the requests of each scenario, { name = {
 --- requests = , keys = } }, or "names", a list.
 ---@param what "counts"|"names"
----@return table
 function methods:ask(what)
   return host.json.decode(assert(host.http { url = self.base .. "_" .. what }).body)
 end

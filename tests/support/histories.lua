@@ -11,8 +11,6 @@ histories.FIRST = { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 
   elite_fraction = 0.3 }
 
 --- A shallow copy.
----@param fields table
----@return table
 function histories.copy(fields)
   local copy = {}
   for key, value in pairs(fields) do copy[key] = value end
@@ -20,10 +18,6 @@ function histories.copy(fields)
 end
 
 --- A generation of ten robots with this best score; `fields` replace its other fields.
----@param generation integer
----@param best number
----@param fields? table
----@return table
 function histories.entry(generation, best, fields)
   local made = { generation = generation, best = best, mean = best / 2,
     parameters = histories.copy(histories.FIRST), population = {},
@@ -36,9 +30,6 @@ function histories.entry(generation, best, fields)
 end
 
 --- A history of these best scores; `last` replaces fields of the last generation.
----@param scores number[]
----@param last? table
----@return table[]
 function histories.history_of(scores, last)
   local history = {}
   for k, score in ipairs(scores) do
@@ -48,18 +39,11 @@ function histories.history_of(scores, last)
 end
 
 --- The random numbers of a supervisor.
----@param individual? integer
----@return limax.random
 function histories.stream(individual)
   return limax.engine.random(7, 1, "supervision", 3, individual or 0)
 end
 
 --- The proposal and reason of a supervisor, which must be the same twice.
----@param t limax.test_context
----@param spec string|table|function
----@param history table[]
----@return table|nil
----@return string
 function histories.ask(t, spec, history)
   local supervisor = limax.supervise.get(spec)
   local proposal, reason = supervisor.call(history, histories.stream(), ledger.limits(10))

@@ -51,9 +51,6 @@ function model_stage.new(options, answers, environment, endpoints)
 end
 
 --- A good answer with this text, its fields changed.
----@param content string
----@param fields? table
----@return table
 function model_stage.completion(content, fields)
   local body = { id = "c1", model = "m-1",
     choices = { { message = { role = "assistant", content = content }, finish_reason = "stop" } },
@@ -63,7 +60,6 @@ function model_stage.completion(content, fields)
 end
 
 --- Random whole numbers from 1 to n that are the same everywhere.
----@param seed integer
 ---@return fun(n: integer): integer
 function model_stage.picks(seed)
   return function(n)

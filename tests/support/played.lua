@@ -13,8 +13,6 @@ local KEY = model_stage.KEY
 local BUDGET = 60 -- s; no scenario needs more on a slow machine
 
 --- The form in which a text shows the key; nil where it does not.
----@param text string
----@return string|nil
 function played.leaks(text)
   local hex = KEY:gsub(".", function(letter) return ("%02x"):format(letter:byte()) end)
   for _, form in ipairs { KEY:sub(1, 8), "SENTINEL", base64.encode(KEY):sub(1, 11),

@@ -42,9 +42,7 @@ function talker.new(answer)
 end
 
 --- A tiny experiment with this supervisor.
----@param supervisor table|string|function
 ---@param changes? table fields that replace its own
----@return limax.experiment
 function talker.experiment(supervisor, changes)
   local fields = { name = "tiny", lattice = { 2, 2, 2 }, population = 4, generations = 4,
     repetitions = 1, simulation = { duration = 0.06, settle = 0, accuracy = "preview" },
@@ -59,8 +57,6 @@ end
 ---@field output string messages for the user what the run printed
 
 --- Reads the files of a run.
----@param folder string
----@return talker.done
 function talker.read(folder)
   local done = { folder = folder }
   for _, name in ipairs { "ledger", "transcript", "timing" } do
@@ -73,11 +69,8 @@ function talker.read(folder)
 end
 
 --- Runs a tiny experiment in a new folder.
----@param t limax.test_context
----@param supervisor table|string|function
 ---@param changes? table fields of the experiment
 ---@param options? table of `limax.start`
----@return talker.done
 function talker.run(t, supervisor, changes, options)
   local folder, printed = t:folder() .. "/run", {}
   local start = { out = folder, device = "cpu",
@@ -90,10 +83,6 @@ function talker.run(t, supervisor, changes, options)
 end
 
 --- The ledger's entry of a field before generation `generation`.
----@param done talker.done
----@param generation integer
----@param field string
----@return table|nil
 function talker.entry(done, generation, field)
   for _, each in ipairs(done.ledger[generation + 1].entries) do
     if each.field == field then return each end
@@ -101,9 +90,6 @@ function talker.entry(done, generation, field)
 end
 
 --- The transcript's attempts or outcomes.
----@param done talker.done
----@param kind "attempt"|"outcome"
----@return table[]
 function talker.of_kind(done, kind)
   local list = {}
   for _, line in ipairs(done.transcript) do

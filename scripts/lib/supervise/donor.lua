@@ -55,7 +55,6 @@ end
 
 --- The run that `options` name; raises where it cannot be used.
 ---@param options { run: string, repetition: integer }
----@return limax.donor
 function donor.read(options)
   local config, status = json_of(options, "config.json"), json_of(options, "STATUS")
   if status.state ~= "done" then
@@ -78,7 +77,6 @@ local BEGINNING = { "breeding", "population", "materials" }
 --- generations, or the same budget of evaluations, and the same limits and first values.
 ---@param options { run: string, repetition: integer }
 ---@param config table of the experiment
----@return string|nil
 function donor.unfit(options, config)
   local from = donor.read(options)
   local own = from.config
