@@ -1,6 +1,7 @@
 --- model_stage.lua: a client of a language model whose HTTP function, clock, waits and environment
 --- are the test's. It notes everything that happens.
 
+local base64 = require "limax.base.base64"
 local client = require "limax.supervise.llm.client"
 local host = require "limax.host"
 
@@ -57,6 +58,17 @@ function model_stage.completion(content, fields)
     usage = { prompt_tokens = 100, completion_tokens = 20 } }
   for name, value in pairs(fields or {}) do body[name] = value end
   return { body = body }
+end
+
+--- The form in which a text shows the key; nil where it does not.
+---@return string|nil
+function model_stage.leaks(text)
+  local key = model_stage.KEY
+  local hex = key:gsub(".", function(letter) return ("%02x"):format(letter:byte()) end)
+  for _, form in ipairs { key:sub(1, 8), "SENTINEL", base64.encode(key):sub(1, 11),
+    base64.encode("user:" .. key):sub(9, 20), "SENTINEL%2F0123", hex:sub(1, 16) } do
+    if text:find(form, 1, true) then return form end
+  end
 end
 
 --- Random whole numbers from 1 to n that are the same everywhere.

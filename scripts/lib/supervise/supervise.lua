@@ -47,11 +47,6 @@ supervise.entries = {
   yoked = require "limax.supervise.yoked",
 }
 
-for name, entry in pairs(supervise.entries) do
-  assert(entry.options and (entry.make or entry.start),
-    ("supervisor %s needs options, and make or start"):format(name))
-end
-
 --- Names of the four parameters.
 supervise.parameters = ledger.parameters
 

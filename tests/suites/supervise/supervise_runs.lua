@@ -44,6 +44,7 @@ end
 suite:test("no scheme of the library proposes before a generation is scored", function(t)
   local folder, tested = donor(t), 0
   for name, entry_of in pairs(limax.supervise.entries) do
+    t:ok(entry_of.options and (entry_of.make or entry_of.start), name)
     if entry_of.make then
       local spec = entry_of.options.run and { name, run = folder } or name
       t:equal({ name, (ask(t, spec, {})) }, { name, nil })
