@@ -52,12 +52,12 @@ end
 
 -- Sets a table of heights, with a row for each place along x, and returns a copy of it.
 local function set_heights(handle, effect, what, field, value)
-  local first = type(value) == "table" and value[1]
   local expected = "a list of rows, each a list of numbers"
+  local first = type(value) == "table" and value[1]
   if type(first) ~= "table" then schema.refuse(what, expected, value) end
   local width = #first
-  local rule = schema.list(schema.numbers(width), { expected = expected })
-  local copy = schema.demand(rule, value, what)
+  local copy =
+    schema.demand(schema.list(schema.numbers(width), { expected = expected }), value, what)
   local heights = ffi.new("double[?]", math.max(1, #copy * width))
   for x, row in ipairs(copy) do
     for y = 1, width do heights[(x - 1) * width + y - 1] = row[y] end
@@ -69,50 +69,57 @@ end
 -- Sets one field, and returns its value as scene:table() shows it. `place` names the effect, and
 -- the instance where there may be several.
 local function set(handle, effect, place, field, value)
-  local what = ("scene: %s.%s"):format(place, field.name)
-  if field.components == 0 then return set_heights(handle, effect, what, field, value) end
-  local rule = field.components == 1 and schema.number {} or schema.numbers(field.components)
-  value = schema.demand(rule, value, what)
-  local values = ffi.new("double[?]", field.components, value)
-  abi.check(C.limax_scene_set(handle, effect, field.name, values, field.components))
+  local what, components = ("scene: %s.%s"):format(place, field.name), field.components
+  if components == 0 then return set_heights(handle, effect, what, field, value) end
+  value = schema.demand(components == 1 and schema.number {} or schema.numbers(components), value,
+    what)
+  abi.check(C.limax_scene_set(handle, effect, field.name, ffi.new("double[?]", components, value),
+    components))
   return value
+end
+
+-- The default of a field as scene:table() shows it; a table of heights is flat.
+local function default_of(field)
+  if field.components == 0 then return { { 0, 0 }, { 0, 0 } } end
+  return field.components == 1 and field.value[1] or field.value
 end
 
 -- Adds one effect, or an instance of it; `changes` is true or a table of fields. Returns the values
 -- of all its fields.
 local function add(handle, effect, place, changes)
   if effect.name ~= ALWAYS then abi.check(C.limax_scene_add(handle, effect.name)) end
-  local resolved, known = {}, {}
-  for _, field in ipairs(effect.fields) do known[field.name] = true end
-  if type(changes) == "table" then schema.known(changes, known, "scene: " .. place) end
+  if changes == true then changes = {} end
+  local resolved = {}
+  for _, field in ipairs(effect.fields) do resolved[field.name] = default_of(field) end
+  schema.known(changes, resolved, "scene: " .. place)
   for _, field in ipairs(effect.fields) do
-    local value
-    if type(changes) == "table" then value = changes[field.name] end
-    if value ~= nil then
-      resolved[field.name] = set(handle, effect.name, place, field, value)
-    elseif field.components == 0 then
-      -- flat
-      resolved[field.name] = { { 0, 0 }, { 0, 0 } }
-    else
-      resolved[field.name] = field.components == 1 and field.value[1] or field.value
-    end
+    local value = changes[field.name]
+    if value ~= nil then resolved[field.name] = set(handle, effect.name, place, field, value) end
   end
   return resolved
 end
 
--- Adds all instances of an effect that a scene may have several times: a list, or a single one.
-local function add_all(handle, effect, value)
-  local list = type(value) == "table" and value[1] ~= nil and value or { value }
-  local resolved = {}
-  for i, one in ipairs(list) do
-    local place = ("%s[%d]"):format(effect.name, i)
-    if type(one) ~= "table" and one ~= true then
-      schema.refuse("scene: " .. place, "a table of its fields", one)
-    end
-    resolved[i] = add(handle, effect, place, one)
+-- Adds an effect as the script's entry asks: once, or each instance of a list.
+local function add_entry(handle, effect, entry)
+  local place, is_list = "scene: " .. effect.name, type(entry) == "table" and entry[1] ~= nil
+  if type(entry) ~= "table" and type(entry) ~= "boolean" then
+    schema.refuse(place, "true, false or a table of its fields", entry)
   end
-  if not schema.list_size(list) then
-    fault.raise(("scene: %s: expected a list of tables without named entries"):format(effect.name))
+  if effect.instances == 1 then
+    if is_list then
+      fault.raise(place .. ": a scene has it once; expected a table of its fields, got a list")
+    end
+    return add(handle, effect, effect.name, entry)
+  end
+  local resolved = {}
+  for i, one in ipairs(is_list and entry or { entry }) do
+    if type(one) ~= "table" and one ~= true then
+      schema.refuse(("%s[%d]"):format(place, i), "a table of its fields", one)
+    end
+    resolved[i] = add(handle, effect, ("%s[%d]"):format(effect.name, i), one)
+  end
+  if is_list and not schema.list_size(entry) then
+    fault.raise(place .. ": expected a list of tables without named entries")
   end
   return resolved
 end
@@ -122,40 +129,25 @@ end
 ---@return limax.scene
 local function scene(entries)
   schema.demand(schema.table, entries, "scene")
-  local all, built_in, known, scripted = effects(), {}, {}, {}
-  for _, effect in ipairs(all) do built_in[effect.name], known[effect.name] = true, true end
-  for name, value in pairs(entries) do
-    if not built_in[name] and scripted_effect.is(value) then
-      scripted[#scripted + 1], known[name] = name, true
-    end
+  if entries[ALWAYS] == false then
+    fault.raise(("scene: %s act in every scene and cannot be left out"):format(ALWAYS))
   end
+  local all, known, scripted = effects(), {}, {}
+  for _, effect in ipairs(all) do known[effect.name] = true end
+  for name, value in pairs(entries) do
+    if not known[name] and scripted_effect.is(value) then scripted[#scripted + 1] = name end
+  end
+  for _, name in ipairs(scripted) do known[name] = true end
   schema.known(entries, known, "scene", function(name)
     return type(entries[name]) == "table" and '; a force of your own has a text, force = "f = ...;"'
   end)
-  table.sort(scripted, function(a, b) return tostring(a) < tostring(b) end)
+  table.sort(scripted)
   local self = object.make(class, nil, C.limax_scene_create, { resolved = {} })
   for _, effect in ipairs(all) do
-    local value = entries[effect.name]
-    if type(value) ~= "table" and type(value) ~= "boolean" and value ~= nil then
-      schema.refuse("scene: " .. effect.name, "true, false or a table of its fields", value)
-    end
-    if effect.instances == 1 and type(value) == "table" and value[1] ~= nil then
-      fault.raise(("scene: %s: a scene has it once; expected a table of its fields, got a list")
-        :format(effect.name))
-    end
-    if effect.name == ALWAYS and value == false then
-      fault.raise(("scene: %s act in every scene and cannot be left out"):format(ALWAYS))
-    end
-    if value then
-      local resolved
-      if effect.instances > 1 then
-        resolved = add_all(self.handle, effect, value)
-      else
-        resolved = add(self.handle, effect, effect.name, value)
-      end
-      if effect.name ~= ALWAYS then self.resolved[effect.name] = resolved end
-    end
+    local entry = entries[effect.name]
+    if entry then self.resolved[effect.name] = add_entry(self.handle, effect, entry) end
   end
+  self.resolved[ALWAYS] = nil
   for _, name in ipairs(scripted) do
     self.resolved[name] = scripted_effect.add(self.handle, name, entries[name])
   end

@@ -62,6 +62,15 @@ function schema.demand(rule, value, path)
   return result
 end
 
+-- The rule of values that pass a test; `default` for nil.
+local function optional(test, expected, default)
+  return function(value, path)
+    if value == nil then return default end
+    if test(value) then return value end
+    return refused(path, expected, value)
+  end
+end
+
 -- ---- numbers ------------------------------------------------------------------------------------
 
 ---@class limax.range
@@ -104,14 +113,9 @@ end
 ---@param default? any
 ---@return schema.rule
 function schema.number(field, default)
-  return function(value, path)
-    if value == nil then
-      if default ~= nil then return default end
-      return field.value
-    end
-    if not in_range(field, value) then return refused(path, schema.expected(field), value) end
-    return value
-  end
+  if default == nil then default = field.value end
+  return optional(function(value) return in_range(field, value) end, schema.expected(field),
+    default)
 end
 
 --- A number, or a list of three, of a field of the engine.
@@ -140,13 +144,8 @@ end
 ---@param field limax.range
 ---@return schema.rule
 function schema.word_or_number(word, field)
-  return function(value, path)
-    if value == nil or value == word then return value end
-    if not in_range(field, value) then
-      return refused(path, ('"%s" or %s'):format(word, schema.expected(field)), value)
-    end
-    return value
-  end
+  return optional(function(value) return value == word or in_range(field, value) end,
+    ('"%s" or %s'):format(word, schema.expected(field)))
 end
 
 --- A 1-based index into something that has `count` entries; raises at the user's line.
@@ -201,11 +200,7 @@ end
 ---@param default? boolean
 ---@return schema.rule
 function schema.boolean(default)
-  return function(value, path)
-    if value == nil then return default end
-    if type(value) ~= "boolean" then return refused(path, "true or false", value) end
-    return value
-  end
+  return optional(function(value) return type(value) == "boolean" end, "true or false", default)
 end
 
 --- A text that matches a Lua pattern from end to end.
@@ -213,25 +208,16 @@ end
 ---@param expected string the pattern in words
 ---@return schema.rule
 function schema.text(pattern, expected)
-  return function(value, path)
-    if value == nil then return nil end
-    if type(value) ~= "string" or not value:match("^" .. pattern .. "$") then
-      return refused(path, expected, value)
-    end
-    return value
-  end
+  return optional(function(value)
+    return type(value) == "string" and value:match("^" .. pattern .. "$")
+  end, expected)
 end
 
 --- Any text.
 schema.string = schema.text(".*", "a text")
 
 --- Any table.
----@param value any
----@param path string
-function schema.table(value, path)
-  if value == nil or type(value) == "table" then return value end
-  return refused(path, "a table", value)
-end
+schema.table = optional(function(value) return type(value) == "table" end, "a table")
 
 --- One of a list of words; absent stays absent.
 ---@param words string[]

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -24,8 +25,6 @@ namespace {
 // bytes of all headers, interim answers included
 constexpr std::size_t largest_headers = std::size_t{64} << 10;
 constexpr std::size_t largest_answer = std::size_t{16} << 20;  // bytes of a body, unpacked
-constexpr double longest_timeout = 86400;                      // s
-constexpr double longest_connect = 30;                         // s
 
 struct free_curl {
     void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
@@ -96,80 +95,79 @@ struct http_request {
     std::map<std::string, std::string> headers;
     std::optional<std::string> body;
     std::string ca_file;  // certificates to trust instead of the system's; empty: the system's
-    double timeout = 60;  // s
-    double connect_timeout = longest_connect;  // s
-    double largest = largest_answer;           // bytes
+    double timeout, connect_timeout;  // s
+    double largest;                   // bytes
     bool allow_insecure = false;
 };
 
 [[noreturn]] void refuse(const std::string& what) { throw std::runtime_error("http: " + what); }
 
-// The value on top of the stack.
-std::string text_field(lua_State* L, const std::string& name) {
-    if (lua_type(L, -1) != LUA_TSTRING)
-        refuse(name + " must be a string, not a " + luaL_typename(L, -1));
-    return std::string(text_at(L, -1));
-}
-
-// Refuses line breaks, which would begin another header.
-std::string line_field(lua_State* L, const std::string& name) {
-    std::string text = text_field(L, name);
-    if (text.find_first_of(std::string("\r\n\0", 3)) != std::string::npos)
+// The string at `index`. A line break, which would begin another header, is refused.
+std::string line_at(lua_State* L, int index, const std::string& name) {
+    if (lua_type(L, index) != LUA_TSTRING)
+        refuse(name + " must be a string, not a " + luaL_typename(L, index));
+    const std::string_view text = text_at(L, index);
+    if (text.find_first_of(std::string_view("\r\n\0", 3)) != text.npos)
         refuse(name + " must not contain a line break or a zero byte");
-    return text;
+    return std::string(text);
 }
 
-double seconds_field(lua_State* L, const std::string& name, double most) {
+// The fields of the table at index 1.
+
+std::string line_field(lua_State* L, const char* name) {
+    lua_getfield(L, 1, name);
+    return lua_isnil(L, -1) ? "" : line_at(L, -1, name);
+}
+
+double number_field(lua_State* L, const char* name, double least, double most, double usual,
+                    const char* expected) {
+    lua_getfield(L, 1, name);
+    if (lua_isnil(L, -1)) return usual;
     const double value = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-    if (!(value > 0 && value <= most))
-        refuse(name + " must be a number of seconds above 0, at most " +
-               std::to_string(std::lround(most)));
+    if (!(value > 0 && value >= least && value <= most))
+        refuse(std::string(name) + " must be " + expected);
     return value;
-}
-
-void read_field(lua_State* L, const std::string& field, http_request& request) {
-    if (field == "url") {
-        request.url = line_field(L, field);
-    } else if (field == "method") {
-        request.method = line_field(L, field);
-    } else if (field == "body") {
-        request.body = text_field(L, field);
-    } else if (field == "timeout") {
-        request.timeout = seconds_field(L, field, longest_timeout);
-    } else if (field == "connect_timeout") {
-        request.connect_timeout = seconds_field(L, field, longest_connect);
-    } else if (field == "largest") {
-        request.largest = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : 0;
-        if (!(request.largest >= 1 && request.largest <= double(largest_answer)))
-            refuse("largest must be a number of bytes, 1 to 16777216");
-    } else if (field == "allow_insecure") {
-        if (!lua_isboolean(L, -1)) refuse("allow_insecure must be true or false");
-        request.allow_insecure = lua_toboolean(L, -1) != 0;
-    } else if (field == "ca_file") {
-        request.ca_file = line_field(L, field);
-    } else if (field == "headers") {
-        if (!lua_istable(L, -1)) refuse("headers must be a table");
-        for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1)) {
-            lua_pushvalue(L, -2);
-            const std::string name = line_field(L, "the name of a header");
-            lua_pop(L, 1);
-            request.headers[name] = line_field(L, "a header's value");
-        }
-    } else {
-        refuse("unknown field '" + field +
-               "'; known are: allow_insecure, body, ca_file, connect_timeout, headers, largest, "
-               "method, timeout, url");
-    }
 }
 
 http_request read_request(lua_State* L) {
     luaL_checktype(L, 1, LUA_TTABLE);
+    static const std::set<std::string> known = {"allow_insecure",  "body",    "ca_file",
+                                                "connect_timeout", "headers", "largest",
+                                                "method",          "timeout", "url"};
+    for (lua_pushnil(L); lua_next(L, 1) != 0; lua_pop(L, 1)) {
+        const std::string name =
+            lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : luaL_typename(L, -2);
+        if (known.count(name) == 1) continue;
+        std::string names;
+        for (const std::string& each : known) names += (names.empty() ? "" : ", ") + each;
+        refuse("unknown field '" + name + "'; known are: " + names);
+    }
     http_request request;
-    for (lua_pushnil(L); lua_next(L, 1) != 0; lua_pop(L, 1))
-        read_field(L, lua_type(L, -2) == LUA_TSTRING ? lua_tostring(L, -2) : luaL_typename(L, -2),
-                   request);
+    request.url = line_field(L, "url");
     if (request.url.empty()) refuse("the field url is missing");
+    request.ca_file = line_field(L, "ca_file");
+    request.timeout =
+        number_field(L, "timeout", 0, 86400, 60, "a number of seconds above 0, at most 86400");
+    request.connect_timeout =
+        number_field(L, "connect_timeout", 0, 30, 30, "a number of seconds above 0, at most 30");
+    request.largest = number_field(L, "largest", 1, largest_answer, largest_answer,
+                                   "a number of bytes, 1 to 16777216");
+    lua_getfield(L, 1, "allow_insecure");
+    if (!lua_isnil(L, -1) && !lua_isboolean(L, -1)) refuse("allow_insecure must be true or false");
+    request.allow_insecure = lua_toboolean(L, -1) != 0;
+    lua_getfield(L, 1, "body");
+    if (lua_type(L, -1) == LUA_TSTRING)
+        request.body = text_at(L, -1);
+    else if (!lua_isnil(L, -1))
+        refuse(std::string("body must be a string, not a ") + luaL_typename(L, -1));
+    request.method = line_field(L, "method");
     if (request.method.empty()) request.method = request.body ? "POST" : "GET";
+    lua_getfield(L, 1, "headers");
+    if (lua_isnil(L, -1)) return request;
+    if (!lua_istable(L, -1)) refuse("headers must be a table");
+    for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1))
+        request.headers[line_at(L, -2, "the name of a header")] =
+            line_at(L, -1, "a header's value");
     return request;
 }
 
@@ -261,24 +259,18 @@ void describe_problem(http_answer& answer, CURLcode code, const http_request& re
                       const url_parts& where, const char* detail, bool begun) {
     answer.kind = kind_of(code, answer, begun);
     answer.curl = *detail != '\0' ? detail : curl_easy_strerror(code);
-    const std::string kind = answer.kind;
-    char amount[32];
-    answer.problem = where.name();
-    if (kind == "size") {
-        std::snprintf(amount, sizeof amount, "%g", request.largest / 1048576);
-        answer.problem += std::string(" answered more than ") + amount + " MiB";
-    } else if (kind == "headers") {
-        answer.problem += " answered more than 64 KiB of headers";
-    } else if (kind == "timeout") {
-        std::snprintf(amount, sizeof amount, "%.3g", request.timeout);
-        answer.problem += std::string(" did not answer within ") + amount + " s";
-    } else if (kind == "connect_timeout") {
-        std::snprintf(amount, sizeof amount, "%.3g",
-                      std::min(request.timeout, request.connect_timeout));
-        answer.problem += std::string(" was not reached within ") + amount + " s";
-    } else {
-        answer.problem += ": " + answer.curl;
-    }
+    const std::string_view kind = answer.kind;
+    const double to_connect = std::min(request.timeout, request.connect_timeout);
+    char text[64] = " answered more than 64 KiB of headers";
+    if (kind == "size")
+        std::snprintf(text, sizeof text, " answered more than %g MiB", request.largest / 1048576);
+    else if (kind == "timeout")
+        std::snprintf(text, sizeof text, " did not answer within %.3g s", request.timeout);
+    else if (kind == "connect_timeout")
+        std::snprintf(text, sizeof text, " was not reached within %.3g s", to_connect);
+    else if (kind != "headers")
+        text[0] = '\0';
+    answer.problem = where.name() + (text[0] != '\0' ? text : ": " + answer.curl);
 }
 
 long milliseconds(double seconds) { return static_cast<long>(std::ceil(seconds * 1000)); }

@@ -98,7 +98,7 @@ struct palette {
 // The 255 most frequent colours, to five bits each; all others become the nearest of them.
 palette make_palette(const std::vector<std::string_view>& frames) {
     struct sum {
-        std::uint64_t count, red, green, blue;
+        std::uint64_t count, color[3];
     };
     std::vector<sum> sums(bucket_count, sum{});
     for (const std::string_view frame : frames)
@@ -107,35 +107,31 @@ palette make_palette(const std::vector<std::string_view>& frames) {
             if (pixel[3] < 128) continue;
             sum& bucket = sums[std::size_t(bucket_of(pixel))];
             ++bucket.count;
-            bucket.red += pixel[0];
-            bucket.green += pixel[1];
-            bucket.blue += pixel[2];
+            for (int k = 0; k < 3; ++k) bucket.color[k] += pixel[k];
         }
-    std::vector<int> order;
-    for (int k = 0; k < bucket_count; ++k)
-        if (sums[std::size_t(k)].count > 0) order.push_back(k);
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-        return sums[std::size_t(a)].count > sums[std::size_t(b)].count;
-    });
+    std::vector<std::size_t> order;
+    for (std::size_t k = 0; k < sums.size(); ++k)
+        if (sums[k].count > 0) order.push_back(k);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return sums[a].count > sums[b].count; });
     palette result;
     const std::size_t used = std::min(order.size(), std::size_t(clear_index));
     for (std::size_t k = 0; k < used; ++k) {
-        const sum& bucket = sums[std::size_t(order[k])];
-        result.colors[k] = {GifByteType(bucket.red / bucket.count),
-                            GifByteType(bucket.green / bucket.count),
-                            GifByteType(bucket.blue / bucket.count)};
+        const auto& [count, color] = sums[order[k]];
+        result.colors[k] = {GifByteType(color[0] / count), GifByteType(color[1] / count),
+                            GifByteType(color[2] / count)};
     }
-    for (const int bucket : order) {
-        int best = 0, least = 1 << 30;
-        for (std::size_t k = 0; k < used; ++k) {
-            const GifColorType& color = result.colors[k];
-            const int red = (bucket >> 10 << 3) + 4 - color.Red;
-            const int green = ((bucket >> 5 & 31) << 3) + 4 - color.Green;
-            const int blue = ((bucket & 31) << 3) + 4 - color.Blue;
-            const int away = red * red + green * green + blue * blue;
-            if (away < least) best = int(k), least = away;
-        }
-        result.nearest[std::size_t(bucket)] = static_cast<unsigned char>(best);
+    for (const std::size_t bucket : order) {
+        const auto away = [bucket](const GifColorType& color) {
+            const int red = int(bucket >> 10 << 3) + 4 - color.Red;
+            const int green = int((bucket >> 5 & 31) << 3) + 4 - color.Green;
+            const int blue = int((bucket & 31) << 3) + 4 - color.Blue;
+            return red * red + green * green + blue * blue;
+        };
+        const auto nearest =
+            std::min_element(result.colors.begin(), result.colors.begin() + std::ptrdiff_t(used),
+                             [&](const auto& a, const auto& b) { return away(a) < away(b); });
+        result.nearest[bucket] = static_cast<unsigned char>(nearest - result.colors.begin());
     }
     return result;
 }
