@@ -26,8 +26,8 @@ constexpr int64_t padding_share = 6;
 constexpr int64_t accesses_of_corner = 9, accesses_of_mass = 36;
 // Warps of a block beyond which a thread has too few registers for a spring.
 constexpr int most_warps = 16, most_warps_of_double = 8;
-// And beyond which the block of a lone robot would have fewer registers for each than it needs.
-constexpr int most_warps_alone = 8;
+// The same where the block is the only one of its multiprocessor.
+constexpr int most_warps_of_one = 8;
 // Bytes of shared memory for the few values that a block has besides columns, and their alignment.
 constexpr std::size_t shared_slack = 512;
 // Layouts that are worth the search for better lanes.
@@ -92,7 +92,7 @@ int least_wavefronts(const slot& cells) {
 
 // Assigns each cell the lane of its bank, in the first slot where that lane is free, and the rest
 // to the free lanes with the lowest cost.
-std::vector<slot> deal(const std::vector<cell_entry>& cells, const layout& at) {
+std::vector<slot> assign(const std::vector<cell_entry>& cells, const layout& at) {
     std::vector<slot> slots((cells.size() + lanes - 1) / lanes, empty_slot());
     std::vector<cell_entry> left;
     for (const cell_entry& cell : cells) {
@@ -188,7 +188,7 @@ block_plan plan_with(const lattice& grid, int cluster, int row, int plane, bool 
         for (int site = 0; site < count; ++site) masses.push_back({site, 0});
         for (const auto& [cells, slots] :
              {std::pair{&cubes, &of_cubes}, {&rim, &of_rim}, {&masses, &of_masses}}) {
-            slots->push_back(deal(*cells, at));
+            slots->push_back(assign(*cells, at));
             if (refined && cells != &masses) refine(slots->back(), at);
             const auto offset = int32_t(grid.site(0, 0, below));
             for (slot& s : slots->back())
@@ -236,23 +236,20 @@ int64_t cost_of(const block_plan& plan, const lattice& grid) {
 }  // namespace
 
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
-                                       std::size_t most_shared_bytes, company robots) {
+                                       std::size_t most_shared_bytes, kernel_form form) {
     const bool double_springs = needs.precision == LIMAX_DOUBLE;
     const bool double_masses = double_springs || needs.precision == LIMAX_MIXED;
     const int warps_of_many = std::max(plan.cube_slots, (plan.mass_slots + 1) / 2);
     if (warps_of_many > (double_springs ? most_warps_of_double : most_warps)) return std::nullopt;
     const int warps_of_one = std::max(plan.cube_slots + plan.rim_slots, plan.mass_slots);
-    const bool alone = robots == company::alone && warps_of_one <= most_warps_alone;
-    const int warps = alone ? warps_of_one : warps_of_many;
+    const bool one = form == kernel_form::one && warps_of_one <= most_warps_of_one;
+    const int warps = one ? warps_of_one : warps_of_many;
 
     // A scheduler shares 512 registers of a lane among its warps: three of them have 168 each, two
     // 255, four 128. Measured: three are best where the block is small enough.
     block_shape shape;
     shape.threads = warps * lanes;
-    shape.blocks = alone            ? 1
-                   : double_springs ? std::max(1, 8 / warps)
-                   : warps <= 6     ? 12 / warps
-                                    : 1;
+    shape.blocks = one ? 1 : double_springs ? std::max(1, 8 / warps) : warps <= 6 ? 12 / warps : 1;
     const int warps_of_scheduler = (warps * shape.blocks + 3) / 4;
     // What keeps spills under 64 bytes.
     shape.cube_held = double_springs            ? 0

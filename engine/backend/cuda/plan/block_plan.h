@@ -29,8 +29,8 @@ struct block_plan {
     std::vector<int32_t> masses;    // sites, [block][slot][32]
 };
 
-// Lays the masses out and deals the cells to lanes so that the lanes of a warp find their corners
-// in different banks, as far as the lattice allows. A cluster has at most as many blocks as the
+// Lays the masses out and assigns the cells to lanes so that the corners that a warp reads are in
+// different banks, as far as the lattice allows. A cluster has at most as many blocks as the
 // lattice has layers of voxels.
 block_plan plan_block(const lattice& grid, int cluster = 1);
 
@@ -60,13 +60,14 @@ struct block_shape {
     std::size_t shared_bytes = 0;
 };
 
-// How many robots share a multiprocessor: many keep it busy with few warps each; a single one
-// has as many warps as slots, so that its step is short. Results do not depend on it.
-enum class company { many, alone };
+// What a kernel for steps is made for: many robots of this lattice on each multiprocessor, with few
+// warps each; one of them, with as many warps as slots, so that its step is short; or robots of any
+// lattice, on the grid path. Results do not depend on it.
+enum class kernel_form { many, one, any_lattice };
 
 // Null where the plan's part of a robot is too large for a block with `most_shared_bytes`.
 std::optional<block_shape> shape_block(const block_plan& plan, const kernel_needs& needs,
                                        std::size_t most_shared_bytes,
-                                       company robots = company::many);
+                                       kernel_form form = kernel_form::many);
 
 }  // namespace limax::cuda

@@ -85,7 +85,7 @@ void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
 const char* name_of(kernel_form form) {
     switch (form) {
         case kernel_form::many: return "many";
-        case kernel_form::alone: return "alone";
+        case kernel_form::one: return "alone";
         case kernel_form::any_lattice: return "any lattice";
     }
     return "";
@@ -248,8 +248,8 @@ void scene_kernels::choose_path(block_plans& plans, const gpu& device) {
         on_grid_ = false;
         plan = candidate;
         const auto many = shape_block(*plan, needs, shared);
-        shape_ = form_ == kernel_form::alone
-                     ? shape_block(*plan, needs, shared, company::alone).value_or(*many)
+        shape_ = form_ == kernel_form::one
+                     ? shape_block(*plan, needs, shared, kernel_form::one).value_or(*many)
                      : *many;
     }
     if (on_grid_)
@@ -340,8 +340,8 @@ scene_kernels load_kernels(const simulation_setup& setup, unsigned mask, kernel_
 scene_kernels load_scene(const simulation_setup& setup, std::size_t robots, block_plans& plans,
                          gpu_place& place) {
     const unsigned wanted = setup.scene.mask();
-    const bool alone = robots <= std::size_t(place.gpu.device().multiprocessors);
-    const kernel_form best = alone ? kernel_form::alone : kernel_form::many;
+    const bool few = robots <= std::size_t(place.gpu.device().multiprocessors);
+    const kernel_form best = few ? kernel_form::one : kernel_form::many;
     try {
         return load_kernels(setup, wanted, best, plans, place);
     } catch (const error& problem) {

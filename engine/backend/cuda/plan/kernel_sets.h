@@ -11,10 +11,6 @@
 
 namespace limax::cuda {
 
-// What a kernel for steps is made for: many robots of this lattice on each multiprocessor, one of
-// them, or robots of any lattice, on the grid path.
-enum class kernel_form { many, alone, any_lattice };
-
 // The kernels of one simulation on one GPU.
 class scene_kernels {
 public:

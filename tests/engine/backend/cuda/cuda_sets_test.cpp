@@ -16,7 +16,7 @@ using cuda::kernel_set;
 namespace {
 
 constexpr lattice cube{5, 5, 5};
-constexpr cuda::kernel_form every_form[] = {cuda::kernel_form::many, cuda::kernel_form::alone,
+constexpr cuda::kernel_form every_form[] = {cuda::kernel_form::many, cuda::kernel_form::one,
                                             cuda::kernel_form::any_lattice};
 
 int number_in(const kernel_set& set, const char* define) {
@@ -196,7 +196,7 @@ TEST_CASE("the kernels of the shipped experiments are built with limax") {
     for (const scene_on_lattice& one : scenes) {
         simulation_setup setup = setup_of(0, LIMAX_COMPENSATED, one.integrator, one.grid);
         for (const std::string& effect : one.effects) setup.scene.add(effect);
-        built(machine.step_of(setup, cuda::kernel_form::alone));
+        built(machine.step_of(setup, cuda::kernel_form::one));
         // where there are more robots than multiprocessors
         if (one.grid.ny == 5) built(machine.step_of(setup, cuda::kernel_form::many));
     }
