@@ -97,11 +97,6 @@ fitness:test("measures check their options", function(t)
   t:raises('did you mean "axis"?', function() robot:distance { axes = "x" } end)
   t:raises('distance.axis: expected one of "x"', function() robot:distance { axis = 1 } end)
   t:raises("distance: expected a table", function() robot:distance "x" end)
-end)
-
-fitness:test("a wrong name or option gets a suggestion", function(t)
-  t:raises('unknown name "wlak"; did you mean "walk"?', function() limax.fitness.get "wlak" end)
-  t:raises('did you mean "axis"?', function() limax.fitness.get { "walk", axs = "x" } end)
   t:raises('expected one of "x", "y", "z", got "w"',
     function() limax.fitness.get { "walk", axis = "w" } end)
 end)
@@ -177,7 +172,7 @@ scenes:test("a robot simulates in each, and the order of planes does not matter"
   -- held by its lowest masses, which then touch nothing, it leans in the wind and stays
   local held = limax.robot { voxels = "ecs\nece\n\nsbs\ncec" }:simulate {
     scene = limax.scenes.air { anchors = true, wind = { velocity = { 0, 3, 0 } } }, duration = 1 }
-  local _, y = unpack(held:displacement())
+  local y = held:displacement()[2]
   t:ok(y > 1e-4 and y < 0.1, "it leans by " .. y .. " m")
   -- what sinks in water soon falls steadily, and slower than in air; what hovers stays
   local function sunk(scene, duration)
