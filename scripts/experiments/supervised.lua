@@ -17,21 +17,10 @@ local limax = require "limax"
 
 return limax.experiment {
   name = "supervised",
-  lattice = { 5, 5, 5 }, -- voxels of 0.1 m
-  materials = "paper",
-  seed = 1,
   genome = { sigma = 0.25 },
-  scene = { gravity = true, ground = true, friction = true, damping = true,
-    actuation = { frequency = 2 } }, -- Hz
   simulation = { duration = 5, settle = 0.5, accuracy = "evolve" }, -- s
-
-  population = 30,
-  generations = 40,
-  repetitions = 1,
-
+  population = 30, generations = 40, repetitions = 1,
   fitness = "walk", -- m
-  selection = { "tournament", size = 3 },
-
   -- the model may set rates and shares, and stiffnesses from 0.2 to 5 times their first values;
   -- `best_standard` is the champion's score under the first materials
   supervision = { hyperparameters = true, materials = true },

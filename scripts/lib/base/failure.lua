@@ -42,8 +42,8 @@ function failure.of_machine(value)
   return fault.is(value) and MACHINE[value.kind] and value.kind or nil
 end
 
--- Does a path or a frame of a traceback name a file of limax itself?
-local function is_ours(text)
+--- Does a path or a frame of a traceback name a file of limax itself?
+function failure.is_ours(text)
   for _, folder in ipairs { "/bindings/", "/scripts/lib/", "/scripts/commands/" } do
     if text:find(host.home .. folder, 1, true) then return true end
   end
@@ -53,17 +53,19 @@ end
 --- A message without its place where that is a file of limax itself, which does not help a user.
 ---@param message any
 function failure.bare(message)
-  if fault.is(message) then return is_ours(message.place) and message.text or tostring(message) end
+  if fault.is(message) then
+    return failure.is_ours(message.place) and message.text or tostring(message)
+  end
   local text = tostring(message)
   local file, rest = text:match "^([^\n:]+):%d+: (.*)$"
-  return file and is_ours(file) and rest or text
+  return file and failure.is_ours(file) and rest or text
 end
 
 local function trace(value)
   if value == host.interrupt then return { value = value } end
   local lines = { failure.bare(value) }
   for frame in debug.traceback("", 2):gmatch "\n(\t[^\n]+)" do
-    if not frame:match "^%s*%[C%]" and not is_ours(frame) then lines[#lines + 1] = frame end
+    if not frame:match "^%s*%[C%]" and not failure.is_ours(frame) then lines[#lines + 1] = frame end
   end
   return { value = value, trace = table.concat(lines, "\n") }
 end

@@ -38,15 +38,6 @@ function source.write(path, bytes)
   if not written then failure.raise(1, message) end
 end
 
--- Is this file part of limax itself?
-local function is_library(path)
-  local home = host.file.absolute(host.home)
-  for _, folder in ipairs { "/scripts/lib/", "/scripts/commands/", "/bindings/" } do
-    if path:find(home .. folder, 1, true) == 1 then return true end
-  end
-  return false
-end
-
 --- The file and line of the nearest calling function that is not part of limax. `return
 --- limax.experiment { ... }` is a tail call, so its file may not be on the stack: then it is the
 --- started script, without a line.
@@ -58,7 +49,7 @@ function source.caller()
     if not info then break end
     if info.source:sub(1, 1) == "@" then
       local path = host.file.absolute(info.source:sub(2))
-      if not is_library(path) then return path, info.currentline end
+      if not failure.is_ours(path) then return path, info.currentline end
     end
   end
   local started = rawget(_G, "arg")
@@ -69,9 +60,8 @@ end
 -- A path in a configuration: relative if it is below the experiment's folder, so that moving a
 -- project changes nothing.
 local function shown(path, base)
-  local home = host.file.absolute(host.home)
   if base and path:find(base .. "/", 1, true) == 1 then return path:sub(#base + 2) end
-  if is_library(path) then return "limax" .. path:sub(#home + 1) end
+  if failure.is_ours(path) then return "limax" .. path:sub(#host.home + 1) end
   return path
 end
 
@@ -162,7 +152,7 @@ end
 function source.scripts(origin, fields, named)
   local seen, list = {}, {}
   local function add(path)
-    if seen[path] or is_library(path) or host.file.exists(path) ~= "file" then return end
+    if seen[path] or failure.is_ours(path) or host.file.exists(path) ~= "file" then return end
     seen[path] = true
     list[#list + 1] = path
   end
