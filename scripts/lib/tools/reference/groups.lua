@@ -235,7 +235,7 @@ DEVICES  limax.test.DEVICES
 test  suite:test("adds", { limit = 5 }, function(t) t:equal(1 + 1, 2) end)
 fixture  suite:fixture("cube", function() return limax.robot { voxels = "s" } end)
 ]] },
-  { title = "A test's t", text = "What the function of `suite:test` is given.", prefix = "t:",
+  { title = "A test's t", text = "The argument of the function of a test.", prefix = "t:",
     class = "limax.test_context", files = { "scripts/lib/tools/test/context.lua" },
     holder = "methods:",
     stage = 'local context, witness = require "limax.tools.test.context", '

@@ -1,4 +1,4 @@
---- complete.lua: completion with Tab: names, fields, methods after `:`, the options of a known
+--- complete.lua: completion with Tab: names, fields, methods after `:`, the options of a public
 --- function inside its table, and file names inside strings.
 
 local api = require "limax.tools.reference.api"
@@ -10,25 +10,18 @@ local tokens = require "limax.tools.repl.tokens"
 
 local complete = {}
 
--- Names among the keys of a table and of the tables that its metatable indexes.
+-- Adds the names among the keys of a table and of the tables that its metatable indexes.
 local function add_keys(list, value, methods_only)
-  local seen = {}
-  local function take(source)
-    for key, entry in pairs(source) do
-      if type(key) == "string" and key:match "^[%a_][%w_]*$" and not seen[key]
-        and (not methods_only or type(entry) == "function") then
-        seen[key] = true
-        list[#list + 1] = key
-      end
-    end
-  end
   for _ = 1, 8 do
     if type(value) ~= "table" then return end
-    take(value)
+    for key, entry in pairs(value) do
+      local is_name = type(key) == "string" and key:match "^[%a_][%w_]*$"
+      if is_name and (not methods_only or type(entry) == "function") then list[#list + 1] = key end
+    end
     local class = getmetatable(value)
     if type(class) ~= "table" then return end
-    for _, name in ipairs(rawget(class, "__fields") or {}) do
-      if not seen[name] and not methods_only then list[#list + 1] = name end
+    for _, name in ipairs(not methods_only and rawget(class, "__fields") or {}) do
+      list[#list + 1] = name
     end
     value = rawget(class, "__index")
   end

@@ -141,11 +141,11 @@ function help.show(topic)
   topic = topic:match("^%s*(.-)[%s;?]*$"):gsub("%s*%b()$", "")
   local pages = topic == "" and { overview() } or help.pages(topic)
   if #pages == 0 then
-    local known = {}
+    local topics = {}
     for _, entry in ipairs(api.entries()) do
-      known[#known + 1], known[#known + 2] = entry.name, entry.short
+      topics[#topics + 1], topics[#topics + 2] = entry.name, entry.short
     end
-    local nearest = suggest(topic, known)
+    local nearest = suggest(topic, topics)
     failure.raise(1, ("no help on %q%s"):format(topic,
       nearest and ("; did you mean %q?"):format(nearest) or "; ? lists all topics"))
   end
