@@ -102,9 +102,6 @@ local function update_of(arguments)
     if arguments.reason then failure.raise(2, "--reason goes with --update-golden") end
     return nil
   end
-  if arguments.jobs > 1 then
-    failure.raise(2, "--update-golden and --jobs exclude each other")
-  end
   if arguments.reason == "" then failure.raise(2, "--reason is empty") end
   return {
     reason = arguments.reason,
@@ -118,9 +115,10 @@ end
 
 -- Refuses several jobs where one process runs all tests.
 local function check_jobs(arguments)
-  local single = arguments.json_seq and "--json-seq" or arguments.one_process and "--one-process"
-  if single and arguments.jobs > 1 then
-    failure.raise(2, single .. " and --jobs exclude each other")
+  for _, name in ipairs { "json_seq", "one_process", "update_golden" } do
+    if arguments[name] and arguments.jobs > 1 then
+      failure.raise(2, ("--%s and --jobs exclude each other"):format((name:gsub("_", "-"))))
+    end
   end
 end
 

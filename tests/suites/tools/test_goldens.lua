@@ -117,7 +117,7 @@ suite:test("damaged", function(t) t:golden("e", { 1 }) end)
     ":2: golden: a name has letters, digits, _ and -",
     ":3: a.x[2] is nan: a golden holds finite numbers", ":4: golden: a tolerance needs a reason",
     ':5: golden: "a" belongs to the test "finite"',
-    ':6: golden: unknown class "near"; known are: bits, rounding, short horizon',
+    ':6: golden.class: expected one of "bits", "rounding", "short horizon", "statistics", got',
     ':7: golden: rtol 1 is more than the class "rounding" allows, 1e-05',
     "e.json is not a golden of schema limax.golden/2")
 end)

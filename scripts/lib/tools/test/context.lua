@@ -46,8 +46,8 @@ end
 
 local tolerance = schema.number { minimum = 0 }
 local near_options = schema.fields { rtol = tolerance, atol = tolerance }
-local golden_options = schema.fields { class = schema.any, rtol = tolerance, atol = tolerance,
-  why = schema.any, configuration = schema.any }
+local golden_options = schema.fields { class = schema.choice(golden.class_names),
+  rtol = tolerance, atol = tolerance, why = schema.any, configuration = schema.any }
 local statistics_options = schema.fields { seeds = schema.any, expected = schema.any,
   rtol = tolerance, atol = tolerance, at_least = schema.any, at_most = schema.any,
   level = schema.number { above = 0, below = 1 } }
@@ -140,12 +140,6 @@ end
 -- The tolerance of a golden: rtol, atol, why, and the name of its class.
 local function golden_tolerance(options)
   local kind = golden.class(options.class, options.rtol, options.atol)
-  if not kind then
-    local names = {}
-    for i, each in ipairs(golden.classes) do names[i] = each.name end
-    fail(("golden: unknown class %q; known are: %s"):format(tostring(options.class),
-      table.concat(names, ", ")))
-  end
   local rtol, atol, why = options.rtol, options.atol or 0, options.why
   if rtol == nil then rtol = options.class and kind.rtol or 0 end
   if rtol > kind.most then

@@ -28,11 +28,14 @@ golden.classes = {
   { name = "statistics", rtol = 5e-2, most = math.huge },
 }
 
+golden.class_names = {}
+for i, class in ipairs(golden.classes) do golden.class_names[i] = class.name end
+
 --- The class of a name; without one the narrowest that allows `rtol` and `atol`.
 ---@param name string|nil
 ---@param rtol number|nil
 ---@param atol number|nil
----@return { name: string, rtol: number, most: number }|nil
+---@return { name: string, rtol: number, most: number }
 function golden.class(name, rtol, atol)
   for _, class in ipairs(golden.classes) do
     local fits = (rtol or 0) <= class.most and (class.most > 0 or (atol or 0) == 0)
