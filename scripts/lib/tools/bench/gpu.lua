@@ -38,13 +38,14 @@ local COLUMNS = { "device", "lattice", "robots", "masses", "springs", "integrato
   "effects", "springs_per_second", "robot_seconds_per_second", "seconds_per_step", "failed",
   unpack(KERNEL) }
 
-local TABLE = { { "lattice" }, { "robots" }, { "precision" }, { "effects" },
+local TABLE = { { "lattice" }, { "robots", "robots", "%d" }, { "precision" }, { "effects" },
   { "springs/s", "springs_per_second", "%.3g" },
   { "robot-s/s", "robot_seconds_per_second", "%.3g" },
   { "us/step", function(row) return row.seconds_per_step and 1e6 * row.seconds_per_step end,
     "%.3g" },
   { "path" }, { "registers" }, { "spilled" }, { "instructions" },
-  { "blocks", "blocks_of_multiprocessor" }, { "kernel", "origin" }, { "failed" } }
+  { "blocks", "blocks_of_multiprocessor" },
+  { "kernel", function(row) return row.origin or row.failed end } }
 
 -- What is timed: each axis with the default precision, or every combination.
 local function plan(full)
