@@ -5,7 +5,6 @@ local failure = require "limax.base.failure"
 local formats = require "limax.tools.convert.formats"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
-local robots = require "limax.tools.convert.robots"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
@@ -61,13 +60,13 @@ local function check_options(from, format, arguments)
 end
 
 local function read(from, arguments, notes)
-  local path = runs.is_folder(from) and robots.champion(from, arguments) or from
+  local path = runs.is_folder(from) and input.champion(from, arguments) or from
   local format, endings = formats.find(path, "read")
   if not format then
     input.refuse(path, "its ending names no format; expected %s or a run folder",
       table.concat(endings, ", "))
   end
-  return robots.of(path, format.read(path, arguments, notes))
+  return input.robot_of(path, format.read(path, arguments, notes))
 end
 
 local function write(files, force)

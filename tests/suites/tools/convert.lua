@@ -7,7 +7,7 @@ local limax = require "limax"
 local process = require "support.process"
 local reader = require "support.reader"
 local source = require "limax.base.source"
-local voxcad = require "limax.tools.convert.voxcad"
+local voxcad = require "limax.tools.convert.voxcad_materials"
 
 local suite = require("limax.test").suite "convert"
 

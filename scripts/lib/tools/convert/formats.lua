@@ -4,10 +4,11 @@
 local defaults = require "limax.settings.defaults"
 local evogym = require "limax.tools.convert.evogym"
 local failure = require "limax.base.failure"
+local host = require "limax.host"
+local input = require "limax.tools.convert.input"
 local meshes = require "limax.tools.convert.meshes"
 local motion = require "limax.draw.motion"
 local robot_file = require "limax.robot.robot_file"
-local robots = require "limax.tools.convert.robots"
 local run_metrics = require "limax.tools.convert.run_metrics"
 local source = require "limax.base.source"
 local surface = require "limax.tools.convert.surface"
@@ -34,6 +35,17 @@ local formats = {}
 --- all without `lost`
 
 local MILLIMETRES = 1000 -- in a metre
+
+-- Reads a robot file, or a world of EvoGym.
+local function read_json(path, _, notes)
+  local decoded, message = host.json.decode(input.read(path), path)
+  if decoded == nil then failure.raise(2, message) end
+  if evogym.is_world(decoded) then return evogym.of_world(path, decoded, notes) end
+  local description
+  description, message = robot_file.check(decoded)
+  if not description then input.refuse(path, "%s", message) end
+  return description
+end
 
 local function edge_of(robot)
   return robot.description.edge or defaults.fields.simulation.edge.value
@@ -76,7 +88,7 @@ local WITH_COLOUR = { "weights", "materials: all but name and colour" }
 local WITH_NUMBER = { "materials: all but their number" }
 
 formats.list = {
-  { ending = "json", text = "a robot file", read = robots.read_json,
+  { ending = "json", text = "a robot file", read = read_json,
     write = function(job) return robot_file.text(job.robot:table()) end },
   { ending = "vxa", text = "VoxCad and voxcraft-sim: robot, materials and world",
     read = voxcad_read.read,

@@ -1,10 +1,19 @@
---- input.lua: reads files of other programs: limits on their size, and errors that name the file,
---- the field and the valid range.
+--- input.lua: what `limax convert` reads: files of other programs with limits on their size, errors
+--- that name the file, the field and the valid range, champions of runs, and the checks of a robot
+--- of any format.
 
+local body = require "limax.robot.body"
+local defaults = require "limax.settings.defaults"
+local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local robot = require "limax.robot.robot"
+local runs = require "limax.tools.report.runs"
+local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 
 local input = {}
+
+local check_duration = schema.number(defaults.fields.simulation.duration)
 
 --- Largest file, bytes: a million voxels with three numbers each take 60 MB of text.
 input.MAX_BYTES = 128 * 2 ^ 20
@@ -54,6 +63,35 @@ function input.check_lattice(path, lattice)
     input.refuse(path, "%g x %g x %g voxels; at most %d are read", lattice[1], lattice[2],
       lattice[3], input.MAX_VOXELS)
   end
+end
+
+--- The file of a champion, of the last generation if none is named.
+---@param folder string of a run
+---@param options { repetition?: integer, generation?: integer }
+function input.champion(folder, options)
+  local repetition = options.repetition or 1
+  for _, run in ipairs(runs.read(folder).runs) do
+    local last = #run.lines - 1
+    local line = run.lines[(options.generation or last) + 1]
+    if run.repetition == repetition and line then return runs.champion(run, line) end
+    if run.repetition == repetition then
+      input.refuse(folder, "generation %d of repetition %d has no champion; expected 0 to %d",
+        options.generation, repetition, last)
+    end
+  end
+  input.refuse(folder, "repetition %d has no champion", repetition)
+end
+
+--- A robot of a description, checked.
+function input.robot_of(path, description)
+  local size, message = body.measure_layers(description.voxels,
+    input.about(path, engine.materials, description.materials))
+  if not size then input.refuse(path, "%s", message) end
+  if description.scene then input.about(path, engine.scene, description.scene) end
+  local duration = (description.simulation or {}).duration
+  message = duration and select(2, check_duration(duration, "robot.simulation.duration"))
+  if message then input.refuse(path, "%s", message) end
+  return input.about(path, robot.of, description)
 end
 
 return input

@@ -5,8 +5,7 @@ local document = require "limax.tools.convert.voxcad_document"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
 local robot_file = require "limax.robot.robot_file"
-local voxcad = require "limax.tools.convert.voxcad"
-local voxcad_palette = require "limax.tools.convert.voxcad_palette"
+local voxcad = require "limax.tools.convert.voxcad_materials"
 
 local at, number_at = document.at, document.number_at
 
@@ -75,7 +74,7 @@ local function phases_of(offsets, indices, palette)
       local material, periods = palette[index], offsets and offsets[z][i] or 0
       periods = periods - math.floor(periods)
       if periods > 0.5 and material and material.kind ~= "passive" then
-        material, periods = voxcad_palette.opposite_of(palette, material), periods - 0.5
+        material, periods = voxcad.opposite_of(palette, material), periods - 0.5
       end
       phases[z][i], used[z][i] = 2 * math.pi * math.min(periods, 0.5), material
     end
@@ -171,7 +170,7 @@ function voxcad_read.read(file, options, notes)
     input.refuse(file, "VXC.Lattice.Lattice_Dim is %g; expected 1e-6 to 1000 m", edge)
   end
   local amplitude, actuated, period = temperature_of(file, root)
-  local palette = voxcad_palette.read(file, root, edge, amplitude, actuated)
+  local palette = voxcad.read(file, root, edge, amplitude, actuated)
   local indices = indices_of(file, structure, lattice, #palette)
   local scene = scene_of(file, root, actuated and period, palette[1])
   local phases, used = phases_of(numbers_of(file, structure, "PhaseOffset", lattice), indices,
@@ -195,7 +194,7 @@ function voxcad_read.read(file, options, notes)
   local duration = duration_of(file, root)
   note_losses(root, palette, notes)
   return { schema = robot_file.schema, lattice = lattice, edge = edge, voxels = voxels,
-    weights = weights, materials = voxcad_palette.table(palette), scene = scene,
+    weights = weights, materials = voxcad.table(palette), scene = scene,
     simulation = { edge = edge, duration = duration } }
 end
 

@@ -7,7 +7,7 @@ local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
 local palette = require "limax.draw.palette"
-local voxcad = require "limax.tools.convert.voxcad"
+local voxcad = require "limax.tools.convert.voxcad_materials"
 local xml = require "limax.tools.convert.xml"
 
 local element = xml.element

@@ -1,13 +1,34 @@
---- voxcad_palette.lua: the palette of a .vxa as limax's materials; voxcad.lua documents the
---- conversion of their numbers. SI units.
+--- voxcad_materials.lua: the palette of a .vxa as limax's materials, and how the numbers of VoxCad
+--- and voxcraft-sim relate to limax's. SI units.
+---
+--- VoxCad's material is a continuum, limax's a lattice of springs of one stiffness k at rest length
+--- L. Pulled along an axis, that lattice (per voxel 3 edges, 6 face and 4 space diagonals; each
+--- adds k r^2 (n n n n) to the moduli) has C11 = 13/3 k/L and C12 = 7/3 k/L, hence Young's modulus
+--- 2.7 k/L and Poisson's ratio 7/20.
 
 local document = require "limax.tools.convert.voxcad_document"
 local engine = require "limax.engine"
 local input = require "limax.tools.convert.input"
 local source = require "limax.base.source"
-local voxcad = require "limax.tools.convert.voxcad"
 
-local voxcad_palette = {}
+local voxcad = {}
+
+--- Young's modulus, in k / L.
+voxcad.MODULUS = 2.7
+voxcad.POISSON = 0.35
+
+--- Amplitude of the temperature in written files, degrees: a material's CTE is its amplitude over
+--- this.
+voxcad.DEGREES = 1
+
+--- Most materials of a palette: a voxel is one digit, and 0 is empty.
+voxcad.MAX_MATERIALS = 9
+
+--- Elements of limax beside VoxCad's own PhaseOffset: weight and name.
+voxcad.WEIGHTS = { { "stiffness", "StiffnessWeight" }, { "amplitude", "AmplitudeWeight" } }
+
+--- A number rounded to twelve digits, which hides the rounding of a conversion and its inverse.
+function voxcad.rounded(number) return tonumber(("%.12g"):format(number)) end
 
 ---@class limax.convert.palette
 ---@field [integer] limax.convert.material without the empty one
@@ -86,7 +107,7 @@ end
 --- The materials of a palette.
 ---@param swing number amplitude of the temperature, degrees
 ---@param actuated boolean whether the temperature varies
-function voxcad_palette.read(file, root, edge, swing, actuated)
+function voxcad.read(file, root, edge, swing, actuated)
   local palette = { letters = { ["."] = true }, names = { empty = true } }
   local elements = document.children(document.at(root, "VXC.Palette"), "Material")
   if #elements == 0 or #elements > voxcad.MAX_MATERIALS then
@@ -100,7 +121,7 @@ function voxcad_palette.read(file, root, edge, swing, actuated)
 end
 
 --- The muscle that moves oppositely: one of the palette, or a new one.
-function voxcad_palette.opposite_of(palette, material)
+function voxcad.opposite_of(palette, material)
   local kind = material.kind == "expanding" and "contracting" or "expanding"
   for _, other in ipairs(palette) do
     local same = other.kind == kind
@@ -118,7 +139,7 @@ function voxcad_palette.opposite_of(palette, material)
 end
 
 --- The material table of a robot file; the engine checks its ranges.
-function voxcad_palette.table(palette)
+function voxcad.table(palette)
   local materials = { { name = "empty", letter = ".", kind = "empty" } }
   for i, material in ipairs(palette) do
     materials[i + 1] = source.copy(material)
@@ -128,4 +149,4 @@ function voxcad_palette.table(palette)
     fields = engine.materials("paper"):table().fields, materials = materials }
 end
 
-return voxcad_palette
+return voxcad
