@@ -32,6 +32,7 @@ local classes = {}
 ---@class limax.object
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
+---@field bodies_life limax.life|nil of a population's views of bodies
 local shared = {}
 
 --- Frees the object and its memory in the engine, and invalidates its views. May be called twice.
@@ -45,7 +46,9 @@ function shared:free(why)
   self.end_handle(self.handle)
   self.handle = nil
   self.freed = fault.where()
-  object.end_views(self.life, why or ("its %s was freed"):format(self.kind_name))
+  why = why or ("its %s was freed"):format(self.kind_name)
+  object.end_views(self.life, why)
+  if self.bodies_life then object.end_views(self.bodies_life, why) end
 end
 
 local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end

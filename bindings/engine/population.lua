@@ -7,7 +7,7 @@ local device = require "limax.engine.device"
 local encoding = require "limax.engine.encoding"
 local fault = require "limax.engine.fault"
 local fields = require "limax.engine.fields"
-local in_ranges = require "limax.engine.ranges"
+local host = require "limax.host"
 local materials = require "limax.engine.materials"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
@@ -72,15 +72,30 @@ local function population(options)
   })
 end
 
-local free = methods.free
+-- seconds that one call should take, well below 50 ms
+local AIM = 0.015
 
---- Frees the population and invalidates its views.
----@param why string|nil completes "this view ended when ..."
-function methods:free(why)
-  object.require("free", self, class)
-  if not self.handle then return end
-  free(self, why)
-  object.end_views(self.bodies_life, why or "its population was freed")
+-- Calls `work(first, count)` (first from 0), which returns a status of the engine, over a range of
+-- robots (first from 1; all the rest without a count), in calls short enough for Ctrl-C. The split
+-- does not affect results.
+local function in_ranges(what, total, first, count, work)
+  first = schema.demand(schema.whole(1, math.max(total, 1), 1), first, what .. ": first")
+  local rest = total - first + 1
+  count = schema.demand(schema.whole(0, rest, rest), count, what .. ": count")
+  local at, stop, size = first - 1, first - 1 + count, 8
+  while at < stop do
+    host.raise_if_interrupted()
+    local now = math.min(size, stop - at)
+    local started = host.clock()
+    abi.check(work(at, now), what)
+    local took = host.clock() - started
+    at = at + now
+    if took < AIM / 2 then
+      size = size * 2
+    elseif took > AIM then
+      size = math.max(1, math.floor(size / 2))
+    end
+  end
 end
 
 local function coded(self, what)
