@@ -26,7 +26,6 @@ function evolution.finished(fields, options)
 end
 
 --- A finished run of three short generations of six robots.
----@param folder string
 ---@param fields? table of the experiment
 ---@return string folder
 function evolution.run(folder, fields)

@@ -64,8 +64,6 @@ end
 ---@field any field_page.field|nil child of any name, in capitals on the page
 
 --- The field at a dotted path below another one, created if it is missing.
----@param field field_page.field
----@param path string
 ---@return field_page.field
 function field_page.at(field, path)
   for step in path:gmatch "[^.]+" do
@@ -87,7 +85,6 @@ end
 
 --- The fields of a section as a tree, including those of its parts.
 ---@param sections table<string, table[]>
----@param heading string
 ---@param root? field_page.field
 ---@return field_page.field
 function field_page.tree(sections, heading, root)
@@ -104,7 +101,6 @@ function field_page.tree(sections, heading, root)
 end
 
 --- May it be absent? A field without a row of its own may if all fields below it may.
----@param field field_page.field
 ---@return boolean|nil
 function field_page.is_optional(field)
   if field.optional or field.unit then return field.optional end
@@ -115,9 +111,6 @@ function field_page.is_optional(field)
 end
 
 --- Compares a decoded object with the fields of the page, in both directions.
----@param t limax.test_context
----@param value table
----@param field field_page.field
 function field_page.compare(t, value, field)
   for _, name in ipairs(choice.sorted_keys(value)) do
     local entry = value[name]
@@ -143,8 +136,6 @@ function field_page.compare(t, value, field)
 end
 
 --- Compares the lines of a transcript with the sections Attempt and Decision of the page.
----@param t limax.test_context
----@param text string
 ---@param trees table<string, field_page.field> by heading
 function field_page.compare_transcript(t, text, trees)
   for row in text:gmatch "[^\n]+" do
@@ -163,7 +154,6 @@ function field_page.compare_transcript(t, text, trees)
 end
 
 --- Calls `visit` for each field of a tree, in order of names.
----@param field field_page.field
 ---@param visit fun(field: field_page.field)
 function field_page.each(field, visit)
   for _, name in ipairs(choice.sorted_keys(field.children)) do

@@ -18,7 +18,6 @@ process.LATE = 20
 --- A word quoted for the shell.
 process.quote = shell.quoted
 
----@param path string
 ---@return string text empty without the file
 function process.read(path)
   local file = io.open(path, "rb")
@@ -28,8 +27,6 @@ function process.read(path)
   return text
 end
 
----@param path string
----@param text string
 ---@return string path
 function process.write(path, text)
   local file = assert(io.open(path, "wb"))
@@ -47,8 +44,6 @@ local methods = {}
 local class = { __index = methods }
 
 --- Starts `limax` with these arguments in `folder`, with its output in a file there.
----@param folder string
----@param arguments string[]
 ---@param environment string|nil words like NAME=value before the command
 ---@return limax.test_process
 function process.start(folder, arguments, environment)
@@ -68,7 +63,6 @@ function process.start(folder, arguments, environment)
 end
 
 --- Waits until the output contains `text`.
----@param text string
 function methods:wait_for(text)
   local start = host.clock()
   while not process.read(self.output):find(text, 1, true) do
@@ -81,14 +75,12 @@ function methods:wait_for(text)
 end
 
 --- Sends a signal to only this process.
----@param name string
 function methods:signal(name)
   self.sent = host.clock()
   os.execute(("kill -%s %s 2>/dev/null"):format(name, self.pid))
 end
 
 --- Sends a signal once `is_time`, which is polled, returns true, unless the process has ended.
----@param name string
 ---@param is_time fun(): any
 function methods:signal_when(name, is_time)
   local start = host.clock()
@@ -113,9 +105,6 @@ function methods:finish()
 end
 
 --- Runs `limax` to its end.
----@param folder string
----@param arguments string[]
----@param environment string|nil
 ---@return integer|nil status
 ---@return string output
 function process.run(folder, arguments, environment)
@@ -131,7 +120,6 @@ end
 
 --- Runs `limax` to its end, with separate output streams and without the limit above.
 ---@param folder string where it runs
----@param arguments string[]
 ---@param options limax.test_process.options|nil
 ---@return { status: integer|nil, stdout: string, stderr: string }
 function process.ends(folder, arguments, options)
@@ -154,9 +142,6 @@ function process.ends(folder, arguments, options)
 end
 
 --- The same; unless it succeeds, the test fails with its output.
----@param t limax.test_context
----@param folder string
----@param arguments string[]
 ---@param options limax.test_process.options|nil
 ---@return { status: integer, stdout: string, stderr: string }
 function process.completes(t, folder, arguments, options)
@@ -172,9 +157,6 @@ function process.completes(t, folder, arguments, options)
 end
 
 --- Runs a Lua text as a script of `limax`.
----@param folder string
----@param text string
----@param environment string|nil
 ---@return integer|nil status
 ---@return string output
 function process.script(folder, text, environment)

@@ -41,7 +41,6 @@ function trial.limax(...)
 end
 
 --- Writes suite files into a new folder, by name; line 1 of a text is line 2 of its file.
----@param t limax.test_context
 ---@param texts table<string, string>
 ---@return string folder
 function trial.files(t, texts)
@@ -53,14 +52,10 @@ function trial.files(t, texts)
 end
 
 --- Writes one suite file.
----@param t limax.test_context
----@param text string
 ---@return string path
 function trial.file(t, text) return trial.files(t, { trial = text }) .. "/trial.lua" end
 
 --- Fails unless a text contains every part.
----@param t limax.test_context
----@param text string
 ---@param ... string
 function trial.contains(t, text, ...)
   for _, part in ipairs { ... } do
