@@ -1,5 +1,6 @@
 --- conversion.lua: helpers of the suites of `limax convert`: a robot with its own weights in every
---- voxel, and the command run to success or to an error.
+--- voxel, the command run to success or to an error, and other programs that read its files: if
+--- one is not installed, the test is skipped with the name of its Debian package.
 
 local host = require "limax.host"
 local limax = require "limax"
@@ -12,13 +13,7 @@ local VOXELS = "ecs\nec.\n\nsb.\n..e\n\nse.\n.cb"
 
 local function weight(x, y, z) return (x + 3 * y + 7 * z) / 37 end
 
----@param path string
----@param text string
-function conversion.write(path, text) assert(host.file.write_atomic(path, text)) end
-
 --- A new folder with robot.json: 12 voxels of 0.05 m in a lattice of 3 x 2 x 3.
----@param t limax.test_context
----@return string folder
 function conversion.stage(t)
   local folder = t:folder()
   limax.robot({ voxels = VOXELS, edge = 0.05,
@@ -28,9 +23,6 @@ function conversion.stage(t)
 end
 
 --- Runs `limax convert` with these words, which must succeed.
----@param t limax.test_context
----@param folder string
----@param ... string
 ---@return string[] notes what is not carried
 function conversion.convert(t, folder, ...)
   local ended = process.ends(folder, { "convert", ... })
@@ -41,16 +33,44 @@ function conversion.convert(t, folder, ...)
 end
 
 --- Expects an error: one line with these texts, and no file written.
----@param t limax.test_context
----@param folder string
----@param words string[]
----@param ... string
 function conversion.refused(t, folder, words, ...)
   local ended = process.ends(folder, { "convert", unpack(words) })
   t:ok(ended.status == 2, ("status %d: %s"):format(ended.status, ended.stderr))
   for _, text in ipairs { ... } do t:ok(ended.stderr:find(text, 1, true), ended.stderr) end
   t:ok(select(2, ended.stderr:gsub("\n", "")) == 1, ended.stderr)
   t:equal(host.file.exists(folder .. "/" .. words[2]), nil)
+end
+
+local function run(line, folder)
+  local output = folder .. "/.output"
+  local status = os.execute(("{ cd %s && %s; } >%s 2>&1 </dev/null"):format(process.quote(folder),
+    line, process.quote(output)))
+  return status == 0, process.read(output)
+end
+
+local function needs(t, line, folder, package)
+  if not run(line, folder) then
+    t:skip(("there is no %s (Debian: apt-get install %s)"):format(package, package))
+  end
+end
+
+--- Runs a Python script that needs these modules, in a folder. An exception fails the test.
+function conversion.python(t, folder, modules, script)
+  for _, module in ipairs(modules) do
+    needs(t, ("/usr/bin/python3 -c 'import %s'"):format(module), folder, "python3-" .. module)
+  end
+  process.write(folder .. "/.script.py", script)
+  t:ok(run("/usr/bin/python3 -B .script.py", folder))
+end
+
+--- Runs a command-line tool in a folder and returns its output.
+---@param words string shell text after its name
+---@param package? string of Debian, if not the tool's name
+function conversion.tool(t, folder, tool, words, package)
+  needs(t, "command -v " .. tool, folder, package or tool)
+  local fine, text = run(tool .. " " .. words, folder)
+  t:ok(fine, text)
+  return text
 end
 
 return conversion

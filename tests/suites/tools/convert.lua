@@ -5,14 +5,13 @@ local conversion = require "support.conversion"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
-local reader = require "support.reader"
 local source = require "limax.base.source"
 local voxcad = require "limax.tools.convert.voxcad_materials"
 
 local suite = require("limax.test").suite "convert"
 
 local convert, refused = conversion.convert, conversion.refused
-local stage, write = conversion.stage, conversion.write
+local python, stage, write = conversion.python, conversion.stage, process.write
 
 local function read_json(path) return host.json.decode(assert(source.read(path))) end
 
@@ -40,7 +39,7 @@ end)
 suite:test("other programs find voxels, phases and materials in a .vxa", function(t)
   local folder = stage(t)
   convert(t, folder, "robot.json", "robot.vxa")
-  reader.python(t, folder, {}, [==[
+  python(t, folder, {}, [==[
 import json, xml.etree.ElementTree as tree
 robot = json.load(open("robot.json"))
 root = tree.parse("robot.vxa").getroot()
@@ -225,11 +224,9 @@ end)
 
 -- ---- EvoGym -------------------------------------------------------------------------------------
 
-local NUMPY = { "numpy", numpy = "python3-numpy" }
-
 suite:test("EvoGym's robots, as NumPy and JSON write them, are one voxel thick", function(t)
   local folder = t:folder()
-  reader.python(t, folder, NUMPY, [==[
+  python(t, folder, { "numpy" }, [==[
 import json, numpy
 body = numpy.array([[3, 3, 4], [1, 0, 2], [5, 0, 4]])
 joined = numpy.array([[0, 1, 0, 2, 3, 5], [1, 2, 3, 5, 6, 8]])
@@ -259,7 +256,7 @@ end)
 
 suite:test("bad arrays are refused", { limit = 60 }, function(t)
   local folder = t:folder()
-  reader.python(t, folder, NUMPY, [==[
+  python(t, folder, { "numpy" }, [==[
 import numpy, zipfile
 numpy.save("objects.npy", numpy.array([{"a": 1}], dtype=object), allow_pickle=True)
 numpy.save("records.npy", numpy.array([(1, 2)], dtype=[("a", "i4"), ("b", "i4")]))

@@ -6,19 +6,13 @@ local formats = require "limax.tools.convert.formats"
 local host = require "limax.host"
 local limax = require "limax"
 local process = require "support.process"
-local reader = require "support.reader"
 local source = require "limax.base.source"
 local surface = require "limax.tools.convert.surface"
 
 local suite = require("limax.test").suite "convert formats"
 
 local convert, refused = conversion.convert, conversion.refused
-local stage, write = conversion.stage, conversion.write
-
-local PACKAGES = { numpy = "python3-numpy", meshio = "python3-meshio", crcmod = "python3-crcmod" }
-local function python(t, folder, modules, script)
-  reader.python(t, folder, setmetatable(modules, { __index = PACKAGES }), script)
-end
+local python, stage, write = conversion.python, conversion.stage, process.write
 
 -- ---- surfaces -----------------------------------------------------------------------------------
 
@@ -77,7 +71,7 @@ end)
 suite:test("STL is watertight to admesh", function(t)
   local folder = stage(t)
   convert(t, folder, "robot.json", "robot.stl", "--edge", "8")
-  local text = reader.tool(t, folder, "admesh", "robot.stl")
+  local text = conversion.tool(t, folder, "admesh", "robot.stl")
   t:ok(text:find "Total disconnected facets%s*:%s*0%s+0\n", text)
   t:ok(text:find "Facets reversed%s*:%s*0" and text:find "Normals fixed%s*:%s*0", text)
   t:near(tonumber(text:match "Volume%s*:%s*([%d.]+)"), 12 * 8 ^ 3, { rtol = surface.GAP })
@@ -221,7 +215,7 @@ end
 suite:test("CSV of a run", function(t)
   local folder = run(t)
   convert(t, folder, "run", "metrics.csv")
-  reader.python(t, folder, {}, [==[
+  python(t, folder, {}, [==[
 import csv, json
 rows = list(csv.DictReader(open("metrics.csv", newline="")))
 lines = [json.loads(line) for line in open("run/metrics.jsonl")]
@@ -250,7 +244,7 @@ suite:test("TensorBoard's events of a run", function(t)
   local folder = run(t)
   convert(t, folder, "run", "board.tensorboard")
   write(folder .. "/event.proto", PROTO)
-  reader.tool(t, folder, "protoc", "--version", "protobuf-compiler")
+  conversion.tool(t, folder, "protoc", "--version", "protobuf-compiler")
   python(t, folder, { "crcmod" }, [==[
 import calendar, crcmod.predefined, glob, json, re, struct, subprocess, time
 crc = crcmod.predefined.mkPredefinedCrcFun("crc-32c")
