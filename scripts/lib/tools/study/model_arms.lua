@@ -1,5 +1,5 @@
---- model_arms.lua: the arms of a study that ask a language model: as shipped, with the paper's
---- literal populations, with letters in place of the parameters' names, and with another
+--- model_arms.lua: the arms of a study that ask a language model: as shipped, with the whole
+--- populations as in the paper, with letters in place of the parameters' names, and with another
 --- repetition's history. In a study the fallback is `keep`, so that no other supervisor's work is
 --- counted as the model's.
 

@@ -18,7 +18,7 @@ local LOOKS = {
   double = { marker = "square", width = 1.1 },
 }
 local TIER_COLOR = "#3d3a5c"
-local ERROR_LABEL = "error of the masses' places, m"
+local ERROR_LABEL = "error of the positions of the masses, m"
 
 local function method_of(row) return row.integrator .. row.precision end
 
@@ -114,8 +114,8 @@ function figures.work_precision(result)
   local panels = grouped(result.rows, function(row) return row.scene end)
   for k, rows in ipairs(panels) do panels[k] = scene_panel(rows) end
   return { name = "work_precision", title = "What accuracy costs", panels = panels,
-    subtitle = ("Root mean square error of the masses' places at the end, against the wall time of"
-      .. " %s; shorter steps to the right. Rings: the tiers."):format(result.where) }
+    subtitle = ("Root mean square error of the masses' positions at the end, against the wall time"
+      .. " of %s; shorter steps to the right. Rings: the tiers."):format(result.where) }
 end
 
 -- ---- ranking ------------------------------------------------------------------------------------
@@ -162,10 +162,10 @@ function figures.elite_regret(result)
       text = function(value)
         return ("%s%g %%"):format(value <= LEAST_REGRET and "≤ " or "", 100 * value)
       end }
-    panel.limits = { { y = 0.05, text = "5 %: what a choice may lose", color = "#b3261e" } }
+    panel.limits = { { y = 0.05, text = "5 %: the most that tuning accepts", color = "#b3261e" } }
     panel.floor = value_of(floor) and { y = value_of(floor), text = "chaos floor" }
   end)
-  return { name = "elite_regret", title = "What a cheap setting costs a researcher",
+  return { name = "elite_regret", title = "Fitness lost by a cheap setting",
     panels = panels,
     subtitle = "Share of the finest setting's fitness that is lost by breeding from the best 30 %"
       .. " of the cheap one. Rings: the tiers." }
@@ -178,14 +178,14 @@ function figures.kendall_tau(result)
     panel.limits = floor.tau
       and { { y = floor.tau, text = ("chaos floor: %.3f"):format(floor.tau) } }
   end)
-  return { name = "kendall_tau", title = "How far a cheap setting keeps the order", panels = panels,
+  return { name = "kendall_tau", title = "Order of robots under a cheap setting", panels = panels,
     subtitle = "Kendall's tau of the fitness against the finest setting's; 1 is the same order."
       .. " Rings: the tiers." }
 end
 
 -- ---- rounding -----------------------------------------------------------------------------------
 
--- Rings of different sizes at one point: if all are visible, the start makes no difference.
+-- Rings of different sizes: if all are visible at one point, the start makes no difference.
 local STARTS = { [10] = { marker = "wide ring", color = "#8a5a9e", text = "started at 10 m" },
   [1000] = { marker = "wider ring", color = "#b58a1b", text = "started at 1 km" } }
 
@@ -201,7 +201,7 @@ function figures.rounding(result)
   for _, row in ipairs(result.rows) do
     if row.same_bits ~= nil then
       same[#same + 1] = ("%s %s"):format(row.precision,
-        row.same_bits and "the same bits" or "OTHER bits")
+        row.same_bits and "the same bits" or "other bits")
     elseif row.duration == result.rows[1].duration then
       still[#still + 1] = row
     else
@@ -229,7 +229,7 @@ function figures.rounding(result)
     curve.color = row.way > 0 and "#8a5a9e" or COLORS.leapfrog
     return curve
   end)
-  return { name = "rounding", title = "What rounding costs", panels = { at_starts, over_distance },
+  return { name = "rounding", title = "Rounding errors", panels = { at_starts, over_distance },
     key = { STARTS[10], STARTS[1000] },
     subtitle = "Error against the time step, shorter steps to the right. Started 1024 m away: "
       .. table.concat(same, ", ") .. "." }
@@ -256,7 +256,8 @@ end
 
 --- Drift of energy and angular momentum where both should be constant.
 function figures.conservation(result)
-  return { name = "conservation", title = "What is kept", columns = 3, width = 420, height = 330,
+  return { name = "conservation", title = "Drift of energy and angular momentum", columns = 3,
+    width = 420, height = 330,
     panels = {
       drift_panel(result.rows, "vibration", "energy_drift", "energy, vibrating"),
       drift_panel(result.rows, "spin", "energy_drift", "energy, spinning freely"),
@@ -276,7 +277,8 @@ function figures.evolutions(result)
     function(row)
       return { name = row.setting, dash = "none", marker = "dot", color = hues[row.setting] }
     end)
-  return { name = "evolutions", title = "Where whole evolutions end", columns = 1, width = 760,
+  return { name = "evolutions", title = "Final fitness of whole evolutions", columns = 1,
+    width = 760,
     panels = { { title = result.rows[1].case, curves = curves,
       x = { label = "wall time of all simulations, s" },
       y = { label = "final best at the finest setting, m", linear = true, low = 0 } } },

@@ -21,7 +21,7 @@ local SECTIONS = {
   work_precision = { "Work and precision", "work_precision" },
   rounding = { "Rounding", "rounding" },
   conservation = { "Conservation", "conservation" },
-  ranking = { "What a researcher pays", "elite_regret", "kendall_tau" },
+  ranking = { "Order of the robots", "elite_regret", "kendall_tau" },
   evolutions = { "Whole evolutions", "evolutions" },
 }
 

@@ -63,7 +63,7 @@ function work_precision.text(result, style)
       if notes[#notes] ~= note then notes[#notes + 1] = note end
     end
   end
-  return "error of the masses' places at the end (m, root mean square), by time step\n"
+  return "error of the masses' positions at the end (m, root mean square), by time step\n"
     .. trial.by_step({ "scene", "integrator", "precision" }, methods, function(row)
       return { row.scene, trial.LABELS[row.integrator], row.precision }
     end, style) .. "\n" .. table.concat(notes, "\n") .. "\n\n"
