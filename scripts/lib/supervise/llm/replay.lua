@@ -58,47 +58,45 @@ function replay.start(run, options)
   return self
 end
 
--- The request of this generation, made with the version of the prompt that the recorded run used.
-function Replay:request(step, recorded)
-  local ask = recorded and recorded.asks[1]
+local function stop(text, ...) failure.raise(1, "replay: " .. text:format(...)) end
+
+-- The hash of this generation's request, made with the version of the prompt that the recorded run
+-- used.
+function Replay:request(step, ask)
   if ask and not self.own_prompt then
     local version, message = prompt.version(self.folder, ask.template_sha256)
     if not version then
-      failure.raise(1, ("replay: the prompt of generation %d is missing: %s"):format(
-        step.generation, message))
+      stop("the prompt of generation %d is missing: %s", step.generation, message)
     end
     self.exchange.prompt.template = version
   end
   local request, message = self.exchange:first(step.history)
-  if request then return request end
-  failure.raise(1, ("replay: the prompt of generation %d cannot be filled: %s")
-    :format(step.generation, message))
+  if request then return request.messages_sha256 end
+  stop("the prompt of generation %d cannot be filled: %s", step.generation, message)
 end
 
 -- The outcome line of this generation.
 function Replay:find(step)
   local repetition, generation = self.run.repetition, step.generation
   local recorded = self.recorded:outcome(repetition, generation)
+  local ask = recorded and recorded.asks[1]
+  local found, sha256 = recorded, nil
   -- a generation in which no model was asked has no request
-  local silent = recorded and #recorded.asks == 0
-  if self.match == "request" and not silent then
-    local request = self:request(step, recorded)
+  if self.match == "request" and (ask or not recorded) then
+    sha256 = self:request(step, ask)
     -- a prompt may ask the same in several generations
-    if recorded and recorded.asks[1].messages_sha256 == request.messages_sha256 then
-      return recorded
-    end
-    local found = self.recorded:of_request(repetition, request.messages_sha256)
-    if found then return found end
-    if recorded then
-      failure.raise(1, ("replay: the question of generation %d, repetition %d, differs from that in"
-        .. " %s (SHA-256 %.12s, there %.12s): the experiment, the prompt or the build has changed;"
-        .. ' match = "generation" uses its answers anyway'):format(generation, repetition,
-        self.path, request.messages_sha256, recorded.asks[1].messages_sha256 or "none"))
-    end
+    local same = ask and ask.messages_sha256 == sha256
+    found = same and recorded or self.recorded:of_request(repetition, sha256)
   end
-  if recorded then return recorded end
-  failure.raise(1, ("replay: %s has no outcome of generation %d, repetition %d; a replay never"
-    .. " asks a model"):format(self.path, generation, repetition))
+  if found then return found end
+  if not recorded then
+    stop("%s has no outcome of generation %d, repetition %d; a replay never asks a model",
+      self.path, generation, repetition)
+  end
+  stop("the question of generation %d, repetition %d, differs from that in %s (SHA-256 %.12s, there"
+    .. " %.12s): the experiment, the prompt or the build has changed;"
+    .. ' match = "generation" uses its answers anyway', generation, repetition, self.path, sha256,
+    ask.messages_sha256 or "none")
 end
 
 --- As `limax.llm.session:decide`.

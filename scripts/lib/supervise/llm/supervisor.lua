@@ -85,8 +85,8 @@ function Session:record(attempt)
   local line, asking = source.copy(attempt), self.asking
   line.raw_body = line.raw_body and terminal.utf8(line.raw_body)
   line.endpoint = self.client:describe().endpoint
-  line.ask, line.template_sha256 = asking.purpose, asking.request.template_sha256
-  line.messages_sha256, line.parser_sha256 = asking.request.messages_sha256, self.parser.sha256
+  line.ask, line.template_sha256 = asking.purpose, asking.template_sha256
+  line.messages_sha256, line.parser_sha256 = asking.messages_sha256, self.parser.sha256
   self.transcript:attempt(self.run.repetition, self.generation, line)
 end
 
@@ -97,13 +97,11 @@ function Session:ask(purpose, request)
   local note = { purpose = purpose, messages_sha256 = request.messages_sha256,
     template_sha256 = request.template_sha256, estimated_tokens = request.tokens,
     detail = request.detail }
-  self.notes[#self.notes + 1] = note
-  self.asking = { purpose = purpose, request = request }
+  self.notes[#self.notes + 1], self.asking = note, note
   local began = host.clock()
   local answer, problem = self.client:ask(request.messages, { schema = request.schema,
     name = "proposal", budget = self.deadline - began, generation = self.generation })
   note.seconds = host.clock() - began
-  self.model_seconds = self.model_seconds + note.seconds
   if not answer then
     note.attempts, note.http_status = problem.attempts, problem.http_status
     note.failure, note.message = problem.class, text.line(problem.message, 300)
@@ -224,11 +222,12 @@ function Session:project()
   experiment.projected = true
   local config = self.run.config
   local answers = math.ceil((config.generations - 1) / self.options.ask_every)
-  local each, repetitions = self.model_seconds * answers, config.repetitions
+  local seconds, repetitions = self:sum "seconds", config.repetitions
+  local each = seconds * answers
   local all = repetitions > 1
     and (", %s for %d repetitions"):format(duration(each * repetitions), repetitions) or ""
   self.run:say(("the model answered in %.1f s: about %s for the %d answers of a repetition%s")
-    :format(self.model_seconds, duration(each), answers, all))
+    :format(seconds, duration(each), answers, all))
 end
 
 function Session:unwritable()
@@ -307,7 +306,7 @@ end
 function Session:decide(step)
   self:open()
   self.generation, self.judge = step.generation, step.judge
-  self.notes, self.model_seconds = {}, 0
+  self.notes = {}
   local began = host.clock()
   self.deadline = began + (self.options.budget or self.client.budget
     or defaults.fields.llm.budget.value)
@@ -323,7 +322,7 @@ function Session:decide(step)
   line.supervisor, line.asks = "llm", host.json.array(self.notes)
   line.unchanged, line.answer_sha256, line.client = self.unchanged, self.same, self.client:state()
   local parameters, fields, record = self:record_outcome(step, line, began)
-  return parameters, fields, record, { model_seconds = self.model_seconds, asks = #self.notes,
+  return parameters, fields, record, { model_seconds = self:sum "seconds" or 0, asks = #self.notes,
     attempts = self:sum "attempts", input_tokens = self:sum "input_tokens",
     output_tokens = self:sum "output_tokens", cost = self:sum "cost",
     fallen_back = supervisor.is_fallback(line.source) }
