@@ -20,8 +20,8 @@ do
     error("the engine's library (liblimax) is not loaded: run this under the limax executable", 0)
   end
   if version ~= C.LIMAX_ABI then
-    local text = "the engine speaks version %d of its interface, the scripts in %s speak version "
-      .. "%d: binary and data folder come from different builds; build or install them together"
+    local text = "the engine has version %d of its interface, the scripts in %s need version %d: "
+      .. "binary and data folder come from different builds; build or install them together"
     error(text:format(version, host.home, tonumber(C.LIMAX_ABI)), 0)
   end
 end

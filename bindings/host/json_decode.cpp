@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <stdexcept>
 
 #include "guard.h"
@@ -51,19 +52,13 @@ struct cursor {
 
 // The parser's message without "[json.exception...] parse error at line 1, column 2: ".
 std::string bare(const std::string& message) {
-    std::size_t start = message.find("] ");
-    start = start == std::string::npos ? 0 : start + 2;
-    if (message.compare(start, 11, "parse error") == 0) {
-        const std::size_t colon = message.find(": ", start);
-        if (colon != std::string::npos) start = colon + 2;
-    }
-    return message.substr(start);
+    static const std::regex prefix(R"(^\[[^\]]*\] (parse error[^:]*: )?)");
+    return std::regex_replace(message, prefix, "");
 }
 
 // Builds the value on the Lua stack: an array takes one slot, an object one and one for a pending
 // key.
 struct builder {
-public:
     builder(lua_State* L, std::string_view text, const char* const* read)
         : L_(L), text_(text), read_(read) {}
 

@@ -3,7 +3,7 @@
 
 local engine = require "limax.engine"
 local fixture = require "support.binding.fixture"
-local host = require "limax.host"
+local process = require "support.process"
 local test = require "limax.test"
 
 local MATERIALS, LATTICE, ALL = fixture.MATERIALS, fixture.LATTICE, fixture.ALL
@@ -161,9 +161,9 @@ end)
 
 -- ---- freed objects and lifetimes ----------------------------------------------------------------
 
-local lives = test.suite "lifetimes"
+local lifetimes = test.suite "lifetimes"
 
-lives:test("using a freed object raises with the line of free", function(t)
+lifetimes:test("using a freed object raises with the line of free", function(t)
   local encoding = engine.encoding { lattice = LATTICE }
   local population = engine.population { count = 1, encoding = encoding }
   local scene, materials, device = engine.scene(ALL), MATERIALS:copy(), engine.device "cpu"
@@ -182,7 +182,7 @@ lives:test("using a freed object raises with the line of free", function(t)
     function() engine.population { count = 1, encoding = encoding } end)
 end)
 
-lives:test("objects can be freed in any order", function(t)
+lifetimes:test("objects can be freed in any order", function(t)
   local expected =
     simulated({ center_of_mass = 50 }, engine.device "cpu"):trace(1, "center_of_mass"):table()
   local function permutations(list, first, visit)
@@ -215,7 +215,7 @@ lives:test("objects can be freed in any order", function(t)
   end)
 end)
 
-lives:test("the garbage collector can end objects in any order", function(t)
+lifetimes:test("the garbage collector can end objects in any order", function(t)
   local expected = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass"):table()
   for _ = 1, 20 do
     local trace = simulated({ center_of_mass = 50 }):trace(1, "center_of_mass")
@@ -224,9 +224,8 @@ lives:test("the garbage collector can end objects in any order", function(t)
   end
 end)
 
-lives:test("a process can exit without freeing anything", function(t)
-  local path = t:folder() .. "/leaves.lua"
-  local written, message = host.file.write_atomic(path, [[
+lifetimes:test("a process can exit without freeing anything", function(t)
+  local status, output = process.script(t:folder(), [[
     local engine = require "limax.engine"
     local encoding = engine.encoding { lattice = { 2, 2, 2 } }
     local materials = engine.materials "paper"
@@ -244,11 +243,7 @@ lives:test("a process can exit without freeing anything", function(t)
     end
     print "left"
   ]])
-  t:ok(written, message)
-  local pipe = io.popen(("'%s' '%s' 2>&1; echo status $?"):format(host.executable, path))
-  local output = pipe:read "*a"
-  pipe:close()
-  t:equal(output, "left\nstatus 0\n")
+  t:equal({ status, output }, { 0, "left\n" })
 end)
 
 -- ---- memory -------------------------------------------------------------------------------------
