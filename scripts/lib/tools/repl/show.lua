@@ -178,6 +178,12 @@ function show.value(value, style)
   return text
 end
 
+--- The text of a value in one line, without the content of larger tables.
+function show.line(value)
+  local style = terminal.style()
+  return short(value, 0, { width = math.huge, style = style, deepest = 0 })
+end
+
 --- The text of several values: in one line, separated by tabs, or one per line.
 function show.values(count, ...)
   local texts, style, separator = {}, terminal.style(), "\t"

@@ -5,6 +5,7 @@ local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
 local schema = require "limax.engine.schema"
+local show = require "limax.tools.repl.show"
 
 local words = names.words
 
@@ -14,26 +15,10 @@ for name, module in pairs { champion = "evolve", compare = "compare", evolve = "
   words[name] = function(...) return require("limax.tools.repl." .. module)[name](...) end
 end
 
--- A short description of a value.
-local function described(value)
-  if type(value) ~= "table" then
-    local text = tostring(value)
-    return type(value) == "string" and ("%q"):format(#text > 50 and text:sub(1, 50) .. ".." or text)
-      or text
-  end
-  local class = getmetatable(value)
-  if type(class) == "table" and rawget(class, "__tostring") then
-    return (tostring(value):match "[^\n]*$")
-  end
-  local count = 0
-  for _ in pairs(value) do count = count + 1 end
-  return ("table of %d"):format(count)
-end
-
 --- Lists the names that were defined at the prompt, with their values.
 function words.who()
   for _, name in ipairs(names.typed()) do
-    io.write(("  %-12s %s\n"):format(name, described(names.get(name))))
+    io.write(("  %-12s %s\n"):format(name, show.line(names.get(name))))
   end
 end
 
