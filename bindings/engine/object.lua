@@ -7,6 +7,7 @@ local abi = require "limax.engine.abi"
 local fault = require "limax.engine.fault"
 local memory = require "limax.engine.memory"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local object = {}
 
@@ -71,8 +72,8 @@ end
 ---@param c_name string of its C type and functions: "population" for limax_population
 ---@return table class methods go into class.__index
 function object.class(kind_name, c_name)
-  local class = { __index = { kind_name = kind_name, free = shared.free,
-    end_handle = abi.C["limax_" .. c_name .. "_free"] } }
+  local class = { __index = strict.methods(kind_name, { kind_name = kind_name, free = shared.free,
+    end_handle = abi.C["limax_" .. c_name .. "_free"] }) }
   class.result = ffi.typeof("limax_" .. c_name .. " *[1]")
   classes[class] = true
   function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end

@@ -1,7 +1,9 @@
---- strict.lua: functions that refuse arguments beyond their parameters, which Lua would ignore.
+--- strict.lua: errors for what Lua would ignore: arguments beyond the parameters of a function, and
+--- names that a module or an object does not have.
 
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
+local suggest = require "limax.engine.suggest"
 
 local strict = {}
 
@@ -18,9 +20,21 @@ local function checked(name, call, arguments, parameters)
   end
 end
 
+--- Raises for a name that `what` does not have.
+---@param what string
+---@param name any
+---@param ... table tables whose keys are the names that there are
+function strict.unknown(what, name, ...)
+  local names = {}
+  for i = 1, select("#", ...) do
+    for key in pairs((select(i, ...))) do names[#names + 1] = key end
+  end
+  fault.raise(("%s has no %s%s"):format(what, schema.show(name), suggest.ending(name, names)))
+end
+
 -- Makes a table whose functions are checked as they are added.
-local function collector(prefix, implied)
-  return setmetatable({}, { __newindex = function(self, name, value)
+local function collector(prefix, implied, own)
+  return setmetatable(own or {}, { __newindex = function(self, name, value)
     local info = type(value) == "function" and debug.getinfo(value, "u")
     if info and not info.isvararg then
       value = checked(prefix .. name, value, info.nparams - implied, info.nparams)
@@ -29,14 +43,23 @@ local function collector(prefix, implied)
   end })
 end
 
---- A table for the functions of a module.
+--- A table for the functions of a module; `strict.close` ends it.
 ---@param module string
 ---@return table
-function strict.functions(module) return collector(module .. ".", 0) end
+function strict.module(module) return collector(module .. ".", 0) end
+
+--- Makes reading a name that a module does not have an error.
+---@param module string
+---@param list table
+---@return table list
+function strict.close(module, list)
+  return setmetatable(list, { __index = function(_, name) strict.unknown(module, name, list) end })
+end
 
 --- A table for the methods of a class, which are called with a colon.
 ---@param class string
+---@param own table|nil fields that it has already
 ---@return table
-function strict.methods(class) return collector(class .. ":", 1) end
+function strict.methods(class, own) return collector(class .. ":", 1, own) end
 
 return strict

@@ -7,8 +7,9 @@ local population = require "limax.evolution.population"
 local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
 local settings = require "limax.settings.settings"
+local strict = require "limax.engine.strict"
 
-local rescore = {}
+local rescore = strict.module "limax.rescore"
 
 local is_setting = { accuracy = true }
 for _, name in ipairs(settings.of_tier) do is_setting[name] = true end
@@ -86,4 +87,4 @@ function rescore.population(robots, setting, which)
   return result
 end
 
-return rescore
+return strict.close("limax.rescore", rescore)

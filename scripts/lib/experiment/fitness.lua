@@ -4,8 +4,9 @@
 
 local choice = require "limax.base.choice"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
-local fitness = {}
+local fitness = strict.module "limax.fitness"
 
 -- m/s^2; only normalises `efficiency`
 local standard_gravity = 9.81
@@ -133,7 +134,7 @@ end
 --- Highest rise of the centre of mass above its place at t = 0, m.
 ---@param robot limax.scored_robot
 ---@return number
-function fitness.height(robot) return robot:height() end
+function fitness.height(robot, _) return robot:height() end
 
 --- Weight times distance per joule of the muscles: the inverse of a cost of transport, 1. The cost
 --- includes `idle_power`, else a body that barely moves divides two tiny numbers.
@@ -182,4 +183,4 @@ function fitness.get(spec)
   }
 end
 
-return fitness
+return strict.close("limax.fitness", fitness)

@@ -5,8 +5,9 @@
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
-local selection = {}
+local selection = strict.module "limax.selection"
 
 ---@alias limax.selection.scheme fun(population: table, random: table): integer, integer
 
@@ -217,4 +218,4 @@ function selection.get(spec)
   return selection.entries[name].make(options), name
 end
 
-return selection
+return strict.close("limax.selection", selection)

@@ -2,6 +2,8 @@
 --- layers, the lowest first, separated by an empty line; the first line of a layer is y = 1, and
 --- letters run along x from x = 1.
 
+local strict = require "limax.engine.strict"
+
 local body = {}
 
 -- ---- letters ------------------------------------------------------------------------------------
@@ -190,7 +192,7 @@ local View = {}
 
 -- The lattice is made from the letters when it is first read: for most robots it never is.
 function View:__index(key)
-  if key ~= "voxel" then return nil end
+  if key ~= "voxel" then strict.unknown("a body", key, self, { voxel = true }) end
   local layers = body.layers(self.letters)
   local voxel = body.lattice(layers, { #layers[1][1], #layers[1], #layers })
   rawset(self, "voxel", voxel)

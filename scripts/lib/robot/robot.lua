@@ -11,6 +11,7 @@ local robot_of_genome = require "limax.robot.robot_of_genome"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
 local settings = require "limax.settings.settings"
+local strict = require "limax.engine.strict"
 
 local robot = {}
 
@@ -21,18 +22,21 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field body limax.robot.body what it consists of
 ---@field materials limax.materials the table that its letters refer to
 ---@field population limax.population of the engine, with this robot only
-local Robot = {}
+local Robot = strict.methods "robot"
 
 --- The methods of robots; experiment/replay.lua adds `replay`.
 robot.methods = Robot
 
+local fields = { description = true, body = true, materials = true, population = true }
+
 function Robot.__index(_, key)
   local own = Robot[key]
-  if own == nil and scored_robot.measures_by(key) then
+  if own ~= nil then return own end
+  if scored_robot.measures_by(key) then
     fail("%s: this robot has not been simulated: use robot:simulate { duration = 2 }:%s()", key,
       key)
   end
-  return own
+  strict.unknown("a robot", key, Robot, fields)
 end
 
 function Robot.__tostring(self)

@@ -4,6 +4,7 @@
 local engine = require "limax.engine"
 local host = require "limax.host"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local robot_in_motion = {}
 
@@ -15,7 +16,7 @@ local SLICE = 0.05
 ---@field time number s since t = 0, negative while the body settles
 ---@field steps integer done
 ---@field status "running"|"done"|"invalid"|"diverged" "done" at the end
-local Moving = {}
+local Moving = strict.methods "robot in motion"
 
 -- Fields that are read from the engine each time, by the name that they have in an outcome.
 local in_outcome = { time = "time", steps = "step", status = "status" }
@@ -24,7 +25,7 @@ local class = {}
 
 function class.__index(self, key)
   if in_outcome[key] then return self.simulation:outcome(1)[in_outcome[key]] end
-  return Moving[key]
+  return Moving[key] or strict.unknown("a robot in motion", key, in_outcome, Moving)
 end
 
 function class.__tostring(self)

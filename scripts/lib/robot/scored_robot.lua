@@ -11,6 +11,7 @@ local engine = require "limax.engine"
 local prepared = require "limax.robot.prepared"
 local robot_file = require "limax.robot.robot_file"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 local suggest = require "limax.engine.suggest"
 
 local scored_robot = {}
@@ -43,7 +44,7 @@ local function fail(pattern, ...) engine.fail(pattern:format(...)) end
 ---@field body limax.robot.body what it consists of
 ---@field record table its line of the run's population file
 ---@field context limax.robot.context population, simulation, scene and options
-local methods = {}
+local methods = strict.methods "robot"
 
 local of_record = { id = true, parents = true, generation = true, origin = true, status = true,
   reason = true, fitness = true, cases = true, measures = true }
@@ -87,7 +88,7 @@ function class.__index(self, key)
     rawset(self, key, value)
     return value
   end
-  return methods[key]
+  return methods[key] or strict.unknown("a robot", key, of_record, computed, made, methods)
 end
 
 function class.__newindex(self, key, value)

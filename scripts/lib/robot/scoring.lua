@@ -67,13 +67,6 @@ function scoring.parts(extra)
   return #cases > 0 and cases or nil, next(measures) and measures or nil
 end
 
--- The nearest method to one that robots do not have, for the end of Lua's own message.
-local function misspelt(message)
-  local name = tostring(message):match "attempt to call method '([%w_]+)' %(a nil value%)"
-  local nearest = name and suggest(name, scored_robot.methods())
-  return nearest and (" (did you mean robot:%s?)"):format(nearest) or ""
-end
-
 --- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
 --- of an error comes with its traceback as fifth result.
 ---@param robot table
@@ -87,10 +80,7 @@ function scoring.call(call, robot)
   -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
-    local slip = misspelt(value)
-    -- the traceback begins with the message
-    local trace = tostring(extra):gsub("^[^\n]*", function(line) return line .. slip end)
-    return nil, nil, "the fitness failed: " .. tostring(value) .. slip, false, trace
+    return nil, nil, "the fitness failed: " .. tostring(value), false, tostring(extra)
   end
   local message, excusable = complaint(value, extra)
   if message then return nil, nil, message, excusable end

@@ -3,8 +3,9 @@
 --- the lattice, without alignment.
 
 local engine = require "limax.engine"
+local strict = require "limax.engine.strict"
 
-local diversity = {}
+local diversity = strict.module "limax.diversity"
 
 --- `hamming` is the mean share of voxels in which two distinct robots differ, N / (N - 1) times the
 --- mean over voxels of 1 - sum_m p_m^2; `genotype` the root mean square over genes of the standard
@@ -92,4 +93,4 @@ function diversity.material_shares(population, part)
   return of(population, part, "material_shares")
 end
 
-return diversity
+return strict.close("limax.diversity", diversity)

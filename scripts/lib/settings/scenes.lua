@@ -3,8 +3,9 @@
 
 local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
-local scenes = {}
+local scenes = strict.module "limax.scenes"
 
 -- A length, m.
 local function length(default, minimum, maximum)
@@ -144,4 +145,4 @@ function scenes.rough(options)
   return merged(scene, effects)
 end
 
-return scenes
+return strict.close("limax.scenes", scenes)

@@ -4,8 +4,9 @@
 
 local choice = require "limax.base.choice"
 local ledger = require "limax.supervise.ledger"
+local strict = require "limax.engine.strict"
 
-local supervise = {}
+local supervise = strict.module "limax.supervise"
 
 ---@class limax.proposal what a supervisor may ask for; the ledger records what became of it
 ---@field mutation_rate? number per gene
@@ -82,4 +83,4 @@ function supervise.get(spec)
   return supervisor
 end
 
-return supervise
+return strict.close("limax.supervise", supervise)
