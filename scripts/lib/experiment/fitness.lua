@@ -134,7 +134,7 @@ end
 --- Highest rise of the centre of mass above its place at t = 0, m.
 ---@param robot limax.scored_robot
 ---@return number
-function fitness.height(robot, _) return robot:height() end
+function fitness.height(robot) return robot:height() end
 
 --- Weight times distance per joule of the muscles: the inverse of a cost of transport, 1. The cost
 --- includes `idle_power`, else a body that barely moves divides two tiny numbers.
@@ -177,7 +177,8 @@ function fitness.get(spec)
   local law = fitness[name]
   return {
     name = name,
-    call = function(robot) return law(robot, options) end,
+    -- one without options takes none
+    call = function(robot) return law(robot, next(options) and options or nil) end,
     record = fitness.entries[name].record(options),
     options = options,
   }

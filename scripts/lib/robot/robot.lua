@@ -27,7 +27,7 @@ local Robot = strict.methods "robot"
 --- The methods of robots; experiment/replay.lua adds `replay`.
 robot.methods = Robot
 
-local fields = { description = true, body = true, materials = true, population = true }
+local has_field = { description = true, body = true, materials = true, population = true }
 
 function Robot.__index(_, key)
   local own = Robot[key]
@@ -36,7 +36,7 @@ function Robot.__index(_, key)
     fail("%s: this robot has not been simulated: use robot:simulate { duration = 2 }:%s()", key,
       key)
   end
-  strict.unknown("a robot", key, Robot, fields)
+  strict.unknown("a robot", key, Robot, has_field)
 end
 
 function Robot.__tostring(self)

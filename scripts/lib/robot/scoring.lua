@@ -5,8 +5,6 @@
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
 local schema = require "limax.engine.schema"
-local scored_robot = require "limax.robot.scored_robot"
-local suggest = require "limax.engine.suggest"
 
 local scoring = {}
 
