@@ -92,8 +92,3 @@ ledgers:test("of a body at rest is zero", function(t)
   t:equal(ledger.muscles, 0)
   t:ok(ledger.closure >= 0 and ledger.closure <= 1)
 end)
-
-ledgers:test("that was not recorded names the entry to add", function(t)
-  local robot = walker:simulate { settle = 0, duration = 0.1, record = { center_of_mass = 20 } }
-  t:raises("ledger = 50", function() robot:ledger() end)
-end)

@@ -1,5 +1,6 @@
 --- kernels.lua: the origin of a GPU's kernel and the state of its cache do not change results, and
---- problems are reported once; bad input gives the same errors on every device.
+--- problems are reported once; bad input gives the same errors on every device. Damaged caches and
+--- LIMAX_KERNELS are tested in tests/engine/backend/cuda.
 
 local bodies = require "limax.tools.bench.bodies"
 local engine = require "limax.engine"
@@ -59,8 +60,6 @@ local function need_compiler(t)
   if not nvrtc:match "^%d" then t:skip(nvrtc) end
 end
 
-local function count(text, pattern) return select(2, text:gsub(pattern, "")) end
-
 suite:test("a kernel built ahead of time, compiled or cached gives the same bits",
   { devices = { "cuda" } }, function(t)
     need_compiler(t)
@@ -118,35 +117,6 @@ suite:test("one GPU gives the same bits as all", { devices = { "cuda" } }, funct
   t:note(("%d GPUs"):format(all.gpus))
 end)
 
-suite:test("a damaged cache is compiled again and reported once", { devices = "cuda" }, function(t)
-  need_compiler(t)
-  local folder = t:folder()
-  local environment = cache_in(folder) .. " LIMAX_KERNELS=cached,compiled"
-  local whole = simulate(t, folder, environment)
-  local cache = folder .. "/limax"
-  local damaged = 0
-  for _, name in ipairs(host.file.list(cache)) do
-    local path = cache .. "/" .. name
-    local file = assert(io.open(path, "r+b"))
-    local middle = math.floor(file:seek "end" / 2)
-    file:seek("set", middle)
-    local byte = file:read(1):byte()
-    file:seek("set", middle)
-    file:write(string.char((byte + 1) % 256))
-    file:close()
-    damaged = damaged + 1
-  end
-  -- one kernel steps and one measures
-  t:ok(damaged >= 2)
-  local again, warnings = simulate(t, folder, environment)
-  t:equal({ again.origin, again.hash }, { "compiled", whole.hash })
-  t:equal(count(warnings, "\n"), 1)
-  t:ok(warnings:find "^limax: the kernel cache's file .* is damaged %(its checksum is wrong%)",
-    warnings)
-  again, warnings = simulate(t, folder, environment)
-  t:equal({ again.origin, again.hash, warnings }, { "cached", whole.hash, "" })
-end)
-
 suite:test("a cache that cannot be written is not used and reported once", { devices = { "cuda" } },
   function(t)
     need_compiler(t)
@@ -156,7 +126,7 @@ suite:test("a cache that cannot be written is not used and reported once", { dev
     local without, warnings =
       simulate(t, folder, cache_in(folder .. "/file") .. " LIMAX_KERNELS=cached,compiled")
     t:equal(without.origin, "compiled")
-    t:equal(count(warnings, "\n"), 1)
+    t:equal(select(2, warnings:gsub("\n", "")), 1)
     t:ok(warnings:find "^limax: kernels are not kept for the next run: .*/limax cannot be written",
       warnings)
     t:equal(without.hash, simulate(t, folder, cache_in(folder)).hash)
@@ -233,16 +203,6 @@ suite:test("bad input is refused on the CPU", function(t)
     t:ok(not fine, case[1] .. ": it is not refused")
     t:ok(message:find "kernels%.lua:%d+: %l", tostring(message))
   end
-end)
-
-suite:test("an unknown word in LIMAX_KERNELS is refused", { devices = { "cuda" } }, function(t)
-  local folder = t:folder()
-  assert(host.file.write_atomic(folder .. "/program.lua", PROGRAM))
-  local done =
-    process.ends(folder, { "program.lua" }, { before = "LIMAX_KERNELS=fast" })
-  t:equal(done.status, 1)
-  t:ok(done.stderr:find("LIMAX_KERNELS names 'fast'; it is a list of ahead-of-time", 1, true),
-    done.stderr)
 end)
 
 suite:test("without a GPU the error names the reason, and `auto` uses the CPU", function(t)

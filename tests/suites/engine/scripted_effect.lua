@@ -249,10 +249,4 @@ suite:test("an experiment stores it, and its parameters can be overridden", func
   end)
 end)
 
-suite:test("the shipped example runs", { limit = 60 }, function(t)
-  local done = process.ends(t:folder(), { host.home .. "/scripts/experiments/own_forces.lua" })
-  t:ok(done.status == 0 and done.stderr == "", done.stderr)
-  t:ok(done.stdout:find "magnet: " and done.stdout:find "treadmill: ", done.stdout)
-end)
-
 return suite
