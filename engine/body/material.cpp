@@ -78,10 +78,6 @@ std::string refusal(int32_t kind, const limit& l, const material_field& field, d
     return format("%s is %.9g; it must be %s", l.name, value, range_text(field).c_str());
 }
 
-std::string too_long() {
-    return format("longer than %zu bytes, the limit for a material table", most_bytes);
-}
-
 // A JSON value as text, truncated.
 std::string shown(const json& value) {
     std::string text = value.dump();
@@ -97,7 +93,8 @@ public:
     explicit material_reader(const std::string& origin) : origin_(origin) {}
 
     material_table read(std::string_view text) {
-        if (text.size() > most_bytes) refuse("", too_long());
+        if (text.size() > most_bytes)
+            refuse("", format("longer than %zu bytes, the limit for a material table", most_bytes));
         const json root = parse(text);
         if (!root.is_object())
             refuse("",

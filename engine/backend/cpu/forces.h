@@ -119,26 +119,26 @@ public:
     double energy_of_pairs() {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
-        each_pair<S>(masses.position, masses.predicted,
-                     [&]<class E>(E, const auto& params, auto, auto, const auto& found) {
-                         sum += double(E::stored(params, found.state));
-                     });
+        each_pair(masses.position, masses.predicted,
+                  [&]<class E>(E, const auto& params, auto, auto, const auto& found) {
+                      sum += double(E::stored(params, found.state));
+                  });
         return sum;
     }
     // What they do beyond that to masses that move at `velocity`, W.
     double power_of_pairs(const S* const velocity[3]) {
         double sum = 0;
         const mass_arrays<S>& masses = columns_.masses;
-        each_pair<S>(masses.position, masses.predicted,
-                     [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
-                         auto at_rest = found.state;
-                         at_rest.rate = 0;
-                         const double beyond = double(E::meet(params, found.state)) -
-                                               double(E::meet(params, at_rest));
-                         for (int axis = 0; axis < 3; ++axis)
-                             sum += beyond * double(found.normal[axis]) *
-                                    (double(velocity[axis][b]) - double(velocity[axis][a]));
-                     });
+        each_pair(masses.position, masses.predicted,
+                  [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                      auto at_rest = found.state;
+                      at_rest.rate = 0;
+                      const double beyond =
+                          double(E::meet(params, found.state)) - double(E::meet(params, at_rest));
+                      for (int axis = 0; axis < 3; ++axis)
+                          sum += beyond * double(found.normal[axis]) *
+                                 (double(velocity[axis][b]) - double(velocity[axis][a]));
+                  });
         return sum;
     }
 
@@ -217,15 +217,14 @@ private:
             if (const auto node = passes.node[active.index])
                 if (with_contacts || !passes.press[active.index]) node(seen, active.params);
         for (const scripted_effect& script : scene_.scripts()) evaluate(script.law, seen, tick);
-        each_pair<S>(
-            seen.position, seen.predicted,
-            [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
-                const S push = E::meet(params, found.state);
-                for (int axis = 0; axis < 3; ++axis) {
-                    seen.force[axis][a] = fma(-push, found.normal[axis], seen.force[axis][a]);
-                    seen.force[axis][b] = fma(push, found.normal[axis], seen.force[axis][b]);
-                }
-            });
+        each_pair(seen.position, seen.predicted,
+                  [&]<class E>(E, const auto& params, auto a, auto b, const auto& found) {
+                      const S push = E::meet(params, found.state);
+                      for (int axis = 0; axis < 3; ++axis) {
+                          seen.force[axis][a] = fma(-push, found.normal[axis], seen.force[axis][a]);
+                          seen.force[axis][b] = fma(push, found.normal[axis], seen.force[axis][b]);
+                      }
+                  });
     }
     // Lets `push` change the velocities by an impulse over h and records it in the ledger.
     template <class Push>
@@ -241,13 +240,13 @@ private:
         return E::template make<R>(scene_.values(effects::index_of<E>), world);
     }
     // Calls visit(effect, params, near, far, pair) for masses of the body that meet.
-    template <class R, class Visit>
+    template <class Visit>
     void each_pair(const S* const position[3], const S* const velocity[3], const Visit& visit) {
         if (!self_contacts_) return;
         effects::for_each([&]<class E>(E) {
             if constexpr (bool(E::hooks & effects::hook_meet))
                 if (scene_.has(effects::index_of<E>)) {
-                    const auto params = params_of<E, R>();
+                    const auto params = params_of<E, S>();
                     self_contacts_->each(position, velocity,
                                          [&](auto a, auto b, const auto& found) {
                                              visit(E{}, params, a, b, found);

@@ -2,16 +2,21 @@
 // and the summaries of whole traces. SI units.
 #pragma once
 
+#include "backend/backend.h"
 #include "base/array.h"
-#include "limax.h"
 #include "physics/time_step.h"
 
 namespace limax::cpu {
 
 class traces {
 public:
-    traces() = default;
-    traces(const schedule& plan, int64_t masses);
+    traces(const schedule& plan, int64_t masses) : time_step_(plan.time_step) {
+        for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind) {
+            every_[kind] = plan.every[kind];
+            width_[kind] = trace_width(kind, masses);
+            data_[kind] = array<double>(plan.samples[kind] * width_[kind]);
+        }
+    }
 
     // Is a sample of this kind due `step` steps after t = 0?
     bool due(int32_t kind, int64_t step) const { return every_[kind] && step % every_[kind] == 0; }
@@ -23,14 +28,19 @@ public:
     int64_t taken(int32_t kind) const { return taken_[kind]; }             // samples so far
 
     // Fills the outcome's summaries of the kinds that were recorded.
-    void summarize(limax_outcome& outcome) const;
+    void summarize(limax_outcome& outcome) const {
+        trace_samples samples[LIMAX_TRACE_KINDS] = {};
+        for (int32_t kind = 0; kind < LIMAX_TRACE_KINDS; ++kind)
+            samples[kind] = {data(kind), taken_[kind], double(every_[kind]) * time_step_};
+        keep_summary(summarize_traces(samples), outcome);
+    }
 
 private:
     array<double> data_[LIMAX_TRACE_KINDS];
     int64_t width_[LIMAX_TRACE_KINDS] = {};
     int64_t every_[LIMAX_TRACE_KINDS] = {};  // steps between samples; 0 where nothing is recorded
     int64_t taken_[LIMAX_TRACE_KINDS] = {};
-    double time_step_ = 0;  // s
+    double time_step_;  // s
 };
 
 }  // namespace limax::cpu
