@@ -17,6 +17,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -206,19 +207,6 @@ int parse(lua_State* L) {
     return 0;
 }
 
-// Takes the request as light userdata and an error; replaces the request by an answer with the
-// problem.
-int describe(lua_State* L) {
-    std::string& answer = *static_cast<std::string*>(lua_touserdata(L, 1));
-    lua_newtable(L);
-    if (lua_type(L, 2) == LUA_TSTRING)
-        set(L, "problem", text_at(L, 2).substr(0, longest_error));
-    else
-        set(L, "problem", std::string("an error that is a ") + luaL_typename(L, 2));
-    answer = encode_json(L, -1, 0);
-    return 0;
-}
-
 std::string answer_to(std::string request) {
     struct closer {
         void operator()(lua_State* L) const { lua_close(L); }
@@ -229,14 +217,15 @@ std::string answer_to(std::string request) {
     luaJIT_setmode(L, 0, LUAJIT_MODE_ENGINE | LUAJIT_MODE_OFF);
     const int status = lua_cpcall(L, guarded<parse>, &request);
     if (status == 0) return request;
-    const std::string_view text = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "";
+    const std::string_view text = lua_type(L, -1) == LUA_TSTRING ? text_at(L, -1) : "";
     if (status == LUA_ERRMEM || text == "std::bad_alloc" || text == "not enough memory")
         return out_of_memory;
-    lua_pushcfunction(L, guarded<describe>);
-    lua_pushlightuserdata(L, &request);
-    lua_pushvalue(L, -3);
-    return lua_pcall(L, 2, 0, 0) == 0 ? request
-                                      : R"({"problem":"its error is not a text in UTF-8"})";
+    std::string problem(text.substr(0, longest_error));
+    if (lua_type(L, -1) != LUA_TSTRING)
+        problem = std::string("an error that is a ") + luaL_typename(L, -1);
+    else if (find_invalid_utf8(problem) != problem.npos)
+        problem = "its error is not a text in UTF-8";
+    return nlohmann::json{{"problem", problem}}.dump();
 }
 
 }  // namespace
