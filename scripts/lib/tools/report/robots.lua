@@ -29,25 +29,14 @@ function robots.javascript()
   end
 end
 
--- Which champions to show: { run, line, arm }.
+-- Which champions to show: { arm, run, line }.
 local function chosen(list)
-  local picks = {}
-  local function pick(arm, last)
-    local run = runs.leading(arm.runs)
-    picks[#picks + 1] = { arm = arm, run = run, line = last and run.lines[#run.lines]
-      or run.lines[1] }
-  end
-  if #list <= MOST / 2 then
-    for _, arm in ipairs(list) do
-      pick(arm, false)
-      pick(arm, true)
-    end
-    return picks
-  end
-  -- arms of the same seed begin alike: one of generation 0 is enough
-  pick(list[1], false)
-  for k = 1, MOST - 1 do
-    if list[k] then pick(list[k], true) end
+  local picks, all = {}, #list <= MOST / 2
+  for k = 1, math.min(#list, MOST - 1) do
+    local run = runs.leading(list[k].runs)
+    -- arms of the same seed begin alike: of many, one of generation 0 is enough
+    if all or k == 1 then picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[1] } end
+    picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[#run.lines] }
   end
   return picks
 end
@@ -66,15 +55,14 @@ function robots.simulate(list, options)
     local path = runs.champion(pick.run, pick.line)
     local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
       and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
-    local fine, walked, why, description = failure.attempt(function()
-      local value, message = source.read_json(path)
-      if not value then return nil, tostring(message) end
-      local simulated, reason = motion.simulate(robot.of(value), { device = options.device })
-      return simulated, reason, value
+    local fine, walked, why, walker = failure.attempt(function()
+      local read = robot(path)
+      local simulated, reason = motion.simulate(read, { device = options.device })
+      return simulated, reason, read
     end)
     if not fine then walked, why = nil, failure.bare(walked) end
     if walked then
-      shown[#shown + 1] = { name = name, walked = walked, description = description }
+      shown[#shown + 1] = { name = name, walked = walked, description = walker.description }
     elseif options.say then
       options.say(("%s is not shown: %s"):format(name, why))
     end
