@@ -10,7 +10,7 @@
 
 namespace limax {
 
-// What is known of an effect without its laws.
+// Name, fields and hooks of an effect, without its laws.
 struct effect_entry {
     const char* name;
     const char* summary;
@@ -39,7 +39,7 @@ class scene {
 public:
     scene();  // only springs
 
-    // Adds an effect with its defaults; one that may be there several times gets an instance more.
+    // Adds an effect with its defaults; a repeatable effect gets another instance.
     void add(const std::string& effect);
     // Sets a field of an effect, of its latest instance.
     void set(const std::string& effect, const std::string& field, const double* values, int count);
@@ -47,7 +47,7 @@ public:
     void set_heights(const std::string& effect, const std::string& field, const double* heights,
                      int nx, int ny);
     // Adds a force that a text describes. `bound` is the largest stiffness and damping that it
-    // gives a mass, N/m and N s/m; null where that is not known.
+    // gives a mass, N/m and N s/m; null where the script does not state it.
     void add_script(const std::string& name, const std::string& text,
                     const std::vector<scripted::parameter>& parameters, const double* bound);
     // Refuses a scene in which an effect has none of those that it needs, or values that do not go
