@@ -157,20 +157,20 @@ constexpr bool hooks_match() {
     return found == E::hooks && found != 0;
 }
 
+// A struct, so that the compiler's message names the effect.
+template <class E>
+struct checked {
+    static_assert(hooks_match<E>(),
+                  "this effect declares a hook without its law (a contact's params also have "
+                  "stiffness and damping_ratio), or has a law that it does not declare");
+    static_assert(E::field_count == 0 || sizeof(E::fields) == E::field_count * sizeof(field),
+                  "this effect's field_count is not the number of its fields");
+};
 template <class... E>
-constexpr bool all_hooks_match(list<E...>) {
-    return (hooks_match<E>() && ...);
+constexpr bool all_checked(list<E...>) {
+    return ((sizeof(checked<E>) > 0) && ...);
 }
-static_assert(
-    all_hooks_match(all{}),
-    "an effect declares a hook without its law (a contact's params also have stiffness and "
-    "damping_ratio), or has a law that it does not declare");
-
-template <class... E>
-constexpr bool all_fields_counted(list<E...>) {
-    return ((E::field_count == 0 || sizeof(E::fields) == E::field_count * sizeof(field)) && ...);
-}
-static_assert(all_fields_counted(all{}), "an effect's field_count is not the number of its fields");
+static_assert(all_checked(all{}));
 #endif
 
 }  // namespace limax::effects

@@ -117,7 +117,6 @@ std::unique_ptr<const compiler> compiler::open(const char* name, std::string* wh
     functions& nvrtc = *made->nvrtc_;
     nvrtc.library = shared_library(name, why);
     if (!nvrtc.library) return nullptr;
-    made->path_ = name;
     if (const char* missing = nvrtc.missing()) {
         *why = format("%s has no %s", name, missing);
         return nullptr;

@@ -25,7 +25,6 @@ public:
     static const compiler* get(std::string* why);
 
     const std::string& version() const { return version_; }  // "13.0"
-    const std::string& path() const { return path_; }        // the name that it was opened by
     // Compute capabilities that it makes binaries for, ascending: 75 for 7.5.
     const std::vector<int>& capabilities() const { return capabilities_; }
     // For a GPU of this capability: "sm_90" where its own binary, or one of the same major version,
@@ -47,7 +46,7 @@ private:
     static std::unique_ptr<const compiler> open(const char* name, std::string* why);
 
     std::unique_ptr<functions> nvrtc_;
-    std::string version_, path_;
+    std::string version_;
     std::vector<int> capabilities_;
 };
 

@@ -83,9 +83,6 @@ struct function_facts {
     int registers;             // of a thread
     int spilled;               // bytes of local memory of a thread
     int shared;                // bytes of static shared memory of a block
-    int constant;              // bytes of constant memory, arguments not counted
-    int most_threads;          // of a block
-    int architecture;          // that its binary is for: 90
     std::size_t instructions;  // 0 where the driver made the binary from PTX
 };
 

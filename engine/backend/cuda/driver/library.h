@@ -15,17 +15,16 @@ public:
     // Opens a library by its name or path. An object that holds none has the loader's reason in
     // `why`, which may be null.
     explicit shared_library(const char* name, std::string* why = nullptr)
-        : handle_(dlopen(name, RTLD_NOW | RTLD_LOCAL)), name_(name) {
+        : handle_(dlopen(name, RTLD_NOW | RTLD_LOCAL)) {
         if (handle_ || !why) return;
         // NOLINTNEXTLINE(concurrency-mt-unsafe): glibc keeps the message per thread
         const char* reason = dlerror();
         *why = reason ? reason : std::string(name) + " cannot be opened";
     }
     shared_library(shared_library&& other) noexcept
-        : handle_(std::exchange(other.handle_, nullptr)), name_(std::move(other.name_)) {}
+        : handle_(std::exchange(other.handle_, nullptr)) {}
     shared_library& operator=(shared_library&& other) noexcept {
         std::swap(handle_, other.handle_);
-        std::swap(name_, other.name_);
         return *this;
     }
     ~shared_library() {
@@ -33,7 +32,6 @@ public:
     }
 
     explicit operator bool() const { return handle_ != nullptr; }
-    const std::string& name() const { return name_; }
 
     // Sets `function` to what the library calls `symbol`, or to null; false where it has none.
     template <class Function>
@@ -44,7 +42,6 @@ public:
 
 private:
     void* handle_ = nullptr;
-    std::string name_;
 };
 
 }  // namespace limax::cuda

@@ -94,9 +94,6 @@ function_facts kernel_module::facts(const char* name) const {
     facts.registers = attribute(CU_FUNC_ATTRIBUTE_NUM_REGS);
     facts.spilled = attribute(CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES);
     facts.shared = attribute(CU_FUNC_ATTRIBUTE_SHARED_SIZE_BYTES);
-    facts.constant = attribute(CU_FUNC_ATTRIBUTE_CONST_SIZE_BYTES);
-    facts.most_threads = attribute(CU_FUNC_ATTRIBUTE_MAX_THREADS_PER_BLOCK);
-    facts.architecture = attribute(CU_FUNC_ATTRIBUTE_BINARY_VERSION);
     facts.instructions = instruction_count(binary_->bytes, name);
     return facts;
 }

@@ -22,7 +22,8 @@ struct cube_spring {
     int near, far, direction;
 };
 
-// Sorted by the far corner, so that at most the low face and one high corner are at hand at once.
+// Sorted by the far corner, so that registers hold at most the low face and one high corner at
+// once.
 LIMAX_LAW constexpr cube_spring cube_spring_at(int i) {
     constexpr cube_spring table[cube_springs] = {
         {0, 1, 0}, {0, 2, 1},  {0, 3, 3}, {1, 2, 4},               // low face

@@ -86,15 +86,15 @@ struct grid_robot {
         if constexpr (shares_state) take_corner(m, c);
     }
     // Stores what springs, and this mass at the next step, read of it.
-    __device__ void show(const mass_state& m, int site, int which) const {
+    __device__ void publish(const mass_state& m, int site, int which) const {
         if (keeps_prediction) store_next_velocity(m.predicted, state + site, sites());
         exchange_corner(grid, half(which), site, corner_of(m));
     }
 
     // ---- the beginning of a launch ----
 
-    // Ends the step that the last launch left between kick and drift, where both velocities are at
-    // hand, and shows all masses to their springs.
+    // Ends the step that the last launch left between kick and drift, where both velocities are
+    // stored, and publishes all masses for their springs.
     __device__ void begin_masses() {
         const robot_record& record = shared.record;
         const bool begun = record.begun;
@@ -105,7 +105,7 @@ struct grid_robot {
             if (begun)
                 finish_mass(m, next_velocity, dt, record.step == 0 ? mass_real(1) : mass_real(0.5));
             store_mass(m, state + site, sites());
-            show(m, site, 0);
+            publish(m, site, 0);
         });
         if (thread == 0) shared.now = moment_at(launch, record, record.step + begun);
         wait();
@@ -206,7 +206,7 @@ struct grid_robot {
             recall(m, site, exchanged_corner(grid, half(side), site));
             shift_mass(m, shared.shift);
             store_mass(m, state + site, sites());
-            show(m, site, side);
+            publish(m, site, side);
         });
         follow_origin(params, launch.scene, record.origin);
         wait();
@@ -321,7 +321,7 @@ struct grid_robot {
         } else {
             finish_mass(m, next_velocity, dt, now.share());
             store_mass(m, state + site, sites());
-            show(m, site, 1 - side);
+            publish(m, site, 1 - side);
             if constexpr (meets) moved |= pairs.moved(site, corner_of(m));
         }
     }

@@ -64,7 +64,7 @@ __device__ inline void take_step(Robot& robot, loop_state& now) {
     if constexpr (kicks_apart) robot.end_masses(now);
 }
 
-// The run of one robot up to the end of the launch.
+// Runs one robot up to the end of the launch.
 template <class Robot>
 __device__ inline void run_robot(Robot& robot) {
     robot_record& record = robot.shared.record;

@@ -50,7 +50,7 @@ struct robot_record {
     int64_t next_sample[sample_kinds];  // step of the next one; beyond every step without any
     int32_t status;                     // robot_status
     int32_t reason;                     // limax_divergence
-    uint8_t begun;   // 1 between kick and drift, where both velocities are at hand
+    uint8_t begun;   // 1 between kick and drift, where both velocities are stored
     uint8_t coarse;  // as in limax_outcome
     int32_t masses;
 };

@@ -85,8 +85,8 @@ struct block_robot {
         }
     }
 
-    // Ends the step that the last launch left between kick and drift, where both velocities are at
-    // hand, and shows all masses to their springs.
+    // Ends the step that the last launch left between kick and drift, where both velocities are
+    // stored, and publishes all masses for their springs.
     __device__ void begin_masses() {
         // every block has laid out its memory before another writes there
         meet_cluster();

@@ -37,7 +37,6 @@ TEST_CASE("a module has functions and facts, and a launch has the requested shap
         const function_facts facts = module.facts("present");
         CHECK(facts.registers == 100 + CU_FUNC_ATTRIBUTE_NUM_REGS);
         CHECK(facts.spilled == 100 + CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES);
-        CHECK(facts.architecture == 100 + CU_FUNC_ATTRIBUTE_BINARY_VERSION);
         CHECK(facts.instructions == 0);
         module.allow_shared_memory("present", 100000);
         CHECK(module.blocks_of_multiprocessor("present", 256, 100000) == 3);
