@@ -47,12 +47,14 @@ CUresult refusal() { return current ? CUresult(fake.result) : CUDA_ERROR_INVALID
 #define BEGIN_IN_CONTEXT(function)         \
     const std::lock_guard one_call(mutex); \
     if (refuses(#function)) return refusal()
-// A function that needs a context, with what it does.
-#define CALL(function, parameters, ...) \
-    CUresult function parameters {      \
-        BEGIN_IN_CONTEXT(function);     \
-        __VA_ARGS__;                    \
-        return CUDA_SUCCESS;            \
+// A function that needs a context, with what it does. It is set to fail by its plain name, which a
+// nested macro would turn into cuda.h's versioned one.
+#define CALL(function, parameters, ...)           \
+    CUresult function parameters {                \
+        const std::lock_guard one_call(mutex);    \
+        if (refuses(#function)) return refusal(); \
+        __VA_ARGS__;                              \
+        return CUDA_SUCCESS;                      \
     }
 
 #pragma GCC visibility push(default)
