@@ -118,13 +118,7 @@ void kernel_cache::store(const hash128& key, std::string_view bytes) {
     cannot_write(reason);
 }
 
-std::vector<std::string> kernel_cache::take_notes() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(notes_, {});
-}
-
 void kernel_cache::note(bool& reported, const std::string& text) {
-    const std::lock_guard lock(mutex_);
     if (!std::exchange(reported, true)) notes_.push_back(text);
 }
 

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace limax::cuda {
@@ -34,15 +34,14 @@ public:
     static kernel_cache& users();
 
     const std::string& folder() const { return folder_; }
-    // `key` is a hash of everything that the bytes follow from. From any thread, and from several
-    // processes at once: a file appears whole or not at all. A damaged file is removed and counts
-    // as absent.
+    // `key` is a hash of everything that the bytes follow from. Several processes may use a folder
+    // at once: a file appears whole or not at all. A damaged file is removed and counts as absent.
     std::optional<std::string> load(const hash128& key);
     void store(const hash128& key, std::string_view bytes);
 
     // Notes for the user since the last call, one sentence each. Each kind of problem is noted
     // once per cache.
-    std::vector<std::string> take_notes();
+    std::vector<std::string> take_notes() { return std::exchange(notes_, {}); }
 
 private:
     std::string path_of(const hash128& key) const;
@@ -50,7 +49,6 @@ private:
     void cannot_write(const std::string& reason);
 
     const std::string folder_;
-    std::mutex mutex_;  // guards what follows
     std::vector<std::string> notes_;
     bool reported_damaged_ = false, reported_unwritable_ = false;
 };

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <future>
 #include <sstream>
 
 namespace limax::cuda {
@@ -183,40 +182,22 @@ binary_pointer make_binary(const kernel_set& set, int capability, const allowed_
 
 binary_pointer binary_of(const kernel_set& set, int capability, const allowed_origins& allowed) {
     static std::mutex mutex;
-    static std::map<std::string, std::shared_future<binary_pointer>> made;
+    static std::map<std::string, binary_pointer> made;
 
     const std::string name =
         format("%d %d%d%d ", capability, allowed.ahead_of_time, allowed.cached, allowed.compiled) +
         set.title();
-    std::promise<binary_pointer> promise;
-    std::shared_future<binary_pointer> wanted;
-    bool mine = false;
-    {
-        const std::lock_guard lock(mutex);
-        const auto found = made.find(name);
-        mine = found == made.end();
-        wanted = mine ? made[name] = promise.get_future().share() : found->second;
-    }
-    if (!mine) return wanted.get();
-    try {
-        kernel_cache& cache = kernel_cache::users();
-        binary_pointer binary = make_binary(set, capability, allowed, cache);
-        if (binary->origin == kernel_origin::compiled && binary->seconds >= noticeable)
-            std::fprintf(stderr, "limax: compiled the kernel '%s' in %.1f s%s\n", set.entry.c_str(),
-                         binary->seconds,
-                         allowed.cached ? "; later runs take it from the cache" : "");
-        for (const std::string& text : cache.take_notes())
-            std::fprintf(stderr, "limax: %s\n", text.c_str());
-        promise.set_value(std::move(binary));
-    } catch (...) {
-        {
-            // what failed may work the next time: memory, a folder, a library
-            const std::lock_guard lock(mutex);
-            made.erase(name);
-        }
-        promise.set_exception(std::current_exception());
-    }
-    return wanted.get();
+    const std::lock_guard lock(mutex);
+    binary_pointer& binary = made[name];
+    if (binary) return binary;
+    kernel_cache& cache = kernel_cache::users();
+    binary = make_binary(set, capability, allowed, cache);
+    if (binary->origin == kernel_origin::compiled && binary->seconds >= noticeable)
+        std::fprintf(stderr, "limax: compiled the kernel '%s' in %.1f s%s\n", set.entry.c_str(),
+                     binary->seconds, allowed.cached ? "; later runs take it from the cache" : "");
+    for (const std::string& text : cache.take_notes())
+        std::fprintf(stderr, "limax: %s\n", text.c_str());
+    return binary;
 }
 
 }  // namespace limax::cuda

@@ -121,16 +121,13 @@ int kernel_module::blocks_of_multiprocessor(const char* name, int threads,
 }
 
 std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set) {
-    const std::string title = set.title();
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = modules_.find(title); found != modules_.end()) return found->second;
-    }
+    const std::lock_guard lock(mutex_);
+    auto& module = modules_[set.title()];
+    if (module) return module;
     const auto made = [&](const allowed_origins& allowed) {
         return std::make_shared<const kernel_module>(
             context_, binary_of(set, context_.device().capability, allowed));
     };
-    std::shared_ptr<const kernel_module> module;
     try {
         module = made(allowed_);
     } catch (const cuda_error& problem) {
@@ -138,9 +135,7 @@ std::shared_ptr<const kernel_module> kernel_library::load(const kernel_set& set)
         if (!other_way || !refused_as_too_new(problem.result()) || !compiler::get(nullptr)) throw;
         module = made({false, allowed_.cached, allowed_.compiled});
     }
-    // if two threads made the same module, the first one is kept
-    const std::lock_guard lock(mutex_);
-    return modules_.emplace(title, std::move(module)).first->second;
+    return module;
 }
 
 void launch_with(const context& context, CUfunction function, const launch_shape& shape,

@@ -123,7 +123,8 @@ void gpu_population::run(const char* entry, const char* function, const launch_s
     launch(place_.gpu, module->function(function), shape, stream_, doing, arguments);
 }
 
-// Those that nobody else holds. With `all` nothing of what is there has to stay.
+// The bodies, after a copy if a simulation holds them too. With `all`, all of them are overwritten,
+// so nothing is copied.
 gpu_bodies& gpu_population::bodies_to_write(bool all) {
     if (bodies_.use_count() > 1) {
         auto fresh = new_bodies();

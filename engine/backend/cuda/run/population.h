@@ -16,7 +16,7 @@ struct device_encoding {
     device_memory<float> features;  // [feature][voxel]
 };
 
-// The bodies of a population on a GPU. Whoever holds them keeps them as they are.
+// The bodies of a population on a GPU, unchanged as long as a simulation holds them.
 class gpu_bodies final : public device_bodies {
 public:
     gpu_bodies(std::shared_ptr<gpu_team> team, gpu_place& place, int64_t voxels, int32_t count);

@@ -1,7 +1,6 @@
 // cuda_cache_test.cpp: the kernel cache stores kernels, detects damaged files, and never fails a
 // simulation.
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -12,22 +11,14 @@
 
 #include "backend/cuda/driver/cache.h"
 #include "environment.h"
+#include "scratch_folder.h"
 
 namespace fs = std::filesystem;
 using limax::cuda::hash128;
 using limax::cuda::kernel_cache;
+using limax::test::scratch_folder;
 
 namespace {
-
-// A folder of this test's own, gone at its end.
-struct scratch_folder {
-    scratch_folder() {
-        std::string pattern = (fs::temp_directory_path() / "limax-cache-XXXXXX").string();
-        path = mkdtemp(pattern.data());
-    }
-    ~scratch_folder() { fs::remove_all(path); }
-    fs::path path;
-};
 
 std::string read(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);

@@ -1,7 +1,6 @@
 // cuda_kernel_test.cpp: kernels on their way from text to binary: compiled, cached, built with
 // limax. No GPU is needed.
 #include <doctest/doctest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -16,12 +15,14 @@
 #include "cuda_compiler.h"
 #include "environment.h"
 #include "failure.h"
+#include "scratch_folder.h"
 
 namespace fs = std::filesystem;
 using namespace limax::cuda;
 using limax::test::failure;
 using limax::test::found_compiler;
 using limax::test::has_built_kernels;
+using limax::test::scratch_folder;
 
 namespace {
 
@@ -52,15 +53,6 @@ int count(const std::string& text, const std::string& part) {
         ++found;
     return found;
 }
-
-struct scratch_cache {
-    scratch_cache() {
-        std::string pattern = (fs::temp_directory_path() / "limax-kernels-XXXXXX").string();
-        folder = mkdtemp(pattern.data());
-    }
-    ~scratch_cache() { fs::remove_all(folder); }
-    std::string folder;
-};
 
 }  // namespace
 
@@ -146,8 +138,8 @@ TEST_CASE("a text that does not compile is refused with the compiler's log") {
     nvrtc->compile("extern \"C\" __global__ void k() {}\n", {}, "sm_90", kernel_options(), &log);
     CHECK(log.empty());
 
-    scratch_cache scratch;
-    kernel_cache cache(scratch.folder);
+    scratch_folder scratch;
+    kernel_cache cache(scratch.path.string());
     CHECK(failure(LIMAX_INTERNAL, [&] {
               make_binary({"no_such_entry", {{"A", "1"}}}, 90, {}, cache);
           }).find("kernel 'no_such_entry A=1': a kernel does not compile") == 0);
@@ -168,10 +160,10 @@ TEST_CASE("the architecture for a GPU is its own, its major version's, or PTX") 
 
 TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled again") {
     if (!found_compiler()) return;
-    const scratch_cache scratch;
+    const scratch_folder scratch;
     std::size_t notes = 0;
     const auto make = [&](const allowed_origins& allowed, int capability = 90) {
-        kernel_cache cache(scratch.folder);
+        kernel_cache cache(scratch.path.string());
         auto binary = make_binary(plain_set, capability, allowed, cache);
         CHECK(binary->set == plain_set);
         CHECK(binary->bytes.size() > 100);
@@ -179,7 +171,7 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
         notes = cache.take_notes().size();
         return binary;
     };
-    const auto files = [&] { return std::distance(fs::directory_iterator(scratch.folder), {}); };
+    const auto files = [&] { return std::distance(fs::directory_iterator(scratch.path), {}); };
     CHECK(failure(LIMAX_NO_DEVICE,
                   [&] {
                       make({true, true, false});
@@ -201,7 +193,7 @@ TEST_CASE("a kernel is compiled once, then cached; a damaged file is compiled ag
     CHECK(files() == 2);
     CHECK(notes == 0);
 
-    for (const auto& entry : fs::directory_iterator(scratch.folder))
+    for (const auto& entry : fs::directory_iterator(scratch.path))
         fs::resize_file(entry.path(), 50);
     const auto again = make({});
     CHECK(notes == 1);
@@ -230,8 +222,8 @@ TEST_CASE("a process compiles a kernel once, also from several threads") {
 }
 
 TEST_CASE("embedded kernels are found for every GPU that they run on") {
-    scratch_cache scratch;
-    kernel_cache cache(scratch.folder);
+    scratch_folder scratch;
+    kernel_cache cache(scratch.path.string());
     if (!has_built_kernels()) return;
     for (const kernel_set& set : ahead_of_time_sets()) {
         CAPTURE(set.title());
@@ -257,7 +249,7 @@ TEST_CASE("embedded kernels are found for every GPU that they run on") {
                   make_binary(set, 70, {true, false, false}, cache);
               }).find("no kernel for compute capability 7.0") != std::string::npos);
     }
-    CHECK(fs::is_empty(scratch.folder));
+    CHECK(fs::is_empty(scratch.path));
 }
 
 TEST_CASE("nvcc and NVRTC compile the same text") {
