@@ -100,6 +100,7 @@ void open_host(lua_State* L, const command_line& line) {
     open_signals(L);
     open_protect(L, line.home);
     open_json(L);
+    open_hashes(L);
     open_http(L);
     open_xml(L);
     open_archives(L);

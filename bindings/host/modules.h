@@ -9,6 +9,7 @@ namespace limax::host {
 
 void open_archives(lua_State* L);
 void open_files(lua_State* L);
+void open_hashes(lua_State* L);
 void open_http(lua_State* L);
 void open_images(lua_State* L);
 // Absent where limax is built without libedit.

@@ -1,0 +1,43 @@
+// hash.cpp: SHA-256 (OpenSSL), for what others may check, and XXH3 (xxHash), for files of a run,
+// where a hash must cost nothing beside the writing.
+#include <openssl/sha.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cinttypes>
+#include <cstdio>
+#include <string_view>
+
+#include "guard.h"
+#include "modules.h"
+
+namespace limax::host {
+namespace {
+
+// sha256(text): 64 hexadecimal digits
+int lua_sha256(lua_State* L) {
+    const std::string_view text = text_argument(L, 1);
+    unsigned char digest[SHA256_DIGEST_LENGTH];
+    SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest);
+    char hex[2 * SHA256_DIGEST_LENGTH + 1];
+    for (int i = 0; i < SHA256_DIGEST_LENGTH; ++i) std::snprintf(hex + 2 * i, 3, "%02x", digest[i]);
+    return push(L, std::string_view(hex, sizeof hex - 1));
+}
+
+// xxh3(text): 16 hexadecimal digits
+int lua_xxh3(lua_State* L) {
+    const std::string_view text = text_argument(L, 1);
+    char hex[17];
+    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits(text.data(), text.size()));
+    return push(L, std::string_view(hex, sizeof hex - 1));
+}
+
+}  // namespace
+
+void open_hashes(lua_State* L) {
+    add_function<lua_sha256>(L, "sha256");
+    add_function<lua_xxh3>(L, "xxh3");
+}
+
+}  // namespace limax::host
