@@ -1,5 +1,6 @@
 // host.cpp: the executable `limax`: a LuaJIT state with the module limax.host, in which start.lua
 // runs the command line. It exits with the status that start.lua returns.
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -32,6 +33,16 @@ struct command_line {
     fs::path executable;
     std::string home;
 };
+
+// Opens the standard descriptors that the parent closed on /dev/null. Else the first files that are
+// opened would get their numbers, and progress text would be written into them.
+void open_standard_descriptors() {
+    for (int descriptor = 0; descriptor <= STDERR_FILENO; ++descriptor) {
+        if (fcntl(descriptor, F_GETFD) >= 0) continue;
+        // the lowest number that is free
+        if (open("/dev/null", O_RDWR) != descriptor) _exit(status_failed);
+    }
+}
 
 // The data folder, absolute: $LIMAX_HOME, else share/limax beside the executable's folder, else the
 // source tree. Throws with the places that it searched.
@@ -149,6 +160,7 @@ int start(lua_State* L) {
 }  // namespace limax::host
 
 int main(int count, char** words) {
+    limax::host::open_standard_descriptors();
     try {
         if (count == 3 && std::strcmp(words[1], limax::host::parser_process_argument) == 0)
             return limax::host::run_parser_process(std::atof(words[2]));

@@ -40,6 +40,24 @@ suite:test("-q silences progress and summary, not warnings, and draws the champi
   t:ok(done.stderr:find "^! simulation.time_step = 0.001 s is above the limit", done.stderr)
 end)
 
+suite:test("progress is not written into data files where standard streams are closed", function(t)
+  local _, expected = run(t, "--set", "supervisor=rules")
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/try.lua", EXPERIMENT))
+  for name, closed in pairs { two = "exec <&- 2>&-;", all = "exec <&- >&- 2>&-;" } do
+    process.completes(t, folder, { "run", "try.lua", "--out", name, "--set", "supervisor=rules" },
+      { before = closed })
+    for _, file in ipairs { "metrics.jsonl", "ledger.jsonl", "config.json", "scripts/try.lua",
+      "r01/population/g0000.jsonl", "r01/population/g0000.npy", "r01/champions/g0002.json" } do
+      local function text(run_folder)
+        return (process.read(run_folder .. "/" .. file):gsub('"path": "[^"]*"', ""))
+      end
+      t:equal(text(folder .. "/" .. name), text(expected .. "/r"))
+    end
+    t:ok(host.json.decode(process.read(folder .. "/" .. name .. "/STATUS")), name)
+  end
+end)
+
 suite:test("the summary counts failures, with the first message of the fitness", function(t)
   local done = run(t)
   local count, whole, rest = done.stdout:match "\n(%d+) of (%d+) robots failed: ([^\n]*)%.\n"
