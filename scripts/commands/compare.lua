@@ -20,11 +20,15 @@ materials, scene, simulation (except its tier), population, generations and eval
 equal in all.
 
 The one outcome is best_standard of the last generation: its champion, under the run's first
-materials, simulated again at the tier publish. Where the arm and the baseline have the same pairs,
-the test is Wilcoxon's exact signed-rank test with a bootstrap of the paired differences, else Mann
-and Whitney's exact test; p values are adjusted by Holm over all arms. There is no claim about an
-arm whose evaluations differ from the baseline's by more than one population, or whose model set
-less than 95 % of the generations. Everything else is exploratory.]],
+materials, simulated again at the tier publish. A fitness that is a function of a script needs
+--trust: the copy of the script in the run folder then runs with your rights. It must be the one
+that ran, by its recorded SHA-256.
+
+Where the arm and the baseline have the same pairs, the test is Wilcoxon's exact signed-rank test
+with a bootstrap of the paired differences, else Mann and Whitney's exact test; p values are
+adjusted by Holm over all arms. There is no claim about an arm whose evaluations differ from the
+baseline's by more than one population, or whose model set less than 95 % of the generations.
+Everything else is exploratory.]],
   positional = { least = 1, name = "RUN" },
   exclusive = { { "csv", "json", "latex" } },
   options = {
@@ -36,6 +40,8 @@ less than 95 % of the generations. Everything else is exploratory.]],
       text = "write text, CSV, JSON, LaTeX and the figures with their data there" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the champions again" },
+    { name = "trust",
+      text = "run the scripts of the run folders where the fitness is a function" },
     { name = "csv", text = "print CSV" },
     { name = "json", text = "print JSON" },
     { name = "latex", text = "print a LaTeX table" },
@@ -45,7 +51,8 @@ less than 95 % of the generations. Everything else is exploratory.]],
 function command.run(arguments)
   local list = runs.read(arguments)
   local groups = arms.group(list)
-  local outcomes = outcome.measure(list, engine.device(arguments.device))
+  local outcomes = outcome.measure(list, engine.device(arguments.device),
+    { trust = arguments.trust })
   local result = verdict.compare(groups, outcomes,
     { baseline = arguments.baseline, target = arguments.target })
   if arguments.out then figures.write(arguments.out, result, groups, outcomes) end

@@ -41,6 +41,8 @@ local command = {
       text = "with a language model: read its prompts again before each generation" },
     { name = "resume", argument = "DIR", text = "continue the run in this folder" },
     { name = "changed", text = "with --resume: continue although script or configuration differ" },
+    { name = "trust",
+      text = "with --resume: run the folder's own copy of the script if the original is gone" },
     { name = "quiet", short = "q", text = "no progress and no summary; warnings stay" },
   },
 }
@@ -59,9 +61,8 @@ local function or_refuse(status, call, ...)
   failure.raise(failure.status(value) or status, failure.bare(value))
 end
 
--- The experiment that a script returns.
-local function load_experiment(path)
-  local value = script.run(path)
+-- The experiment that a script returned.
+local function checked(value, path)
   if experiments.is(value) then return value end
   failure.raise(2, ("%s returns no experiment: it should end in `return limax.experiment"
     .. " { ... }`; a script that runs by itself is started by: limax %s"):format(path, path))
@@ -79,12 +80,12 @@ local function reopen(session, arguments)
   session.path = arguments.resume
   local folder = run_folder.open(arguments.resume)
   session.folder = folder
-  local path, note = resume.script(folder)
+  local value, path, note = resume.run_script(folder, arguments.trust)
   local changes = {}
   for _, list in ipairs { folder.config.run.overrides, changes_of(arguments) } do
     for _, text in ipairs(list) do changes[#changes + 1] = text end
   end
-  local experiment = load_experiment(path):override(changes)
+  local experiment = checked(value, path):override(changes)
   session.only = folder.config.run.repetition
   if arguments.repetition and arguments.repetition ~= session.only then
     failure.raise(2, ("--repetition %d: %s computes %s"):format(arguments.repetition, folder.path,
@@ -296,9 +297,11 @@ function command.run(arguments)
     end
     return command.run_experiment(nil, arguments)
   end
-  if arguments.changed then failure.raise(2, "--changed belongs to --resume") end
+  for _, name in ipairs { "changed", "trust" } do
+    if arguments[name] then failure.raise(2, ("--%s belongs to --resume"):format(name)) end
+  end
   if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end
-  return command.run_experiment(load_experiment(file), arguments)
+  return command.run_experiment(checked(script.run(file), file), arguments)
 end
 
 return command

@@ -62,7 +62,7 @@ local function run_script(argv)
   local arguments = options.parse(run, argv)
   return call(run, arguments, function()
     -- `limax run` refuses a script with --resume
-    if arguments.resume or arguments.changed then return run.run(arguments) end
+    if arguments.resume or arguments.changed or arguments.trust then return run.run(arguments) end
     return run.run_experiment(value, arguments)
   end)
 end

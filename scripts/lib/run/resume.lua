@@ -3,9 +3,11 @@
 
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
+local folder_script = require "limax.run.folder_script"
 local host = require "limax.host"
 local run_configuration = require "limax.run.run_configuration"
 local run_folder = require "limax.run.run_folder"
+local script = require "limax.base.script"
 local source = require "limax.base.source"
 
 local resume = {}
@@ -83,18 +85,25 @@ local function add_script_changes(lines, folder, scripts)
   end
 end
 
---- The script to load: the original, else its copy in the folder.
+--- Runs the script of a folder: the original, else the copy in the folder, which needs trust.
+---@param trust boolean|nil may a copy run?
+---@return any value what it returns
 ---@return string path
 ---@return string|nil note
-function resume.script(folder)
-  local run = folder.config.run
-  if run.path and host.file.exists(run.path) == "file" then return run.path end
-  local copy = run.script and folder.path .. "/scripts/" .. run.script
-  if copy and host.file.exists(copy) == "file" then
-    return copy, ("%s is gone; continuing with the copy %s"):format(run.path, copy)
+function resume.run_script(folder, trust)
+  local run, inside = folder.config.run, host.file.absolute(folder.path) .. "/"
+  local original = type(run) == "table" and run.path
+  if type(original) ~= "string" or original:sub(1, 1) ~= "/" then
+    failure.raise(2, folder.path .. " was not started from a script that returns an experiment,"
+      .. " so it cannot be continued")
   end
-  failure.raise(2, folder.path .. " was not started from a script that returns an experiment,"
-    .. " so it cannot be continued")
+  -- a run that was continued with its copy has no other original
+  if host.file.absolute(original):sub(1, #inside) ~= inside
+    and host.file.exists(original) == "file" then
+    return script.run(original), original
+  end
+  local value, copy = folder_script.run(folder.path, run, trust, original .. " is gone")
+  return value, copy, ("%s is gone; continuing with the copy %s"):format(original, copy)
 end
 
 ---@class limax.resume.comparison

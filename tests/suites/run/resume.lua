@@ -299,10 +299,18 @@ suite:test("a run continues with the copy of a script that is gone", { limit = 6
   completes(t, folder, { "run", "tiny.lua", "-q", "--out", "whole" })
   completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r", "--set", "generations=2" })
   host.file.remove(folder .. "/tiny.lua")
-  local continued = completes(t, folder,
-    { "run", "--resume", "r", "--changed", "--set", "generations=4" })
+  local words = { "run", "--resume", "r", "--changed", "--set", "generations=4" }
+  local refused = run(folder, words)
+  t:equal(refused.status, 2)
+  t:ok(refused.stderr:find("tiny.lua is gone, and a script of a run folder runs with your rights: "
+    .. "read r/scripts, then allow it with --trust", 1, true), refused.stderr)
+  words[#words + 1] = "--trust"
+  local continued = completes(t, folder, words)
   t:ok(continued.stderr:find "is gone; continuing with the copy", continued.stderr)
   t:ok(source.read(folder .. "/r/metrics.jsonl") == source.read(folder .. "/whole/metrics.jsonl"))
+  -- the copy is now the script's path
+  words[6] = "generations=5"
+  completes(t, folder, words)
 end)
 
 -- An own loop that ends with an error in generation `arg[2]`, before that is bred. Its fitness

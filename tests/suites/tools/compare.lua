@@ -89,18 +89,48 @@ suite:test("the outcome is the last champion at publish under the first material
     "other materials, another score")
 end)
 
-suite:test("a fitness of the script's own is found in the run folder", function(t)
+suite:test("a fitness of a script runs from the folder on request, as it was recorded", function(t)
   local base = t:folder()
-  assert(host.file.write_atomic(base .. "/own.lua", [[
+  local function write(name, text, ...)
+    process.write(base .. "/" .. name, text:format(...))
+  end
+  write("own.lua", [[
 local limax = require "limax"
-local csv = require "limax.base.csv"
+io.open("executed", "w"):close()
+local helper = require "helper"
 return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 2,
   repetitions = 1, simulation = { duration = 0.1, settle = 0, accuracy = "preview" },
-  supervisor = "fixed", fitness = function(robot) return 7 + 0 * robot:distance() end }
-]]))
-  process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" })
-  local done = process.completes(t, base, { "compare", "r", "--json" })
-  t:equal(host.json.decode(done.stdout).arms[1].runs[1].outcome, 7)
+  supervisor = "fixed", fitness = function(robot) return helper.value + 0 * robot:distance() end }
+]])
+  for k = 1, 2 do
+    write("helper.lua", "return { value = %d }", 6 + k)
+    process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" .. k, "--set", "seed=" .. k })
+  end
+  host.file.remove(base .. "/executed")
+  local function refused(text, ...)
+    local done = process.ends(base, { "compare", "r1", "r2", ... })
+    t:equal(done.status, 2)
+    contains(t, done.stderr, text)
+    t:ok(not host.file.exists(base .. "/executed"), text)
+  end
+  refused "r1: its fitness is a function of its script, which scores the champions again, and a "
+  local done = process.completes(t, base, { "compare", "r1", "r2", "--trust", "--json" })
+  local outcomes = host.json.decode(done.stdout).arms[1].runs
+  t:equal({ outcomes[1].outcome, outcomes[2].outcome }, { 7, 8 })
+
+  host.file.remove(base .. "/executed")
+  write("r1/scripts/helper.lua", "return { value = 1000 }")
+  refused("r1/scripts/helper.lua is not the script that ran: its SHA-256 differs from "
+    .. "r1/config.json: run.scripts[1].sha256", "--trust")
+  write("r1/scripts/helper.lua", "return { value = 7 }")
+  local config = process.read(base .. "/r1/config.json")
+  for _, name in ipairs { "../../own.lua", "/own.lua" } do
+    process.write(base .. "/r1/config.json", (config:gsub('"own.lua"', '"' .. name .. '"')))
+    refused("r1/config.json: run.scripts[2].file: expected a file below scripts/", "--trust")
+  end
+  process.write(base .. "/r1/config.json",
+    (config:gsub('"script": "own.lua"', '"script": "../../own.lua"')))
+  refused("r1/config.json: run.script: expected one of the files of run.scripts", "--trust")
 end)
 
 suite:test("other questions and budgets are refused with the fields that differ", function(t)

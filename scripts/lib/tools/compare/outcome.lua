@@ -3,15 +3,16 @@
 
 local body = require "limax.robot.body"
 local engine = require "limax.engine"
+local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local fitness = require "limax.fitness"
+local folder_script = require "limax.run.folder_script"
 local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
 local robot_file = require "limax.robot.robot_file"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
-local script = require "limax.base.script"
 local source = require "limax.base.source"
 
 local outcome = {}
@@ -20,9 +21,9 @@ local outcome = {}
 outcome.TEXT = "best_standard of the last generation, its champion simulated again at publish"
 local TIER = "publish"
 
--- The fitness of a configuration: by name, or the function of the run's script. `functions` are
--- those of scripts by their text, so that a script is run once.
-local function fitness_of(run, functions)
+-- The fitness of a configuration: by name, or the function of the run's script, which needs trust.
+-- `functions` are those of scripts by their folder, so that a script is run once.
+local function fitness_of(run, functions, trust)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
   if stored.name then
@@ -30,21 +31,20 @@ local function fitness_of(run, functions)
     spec[1], spec.name = stored.name, nil
     return fitness.get(spec).call
   end
-  local sha256 = stored["function"].sha256
-  if functions[sha256] then return functions[sha256] end
-  local name = run.config.run.script
-  local experiment = name and script.run(("%s/scripts/%s"):format(run.path, name))
-  local call = type(experiment) == "table" and experiment.fitness and experiment.fitness.call
-  if not call or source.of_function(call).sha256 ~= sha256 then
+  if functions[run.path] then return functions[run.path] end
+  local experiment = folder_script.run(run.path, run.config.run, trust,
+    "its fitness is a function of its script, which scores the champions again")
+  local call = experiments.is(experiment) and experiment.fitness.call
+  if not call or source.of_function(call).sha256 ~= stored["function"].sha256 then
     failure.raise(2, ("%s: its fitness is a function that no script in it returns with its "
       .. "experiment; the outcome cannot be measured"):format(run.path))
   end
-  functions[sha256] = call
+  functions[run.path] = call
   return call
 end
 
 -- Simulates the champions of runs with the same world in one batch.
-local function simulate(list, device, values, call_of)
+local function simulate(list, device, values, calls)
   local config = list[1].config
   local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
   local options = rescore.options(config, { accuracy = TIER })
@@ -61,7 +61,7 @@ local function simulate(list, device, values, call_of)
     if result.status == "done" then
       local record = { id = 1, generation = 0, parents = {}, origin = "hand", status = "done",
         outcome = result, body = body.record(robots, i, materials) }
-      values[run] = scoring.call(call_of(run), scored_robot.new(record, { population = robots,
+      values[run] = scoring.call(calls[run], scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
         options = options, device = device }))
     end
@@ -69,11 +69,14 @@ local function simulate(list, device, values, call_of)
 end
 
 --- The outcome of each run; a champion whose simulation fails at `publish` has none.
----@param fitness_call? function the fitness of all of them, if the caller has it
+---@param options? { fitness?: function, trust?: boolean } the fitness of all of them, if the caller
+--- has it; may scripts of the folders run?
 ---@return table<limax.compare.run, number>
-function outcome.measure(list, device, fitness_call)
-  local values, groups, by_key, functions = {}, {}, {}, {}
+function outcome.measure(list, device, options)
+  options = options or {}
+  local values, groups, by_key, functions, calls = {}, {}, {}, {}, {}
   for _, run in ipairs(list) do
+    calls[run] = options.fitness or fitness_of(run, functions, options.trust)
     local config = run.config
     local key = host.json.encode { config.lattice, config.materials, config.scene,
       config.simulation, config.record }
@@ -83,10 +86,7 @@ function outcome.measure(list, device, fitness_call)
     end
     table.insert(by_key[key], run)
   end
-  for _, group in ipairs(groups) do
-    simulate(group, device, values,
-      function(run) return fitness_call or fitness_of(run, functions) end)
-  end
+  for _, group in ipairs(groups) do simulate(group, device, values, calls) end
   return values
 end
 

@@ -166,7 +166,7 @@ function study.run(self)
     for _, run in ipairs(group.runs) do list[#list + 1] = run end
   end
   -- on the CPU as in `limax compare`, so that it gives the same numbers wherever the study ran
-  local outcomes = outcome.measure(list, engine.device "cpu", self.fitness)
+  local outcomes = outcome.measure(list, engine.device "cpu", { fitness = self.fitness })
   local result = verdict.compare(groups, outcomes)
   figures.write(self.out .. "/compare", result, groups, outcomes)
   return result
