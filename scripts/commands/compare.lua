@@ -5,6 +5,7 @@ local arms = require "limax.tools.report.arms"
 local engine = require "limax.engine"
 local figures = require "limax.tools.compare.figures"
 local outcome = require "limax.tools.compare.outcome"
+local output = require "limax.base.output"
 local runs = require "limax.tools.compare.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
@@ -57,7 +58,7 @@ function command.run(arguments)
     { baseline = arguments.baseline, target = arguments.target })
   if arguments.out then figures.write(arguments.out, result, groups, outcomes) end
   local form = arguments.csv and "csv" or arguments.json and "json" or arguments.latex and "latex"
-  io.stdout:write(tables[form or "text"](result, terminal.style()))
+  output.write(tables[form or "text"](result, terminal.style()))
   return 0
 end
 

@@ -5,6 +5,7 @@ local failure = require "limax.base.failure"
 local formats = require "limax.tools.convert.formats"
 local host = require "limax.host"
 local input = require "limax.tools.convert.input"
+local output = require "limax.base.output"
 local runs = require "limax.tools.report.runs"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
@@ -101,7 +102,7 @@ function command.run(arguments)
   if type(files) == "string" then files = { { to, files } } end
   write(files, arguments.force)
   if job.robot then formats.note_losses(format, job.robot, job.notes) end
-  for _, note in ipairs(job.notes) do io.stderr:write("! not carried: ", note, "\n") end
+  for _, note in ipairs(job.notes) do output.warn("! not carried: ", note, "\n") end
   return 0
 end
 

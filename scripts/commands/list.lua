@@ -2,6 +2,7 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local runs = require "limax.tools.report.runs"
 local shape = require "limax.tools.report.shape"
 local terminal = require "limax.base.terminal"
@@ -70,9 +71,9 @@ function command.run(arguments)
     rows[k] = row or { shape.word(each), "damaged" }
     if problem then problems[#problems + 1] = shape.word(problem) .. "\n" end
   end
-  io.stdout:write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
+  output.write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
     "best" }, rows, terminal.style()), "\n")
-  io.stderr:write(table.concat(problems))
+  output.warn(table.concat(problems))
   return 0
 end
 

@@ -4,6 +4,7 @@
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local motion = require "limax.draw.motion"
+local output = require "limax.base.output"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local sheet = require "limax.draw.sheet"
@@ -174,7 +175,7 @@ function command.run(arguments)
     source.write(arguments.out, drawn:render(ending, { title = arguments[1], dpi = arguments.dpi,
       transparent = arguments.transparent }))
   end
-  io.stdout:write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), drawn.width,
+  output.write(("%s: %d x %d pixels of %s\n"):format(shell.path(arguments.out), drawn.width,
     drawn.height, shell.path(path)))
   return 0
 end

@@ -4,6 +4,7 @@ local failure = require "limax.base.failure"
 local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local session = require "limax.tools.repl.session"
 require "limax.tools.repl.words"
 
@@ -21,7 +22,7 @@ local function run_startup_file()
   local fine, value, trace = host.protect(follow.run, path)
   if fine then return end
   if value == host.interrupt then error(value, 0) end
-  io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
+  output.warn(failure.status(value) and tostring(value) or trace, "\n")
 end
 
 local function once(text)

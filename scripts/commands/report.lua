@@ -2,6 +2,7 @@
 
 local failure = require "limax.base.failure"
 local figures = require "limax.tools.report.figures"
+local output = require "limax.base.output"
 local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
@@ -32,16 +33,16 @@ function command.run(arguments)
   for _, folder in ipairs(folders) do any = any or #folder.runs > 0 end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
   local options = { device = arguments.device, robots = not arguments.no_robots,
-    say = function(line) io.stderr:write(line, "\n") end }
+    say = function(line) output.warn(line, "\n") end }
   if arguments.figures then
     local names = figures.write(arguments.figures, folders, (page.fitness_label(folders)), options)
-    io.stdout:write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
+    output.write(("%s: %s\n"):format(shell.path(arguments.figures), table.concat(names, ", ")))
     if not arguments.out then return 0 end
   end
   local path = arguments.out or folders[1].path .. "/report.html"
   local text = page.text(folders, options)
   source.write(path, text)
-  io.stdout:write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))
+  output.write(("%s: %.0f kB\n"):format(shell.path(path), #text / 1000))
   return 0
 end
 

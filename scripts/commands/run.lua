@@ -8,12 +8,14 @@ local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local history = require "limax.run.history"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
 local tally = require "limax.tools.console.tally"
+local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
 local together = require "limax.evolution.together"
 
@@ -128,12 +130,12 @@ local function announce(session, config, device)
     session.at_once > 1 and " together" or "")
   local where = device.kind
   if device.threads then where = ("%s (%d threads)"):format(where, device.threads) end
-  io.stderr:write(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
+  output.warn(("%s: %s, %d generations of %d robots, on %s; folder %s\n"):format(config.name,
     which, config.generations, config.population, where, session.folder.path))
   local tier = tiers.of(config.simulation)
   if tier then
     local measured = tiers.measured(device)
-    io.stderr:write(("accuracy %s: %s; %s\n"):format(tier, tiers.describe(tier),
+    output.warn(("accuracy %s: %s; %s\n"):format(tier, tiers.describe(tier),
       tiers.price(measured and measured[tier])))
   end
 end
@@ -165,13 +167,13 @@ local function show_end(session, device)
   session.progress:finish()
   session.folder:status "done"
   session.done = true
-  local terminal = host.terminal()
+  local facts = host.terminal()
   -- it draws the champion, also when quiet
-  require("limax.tools.console.summary").show(session.folder.path, { width = terminal.columns,
-    device = device, color = terminal.stdout and terminal.color,
-    write = session.quiet and function() end or function(text) io.stdout:write(text) end })
+  require("limax.tools.console.summary").show(session.folder.path, { width = facts.columns,
+    device = device, color = facts.stdout and facts.color,
+    write = session.quiet and function() end or output.write })
   if session.quiet then return end
-  io.stdout:write("\n", session.tally:text(), "Run folder: ", session.folder.path, "\n")
+  output.write("\n", session.tally:text(), "Run folder: ", session.folder.path, "\n")
 end
 
 local function execute(session, experiment, arguments)
@@ -217,7 +219,8 @@ local function execute(session, experiment, arguments)
       { repetition = session.only, overrides = changes })
   end
   -- from here on even a hard stop prints how to continue
-  host.signal.on_hard_stop("continue with: " .. run_folder.resume_command(session.path))
+  host.signal.on_hard_stop("continue with: "
+    .. terminal.shown(run_folder.resume_command(session.path)))
   session.folder:status "running"
   session.folder:write_environment(device)
   announce(session, config, device)
@@ -234,9 +237,9 @@ end
 local function interrupted(session)
   local path = session.path
   if not path or not run_folder.is_run(path) then
-    io.stderr:write "interrupted; no run was begun\n"
+    output.warn "interrupted; no run was begun\n"
   else
-    io.stderr:write(session.done and "interrupted; every generation is done\n"
+    output.warn(session.done and "interrupted; every generation is done\n"
       or "interrupted; the unfinished generation is dropped\n", "continue with: ",
       run_folder.resume_command(path), "\n")
   end
@@ -265,10 +268,10 @@ local function end_early(session, value, trace)
   if status then error(value, 0) end
   if machine then
     -- nothing is wrong with the script
-    io.stderr:write("limax: ", failure.bare(value), "\n",
+    output.warn("limax: ", failure.bare(value), "\n",
       folder and ("continue with: %s\n"):format(command_line) or "")
   else
-    io.stderr:write("limax: ", failure.first_trace(value) or trace, repair, "\n")
+    output.warn("limax: ", failure.first_trace(value) or trace, repair, "\n")
   end
   return 1
 end

@@ -3,6 +3,7 @@
 
 local curves = require "limax.tools.report.curves"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
 local shape = require "limax.tools.report.shape"
@@ -112,7 +113,7 @@ function command.run(arguments)
   local folder = runs.read(path)
   local style = terminal.style()
   if arguments.once or not host.terminal().stdout then
-    io.stdout:write(command.text_of(folder, style))
+    output.write(command.text_of(folder, style))
     return 0
   end
   local shown
@@ -121,7 +122,8 @@ function command.run(arguments)
     if mark ~= shown then
       shown = mark
       -- from the top of a cleared screen; the width may have changed
-      io.stdout:write("\27[H\27[2J", command.text_of(folder, terminal.style()))
+      io.stdout:write "\27[H\27[2J"
+      output.write(command.text_of(folder, terminal.style()))
       io.stdout:flush()
     end
     if folder.status.state ~= "running" then return 0 end

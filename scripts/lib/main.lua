@@ -4,6 +4,7 @@
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local options = require "limax.base.options"
+local output = require "limax.base.output"
 local suggest = require "limax.engine.suggest"
 
 local main = {}
@@ -49,7 +50,7 @@ end
 -- Runs a command, or prints its help.
 local function call(command, arguments, action)
   if not arguments.help then return action() end
-  io.write(options.help(command))
+  output.write(options.help(command))
   return nil
 end
 
@@ -86,12 +87,12 @@ end
 local function dispatch(argv)
   local first = argv[1]
   if first == nil then
-    io.stderr:write(overview())
+    output.warn(overview())
     return exit_usage
   end
   if first == "--version" then return version() end
   if first == "--help" or first == "-h" or (first == "help" and not argv[2]) then
-    io.write(overview())
+    output.write(overview())
     return nil
   end
   if first == "help" then return run_command(argv[2], { argv[2], "--help" }) end
@@ -111,11 +112,11 @@ function main.main(argv)
   if fine then return value or 0 end
   io.stdout:flush()
   if value == host.interrupt then
-    io.stderr:write("limax: interrupted\n")
+    output.warn("limax: interrupted\n")
     return exit_interrupted
   end
   local status = failure.status(value)
-  io.stderr:write("limax: ", status and tostring(value) or failure.first_trace(value) or trace,
+  output.warn("limax: ", status and tostring(value) or failure.first_trace(value) or trace,
     "\n")
   return status or exit_failed
 end

@@ -1,4 +1,5 @@
---- csv.lua: rows of numbers and words as RFC 4180 text.
+--- csv.lua: rows of numbers and words as RFC 4180 text. Words that a spreadsheet would take for a
+--- formula begin with an apostrophe: names may come from other people.
 
 local csv = {}
 
@@ -10,6 +11,7 @@ local function cell(value)
     return tonumber(short) == value and short or ("%.17g"):format(value)
   end
   local text = tostring(value)
+  if text:find "^[=+%-@\t\r]" and not tonumber(text) then text = "'" .. text end
   if text:find '[",\r\n]' then text = '"' .. text:gsub('"', '""') .. '"' end
   return text
 end

@@ -1,5 +1,5 @@
---- terminal.lua: text for terminals: colours, visible widths and tables. Every function returns
---- text and writes nothing.
+--- terminal.lua: text for terminals: colours, visible widths, control characters, tables. Every
+--- function returns text and writes nothing.
 
 local host = require "limax.host"
 
@@ -68,6 +68,28 @@ end
 function terminal.bold(text, style) return style.color and "\27[1m" .. text .. "\27[0m" or text end
 
 function terminal.dim(text, style) return style.color and "\27[2m" .. text .. "\27[0m" or text end
+
+-- The colours that limax makes, as above and in body_picture.lua.
+local OWN_COLORS = { "^%[[012]m$", "^%[38;5;%d+m$", "^%[48;5;%d+;38;5;16m$" }
+
+local function escape(character) return ("\\u%04x"):format(character:byte(-1)) end
+
+--- A text with names and messages of other people as it may be sent to a terminal: control
+--- characters are shown as \u001b, which JSON reads as what it was. Line ends and tabs stay.
+---@param text string
+---@param color? boolean colours as limax makes them stay
+function terminal.shown(text, color)
+  if terminal.utf8(text) ~= text then
+    text = text:gsub("[\128-\255]", function(byte) return ("\\x%02x"):format(byte:byte()) end)
+  end
+  text = text:gsub("[%z\1-\8\11-\26\28-\31\127]", escape):gsub("\194[\128-\159]", escape)
+  return (text:gsub("\27(%[?[%d;]*m?)", function(rest)
+    for _, pattern in ipairs(OWN_COLORS) do
+      if color and rest:find(pattern) then return nil end
+    end
+    return escape "\27" .. rest
+  end))
+end
 
 -- ---- tables -------------------------------------------------------------------------------------
 

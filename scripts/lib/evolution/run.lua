@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local full_body = require "limax.robot.full_body"
 local ledger = require "limax.supervise.ledger"
 local materials = require "limax.evolution.materials"
+local output = require "limax.base.output"
 local record = require "limax.evolution.record"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
@@ -78,7 +79,7 @@ local function once(show)
   end
 end
 
-local function print_warning(text) io.stderr:write(text, "\n") end
+local function print_warning(text) output.warn(text, "\n") end
 
 local function advance(simulation, on_progress) simulation:run(on_progress) end
 

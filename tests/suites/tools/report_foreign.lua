@@ -1,6 +1,8 @@
---- report_foreign.lua: `limax report`, `watch` and `list` on run folders that are damaged, from
---- another version or malicious: what is readable is shown, and nothing is executed.
+--- report_foreign.lua: `limax report`, `watch`, `list`, `compare` and `picture` on run folders that
+--- are damaged, from another version or malicious: what is readable is shown, and nothing is
+--- executed.
 
+local csv = require "limax.base.csv"
 local evolution = require "support.evolution"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
@@ -151,21 +153,46 @@ suite:test("the line of robots that are each other's parents ends", { limit = 20
     t:ok(#line >= 1 and #ancestors >= #line)
   end)
 
-suite:test("no name reaches a terminal as an escape sequence", { limit = 20 }, function(t)
+suite:test("no control character reaches a terminal", { limit = 60 }, function(t)
   local base = t:folder()
   local folder = run(base .. "/r\27[2J\n<b>'\"&")
   rewrite(folder .. "/config.json", setter { name = "a\27[2Jb\194\155c\nd",
     supervisor = { name = "\27]0;x\7" } })
-  rewrite(folder .. "/STATUS", setter { state = "done\27[31m" })
-  for _, words in ipairs { { "watch", folder, "--once" }, { "list", base } } do
-    local done = process.ends(base, words, { before = "export NO_COLOR=1;" })
-    t:ok(done.status == 0, done.stderr)
-    t:ok(not done.stdout:find("[\27\7]") and not done.stdout:find("\194\155", 1, true),
-      done.stdout)
+  local function clean(status, ...)
+    local done = process.ends(base, { ... }, { before = "export NO_COLOR=1;" })
+    local text = done.stdout .. done.stderr
+    t:ok(done.status == status and #text > 0, (...) .. ": " .. text)
+    t:ok(not text:find "[%z\1-\8\11-\31\127]" and not text:find("\194\155", 1, true), text)
+    return done
   end
-  local done = process.ends(base, { "report", folder, "--no-robots", "--out", "x.html" })
-  t:ok(done.status == 0, done.stderr)
+  clean(0, "compare", folder)
+  t:ok(host.json.decode(clean(0, "compare", folder, "--json").stdout))
+  clean(0, "picture", folder, "--out", "x.svg")
+  rewrite(folder .. "/STATUS", setter { state = "done\27[31m" })
+  clean(0, "watch", folder, "--once")
+  clean(0, "list", base)
+  clean(2, "compare", folder)
+  clean(0, "report", folder, "--no-robots", "--out", "x.html")
   t:ok(not source.read(base .. "/x.html"):find("<b>", 1, true))
+  rewrite(folder .. "/r01/champions/g0002.json", setter { ["key\27[2J"] = 1 })
+  clean(1, "picture", folder, "--out", "x.svg")
+  process.write(base .. "/own.lua", [=[
+return require("limax").experiment { name = "own", lattice = { 2, 2, 2 }, population = 4,
+  generations = 2, repetitions = 1, simulation = { duration = 0.1, settle = 0 },
+  fitness = function(robot) if robot.id == 6 then error "\27]0;x\7" end return 7 end }
+]=])
+  clean(0, "run", "own.lua", "--out", "own\27c")
+end)
+
+suite:test("a name that a spreadsheet would take for a formula is text in CSV", function(t)
+  local base = t:folder()
+  local folder = run(base .. "/r", { supervisor = "fixed" })
+  for _, name in ipairs { "=1+1", "@SUM(A1)", "+x", "-x" } do
+    rewrite(folder .. "/config.json", setter { supervisor = { name = name } })
+    local done = process.completes(t, base, { "compare", folder, "--csv" })
+    t:ok(done.stdout:find("\n'" .. name .. ",1,", 1, true), done.stdout)
+  end
+  t:equal(csv.encode({ "a", "b" }, { { a = -1, b = "-1.5" } }), "a,b\n-1,-1.5\n")
 end)
 
 suite:test("folders and files whose names are not UTF-8", { limit = 20 }, function(t)

@@ -44,7 +44,7 @@ end
 --- A line that stays, quiet or not: a warning, or what failed.
 function Progress:say(text)
   self:finish()
-  self.write(terminal.paint("! ", YELLOW, self.style) .. text .. "\n")
+  self.write(terminal.paint("! ", YELLOW, self.style) .. terminal.shown(text) .. "\n")
 end
 
 -- "best 0.512  mean 0.31  diversity 0.42  failed 2", and "  coarse 1" where steps were too long.

@@ -6,6 +6,7 @@ local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local output = require "limax.base.output"
 local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
 local robot = require "limax.robot.robot"
@@ -158,7 +159,7 @@ end
 ---@param options? limax.summary.options
 function summary.show(folder, options)
   options = options or {}
-  local write = options.write or function(text) io.stdout:write(text) end
+  local write = options.write or output.write
   local style = terminal.style(options)
   local found = runs.read(folder)
   if #found.runs == 0 then

@@ -4,6 +4,7 @@
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local script = require "limax.base.script"
 local source = require "limax.base.source"
 local tokens = require "limax.tools.repl.tokens"
@@ -81,7 +82,7 @@ local function again(entry)
   else
     if value == host.interrupt then error(value, 0) end
     io.stdout:flush()
-    io.stderr:write(failure.status(value) and tostring(value) or trace, "\n")
+    output.warn(failure.status(value) and tostring(value) or trace, "\n")
   end
 end
 

@@ -7,6 +7,7 @@ local follow = require "limax.tools.repl.follow"
 local help = require "limax.tools.repl.help"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local show = require "limax.tools.repl.show"
 
 local session = {}
@@ -45,7 +46,7 @@ end
 local function report(text, message, trace, first_line)
   io.stdout:flush()
   local first, rest = (failure.first_trace(message) or trace):match "^([^\n]*)(.*)$"
-  io.stderr:write(first, hint_of(first), line_of(text, message, first_line),
+  output.warn(first, hint_of(first), line_of(text, message, first_line),
     frames_of(first, rest), "\n")
 end
 
@@ -138,7 +139,7 @@ function session.talk()
       text = text and text .. "\n" .. line or line
       local done, interrupt = take(text, 1)
       if interrupt then
-        io.stderr:write("interrupted\n")
+        output.warn("interrupted\n")
         host.signal.rearm()
       end
       if done ~= nil then
@@ -168,7 +169,7 @@ function session.take_all(lines)
     if fine then text = nil end
   end
   if not text then return 0 end
-  io.stderr:write(("input:%d: the statement that begins here is not complete\n"):format(first))
+  output.warn(("input:%d: the statement that begins here is not complete\n"):format(first))
   return exit_failed
 end
 

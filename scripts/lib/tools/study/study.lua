@@ -16,6 +16,7 @@ local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
 local options = require "limax.base.options"
 local outcome = require "limax.tools.compare.outcome"
+local output = require "limax.base.output"
 local plan = require "limax.tools.study.plan"
 local runs = require "limax.tools.compare.runs"
 local source = require "limax.base.source"
@@ -28,7 +29,7 @@ local study = {}
 
 -- Flushed, so that a redirected output can be followed.
 local function print_line(text)
-  io.stdout:write(text, "\n")
+  output.write(text, "\n")
   io.stdout:flush()
 end
 
@@ -197,7 +198,7 @@ local command = {
 function study.main(settings, words)
   local arguments = options.parse(command, words)
   if arguments.help then
-    io.stdout:write(options.help(command))
+    output.write(options.help(command))
     return
   end
   local chosen = arguments.quick and settings.quick or settings
@@ -212,7 +213,7 @@ function study.main(settings, words)
     evaluations = arguments.evaluations or chosen.evaluations,
     device = engine.device(arguments.device) }
   local result = study.run(self)
-  io.stdout:write("\n", tables.text(result, terminal.style()), "\n")
+  output.write("\n", tables.text(result, terminal.style()), "\n")
   if self.quick then print_line "--quick: too small for any claim" end
   print_line(("Tables, figures and their data: %s/compare"):format(out))
 end
