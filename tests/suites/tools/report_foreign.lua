@@ -177,9 +177,9 @@ suite:test("no control character reaches a terminal", { limit = 60 }, function(t
   rewrite(folder .. "/r01/champions/g0002.json", setter { ["key\27[2J"] = 1 })
   clean(1, "picture", folder, "--out", "x.svg")
   process.write(base .. "/own.lua", [=[
-return require("limax").experiment { name = "own", lattice = { 2, 2, 2 }, population = 4,
+return require("limax").experiment { name = "own", lattice = { 2, 2, 2 }, population = 20,
   generations = 2, repetitions = 1, simulation = { duration = 0.1, settle = 0 },
-  fitness = function(robot) if robot.id == 6 then error "\27]0;x\7" end return 7 end }
+  fitness = function(robot) if robot.id == 30 then error "\27]0;x\7" end return 7 end }
 ]=])
   clean(0, "run", "own.lua", "--out", "own\27c")
 end)
