@@ -75,7 +75,13 @@
       last = next;
     };
     for (const mode of ["strain", "phase"]) await changed(mode, () => set("colours", "value", mode, "change"));
+    const turned_back = () => { byId("reset").click(); return pixels(); };
+    const at_first = last;
     await changed("turned_by_key", () => { all("canvas").forEach((canvas) => press(canvas, "ArrowLeft")); return pixels(); });
+    ok.reset = String(await turned_back()) === String(at_first);
+    for (let k = 0; k < 40; ++k) press(view.canvas, "ArrowDown");
+    ok.above_ground = view.camera.position.z > 0;
+    last = await turned_back();
     for (const id of ["ground", "trail"]) await changed("without_" + id, () => set(id, "checked", false, "change"));
   }
 
@@ -95,11 +101,16 @@
   addEventListener("load", async () => {
     try {
       charts();
-      if (document.querySelector(".robots")) await robots();
+      const strips = byId("strips");
+      if (document.querySelector(".robots")) {
+        await robots();
+        seen.ok.strips_folded = !strips.open;
+      }
       keyboard();
       document.body.style.width = "320px";
       await frame();
       seen.overflow = document.body.scrollWidth - 320;
+      dispatchEvent(new Event("beforeprint"));
       document.documentElement.classList.remove("scripted");
       const visible = (selector) => all(selector).filter((each) => each.getBoundingClientRect().width > 0).length;
       seen.plain = { robots: visible(".robots"), curves: visible("figure.chart polyline"), strips: visible(".figure-row svg") };

@@ -90,7 +90,7 @@ suite:test("charts and robots work, and nothing is loaded", { limit = 600 }, fun
   for name, fine in pairs(seen.ok) do t:ok(fine, name) end
   t:equal(seen.clock, "1.50 s")
   for _, name in ipairs { "play", "time", "speed", "colours", "ground", "trail", "follow",
-    "canvas" } do
+    "reset", "canvas" } do
     t:ok(reached[name], name .. " is reached by keyboard")
   end
   t:equal({ #seen.flows, seen.flows[1].name, seen.flows[2].name }, { 2, "wind", "current" })

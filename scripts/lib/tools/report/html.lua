@@ -61,10 +61,10 @@ end
 
 --- Something that is folded away until it is opened.
 ---@param body string HTML
----@param open? boolean
-function html.details(summary, body, open)
-  return ("<details%s><summary>%s</summary>%s</details>\n"):format(open and " open" or "",
-    html.escaped(summary), body)
+---@param open_id? string the id of one that is open at first
+function html.details(summary, body, open_id)
+  return ("<details%s><summary>%s</summary>%s</details>\n"):format(
+    open_id and (' id="%s" open'):format(open_id) or "", html.escaped(summary), body)
 end
 
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.

@@ -83,7 +83,10 @@ local CONTROLS = [[
 <label><input id="ground" type="checkbox" checked> ground</label>
 <label><input id="trail" type="checkbox" checked> trail</label>
 <label><input id="follow" type="checkbox" checked> follow</label>
+<button type="button" id="reset">reset view</button>
 </div>
+<p class="note">Drag a robot, or press the arrow keys, to turn it. Turn the wheel, spread two
+fingers, or press + and - to zoom. Home, or "reset view", goes back.</p>
 <p class="note" id="key"></p>
 ]]
 
@@ -96,9 +99,9 @@ local function viewer(shown)
     local words = world.words(world.of(walked.context.scene))
     if words ~= "" then about = about .. "; " .. words end
     parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
-      .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom."></canvas><p class="note">%s'
-      .. '</p><script type="text/plain">%s</script></div>\n'):format(html.escaped(each.name),
-      html.escaped(each.name), html.escaped(about), html.escaped(about),
+      .. 'aria-label="%s: %s. Arrow keys turn it, plus and minus zoom, Home resets."></canvas>'
+      .. '<p class="note">%s</p><script type="text/plain">%s</script></div>\n'):format(
+      html.escaped(each.name), html.escaped(each.name), html.escaped(about), html.escaped(about),
       replay.packed(walked, each.description))
   end
   parts[#parts + 1] = "</div></div>\n"
@@ -125,7 +128,7 @@ function robots.section(list, options)
     parts[1] = '<p class="note">three.js was not found when limax was configured (on Debian: '
       .. "libjs-three), so robots are shown as film strips only.</p>\n"
   end
-  parts[#parts + 1] = html.details("film strips", table.concat(strips), true)
+  parts[#parts + 1] = html.details("film strips", table.concat(strips), "strips")
   if folder then
     local licence = source.read(folder .. "/three.copyright") or ""
     parts[#parts + 1] = html.details("three.js draws the robots: its licence",

@@ -6,6 +6,12 @@
   const GREY = new THREE.Color("#b9bdc2");
   const HELD = "#26282b";
   const TRAIL = "#c0392b";
+  // what the colours of the world are multiplied with on a dark page
+  const DIM = "#5c5f66";
+  // rad, from straight above: the lowest place of the camera; how far it stays above ground
+  const LOWEST = 3.0;
+  const ABOVE = 0.03;
+  const dark = matchMedia("(prefers-color-scheme: dark)");
   const views = [];
   const state = { time: 0, playing: false, last: 0, most: 0 };
 
@@ -107,7 +113,11 @@
       part.edges.forEach((edge, k) => { if (edge) add("line", part, [k, (k + 1) % count], part.ink); });
     }
     const clear = { transparent: true, opacity: 0.2, depthWrite: false };
-    return [new THREE.Mesh(geometry(...lists.solid), new THREE.MeshBasicMaterial(surface())),
+    const solid = geometry(...lists.solid);
+    const dim = { opacity: 0.35, side: THREE.DoubleSide, depthWrite: false };
+    const shadow = new THREE.Mesh(solid, new THREE.ShadowMaterial(dim));
+    shadow.receiveShadow = true;
+    return [new THREE.Mesh(solid, new THREE.MeshBasicMaterial(surface())), shadow,
       new THREE.Mesh(geometry(...lists.wall), new THREE.MeshBasicMaterial(surface(clear))),
       new THREE.LineSegments(geometry(...lists.line), new THREE.LineBasicMaterial({ vertexColors: true }))];
   }
@@ -160,11 +170,32 @@
     }
     shape.setIndex(triangles);
     view.mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial(surface()));
+    view.mesh.castShadow = true;
     const lines = new THREE.BufferGeometry();
     lines.setAttribute("position", shape.attributes.position);
     lines.setIndex(edges);
     const ink = { color: 0x202326, opacity: 0.35, transparent: true };
     return [view.mesh, new THREE.LineSegments(lines, new THREE.LineBasicMaterial(ink))];
+  }
+
+  // How far the body reaches from its middle at the start, m.
+  function reachOf({ replay, path }) {
+    let reach = 0.3;
+    for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(replay.positions[k] - path[k % 3]));
+    return reach;
+  }
+
+  // High above the body, so that its shadow shows where it touches the ground.
+  function sunOf(reach) {
+    const sun = new THREE.DirectionalLight(0xffffff, 0.5);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(1024, 1024);
+    sun.shadow.radius = 3;
+    sun.shadow.bias = -0.002;
+    Object.assign(sun.shadow.camera, { left: -3 * reach, right: 3 * reach, bottom: -3 * reach, top: 3 * reach,
+      near: 0.1, far: 20 * reach });
+    sun.userData.from = new THREE.Vector3(-0.25, -0.35, 1).multiplyScalar(8 * reach);
+    return sun;
   }
 
   function build(view) {
@@ -176,7 +207,8 @@
     view.ground = new THREE.Group();
     view.ground.add(...worldOf(replay.world));
     view.world = new THREE.Group();
-    view.world.add(...bodyOf(view), view.trail, view.ground);
+    view.sun = sunOf(reachOf(view));
+    view.world.add(...bodyOf(view), view.trail, view.ground, view.sun, view.sun.target);
     view.world.position.set(-path[0], -path[1], 0);
     if (replay.held) {
       const places = replay.held.flatMap((mass) => Array.from(replay.positions.slice(mass * 3, mass * 3 + 3)));
@@ -186,8 +218,7 @@
     view.world.traverse((thing) => { thing.frustumCulled = false; });
 
     // as far away as the body is large
-    let reach = 0.3;
-    for (let k = 0; k < replay.body * 3; ++k) reach = Math.max(reach, Math.abs(replay.positions[k] - path[k % 3]));
+    const reach = reachOf(view);
     // the flows follow the camera's target
     view.flows = new THREE.Group();
     view.flows.position.set(0, 0, path[2]);
@@ -196,25 +227,34 @@
     view.tilt = new THREE.Group();
     view.tilt.quaternion.setFromUnitVectors(new THREE.Vector3(...replay.world.up), new THREE.Vector3(0, 0, 1));
     view.tilt.add(view.world, view.flows);
-    const sun = new THREE.DirectionalLight(0xffffff, 0.55);
-    sun.position.set(-2, -3, 5);
     view.scene = new THREE.Scene();
-    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.62), sun);
+    view.scene.add(view.tilt, new THREE.AmbientLight(0xffffff, 0.58));
 
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
-    view.camera.position.set(2.2 * reach, -3.4 * reach, path[2] + 1.7 * reach);
+    view.camera.position.set(2.5 * reach, -3.9 * reach, path[2] + 1.9 * reach);
     view.renderer = new THREE.WebGLRenderer({ canvas: view.canvas, antialias: true, preserveDrawingBuffer: true });
+    view.renderer.shadowMap.enabled = true;
     view.controls = new THREE.OrbitControls(view.camera, view.canvas);
     view.controls.enableKeys = false;
+    view.controls.minPolarAngle = 0.05;
+    // among fixed things the camera stays above the ground, which may be a slope
+    const slope = Math.acos(Math.min(1, replay.world.up[2]));
+    view.controls.maxPolarAngle = replay.world.parts ? Math.PI / 2 - slope - ABOVE : LOWEST;
     view.controls.target.copy(new THREE.Vector3(0, 0, path[2]).applyQuaternion(view.tilt.quaternion));
     view.controls.update();
+    view.controls.saveState();
     view.controls.addEventListener("change", () => { view.dirty = true; });
     view.canvas.addEventListener("keydown", (event) => turn(view, event));
   }
 
-  // Turns the camera around its target, or zooms.
+  // Turns the camera around its target, zooms, or takes it back to its first place.
   function turn(view, event) {
+    if (event.key === "Home") {
+      event.preventDefault();
+      view.controls.reset();
+      return;
+    }
     const around = { ArrowLeft: -0.1, ArrowRight: 0.1 }[event.key] || 0;
     const over = { ArrowUp: -0.1, ArrowDown: 0.1 }[event.key] || 0;
     const zoom = { "+": 1 / 1.1, "=": 1 / 1.1, "-": 1.1 }[event.key] || 1;
@@ -223,7 +263,8 @@
     view.camera.position.sub(view.controls.target);
     // three.js counts these angles from y
     const at = new THREE.Spherical().setFromVector3(view.camera.position.applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
-    at.set(at.radius * zoom, Math.min(Math.max(at.phi + over, 0.05), 3.0), at.theta + around);
+    const { minPolarAngle, maxPolarAngle } = view.controls;
+    at.set(at.radius * zoom, Math.min(Math.max(at.phi + over, minPolarAngle), maxPolarAngle), at.theta + around);
     view.camera.position.setFromSpherical(at).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(view.controls.target);
     view.controls.update();
   }
@@ -244,6 +285,8 @@
     view.mesh.geometry.attributes.position.needsUpdate = true;
     view.mesh.geometry.computeVertexNormals();
     view.trail.geometry.setDrawRange(0, first + 1);
+    view.sun.target.position.fromArray(path, first * 3);
+    view.sun.position.copy(view.sun.target.position).add(view.sun.userData.from);
     // the world moves and the camera does not: the same moment is the same picture, whatever was shown before
     if (byId("follow").checked) view.world.position.set(-path[first * 3], -path[first * 3 + 1], -riseAt(view, first));
     paint(view);
@@ -256,6 +299,9 @@
       Object.assign(view, { width, ratio });
       view.renderer.setPixelRatio(ratio);
       view.renderer.setSize(width, Math.round(width * 0.75), false);
+    }
+    for (const { material } of view.ground.children) {
+      if (material.vertexColors) material.color.set(dark.matches ? DIM : "#ffffff");
     }
     view.renderer.setClearColor(new THREE.Color(getComputedStyle(view.canvas.parentNode).backgroundColor), 1);
     view.renderer.render(view.scene, view.camera);
@@ -315,13 +361,18 @@
     const redraw = () => views.forEach((view) => { view.dirty = true; });
     byId("time").max = state.most;
     byId("play").addEventListener("click", () => play(!state.playing));
+    byId("reset").addEventListener("click", () => views.forEach((view) => view.controls.reset()));
     byId("time").addEventListener("input", () => { play(false); show(Number(byId("time").value)); });
     for (const [id, change] of Object.entries(CONTROLS)) {
       byId(id).addEventListener("change", () => { views.forEach(change); redraw(); });
     }
     byId("colours").addEventListener("change", showKey);
     // the background follows the page
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+    dark.addEventListener("change", redraw);
+    // film strips are for readers without 3D, and for paper
+    const strips = byId("strips");
+    strips.open = false;
+    addEventListener("beforeprint", () => { strips.open = true; });
     show(0);
     showKey();
     panel.dataset.ready = "yes";
