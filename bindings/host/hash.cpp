@@ -25,11 +25,18 @@ int lua_sha256(lua_State* L) {
     return push(L, std::string_view(hex, sizeof hex - 1));
 }
 
-// xxh3(text): 16 hexadecimal digits
+// xxh3(text [, array, bytes]): of the text, followed by an FFI array: 16 hexadecimal digits
 int lua_xxh3(lua_State* L) {
     const std::string_view text = text_argument(L, 1);
+    XXH3_state_t state;
+    XXH3_64bits_reset(&state);
+    XXH3_64bits_update(&state, text.data(), text.size());
+    if (!lua_isnoneornil(L, 2)) {
+        const std::string_view array = array_argument(L, 2);
+        XXH3_64bits_update(&state, array.data(), array.size());
+    }
     char hex[17];
-    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits(text.data(), text.size()));
+    std::snprintf(hex, sizeof hex, "%016" PRIx64, XXH3_64bits_digest(&state));
     return push(L, std::string_view(hex, sizeof hex - 1));
 }
 

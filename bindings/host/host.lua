@@ -145,7 +145,8 @@
 ---@field image limax.host.image
 ---@field deflate fun(bytes: string): string a zlib stream
 ---@field sha256 fun(text: string): string hexadecimal
----@field xxh3 fun(text: string): string 64 bits, hexadecimal
+---@field xxh3 fun(text: string, array?: ffi.cdata*, bytes?: integer): string of the text, followed
+--- by the array: 64 bits, hexadecimal
 ---@field http fun(request: limax.host.request): limax.host.answer|nil, string|nil,
 ---limax.host.http_problem|nil
 ---@field url fun(text: string): limax.host.url|nil, string|nil as libcurl reads it

@@ -19,8 +19,6 @@ namespace limax::host {
 namespace {
 
 const char* const writer_type = "limax.writer";
-// LuaJIT's type of FFI objects, which its header does not name
-constexpr int type_cdata = 10;
 
 struct job {
     std::string path;
@@ -121,14 +119,7 @@ writer& writer_argument(lua_State* L) {
 int lua_write(lua_State* L) {
     writer& target = writer_argument(L);
     job next{path_argument(L, 2), std::string(text_argument(L, 3)), false};
-    if (!lua_isnoneornil(L, 4)) {
-        luaL_argcheck(L, lua_type(L, 4) == type_cdata, 4, "expected an FFI array");
-        const lua_Number bytes = luaL_checknumber(L, 5);
-        luaL_argcheck(L, bytes >= 0 && bytes <= 9007199254740992.0, 5,
-                      "a size in bytes must not be negative");
-        next.bytes.append(static_cast<const char*>(lua_topointer(L, 4)),
-                          static_cast<std::size_t>(bytes));
-    }
+    if (!lua_isnoneornil(L, 4)) next.bytes.append(array_argument(L, 4));
     return push(L, target.add(std::move(next)));
 }
 

@@ -6,14 +6,17 @@ local output = require "limax.base.output"
 local runs = require "limax.tools.report.runs"
 local shape = require "limax.tools.report.shape"
 local terminal = require "limax.base.terminal"
+local verify = require "limax.run.verify"
 
 local command = {
   summary = "list runs with state, best and arm",
-  usage = "limax list [DIR]",
+  usage = "limax list [--check] [DIR]",
   text = [[
 Lists the run folders in DIR ("runs" if left out), up to three folders deep, which includes the runs
 of a study. DIR may be a run folder itself.]],
   positional = { most = 1, name = "DIR" },
+  options = { { name = "check",
+    text = "read every file of each run, and name those that are damaged" } },
 }
 
 -- The runs of a study are in NAME/ARM/rNN.
@@ -57,6 +60,21 @@ local function row_of(path)
     best or "-" }
 end
 
+-- Prints what is damaged in each folder; status 1 where something is.
+local function check(found)
+  local status = 0
+  for _, path in ipairs(found) do
+    local state = verify.folder(path)
+    if state.damage[1] then
+      status = 1
+      io.stdout:write(("%s is damaged:\n%s\n"):format(shape.word(path), verify.text(state.damage)))
+    else
+      io.stdout:write(("%s: %d generations, undamaged\n"):format(shape.word(path), #state.rows))
+    end
+  end
+  return status
+end
+
 function command.run(arguments)
   local path = arguments[1] or "runs"
   if host.file.exists(path) ~= "folder" then
@@ -65,6 +83,7 @@ function command.run(arguments)
   end
   local found = folders_below(#path > 1 and path:gsub("/+$", "") or path, DEPTH, {})
   if #found == 0 then failure.raise(1, ("there is no run folder in %s"):format(path)) end
+  if arguments.check then return check(found) end
   local rows, problems = {}, {}
   for k, each in ipairs(found) do
     local row, problem = row_of(each)

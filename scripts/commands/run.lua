@@ -42,6 +42,8 @@ local command = {
     { name = "live-prompts",
       text = "with a language model: read its prompts again before each generation" },
     { name = "resume", argument = "DIR", text = "continue the run in this folder" },
+    { name = "from", argument = "N", kind = "integer", minimum = 0,
+      text = "with --resume: go on from generation N; later ones are removed" },
     { name = "changed", text = "with --resume: continue although script or configuration differ" },
     { name = "trust",
       text = "with --resume: run the folder's own copy of the script if the original is gone" },
@@ -94,12 +96,11 @@ local function reopen(session, arguments)
       session.only and "repetition " .. session.only or "all repetitions"))
   end
   local comparison = resume.continue(folder, experiment,
-    { repetition = session.only, overrides = changes }, arguments.changed)
+    { repetition = session.only, overrides = changes, from = arguments.from }, arguments.changed)
   session.notes = { note }
   if comparison.changed then
     table.insert(session.notes, "continuing with what has changed:\n" .. comparison.text)
   end
-  session.scores_valid = comparison.scores_valid
   return experiment
 end
 
@@ -157,7 +158,7 @@ local function compute(session, experiment, options, first_run)
       local run = repetition == first_run.repetition and first_run
         or evolve.start(experiment, options)
       run.folder = folder
-      run:restore(folder, session.scores_valid)
+      run:restore(folder)
       return run
     end }
   folder:sort_lines()
@@ -300,7 +301,7 @@ function command.run(arguments)
     end
     return command.run_experiment(nil, arguments)
   end
-  for _, name in ipairs { "changed", "trust" } do
+  for _, name in ipairs { "changed", "from", "trust" } do
     if arguments[name] then failure.raise(2, ("--%s belongs to --resume"):format(name)) end
   end
   if not file then failure.raise(2, "limax run: expected a FILE, or --resume DIR") end

@@ -27,4 +27,9 @@ function shell.program()
   return path:find("/", 1, true) and path or "./" .. path
 end
 
+--- The command that continues the run in a folder, ready to be pasted into a shell.
+function shell.resume_command(path)
+  return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
+end
+
 return shell

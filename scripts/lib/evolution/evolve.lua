@@ -119,7 +119,7 @@ function evolve.start(experiment, options)
   run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
   runs.warn(experiment, run.world)
-  if comparison then run:restore(run.folder, comparison.scores_valid) end
+  if comparison then run:restore(run.folder) end
   return run
 end
 

@@ -81,8 +81,9 @@ end
 
 --- Reads the generations of a folder into a run's history; the next generation of the loop is then
 --- the last one there, with its scores.
----@param scores_valid boolean false where the configuration changed: elites are scored again
-function record.read(run, folder, scores_valid)
+--- Where the configuration changed since, elites are scored again.
+function record.read(run, folder)
+  local scores_valid = folder:scores_valid(run.repetition)
   for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do
     local line, robots = kept.metrics, nil
     if kept.genomes then

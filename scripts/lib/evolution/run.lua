@@ -32,6 +32,7 @@ local run = { methods = Run }
 ---@field resume? boolean continue what `out` holds, if it is there: the loop's first population
 --- is then the last complete one, with its scores
 ---@field changed? boolean with `resume`: continue although script or configuration differ
+---@field from? integer with `resume`: go on from this generation; later ones are removed
 ---@field folder? table the same, made already (run_folder.lua)
 ---@field say? fun(text: string) receives warnings; standard error if left out
 ---@field on_progress? fun(progress: table) while robots are simulated
@@ -41,8 +42,9 @@ local run = { methods = Run }
 
 local start_fields = schema.fields { repetition = schema.any, device = schema.any,
   threads = schema.any, out = schema.any, resume = schema.boolean(false),
-  changed = schema.boolean(false), folder = schema.any, say = schema.any, on_progress = schema.any,
-  wait = schema.any, on_generation = schema.any, live_prompts = schema.any }
+  changed = schema.boolean(false), from = schema.whole(0, 2 ^ 53), folder = schema.any,
+  say = schema.any, on_progress = schema.any, wait = schema.any, on_generation = schema.any,
+  live_prompts = schema.any }
 
 --- Checks the options of limax.start.
 ---@param options? limax.run.options
@@ -61,7 +63,8 @@ local function open_folder(experiment, options, repetition, device)
   local folder, comparison
   if options.folder or not options.out then return options.folder end
   if options.resume and run_folder.is_run(options.out) then
-    folder, comparison = resume.open(options.out, experiment, repetition, options.changed)
+    folder, comparison = resume.open(options.out, experiment, repetition, options.changed,
+      options.from)
   else
     folder = run_folder.create(options.out, experiment, { repetition = repetition })
   end

@@ -1,5 +1,5 @@
 --- resume.lua: continuing a run folder: how its configuration and scripts differ from the current
---- ones, which differences are refused, and whether the old scores are still valid.
+--- ones, and which differences are refused.
 
 local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
@@ -14,10 +14,6 @@ local resume = {}
 
 -- If one of these changes, the genomes and bodies on disk are meaningless.
 local fixed_fields = { genome = true, lattice = true, population = true, seed = true }
-
--- Changing these does not affect scores.
-local unscored_fields = { breeding = true, evaluations = true, generations = true, name = true,
-  not_in_paper = true, repetitions = true, selection = true, supervision = true, supervisor = true }
 
 -- Longest list of differing lines or fields that a message shows.
 local most_shown = 12
@@ -109,59 +105,56 @@ end
 ---@class limax.resume.comparison
 ---@field changed boolean does anything differ?
 ---@field text string one line per difference
----@field scores_valid boolean are old scores still valid?
 
 -- Compares a run folder with the current experiment. Refuses what cannot be continued (status 2):
 -- any difference unless `allowed`, and one of genome, lattice, population or seed always.
 local function compare(folder, config, scripts, allowed, switch)
-  local list, lines, scores_valid = {}, {}, true
+  local list, lines = {}, {}
   for k, field in ipairs(resume.differences(folder.config, config)) do
     list[k] = ("%s: was %s, is %s"):format(field.path, field.before, field.now)
     local top = field.path:match "^[^%.]+"
-    scores_valid = scores_valid and unscored_fields[top] ~= nil
     if fixed_fields[top] then
       failure.raise(2, ("%s cannot be continued with another %s (%s)")
         :format(folder.path, top, list[k]))
     end
   end
   add_shortened(lines, list, "  ")
-  local fields = #lines
   add_script_changes(lines, folder, scripts)
-  -- a changed script may hold a changed fitness
-  if #lines > fields then scores_valid = false end
   local text = table.concat(lines, "\n")
   if #lines > 0 and not allowed then
     failure.raise(2, ("%s was made by another configuration or script:\n%s\n%s continues with the"
       .. " new one"):format(folder.path, text, switch or "--changed"))
   end
-  return { changed = #lines > 0, text = text, scores_valid = scores_valid }
+  return { changed = #lines > 0, text = text }
 end
 
 --- Cuts a folder to its last complete generation and stores the current configuration.
----@param options { repetition: integer|nil, overrides: string[]|nil } of the run
+---@param options { repetition: integer|nil, overrides: string[]|nil, from: integer|nil } of the
+--- run; `from` is the last generation to keep
 ---@param allowed boolean may configuration and script differ?
 ---@param switch? string what would allow it
 ---@return limax.resume.comparison
 function resume.continue(folder, experiment, options, allowed, switch)
   local config, scripts = run_configuration.of(experiment, options)
   local comparison = compare(folder, config, scripts, allowed, switch)
-  folder:continue(config, scripts, comparison.changed)
+  folder:continue(config, scripts, comparison.changed, options.from)
   return comparison
 end
 
 --- Opens the folder of a repetition that a script computes by itself, and continues it.
 ---@param allowed boolean may configuration and script differ?
+---@param from integer|nil the last generation to keep
 ---@return limax.run_folder
 ---@return limax.resume.comparison
-function resume.open(path, experiment, repetition, allowed)
+function resume.open(path, experiment, repetition, allowed, from)
   local folder = run_folder.open(path)
   local before = folder.config.run.repetition
   if before ~= repetition then
     failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
       before and "repetition " .. before or "all repetitions", repetition))
   end
-  local comparison = resume.continue(folder, experiment, { repetition = repetition }, allowed,
-    "changed = true")
+  local comparison = resume.continue(folder, experiment, { repetition = repetition, from = from },
+    allowed, "changed = true")
   folder:status "running"
   return folder, comparison
 end

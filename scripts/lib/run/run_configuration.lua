@@ -7,6 +7,11 @@ local source = require "limax.base.source"
 
 local run_configuration = {}
 
+-- Changing these does not affect scores.
+local UNSCORED = { breeding = true, evaluations = true, generations = true, name = true,
+  not_in_paper = true, repetitions = true, run = true, schema = true, selection = true,
+  supervision = true, supervisor = true }
+
 -- Copies of the scripts, named by their path below the experiment's folder, or by the file's name.
 local function copies(experiment)
   local base = experiment.origin and source.folder_of(experiment.origin) .. "/"
@@ -38,6 +43,18 @@ function run_configuration.of(experiment, options)
   config.run = { repetition = options.repetition, path = experiment.origin, script = script,
     scripts = kept, overrides = host.json.array(options.overrides or {}) }
   return config, scripts
+end
+
+--- A hash of what affects the scores: fields of the configuration, and the texts of all scripts,
+--- since any of them may hold a part of the fitness.
+---@return string
+function run_configuration.scored_by(config)
+  local scored = { scripts = host.json.array {} }
+  for name, value in pairs(config) do
+    if not UNSCORED[name] then scored[name] = value end
+  end
+  for i, script in ipairs(config.run.scripts) do scored.scripts[i] = script.sha256 end
+  return host.xxh3(host.json.encode(scored))
 end
 
 return run_configuration

@@ -5,12 +5,15 @@
 
 local ffi = require "ffi"
 
+local cut = require "limax.run.cut"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
+local sealed = require "limax.base.sealed"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
+local verify = require "limax.run.verify"
 
 ---@class limax.run_folder
 ---@field path string
@@ -22,43 +25,34 @@ local source = require "limax.base.source"
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
 ---@field genomes table<integer, ffi.cdata*> of that generation, which is being written
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
+---@field scored_by string|nil hash of what scores its robots now
 local Folder = {}
 Folder.__index = Folder
 
 local run_folder = {}
 
--- The files that grow by one line per generation.
-local GROWING = { "metrics", "ledger", "timing" }
+local GROWING = verify.GROWING
 
 local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n" end
 
---- The path of a file of one generation in the run folder.
----@param kind "population"|"champions"
----@param ending string
-function run_folder.place(repetition, kind, generation, ending)
-  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
-end
+local function sealed_json(value) return sealed.add(json(value)) end
 
---- The command that continues the run in a folder, ready to be pasted into a shell.
-function run_folder.resume_command(path)
-  return ("%s run --resume %s"):format(shell.program(), shell.quoted(path))
-end
+run_folder.place = verify.place
+
+run_folder.resume_command = shell.resume_command
 
 --- Is there a run that can be continued?
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 
--- A folder that this process locks; then what its checkpoint states.
+-- A folder that this process locks.
 local function locked(path, config)
   local lock, message = host.file.lock(path)
   if not lock then failure.raise(1, message) end
   local self = setmetatable({ path = path, config = config, lock = lock,
     writer = host.file.writer(), pending = {}, jobs = {}, genomes = {},
-    bytes = { metrics = 0, ledger = 0, timing = 0 } }, Folder)
-  if host.file.exists(path .. "/checkpoint") then
-    self.checkpoint, message = source.read_json(path .. "/checkpoint")
-    if not self.checkpoint then failure.raise(1, tostring(message)) end
-    self.bytes = source.copy(self.checkpoint.bytes)
-  end
+    bytes = {} }, Folder)
+  for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
+  self.scored_by = run_configuration.scored_by(config)
   return self
 end
 
@@ -101,12 +95,32 @@ end
 
 function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
 
+-- Refuses a folder from which something was removed while the run went on.
+function Folder:require_present()
+  for _, name in ipairs(GROWING) do
+    local file = name .. ".jsonl"
+    local size = #(source.read(self.path .. "/" .. file) or "")
+    if size ~= self.bytes[name] then
+      self:check(false, ("%s/%s has %d bytes, and %d were written: something else changed it while"
+        .. " the run went on"):format(self.path, file, size, self.bytes[name]))
+    end
+  end
+  for _, row in ipairs(self:lines "hashes") do
+    for _, place in pairs(verify.FILES) do
+      local file = run_folder.place(row.repetition, place[1], row.generation, place[2])
+      self:check(host.file.exists(self.path .. "/" .. file), ("%s/%s is gone: something else"
+        .. " removed it while the run went on"):format(self.path, file))
+    end
+  end
+end
+
 --- Writes STATUS: the state of the run.
 ---@param state "running"|"done"|"interrupted"|"failed"
 function Folder:status(state, message)
   -- a run is done only with everything on disk
   if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
   self:update_checkpoint()
+  if state == "done" then self:require_present() end
   local at = self.checkpoint or {}
   self:check(host.file.write_atomic(self.path .. "/STATUS", json { schema = "limax.status/1",
     state = state, message = message, repetition = at.repetition, generation = at.generation }))
@@ -129,14 +143,17 @@ function Folder:write_environment(device)
     or { schema = "limax.environment/1", sessions = {} }
   table.insert(environment.sessions, { started = host.time(), version = host.version,
     commit = host.commit, machine = host.environment(), device = device:describe() })
-  self:write("environment.json", json(environment))
+  environment.hash = nil
+  self:write("environment.json", sealed_json(environment))
 end
 
--- Appends the line of a generation to a file that grows.
+-- Appends the line of a generation to a file that grows. Returns its hash.
 function Folder:append(name, line)
   local text = host.json.encode(line) .. "\n"
+  if name == "hashes" then text = sealed.add(text) end
   self.writer:append(("%s/%s.jsonl"):format(self.path, name), text)
   self.bytes[name] = self.bytes[name] + #text
+  return host.xxh3(text)
 end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
@@ -157,24 +174,29 @@ function Folder:write_generation(written)
   for _, kind in ipairs { "population", "champions" } do
     self:make_folder(source.folder_of(place(kind, "")))
   end
+  local champion, header = json(written.champion), npy.header("<f4", { robots.count, robots.genes })
+  local bytes = ffi.sizeof(genomes)
   self:write_later(place("population", ".jsonl"), written.text)
-  self:write_later(place("population", ".npy"), npy.header("<f4", { robots.count, robots.genes }),
-    genomes, ffi.sizeof(genomes))
-  self:write_later(place("champions", ".json"), json(written.champion))
+  self:write_later(place("population", ".npy"), header, genomes, bytes)
+  self:write_later(place("champions", ".json"), champion)
+  local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
+    scored_by = self.scored_by, population = host.xxh3(written.text),
+    genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion) }
 
   local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
     generation = generation }, {}
   for key, value in pairs(written.ledger) do ledger[key] = value end
   for key, value in pairs(written.seconds) do seconds[key] = value end
-  self:append("ledger", ledger)
-  self:append("metrics", written.metrics)
+  hashes.ledger = self:append("ledger", ledger)
+  hashes.metrics = self:append("metrics", written.metrics)
   seconds.write = host.clock() - began
-  self:append("timing", { schema = "limax.timing/1", repetition = repetition,
+  hashes.timing = self:append("timing", { schema = "limax.timing/1", repetition = repetition,
     generation = generation, ended = host.time(), seconds = seconds,
     supervision = written.supervision })
+  self:append("hashes", hashes)
   local checkpoint = { schema = "limax.checkpoint/1", repetition = repetition,
     generation = generation, bytes = source.copy(self.bytes) }
-  self.jobs[repetition] = self:write_later("checkpoint", json(checkpoint))
+  self.jobs[repetition] = self:write_later("checkpoint", sealed_json(checkpoint))
   table.insert(self.pending, { job = self.jobs[repetition], checkpoint = checkpoint })
   return host.clock() - began
 end
@@ -206,7 +228,7 @@ function run_folder.create(path, experiment, options)
   for _, name in ipairs(GROWING) do self:write(name .. ".jsonl", "") end
   self:status "running"
   -- last: a folder with a configuration is a run
-  self:write("config.json", json(config))
+  self:write("config.json", sealed_json(config))
   return self
 end
 
@@ -226,6 +248,7 @@ function run_folder.read_config(path)
     failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
       tostring(found)))
   end
+  config.hash = nil
   return config, path
 end
 
@@ -248,43 +271,39 @@ function Folder:clean(below, last)
   end
 end
 
--- Removes everything after the last complete generation of each repetition.
-function Folder:remove_unfinished()
-  for _, name in ipairs(GROWING) do
-    self:check(host.file.truncate(("%s/%s.jsonl"):format(self.path, name), self.bytes[name]))
-  end
-  local last = {}
-  for _, line in ipairs(self:lines "metrics") do last[line.repetition] = line.generation end
-  self:clean("", math.huge)
-  for _, name in ipairs(host.file.list(self.path) or {}) do
-    local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "/population", "/champions" } or {}) do
-      self:clean("/" .. name .. kind, last[repetition] or -1)
-    end
-  end
-end
-
 --- Removes everything after the last complete generation. Where configuration or scripts changed,
 --- the former ones are kept as config-N.json and scripts-N.
 ---@param config table the current configuration
 ---@param scripts table[] the current scripts
 ---@param changed boolean
-function Folder:continue(config, scripts, changed)
-  self:remove_unfinished()
+---@param from? integer the last generation to keep
+function Folder:continue(config, scripts, changed, from)
+  cut(self, from)
+  self.scored_by = run_configuration.scored_by(config)
   if not changed then return end
   local n = 1
   while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
-  self:write(("config-%d.json"):format(n), json(self.config))
+  self:write(("config-%d.json"):format(n), sealed_json(self.config))
   if host.file.exists(self.path .. "/scripts") then
     self:check(host.file.rename(self.path .. "/scripts", ("%s/scripts-%d"):format(self.path, n)))
   end
   self:write_scripts(scripts)
-  self:write("config.json", json(config))
+  self:write("config.json", sealed_json(config))
   self.config = config
 end
 
---- All lines of metrics, ledger or timing.
----@param name "metrics"|"ledger"|"timing"
+--- Was the newest generation of a repetition scored as the run scores now?
+---@return boolean
+function Folder:scores_valid(repetition)
+  local scored_by
+  for _, row in ipairs(self:lines "hashes") do
+    if row.repetition == repetition then scored_by = row.scored_by end
+  end
+  return scored_by == nil or scored_by == self.scored_by
+end
+
+--- All lines of a file that grows.
+---@param name "metrics"|"ledger"|"timing"|"hashes"
 ---@return table[] lines
 ---@return table<table, string> text_of each, with its end
 function Folder:lines(name)

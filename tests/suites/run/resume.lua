@@ -44,7 +44,8 @@ local run, completes = process.ends, process.completes
 
 -- Files that hold clocks, or how a run got there.
 local skipped = { ["environment.json"] = true, ["timing.jsonl"] = true, STATUS = true,
-  checkpoint = true, ["config.json"] = true, scripts = true, ["champion.svg"] = true,
+  checkpoint = true, ["hashes.jsonl"] = true, ["config.json"] = true, scripts = true,
+  ["champion.svg"] = true,
   ["config-1.json"] = true, ["scripts-1"] = true }
 
 -- All other files below a folder, sorted.

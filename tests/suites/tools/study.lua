@@ -3,6 +3,7 @@
 
 local cells = require "limax.tools.study.cells"
 local faulty_server = require "support.faulty_server"
+local cut = require "limax.run.cut"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local limax = require "limax"
@@ -10,6 +11,7 @@ local model_arms = require "limax.tools.study.model_arms"
 local plan = require "limax.tools.study.plan"
 local process = require "support.process"
 local runs = require "limax.tools.compare.runs"
+local run_folder = require "limax.run.run_folder"
 local source = require "limax.base.source"
 local study = require "limax.tools.study.study"
 local trial = require "support.trial"
@@ -82,15 +84,9 @@ end
 
 -- Truncates a run of one repetition to its state after a generation.
 local function cut_to(path, generation)
-  local bytes = {}
-  for _, name in ipairs { "metrics", "ledger", "timing" } do
-    bytes[name] = 0
-    local lines = source.read(("%s/%s.jsonl"):format(path, name)):gmatch "[^\n]*\n"
-    for _ = 0, generation do bytes[name] = bytes[name] + #lines() end
-  end
-  local checkpoint = { schema = "limax.checkpoint/1", repetition = 1, generation = generation,
-    bytes = bytes }
-  assert(host.file.write_atomic(path .. "/checkpoint", host.json.encode(checkpoint)))
+  local folder = run_folder.open(path)
+  cut(folder, generation)
+  folder:close()
   assert(host.file.write_atomic(path .. "/STATUS", '{"state":"running"}\n'))
 end
 

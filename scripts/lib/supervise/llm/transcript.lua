@@ -4,6 +4,7 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local sealed = require "limax.base.sealed"
 local source = require "limax.base.source"
 
 local transcript = {}
@@ -54,6 +55,7 @@ function transcript.read(path)
     if line == nil then failure.raise(2, unreadable) end
     local problem = problem_of(line)
     if problem then failure.raise(2, place .. ": " .. problem) end
+    line.hash = nil
     local key = key_of(line.repetition, line.generation)
     if line.kind == "attempt" then
       recorded.attempts[key] = (recorded.attempts[key] or 0) + 1
@@ -107,12 +109,14 @@ function transcript.open(folder)
   return self
 end
 
+local function encoded(line) return sealed.add(host.json.encode(line) .. "\n") end
+
 --- Writes the lines that wait, and this one. False if they cannot be written: `problem` is the
 --- reason, and `line` is not kept.
 ---@param line? table
 function Transcript:write(line)
   if not self.path then return true end
-  local text = self.waiting .. (line and host.json.encode(line) .. "\n" or "")
+  local text = self.waiting .. (line and encoded(line) or "")
   if text == "" then return true end
   local ok, message = host.file.append(self.path, text)
   self.problem = not ok and message or nil
@@ -121,7 +125,7 @@ function Transcript:write(line)
 end
 
 --- Keeps a line that could not be written.
-function Transcript:keep(line) self.waiting = self.waiting .. host.json.encode(line) .. "\n" end
+function Transcript:keep(line) self.waiting = self.waiting .. encoded(line) end
 
 local function complete(line, kind, repetition, generation)
   line.schema, line.kind, line.repetition, line.generation = SCHEMA, kind, repetition, generation

@@ -3,7 +3,6 @@
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local host = require "limax.host"
 local model_arms = require "limax.tools.study.model_arms"
 local resume = require "limax.run.resume"
 local run_configuration = require "limax.run.run_configuration"
@@ -32,8 +31,8 @@ local function result_of(path)
 end
 
 -- Refuses a run folder of another configuration.
-local function check(path, text, config)
-  local difference = resume.differences(host.json.decode(text, path .. "/config.json"), config)[1]
+local function check(path, config)
+  local difference = resume.differences((run_folder.read_config(path)), config)[1]
   if difference then
     failure.raise(2, ("%s was started by another study: %s was %s, is %s; choose another --out")
       :format(path, difference.path, difference.before, difference.now))
@@ -46,12 +45,11 @@ end
 function cells.run(options)
   local path, repetition, experiment = options.path, options.repetition, options.experiment
   local config, scripts = run_configuration.of(experiment, { repetition = repetition })
-  local text = source.read(path .. "/config.json")
   local folder
-  if not text then
+  if not run_folder.is_run(path) then
     folder = run_folder.create(path, experiment, { repetition = repetition })
   else
-    check(path, text, config)
+    check(path, config)
     if cells.is_done(path) then return result_of(path) end
     folder = run_folder.open(path)
     folder:continue(config, scripts, false)
@@ -59,7 +57,7 @@ function cells.run(options)
   folder:write_environment(options.device)
   local run = evolve.start(experiment, { repetition = repetition, device = options.device,
     folder = folder, say = options.say })
-  run:restore(folder, true)
+  run:restore(folder)
   run:finish()
   folder:status "done"
   folder:close()
@@ -71,7 +69,7 @@ local function reread(study, cell)
   local run = evolve.start(cells.experiment(study, cell), { repetition = cell.repetition,
     device = study.device, say = function() end })
   local folder = run_folder.open(study.out .. "/" .. cell.path)
-  run:restore(folder, true)
+  run:restore(folder)
   folder:close()
   return run
 end

@@ -1,0 +1,230 @@
+--- verify.lua: whether a run folder holds, byte for byte, what its run wrote: every generation up
+--- to the checkpoint, configuration, scripts and transcript. Reads only.
+
+local host = require "limax.host"
+local sealed = require "limax.base.sealed"
+local source = require "limax.base.source"
+
+local verify = {}
+
+--- The files that grow by one line per generation; `hashes` has the hashes of the other lines.
+verify.GROWING = { "metrics", "ledger", "timing", "hashes" }
+
+--- The files of one generation, as `hashes` names them.
+verify.FILES = { population = { "population", ".jsonl" }, genomes = { "population", ".npy" },
+  champion = { "champions", ".json" } }
+
+--- The path of a file of one generation in the run folder.
+---@param kind "population"|"champions"
+---@param ending string
+function verify.place(repetition, kind, generation, ending)
+  return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
+end
+
+---@class limax.run.damage
+---@field file string below the folder
+---@field reason string
+---@field repetition integer|nil that it belongs to
+---@field generation integer|nil
+
+---@class limax.run.row a generation that the folder should hold
+---@field hashes table its line of hashes.jsonl
+---@field texts table<string, string> its line in each growing file, as far as it is whole
+
+---@class limax.run.state
+---@field checkpoint table|nil
+---@field damage limax.run.damage[]
+---@field rows limax.run.row[]
+
+local function whole_lines(text)
+  local lines = {}
+  for line in text:gmatch "[^\n]*\n" do lines[#lines + 1] = line end
+  return lines
+end
+
+-- Reads the lines of a growing file up to the checkpoint.
+local function lines_of(state, path, name)
+  local file = name .. ".jsonl"
+  local text = source.read(path .. "/" .. file)
+  local bytes = state.checkpoint and state.checkpoint.bytes[name]
+  if not text then
+    table.insert(state.damage, { file = file, reason = "is missing" })
+  elseif bytes and #text < bytes then
+    table.insert(state.damage, { file = file,
+      reason = ("has only %d of %d bytes"):format(#text, bytes) })
+  end
+  local lines = whole_lines((text or ""):sub(1, bytes))
+  if bytes and text and #table.concat(lines) < math.min(bytes, #text) then
+    table.insert(state.damage, { file = file, reason = "does not consist of whole lines" })
+  end
+  return lines
+end
+
+-- Rows from the lines of hashes.jsonl.
+local function read_rows(state, path)
+  local last = {}
+  for k, text in ipairs(lines_of(state, path, "hashes")) do
+    local file, hashes, reason = ("hashes.jsonl, line %d"):format(k), sealed.open(text)
+    if not hashes then
+      -- which generation it was follows from the line before
+      local before = state.rows[#state.rows]
+      table.insert(state.damage, { file = file, reason = reason,
+        repetition = before and before.hashes.repetition,
+        generation = before and before.hashes.generation + 1 })
+    else
+      last[hashes.repetition] = last[hashes.repetition] or {}
+      table.insert(last[hashes.repetition], hashes.generation)
+      table.insert(state.rows, { hashes = hashes, texts = { hashes = text } })
+    end
+  end
+  for repetition, generations in pairs(last) do
+    table.sort(generations)
+    for k, generation in ipairs(generations) do
+      if generation ~= k - 1 then
+        table.insert(state.damage, { file = "hashes.jsonl", reason = "a line is missing",
+          repetition = repetition, generation = k - 1 })
+        break
+      end
+    end
+  end
+end
+
+-- Finds each row's line in a growing file, in any order: the files are sorted at a run's end.
+local function match_lines(state, path, name)
+  local texts, left = {}, {}
+  for k, text in ipairs(lines_of(state, path, name)) do
+    local hash = host.xxh3(text)
+    texts[hash], left[hash] = text, k
+  end
+  local missing = false
+  for _, row in ipairs(state.rows) do
+    local hash = row.hashes[name]
+    row.texts[name], left[hash] = texts[hash], nil
+    if not texts[hash] then
+      missing = true
+      table.insert(state.damage, { file = name .. ".jsonl", reason = ("has no undamaged line of"
+        .. " generation %d of repetition %d"):format(row.hashes.generation, row.hashes.repetition),
+        repetition = row.hashes.repetition, generation = row.hashes.generation })
+    end
+  end
+  -- without a checkpoint the last lines may have no row
+  for _, k in pairs(state.checkpoint and not missing and left or {}) do
+    table.insert(state.damage, { file = ("%s.jsonl, line %d"):format(name, k),
+      reason = "is not a line that the run wrote" })
+  end
+end
+
+local function check_files(state, path)
+  for _, row in ipairs(state.rows) do
+    local repetition, generation = row.hashes.repetition, row.hashes.generation
+    for name, place in pairs(verify.FILES) do
+      local file = verify.place(repetition, place[1], generation, place[2])
+      local text = source.read(path .. "/" .. file)
+      if not text or host.xxh3(text) ~= row.hashes[name] then
+        table.insert(state.damage, { file = file, repetition = repetition,
+          generation = generation, reason = text and "does not match its hash" or "is missing" })
+      end
+    end
+  end
+end
+
+-- A sealed file; returns its object.
+local function check_sealed(state, path, file)
+  local text = source.read(path .. "/" .. file)
+  if not text then return nil end
+  local value, reason = sealed.open(text)
+  if not value then table.insert(state.damage, { file = file, reason = reason }) end
+  return value
+end
+
+-- Every script of a configuration must be there, here or, where it changed, with earlier versions.
+local function check_scripts(state, path, config)
+  for _, script in ipairs(config and config.run.scripts or {}) do
+    local folder, n, found = "scripts", 0, false
+    while not found and host.file.exists(path .. "/" .. folder) do
+      local text = source.read(("%s/%s/%s"):format(path, folder, script.file))
+      found = text and host.sha256(text) == script.sha256
+      n = n + 1
+      folder = "scripts-" .. n
+    end
+    if not found then
+      table.insert(state.damage, { file = "scripts/" .. script.file,
+        reason = "is missing or does not match its SHA-256 in the configuration" })
+    end
+  end
+end
+
+local function check_transcript(state, path)
+  for k, text in ipairs(whole_lines(source.read(path .. "/transcript.jsonl") or "")) do
+    local line, reason = sealed.open(text)
+    if not line then
+      line = host.json.decode(text)
+      local place = type(line) == "table" and line or {}
+      table.insert(state.damage, { file = ("transcript.jsonl, line %d"):format(k), reason = reason,
+        repetition = tonumber(place.repetition), generation = tonumber(place.generation) })
+    end
+  end
+end
+
+--- What is in a run folder, and what is damaged.
+---@param path string
+---@return limax.run.state
+function verify.folder(path)
+  local state = { damage = {}, rows = {} }
+  check_scripts(state, path, check_sealed(state, path, "config.json"))
+  for n = 1, math.huge do
+    local file = ("config-%d.json"):format(n)
+    if not host.file.exists(path .. "/" .. file) then break end
+    check_scripts(state, path, check_sealed(state, path, file))
+  end
+  check_sealed(state, path, "environment.json")
+  check_transcript(state, path)
+  state.checkpoint = check_sealed(state, path, "checkpoint")
+  read_rows(state, path)
+  if not host.file.exists(path .. "/checkpoint") then
+    -- a run that was killed before its first checkpoint has no more than one line
+    if #state.rows < 2 then return { damage = {}, rows = {} } end
+    table.insert(state.damage, { file = "checkpoint", reason = "is missing" })
+  end
+  for _, name in ipairs(verify.GROWING) do
+    if name ~= "hashes" then match_lines(state, path, name) end
+  end
+  check_files(state, path)
+  return state
+end
+
+-- Longest list that a message shows.
+local MOST_SHOWN = 12
+
+--- The damage as text, a line for each file.
+---@param damage limax.run.damage[]
+function verify.text(damage)
+  local lines = {}
+  for k, each in ipairs(damage) do
+    if k > MOST_SHOWN then
+      lines[k] = ("  ... and %d more"):format(#damage - MOST_SHOWN)
+      break
+    end
+    lines[k] = ("  %s %s"):format(each.file, each.reason)
+  end
+  return table.concat(lines, "\n")
+end
+
+--- The last generation up to which everything is whole; nil where the damage belongs to no
+--- generation, or to the first one.
+---@param state limax.run.state
+---@return integer|nil
+function verify.last_whole(state)
+  local last = -1
+  for _, row in ipairs(state.rows) do last = math.max(last, row.hashes.generation) end
+  for _, each in ipairs(state.damage) do
+    if each.generation then
+      last = math.min(last, each.generation - 1)
+    elseif each.file ~= "checkpoint" and not each.file:find "%.jsonl" then
+      return nil
+    end
+  end
+  return last >= 0 and last or nil
+end
+
+return verify

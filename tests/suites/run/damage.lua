@@ -1,0 +1,127 @@
+--- damage.lua: a damaged run folder is never continued silently: every file is verified first, the
+--- message names it, and the run goes on from the last generation that is whole.
+
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+local verify = require "limax.run.verify"
+
+local suite = require("limax.test").suite "damage"
+
+local EXPERIMENT = [[
+local limax = require "limax"
+return limax.experiment { name = "tiny", lattice = { 2, 2, 2 }, population = 6, generations = 5,
+  repetitions = 2, simulation = { duration = 0.1, settle = 0 }, genome = { require_muscle = false },
+  fitness = function(robot) return FACTOR * robot:distance() end }
+]]
+
+local function write(path, text) assert(host.file.write_atomic(path, text)) end
+
+-- A folder with a run of five generations, which was killed in the sixth.
+local function make(t)
+  local folder = t:folder()
+  write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", "1")))
+  process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  return folder
+end
+
+local function flipped(text, place)
+  return text:sub(1, place - 1) .. string.char(bit.bxor(text:byte(place), 4)) .. text:sub(place + 1)
+end
+
+-- What may happen to a file. Each takes its text; nil deletes it.
+local WAYS = {
+  deleted = function() return nil end,
+  emptied = function() return "" end,
+  truncated = function(text) return text:sub(1, math.floor(#text / 2)) end,
+  zeroed = function(text) return ("\0"):rep(#text) end,
+  ["changed at its start"] = function(text) return flipped(text, 3) end,
+  ["changed in the middle"] = function(text) return flipped(text, math.floor(#text / 2)) end,
+  ["changed at its end"] = function(text) return flipped(text, #text - 3) end,
+}
+
+local FILES = { "config.json", "environment.json", "checkpoint", "metrics.jsonl", "ledger.jsonl",
+  "timing.jsonl", "hashes.jsonl", "scripts/tiny.lua", "r01/population/g0000.jsonl",
+  "r02/population/g0004.jsonl", "r02/population/g0004.npy", "r01/champions/g0002.json" }
+
+suite:test("of any file is found", function(t)
+  local run = make(t) .. "/r"
+  t:equal(verify.folder(run).damage, {})
+  for _, file in ipairs(FILES) do
+    local path = run .. "/" .. file
+    local text = t:ok(source.read(path))
+    for way, change in pairs(WAYS) do
+      local changed = change(text)
+      if changed then write(path, changed) else host.file.remove(path) end
+      local found = verify.text(verify.folder(run).damage)
+      -- a folder without the one is not a run; the other is written anew
+      local absent = not changed and (file == "config.json" or file == "environment.json")
+      t:ok(absent or found:find(file, 1, true), ("%s %s: %s"):format(file, way, found))
+      write(path, text)
+    end
+  end
+end)
+
+suite:test("is refused with nothing changed, and the run goes on from what is whole",
+  { limit = 60 }, function(t)
+    local folder = make(t)
+    local whole, run = folder .. "/r", folder .. "/copy"
+    for _, case in ipairs {
+      { file = "r02/population/g0003.npy", from = 2 },
+      { file = "r01/population/g0001.jsonl", from = 0 },
+      { file = "metrics.jsonl", from = 3 },
+      { file = "checkpoint", from = 4 },
+    } do
+      os.execute(("rm -rf '%s' && cp -r '%s' '%s'"):format(run, whole, run))
+      local path = run .. "/" .. case.file
+      local text = source.read(path)
+      local damaged = flipped(text, math.max(3, #text - 100))
+      write(path, damaged)
+      local refused = process.ends(folder, { "run", "--resume", "copy", "-q" })
+      t:equal(refused.status, 1)
+      local from = tonumber(refused.stderr:match "%-%-from (%d+)")
+      t:ok(refused.stderr:find(case.file, 1, true) and from == case.from, refused.stderr)
+      t:ok(source.read(path) == damaged)
+      process.completes(t, folder, { "run", "--resume", "copy", "-q", "--from", tostring(from) })
+      for _, name in ipairs { "metrics.jsonl", "ledger.jsonl", "r01/population/g0004.npy",
+        "r02/population/g0004.jsonl" } do
+        t:ok(source.read(run .. "/" .. name) == source.read(whole .. "/" .. name), name)
+      end
+    end
+    local listed = process.ends(folder, { "list", "--check", "copy" })
+    t:ok(listed.status == 0 and listed.stdout:find "10 generations, undamaged", listed.stdout)
+  end)
+
+suite:test("a generation that cannot be kept is refused", function(t)
+  local folder = make(t)
+  local refused = process.ends(folder, { "run", "--resume", "r", "--from", "9" })
+  t:equal(refused.status, 2)
+  t:ok(refused.stderr:find("--from 9: the last generation in r is 4", 1, true), refused.stderr)
+end)
+
+-- The new fitness is smaller by a factor of a million: old scores of elites would win for ever.
+suite:test("a changed fitness that was interrupted never mixes with the old scores",
+  { limit = 60 }, function(t)
+    local folder = make(t)
+    local dying = '1e-6 * (os.getenv "DIE" and os.execute "kill -9 $PPID" or 1)'
+    write(folder .. "/tiny.lua", (EXPERIMENT:gsub("FACTOR", dying)))
+    local killed = process.ends(folder, { "run", "--resume", "r", "-q", "--changed", "--set",
+      "generations=8" }, { before = "DIE=1" })
+    t:equal(killed.status, 137)
+    -- the new configuration is stored, and no generation under it
+    process.completes(t, folder, { "run", "--resume", "r", "-q" })
+    for line in source.read(folder .. "/r/metrics.jsonl"):gmatch "[^\n]+" do
+      local value = host.json.decode(line)
+      if value.generation > 4 then t:ok(value.best < 1e-5, line) end
+    end
+  end)
+
+suite:test("a file that is removed while the run goes on fails the run", function(t)
+  local folder = t:folder()
+  local removing = EXPERIMENT:gsub("FACTOR", 'os.remove(robot.generation == 3'
+    .. ' and "r/r01/population/g0001.npy" or "nothing") and 1 or 1')
+  write(folder .. "/tiny.lua", removing)
+  local done = process.ends(folder, { "run", "tiny.lua", "-q", "--out", "r" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find("g0001.npy is gone: something else removed it", 1, true), done.stderr)
+end)
