@@ -40,20 +40,7 @@ end
 package.path, package.cpath = "", ""
 package.loaders = { package.loaders[1], search, package.loaders[2] }
 
--- ---- globals: a misspelt name is an error, and results depend on neither chance nor locale ------
-
-local function shown(key) return type(key) == "string" and key or type(key) end
-
-setmetatable(_G, {
-  __index = function(_, key)
-    error(("undefined name '%s': write local %s, or require the module that defines it")
-      :format(shown(key), shown(key)), 2)
-  end,
-  __newindex = function(_, key)
-    error(("assignment to the undefined name '%s': write local %s")
-      :format(shown(key), shown(key)), 2)
-  end,
-})
+-- ---- results depend on neither chance nor locale ------------------------------------------------
 
 function math.random()
   error("math.random would make runs irreproducible: use the `random` argument of selection and "
@@ -70,6 +57,36 @@ function os.exit(status)
   if type(status) == "boolean" then status = status and 0 or 1 end
   host.exit(status)
 end
+
+-- ---- globals: a misspelt name is an error, and Lua's own functions cannot be replaced -----------
+
+local function shown(key) return type(key) == "string" and key or type(key) end
+
+-- Tables and functions of Lua are read through empty tables, so that every assignment is noticed.
+local LOCKED = { "bit", "coroutine", "debug", "io", "jit", "math", "os", "string", "table" }
+for _, name in ipairs(LOCKED) do
+  _G[name] = setmetatable({}, { __index = _G[name], __newindex = function(_, key)
+    error(("assignment to %s.%s: limax itself uses Lua's libraries; write a local function")
+      :format(name, shown(key)), 2)
+  end })
+  package.loaded[name] = _G[name]
+end
+
+local globals = {}
+for name, value in pairs(_G) do globals[name] = value end
+
+setmetatable(_G, {
+  __index = setmetatable(globals, { __index = function(_, key)
+    error(("undefined name '%s': write local %s, or require the module that defines it")
+      :format(shown(key), shown(key)), 2)
+  end }),
+  __newindex = function(_, key)
+    local what = rawget(globals, key) ~= nil and "'%s', which limax itself uses"
+      or "the undefined name '%s'"
+    error(("assignment to " .. what .. ": write local %s"):format(shown(key), shown(key)), 2)
+  end,
+})
+for name in pairs(globals) do rawset(_G, name, nil) end
 
 -- ---- this machine; none of it may affect results ------------------------------------------------
 

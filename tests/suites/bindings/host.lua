@@ -126,6 +126,12 @@ suite:test("globals are locked, math.random and the locale are unavailable", fun
   local read, write = loadstring "return misspelt", loadstring "misspelt = 1"
   t:raises("undefined name 'misspelt': write local misspelt", read)
   t:raises("undefined name 'misspelt': write local misspelt", write)
+  for _, text in ipairs { "table.sort = print", "function math.sqrt() end", "string.own = 1" } do
+    t:raises("limax itself uses Lua's libraries; write a local function", loadstring(text))
+  end
+  t:raises("assignment to 'tostring', which limax itself uses: write local tostring",
+    loadstring "tostring = print")
+  t:equal({ table.sort ~= print, math.sqrt(4), rawget(_G, "tostring") }, { true, 2, nil })
   t:raises("math.random would make runs irreproducible: use the `random`", math.random)
   t:raises("would make runs irreproducible", function() math.randomseed(1) end)
   t:raises("the locale stays", function() os.setlocale "de_DE.UTF-8" end)

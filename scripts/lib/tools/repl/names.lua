@@ -13,6 +13,9 @@ names.words = {}
 local HINTS = { exit = "Ctrl-D ends", quit = "Ctrl-D ends",
   help = "?name describes a name, ? lists all topics" }
 
+-- Lua's own, which are locked
+local globals = getmetatable(_G).__index
+
 -- number of values that are kept before the last one
 local KEPT = 9
 
@@ -38,11 +41,11 @@ end
 
 --- Every name that can be typed, sorted.
 ---@return string[]
-function names.all() return sorted { own, names.words, _G, { limax = true } } end
+function names.all() return sorted { own, names.words, globals, { limax = true } } end
 
 --- The value of a name, or nil. Raises no error.
 function names.get(name)
-  for _, source in ipairs { own, names.words, _G } do
+  for _, source in ipairs { own, names.words, globals } do
     local value = rawget(source, name)
     if value ~= nil then return value end
   end
