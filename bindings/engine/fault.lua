@@ -8,7 +8,7 @@ local fault = {}
 --- An error of limax. `tostring` gives place and text; the methods of strings work on it too, so
 --- that a script can read a caught error as it reads Lua's own.
 ---@class limax.error
----@field kind "misuse"|"script"|"usage"|"failed"|"memory"|"device"|"disk"|"defect"
+---@field kind "misuse"|"script"|"usage"|"failed"|"damaged"|"memory"|"device"|"disk"|"defect"
 ---@field status integer|nil exit status of a command that it ends; nil: shown with a traceback
 ---@field place string "FILE:LINE: ", or ""
 ---@field text string

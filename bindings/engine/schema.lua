@@ -3,6 +3,7 @@
 --- at the user's line.
 
 local fault = require "limax.engine.fault"
+local host = require "limax.host"
 local suggest = require "limax.engine.suggest"
 
 local schema = {}
@@ -19,6 +20,7 @@ local absent = newproxy()
 ---@return string
 function schema.show(value)
   if value == absent then return "nil" end
+  if value == host.json.null then return "null" end
   if type(value) == "string" then
     local text = #value > 40 and value:sub(1, 37) .. "..." or value
     return '"' .. text:gsub("[%c]", "?") .. '"'
@@ -60,6 +62,18 @@ function schema.demand(rule, value, path)
   if result == nil and not message then message = select(2, rule(absent, path)) end
   if message then fault.raise(message) end
   return result
+end
+
+--- The rule of a value that must be there.
+---@param rule schema.rule
+---@return schema.rule
+function schema.required(rule)
+  return function(value, path)
+    if value ~= nil then return rule(value, path) end
+    local _, message = rule(absent, path)
+    local expected = (message or ""):match ": (expected .*), got nil"
+    return nil, ("%s: is missing%s"):format(path, expected and "; " .. expected or "")
+  end
 end
 
 -- The rule of values that pass a test; `default` for nil.
@@ -348,6 +362,42 @@ function schema.fields(fields)
       result[name] = entry
     end
     return result
+  end
+end
+
+--- A table of a file: its named fields follow their rules, and others are kept. Gives the table
+--- itself, without defaults.
+---@param fields table<string, schema.rule>
+---@return schema.rule
+function schema.record(fields)
+  local known = {}
+  for name in pairs(fields) do known[#known + 1] = name end
+  table.sort(known)
+  return function(value, path)
+    if value == nil then return nil end
+    if type(value) ~= "table" then return refused(path, "a table", value) end
+    local prefix = path == "" and "" or path .. "."
+    for _, name in ipairs(known) do
+      local _, message = fields[name](value[name], prefix .. name)
+      if message then return nil, message end
+    end
+    return value
+  end
+end
+
+--- A table whose entries have any names and follow one rule. Gives the table itself.
+---@param rule schema.rule
+---@return schema.rule
+function schema.map(rule)
+  return function(value, path)
+    if value == nil then return nil end
+    if type(value) ~= "table" then return refused(path, "a table", value) end
+    local names, message = schema.names(value, path)
+    for _, name in ipairs(names or {}) do
+      if not message then message = select(2, rule(value[name], path .. "." .. name)) end
+    end
+    if message then return nil, message end
+    return value
   end
 end
 

@@ -61,12 +61,17 @@ int lua_mkdir(lua_State* L) {
     return push(L, true);
 }
 
-// "file" | "folder" | nil; anything but a folder counts as a file
+// exists(path, [of_link]): "file" | "folder" | "other" | nil. A link counts as what it refers to,
+// or with `of_link` as "other".
 int lua_exists(lua_State* L) {
     std::error_code problem;
-    const fs::file_status status = fs::status(path_argument(L, 1), problem);
+    const char* const path = path_argument(L, 1);
+    const bool of_link = lua_toboolean(L, 2) != 0;
+    const fs::file_status status =
+        of_link ? fs::symlink_status(path, problem) : fs::status(path, problem);
     if (!fs::exists(status)) return 0;
-    return push(L, fs::is_directory(status) ? "folder" : "file");
+    if (fs::is_directory(status)) return push(L, "folder");
+    return push(L, fs::is_regular_file(status) ? "file" : "other");
 }
 
 int lua_list(lua_State* L) {

@@ -27,7 +27,8 @@
 ---@field append fun(path: string, text: string, private?: boolean): true|nil, string|nil whole
 --- lines, on disk when it returns; if private, only the owner can access a file that it creates
 ---@field mkdir fun(path: string): true|nil, string|nil and the folders above it
----@field exists fun(path: string): "file"|"folder"|nil
+---@field exists fun(path: string, of_link?: boolean): "file"|"folder"|"other"|nil a link counts as
+--- what it refers to, or with `of_link` as "other", like pipes and devices
 ---@field list fun(path: string): string[]|nil, string|nil sorted names
 ---@field read_private fun(path: string): string|nil, string|nil if only this user can access it
 ---@field truncate fun(path: string, size: integer): true|nil, string|nil

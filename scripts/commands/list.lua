@@ -4,7 +4,7 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local output = require "limax.base.output"
 local runs = require "limax.tools.report.runs"
-local shape = require "limax.tools.report.shape"
+local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
 local verify = require "limax.run.verify"
 
@@ -37,10 +37,8 @@ end
 
 local function supervisor_name(config)
   local supervisor = config.supervisor
-  if type(supervisor) ~= "table" then return tostring(supervisor or "-") end
-  local from = supervisor["function"]
-  if type(from) ~= "table" then return tostring(supervisor.name or "-") end
-  return ("%s:%s"):format(tostring(from.file), tostring(from.first_line))
+  if type(supervisor) ~= "table" then return supervisor end
+  return supervisor.name or supervisor[1] or source.place(supervisor)
 end
 
 -- A row of the table, or nil and a message if the folder cannot be read.
@@ -55,8 +53,8 @@ local function row_of(path)
     end
   end
   local config = folder.config
-  return { shape.word(path), folder.status.state, shape.word(supervisor_name(config)),
-    tostring(config.seed or "-"), #folder.runs, ("%d/%s"):format(runs.generations(folder)),
+  return { terminal.word(path), folder.status.state,
+    terminal.word(supervisor_name(config)), tostring(config.seed), #folder.runs, ("%d/%s"):format(runs.generations(folder)),
     best or "-" }
 end
 
@@ -67,9 +65,9 @@ local function check(found)
     local state = verify.folder(path)
     if state.damage[1] then
       status = 1
-      io.stdout:write(("%s is damaged:\n%s\n"):format(shape.word(path), verify.text(state.damage)))
+      io.stdout:write(("%s is damaged:\n%s\n"):format(terminal.word(path), verify.text(state.damage)))
     else
-      io.stdout:write(("%s: %d generations, undamaged\n"):format(shape.word(path), #state.rows))
+      io.stdout:write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
     end
   end
   return status
@@ -87,8 +85,8 @@ function command.run(arguments)
   local rows, problems = {}, {}
   for k, each in ipairs(found) do
     local row, problem = row_of(each)
-    rows[k] = row or { shape.word(each), "damaged" }
-    if problem then problems[#problems + 1] = shape.word(problem) .. "\n" end
+    rows[k] = row or { terminal.word(each), "damaged" }
+    if problem then problems[#problems + 1] = terminal.word(problem) .. "\n" end
   end
   output.write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
     "best" }, rows, terminal.style()), "\n")

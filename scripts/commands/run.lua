@@ -6,13 +6,13 @@ local engine = require "limax.engine"
 local evolve = require "limax.evolution.evolve"
 local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
-local history = require "limax.run.history"
 local host = require "limax.host"
 local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local progress = require "limax.tools.console.progress"
 local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
+local run_files = require "limax.settings.run_files"
 local script = require "limax.base.script"
 local tally = require "limax.tools.console.tally"
 local terminal = require "limax.base.terminal"
@@ -148,7 +148,7 @@ local function compute(session, experiment, options, first_run)
   local folder = session.folder
   for repetition = session.first, session.last do
     for _, generation in ipairs(folder:generations(repetition, 0)) do
-      session.tally:add(repetition, history.decode(generation.text, "population"))
+      session.tally:add(repetition, run_files.robots(generation.text, "population"))
     end
   end
   together.run { repetitions = session.left, at_once = session.at_once,
@@ -261,7 +261,7 @@ local function end_early(session, value, trace)
   local status, machine = failure.status(value), failure.of_machine(value)
   local command_line = folder and run_folder.resume_command(folder.path)
   local repair = ""
-  if folder and folder.checkpoint then
+  if folder and folder.checkpoint and not failure.is_damaged(value) then
     -- a repaired script differs, which resume refuses without --changed
     repair = ("\nwhen it is repaired, continue with: %s --changed"):format(command_line)
   end

@@ -6,7 +6,6 @@ local host = require "limax.host"
 local output = require "limax.base.output"
 local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
-local shape = require "limax.tools.report.shape"
 local sample = require "limax.base.statistics.sample"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
@@ -50,7 +49,7 @@ end
 local function state_line(folder, style)
   local state = tostring(folder.status.state)
   local each, since = pace(folder)
-  local parts = { terminal.bold(folder.config.name or shape.word(folder.path), style), state,
+  local parts = { terminal.bold(folder.config.name, style), state,
     ("generation %d of %s"):format(runs.generations(folder)) }
   if state == "running" and each then
     parts[#parts + 1] = ("%.3g s each"):format(each)

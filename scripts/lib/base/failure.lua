@@ -29,6 +29,14 @@ function failure.raise_machine(kind, message)
   fault.throw { kind = kind, status = 1, text = message }
 end
 
+--- Raises a failure of a file that is damaged or not limax's, with exit status 1.
+function failure.raise_damaged(message)
+  fault.throw { kind = "damaged", status = 1, text = message }
+end
+
+--- Was it raised for a file that is damaged?
+function failure.is_damaged(value) return fault.is(value) and value.kind == "damaged" end
+
 --- The exit status of a failure; nil for any other error value.
 ---@return integer|nil
 function failure.status(value) return fault.is(value) and value.status or nil end

@@ -12,7 +12,7 @@ local exit_failed, exit_usage = 1, 2
 ---@return function chunk
 function script.load(file)
   local kind = host.file.exists(file)
-  if kind ~= "file" then
+  if not kind or kind == "folder" then
     local what = kind and "%s is a folder, not a script" or "there is no file %s"
     failure.raise(exit_usage, what:format(file))
   end

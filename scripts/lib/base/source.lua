@@ -11,10 +11,11 @@ source.folder_of = folder_of
 
 function source.name_of(path) return path:match "([^/]*)$" end
 
---- The whole text of a file.
+--- The whole text of a regular file; reading a pipe might wait forever.
 ---@return string|nil text
 ---@return string|nil message
 function source.read(path)
+  if host.file.exists(path) == "other" then return nil, path .. ": is not a regular file" end
   local file, message = io.open(path, "rb")
   if not file then return nil, message end
   local text = file:read "*a"

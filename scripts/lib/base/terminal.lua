@@ -29,6 +29,11 @@ function terminal.utf8(text)
   return pcall(host.json.encode, text) and text or (text:gsub("[\128-\255]", "?"))
 end
 
+--- A text of a file or a folder's name: no control character reaches a terminal.
+function terminal.word(text)
+  return (terminal.utf8(text):gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
+end
+
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.
 function terminal.width(text)
   local visible = text:gsub("\27%[[%d;]*m", "")

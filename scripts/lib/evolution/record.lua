@@ -5,6 +5,7 @@ local history = require "limax.run.history"
 local materials = require "limax.evolution.materials"
 local metrics = require "limax.run.metrics"
 local population = require "limax.evolution.population"
+local run_files = require "limax.settings.run_files"
 local scoring = require "limax.robot.scoring"
 
 local record = {}
@@ -88,7 +89,7 @@ function record.read(run, folder)
     local line, robots = kept.metrics, nil
     if kept.genomes then
       robots = rebuilt(run, line, kept.ledger,
-        history.decode(kept.text, "generation " .. line.generation), run:new_robots())
+        run_files.robots(kept.text, "generation " .. line.generation), run:new_robots())
       robots.engine:set_genomes(kept.genomes)
       robots.engine:express(robots.materials, { require_muscle = run.config.genome.require_muscle,
         device = run.device })

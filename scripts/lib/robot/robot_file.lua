@@ -6,6 +6,7 @@ local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local host = require "limax.host"
+local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
@@ -101,13 +102,6 @@ end
 
 -- ---- rules of the file --------------------------------------------------------------------------
 
-local function required(rule, expected)
-  return function(value, path)
-    if value == nil then return nil, ("%s: is missing; expected %s"):format(path, expected) end
-    return rule(value, path)
-  end
-end
-
 local function schema_rule(value, path)
   if value == robot_file.schema then return value end
   return nil, ("%s: expected %q, got %s"):format(path, robot_file.schema, schema.show(value))
@@ -120,20 +114,20 @@ local number = schema.number { unit = "" }
 local letters = schema.list(schema.text("[^%s]+", "a line of letters"),
   { expected = "a layer: a list of lines of letters" })
 
-local optional = settings.optional
+local optional, required = settings.optional, schema.required
 
 local check_fields = schema.fields {
   schema = schema_rule,
-  lattice = required(settings.lattice(), "a list { nx, ny, nz } of voxels"),
+  lattice = required(settings.lattice()),
   edge = schema.number(defaults.fields.simulation.edge),
-  voxels = required(schema.list(letters, { expected = "a list of layers" }), "a list of layers"),
-  weights = required(schema.table, "a table of stiffness, amplitude and phase"),
-  materials = required(schema.table, "a table of materials"),
+  voxels = required(schema.list(letters, { expected = "a list of layers" })),
+  weights = required(schema.table),
+  materials = required(schema.table),
   scene = schema.table,
   simulation = schema.table,
   fitness = schema.any,
   score = optional(number),
-  outcome = schema.table,
+  outcome = run_files.outcome,
   id = optional(count), generation = optional(count),
   parents = schema.list(count, { most = 2, expected = "a list of ids" }),
   origin = schema.text("[%w_ ]+", "a word"),

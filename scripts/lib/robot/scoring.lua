@@ -4,6 +4,7 @@
 
 local choice = require "limax.base.choice"
 local failure = require "limax.base.failure"
+local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
 
 local scoring = {}
@@ -11,7 +12,16 @@ local scoring = {}
 --- Share of a generation that may fail in the fitness before the run stops.
 scoring.most_failed = 0.1
 
-local function is_finite(value) return value == value and math.abs(value) < math.huge end
+-- NaN is not equal to itself
+local function is_finite(value)
+  return value == value and math.abs(value) <= run_files.LARGEST_SCORE
+end
+
+-- A number that is not finite, or too large to be summed.
+local function refused(value)
+  local too_large = value == value and math.abs(value) < math.huge
+  return tostring(value) .. (too_large and ", which is beyond 1e150" or "")
+end
 
 -- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
 local function fault(key, number, count)
@@ -24,7 +34,7 @@ local function fault(key, number, count)
   elseif type(number) ~= "number" then
     problem = (" is %s, expected a number"):format(schema.show(number))
   elseif not is_finite(number) then
-    problem, excusable = " is " .. tostring(number), true
+    problem, excusable = " is " .. refused(number), true
   else
     return nil
   end
@@ -37,10 +47,8 @@ end
 local function complaint(value, extra)
   if type(value) ~= "number" then
     return "the fitness returned " .. schema.show(value) .. ", expected a number"
-  elseif value ~= value then
-    return "the fitness returned nan", true
   elseif not is_finite(value) then
-    return "the fitness returned " .. tostring(value), true
+    return "the fitness returned " .. refused(value), true
   elseif extra ~= nil and type(extra) ~= "table" then
     return "the fitness's second result is " .. schema.show(extra)
       .. ", expected a table of cases (a list of numbers) and measures (numbers with names)"

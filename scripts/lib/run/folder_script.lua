@@ -10,18 +10,17 @@ local folder_script = {}
 
 -- Is this the path of a file below a folder? No part of it may be empty, "." or "..".
 local function is_inside(name)
-  return type(name) == "string" and not ("/" .. name .. "/"):find("/%.?%.?/")
-    and not name:find("%z")
+  return not ("/" .. name .. "/"):find("/%.?%.?/") and not name:find("%z")
 end
 
 local function refuse(text, ...) failure.raise(2, text:format(...)) end
 
 -- The name of the experiment's script, and the text of each recorded script by name.
 local function checked(path, run)
-  local texts, scripts = {}, type(run) == "table" and run.scripts
-  for k, copy in ipairs(type(scripts) == "table" and scripts or {}) do
+  local texts = {}
+  for k, copy in ipairs(run.scripts) do
     local field = ("%s/config.json: run.scripts[%d]"):format(path, k)
-    local name = type(copy) == "table" and copy.file
+    local name = copy.file
     if not is_inside(name) then refuse("%s.file: expected a file below scripts/", field) end
     local file = ("%s/scripts/%s"):format(path, name)
     if host.file.exists(file) ~= "file" then refuse("there is no file %s (%s)", file, field) end
@@ -33,7 +32,7 @@ local function checked(path, run)
     end
     texts[name] = text
   end
-  local script = type(run) == "table" and run.script
+  local script = run.script
   if not texts[script] then
     refuse("%s/config.json: run.script: expected one of the files of run.scripts", path)
   end

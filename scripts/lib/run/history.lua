@@ -3,6 +3,7 @@
 --- population file and builds the robots from it on demand.
 
 local host = require "limax.host"
+local run_files = require "limax.settings.run_files"
 
 local history = {}
 
@@ -44,19 +45,6 @@ function history.encode(records)
   return table.concat(lines)
 end
 
---- Robot records from the text of a population file.
----@param origin string file name, for messages
----@return table[]
-function history.decode(text, origin)
-  local records = {}
-  for line in text:gmatch "[^\n]+" do
-    local record, message = host.json.decode(line, origin)
-    if not record then error(message, 0) end
-    records[#records + 1] = record
-  end
-  return records
-end
-
 --- An entry: the fields of the generation's metrics line, its ledger record and materials, and
 --- `.population`, either in memory or rebuilt from `text` by `build(records)` on demand.
 ---@param parts table metrics, ledger, materials, text, build; population while it is in memory
@@ -71,8 +59,7 @@ function history.entry(parts)
     if key ~= "population" then return nil end
     local population = rebuilt[self]
     if not population then
-      local records = history.decode(parts.text, "generation " .. entry.generation)
-      population = parts.build(records)
+      population = parts.build(run_files.robots(parts.text, "generation " .. entry.generation))
       rebuilt[self] = population
     end
     return population

@@ -10,6 +10,7 @@ local failure = require "limax.base.failure"
 local host = require "limax.host"
 local npy = require "limax.base.npy"
 local run_configuration = require "limax.run.run_configuration"
+local run_files = require "limax.settings.run_files"
 local sealed = require "limax.base.sealed"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
@@ -138,8 +139,8 @@ end
 --- Adds this process and its device to the processes that wrote this folder.
 ---@param device table
 function Folder:write_environment(device)
-  local text = source.read(self.path .. "/environment.json")
-  local environment = text and host.json.decode(text)
+  local path = self.path .. "/environment.json"
+  local environment = host.file.exists(path) and run_files.document(path, "environment")
     or { schema = "limax.environment/1", sessions = {} }
   table.insert(environment.sessions, { started = host.time(), version = host.version,
     commit = host.commit, machine = host.environment(), device = device:describe() })
@@ -239,15 +240,10 @@ end
 ---@return string path without a slash at its end
 function run_folder.read_config(path)
   path = #path > 1 and path:gsub("/+$", "") or path
-  local config, message = source.read_json(path .. "/config.json")
-  if not config then
-    failure.raise(2, ("%s is not a run folder: %s"):format(path, tostring(message)))
+  if not run_folder.is_run(path) then
+    failure.raise(2, ("%s is not a run folder: it has no config.json"):format(path))
   end
-  local found = type(config) == "table" and config.schema
-  if found ~= "limax.config/1" then
-    failure.raise(2, ("%s/config.json: expected schema limax.config/1, got %s"):format(path,
-      tostring(found)))
-  end
+  local config = run_files.document(path .. "/config.json", "config")
   config.hash = nil
   return config, path
 end
@@ -260,10 +256,13 @@ function run_folder.open(path)
   return locked(path, config)
 end
 
--- Removes files of generations after `last`, and what a killed process was writing.
+-- Removes files of generations after `last`, and what a killed process was writing; nothing in a
+-- folder that is a link to another place.
 function Folder:clean(below, last)
   local path = self.path .. below
-  for _, name in ipairs(host.file.exists(path) == "folder" and host.file.list(path) or {}) do
+  local own = below == "" or host.file.exists(path, true) == "folder"
+    and host.file.exists(source.folder_of(path), true) == "folder"
+  for _, name in ipairs(own and host.file.list(path) or {}) do
     local generation = tonumber(name:match "^g(%d+)%.")
     if name:match "^%..*%.part$" or generation and generation > last then
       self:check(host.file.remove(path .. "/" .. name))
@@ -307,15 +306,7 @@ end
 ---@return table[] lines
 ---@return table<table, string> text_of each, with its end
 function Folder:lines(name)
-  local path, lines, text_of = ("%s/%s.jsonl"):format(self.path, name), {}, {}
-  local whole, message = source.read(path)
-  if not whole then failure.raise(1, message) end
-  for text in whole:gmatch "[^\n]+" do
-    local line, wrong = host.json.decode(text, path)
-    if not line then failure.raise(1, tostring(wrong)) end
-    lines[#lines + 1], text_of[line] = line, text .. "\n"
-  end
-  return lines, text_of
+  return run_files.lines(("%s/%s.jsonl"):format(self.path, name), name)
 end
 
 --- Sorts the lines of all generations by repetition. Repetitions that advance together append

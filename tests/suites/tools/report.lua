@@ -147,7 +147,7 @@ suite:test("the line of better parents leads from generation 0 to the champion",
     local read = runs.read(folder).runs[1]
     local ancestors, line = lineage.of(read)
     local champion = read.lines[8].champion
-    t:equal({ line[1].generation, line[#line].id, line[#line].hash }, { 0, champion.id,
+    t:equal({ line[1].generation, line[#line].id, line[#line].body.hash }, { 0, champion.id,
       champion.hash })
     for k = 2, #line do
       local is_parent = false

@@ -11,6 +11,7 @@ local folders = require "limax.tools.report.runs"
 local host = require "limax.host"
 local rescore = require "limax.evolution.rescore"
 local robot_file = require "limax.robot.robot_file"
+local run_files = require "limax.settings.run_files"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
@@ -26,9 +27,9 @@ local TIER = "publish"
 local function fitness_of(run, functions, trust)
   local stored = run.config.fitness
   if type(stored) ~= "table" then return fitness.get(stored).call end
-  if stored.name then
+  if not stored["function"] then
     local spec = source.copy(stored)
-    spec[1], spec.name = stored.name, nil
+    spec[1], spec.name = stored[1] or stored.name, nil
     return fitness.get(spec).call
   end
   if functions[run.path] then return functions[run.path] end
@@ -46,12 +47,15 @@ end
 -- Simulates the champions of runs with the same world in one batch.
 local function simulate(list, device, values, calls)
   local config = list[1].config
-  local materials, scene = engine.materials(config.materials), engine.scene(config.scene)
+  local stored = list[1].path .. "/config.json"
+  local materials = run_files.about(stored, engine.materials, config.materials)
+  local scene = run_files.about(stored, engine.scene, config.scene)
   local options = rescore.options(config, { accuracy = TIER })
   local robots = engine.population { lattice = config.lattice, count = #list }
   for i, run in ipairs(list) do
     local path = folders.champion(run, run.lines[#run.lines])
-    robot_file.place(robots, i, robot_file.read(path), materials)
+    local description = run_files.about(path, robot_file.read, path)
+    run_files.about(path, robot_file.place, robots, i, description, materials)
   end
   robots:check(materials, { require_muscle = false })
   local simulation = engine.simulation(robots, materials, scene, options, device)

@@ -4,7 +4,6 @@
 
 local body_picture = require "limax.draw.body_picture"
 local choice = require "limax.base.choice"
-local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local output = require "limax.base.output"
 local sheet = require "limax.draw.sheet"
@@ -23,7 +22,7 @@ local best_color, mean_color = 214, 67
 -- The champion of one generation and what its simulation measured.
 local function champion_of(run, line)
   local description, message = runs.description(run, line)
-  if not description then engine.fail(message) end
+  if not description then failure.raise(1, message) end
   local made = robot.of(description)
   local best = { generation = line.generation, description = description, robot = made,
     measures = line.measures or {} }

@@ -264,13 +264,14 @@ function curves.measures(list)
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
       for _, line in ipairs(run.lines) do
-        for name in pairs(line.measures) do named[name] = true end
+        for name in pairs(line.measures or {}) do named[name] = true end
       end
     end
   end
   for k, name in ipairs(choice.sorted_keys(named)) do
     panels[k] = curves.panel(list, name .. " of the champion", name, function(line)
-      return line.measures[name] and line.measures[name].champion
+      local measure = (line.measures or {})[name]
+      return measure and measure.champion
     end)
   end
   return panels

@@ -4,7 +4,6 @@
 local choice = require "limax.base.choice"
 local curves = require "limax.tools.report.curves"
 local defaults = require "limax.settings.defaults"
-local failure = require "limax.base.failure"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local duration = require "limax.base.duration"
@@ -19,17 +18,14 @@ local facts = {}
 -- Rows of proposals: enough to follow a run, few enough to scroll.
 local MOST_PROPOSALS = 200
 
--- Distance and speed of a champion, from its file; nothing where it is missing or damaged.
+-- Distance and speed of a champion, from its file; nothing where it is missing.
 local function walk_of(run, line)
   local description = runs.description(run, line)
   local outcome = description and description.outcome
   if not outcome or outcome.status ~= "done" then return nil, nil end
-  local fine, distance, speed = failure.attempt(function()
-    local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
-      body = robot.of(description).body }, { options = { edge = description.edge } })
-    return walked:distance(), walked:speed()
-  end)
-  if fine then return distance, speed end
+  local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
+    body = robot.of(description).body }, { options = { edge = description.edge } })
+  return walked:distance(), walked:speed()
 end
 
 local function seconds_of(run)
@@ -57,7 +53,7 @@ function facts.final(list)
       end
       local distance, speed = walk_of(run, last)
       local none = "-"
-      rows[#rows + 1] = { arm.name, run.seed, run.repetition, run.status.state or "unknown",
+      rows[#rows + 1] = { arm.name, run.seed, run.repetition, run.status.state,
         #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
         most > -math.huge and most or none, last.mean or none,
         last.diversity.all and last.diversity.all.hamming or none, failed, distance or none,
@@ -215,9 +211,9 @@ function facts.machines(folders)
   for _, folder in ipairs(folders) do
     for _, session in ipairs(folder.environment.sessions) do
       local device, machine = session.device, session.machine
-      rows[#rows + 1] = { folder.path, session.started or "", session.version or "",
-        device.gpus and device.gpus[1].name or device.cpu or "",
-        device.kind or "", machine.compiler or "", machine.system or "" }
+      rows[#rows + 1] = { folder.path, session.started, session.version,
+        device.gpus and device.gpus[1] and device.gpus[1].name or device.cpu or "",
+        device.kind, machine.compiler or "", machine.system or "" }
     end
   end
   return { "run", "started", "limax", "processor", "device", "compiler", "system" }, rows

@@ -1,9 +1,8 @@
 --- lineage.lua: the ancestors of a champion, from the parents in the population files, and the line
 --- from generation 0 through the better parent of each.
 
-local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
-local shape = require "limax.tools.report.shape"
+local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 
 local lineage = {}
@@ -13,18 +12,16 @@ local lineage = {}
 ---@field generation integer in which it first appeared
 ---@field fitness number|nil
 ---@field parents integer[]
----@field hash string of its body, "-" where it is unknown
----@field voxels integer|string that are not empty, or "-"
+---@field body { hash: string, voxels: integer }
 
--- Every robot of a repetition by id, as it first appeared. Missing and damaged files are skipped.
+-- Every robot of a repetition by id, as it first appeared. A file may be missing.
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
     local path = run.path .. "/" .. run_folder.place(run.repetition, "population", line.generation,
       ".jsonl")
-    for text in (source.read(path) or ""):gmatch "([^\n]*)\n" do
-      local robot = shape.robot(host.json.decode(text, path))
-      if robot then by_id[robot.id] = by_id[robot.id] or robot end
+    for _, robot in ipairs(run_files.robots(source.read(path) or "", path)) do
+      by_id[robot.id] = by_id[robot.id] or robot
     end
   end
   return by_id

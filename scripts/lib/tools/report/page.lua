@@ -104,7 +104,7 @@ local function ancestry(run, label)
   local rows = {}
   for k, robot in ipairs(line) do
     rows[k] = { robot.generation, robot.id, robot.fitness or "-",
-      table.concat(robot.parents, " and "), robot.voxels, robot.hash }
+      table.concat(robot.parents, " and "), robot.body.voxels, robot.body.hash }
   end
   local caption = ("Ancestors of the champion of %s, repetition %d: %d robots; line: better"
     .. " parents"):format(run.path, run.repetition, #ancestors)

@@ -9,9 +9,10 @@ local fitness = require "limax.fitness"
 local host = require "limax.host"
 local run_folder = require "limax.run.run_folder"
 local robot_file = require "limax.robot.robot_file"
+local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
-local shape = require "limax.tools.report.shape"
 local source = require "limax.base.source"
+local terminal = require "limax.base.terminal"
 
 local runs = {}
 
@@ -39,20 +40,12 @@ runs.STUDY = "study.json"
 ---@field environment table
 ---@field runs limax.report.run[] those that have a generation
 
--- The whole lines of a file by repetition. A last line without its end is being written.
+-- The lines of a file by repetition.
 local function lines_of(path, kind)
-  local file, count, by_repetition = ("%s/%s.jsonl"):format(path, kind), 0, {}
-  for line in (source.read(file) or ""):gmatch "([^\n]*)\n" do
-    count = count + 1
-    local value, message = host.json.decode(line)
-    local repetition, generation
-    if type(value) == "table" then repetition, generation = shape.place(value) end
-    if not repetition then
-      failure.raise(1, ("%s, line %d: %s"):format(file, count, generation
-        or message and message:gsub("^.-line 1, ", "") or "expected a JSON object"))
-    end
-    by_repetition[repetition] = by_repetition[repetition] or {}
-    table.insert(by_repetition[repetition], shape[kind](value))
+  local by_repetition = {}
+  for _, line in ipairs((run_files.lines(("%s/%s.jsonl"):format(path, kind), kind))) do
+    by_repetition[line.repetition] = by_repetition[line.repetition] or {}
+    table.insert(by_repetition[line.repetition], line)
   end
   return by_repetition
 end
@@ -60,23 +53,25 @@ end
 --- Is this path a run folder?
 runs.is_folder = run_folder.is_run
 
---- A run folder as it is now.
+--- A run folder as it is now. Ends the command where a file is damaged.
 ---@return limax.report.folder
 function runs.read(path)
   local config
   config, path = run_folder.read_config(path)
-  config = shape.config(config)
+  config.name = terminal.word(config.name)
+  -- absent in a run that was just begun
+  local has_environment = host.file.exists(path .. "/environment.json")
   local folder = { path = path, config = config, runs = {},
-    status = shape.status(source.read_json(path .. "/STATUS")),
-    environment = shape.environment(source.read_json(path .. "/environment.json")) }
-  folder.status.state = folder.status.state or "unknown"
+    status = run_files.document(path .. "/STATUS", "status"),
+    environment = has_environment and run_files.document(path .. "/environment.json", "environment")
+      or { sessions = {} } }
   local metrics, ledger = lines_of(path, "metrics"), lines_of(path, "ledger")
   local timing = lines_of(path, "timing")
   for _, repetition in ipairs(choice.sorted_keys(metrics)) do
     local evaluations = 0
     for _, line in ipairs(metrics[repetition]) do evaluations = evaluations + line.evaluations end
-    table.insert(folder.runs, { path = path, name = config.name or shape.word(source.name_of(path)),
-      config = config, seed = tostring(config.seed or "-"), repetition = repetition,
+    table.insert(folder.runs, { path = path, name = config.name,
+      config = config, seed = tostring(config.seed), repetition = repetition,
       status = folder.status, lines = metrics[repetition], ledger = ledger[repetition] or {},
       timing = timing[repetition] or {}, evaluations = evaluations, before = 0 })
   end
@@ -87,14 +82,8 @@ end
 -- be done.
 local function add_study(list, word, whole)
   local path, missing = word .. "/" .. runs.STUDY, 0
-  local study, message = source.read_json(path)
-  if type(study) ~= "table" or type(study.runs) ~= "table" then
-    failure.raise(2, message or path .. ": expected an object with a list of runs")
-  end
-  for k, entry in ipairs(study.runs) do
-    if type(entry) ~= "table" or type(entry.path) ~= "string" then
-      failure.raise(2, ("%s: runs[%d]: expected an object with a path"):format(path, k))
-    end
+  local study = run_files.document(path, "study")
+  for _, entry in ipairs(study.runs) do
     local begun = runs.is_folder(word .. "/" .. entry.path)
     local folder = begun and runs.read(word .. "/" .. entry.path)
     if not begun or folder.status.state ~= "done" then missing = missing + 1 end
@@ -142,13 +131,13 @@ function runs.arms(folders)
   if #all == 0 then return {} end
   local fine, groups = failure.attempt(arms.group, all)
   if fine then
-    for _, arm in ipairs(groups) do arm.name = shape.word(arm.name) end
+    for _, arm in ipairs(groups) do arm.name = terminal.word(arm.name) end
     return groups
   end
   local list = {}
   for _, folder in ipairs(folders) do
     if #folder.runs > 0 then
-      list[#list + 1] = { name = shape.word(source.name_of(folder.path)), runs = folder.runs }
+      list[#list + 1] = { name = terminal.word(source.name_of(folder.path)), runs = folder.runs }
     end
   end
   return list, failure.bare(groups)
@@ -156,12 +145,11 @@ end
 
 --- The generations that a run folder has, and those of a whole run.
 ---@return integer done
----@return integer|string total "?" where the configuration does not state it
+---@return integer total
 function runs.generations(folder)
   local config, done = folder.config, 0
   for _, run in ipairs(folder.runs) do done = done + #run.lines end
-  local repetitions = config.run and config.run.repetition and 1 or config.repetitions
-  return done, config.generations and repetitions and config.generations * repetitions or "?"
+  return done, config.generations * (config.run.repetition and 1 or config.repetitions)
 end
 
 --- The champion's score, under the first materials where that is recorded.
@@ -187,17 +175,14 @@ function runs.champion(run, line)
 end
 
 --- The champion of a generation as its robot file describes it; nil, message where the file is
---- missing or damaged.
+--- missing.
 ---@param line table of metrics
 ---@return limax.robot.description|nil
 ---@return string|nil message
 function runs.description(run, line)
   local path = runs.champion(run, line)
-  local value, message = source.read_json(path)
-  if value == nil then return nil, message end
-  value, message = robot_file.check(value)
-  if not value then return nil, ("%s: %s"):format(path, message) end
-  return value
+  if not host.file.exists(path) then return nil, path .. " is missing" end
+  return run_files.about(path, robot_file.read, path)
 end
 
 --- Unit and description of the fitness of a configuration. A function of a script has no unit.

@@ -1,0 +1,60 @@
+--- damaged.lua: commands on run folders with a damaged field, a pipe or a link: one message with
+--- file, line and field, no traceback, and nothing is changed elsewhere.
+
+local evolution = require "support.evolution"
+local host = require "limax.host"
+local process = require "support.process"
+local source = require "limax.base.source"
+
+local suite = require("limax.test").suite "damaged"
+
+local SCRIPT = [[
+local limax = require "limax"
+return limax.experiment { name = "tiny", fitness = "distance", lattice = { 2, 2, 2 },
+  population = 6, generations = 3, repetitions = 1, supervisor = "random",
+  simulation = { duration = 0.2, settle = 0.05, accuracy = "preview" } }
+]]
+
+local function shell(command, ...)
+  local words = { ... }
+  for k, word in ipairs(words) do words[k] = process.quote(word) end
+  assert(os.execute(command:format(unpack(words))) == 0, command)
+end
+
+suite:test("a resume names the field of a damaged configuration", { limit = 20 }, function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", SCRIPT))
+  process.completes(t, base, { "run", "tiny.lua", "--out", "r", "-q", "--device", "cpu" })
+  local text = source.read(base .. "/r/config.json"):gsub('"overrides": %[%]', '"overrides": 7')
+  assert(host.file.write_atomic(base .. "/r/config.json", text))
+  local done = process.ends(base, { "run", "--resume", "r", "-q", "--device", "cpu" })
+  t:equal({ done.status, done.stderr },
+    { 1, "limax: r/config.json: run.overrides: expected a list of texts, got 7\n" })
+end)
+
+suite:test("a pipe in a folder is named, and does not stop limax list", { limit = 20 }, function(t)
+  local base = t:folder()
+  evolution.run(base .. "/good")
+  for k, file in ipairs { "metrics.jsonl", "STATUS", "config.json" } do
+    local run = base .. "/bad" .. k
+    shell("cp -r %s/good %s && rm %s/" .. file .. " && mkfifo %s/" .. file, base, run, run, run)
+  end
+  local done = process.ends(base, { "list", "." })
+  t:equal(done.status, 0)
+  t:ok(done.stdout:find "good +done" and done.stdout:find "bad1 +damaged", done.stdout)
+  t:ok(done.stderr:find("bad1/metrics.jsonl: is not a regular file", 1, true), done.stderr)
+end)
+
+suite:test("a resume removes nothing behind a link", { limit = 20 }, function(t)
+  local base = t:folder()
+  assert(host.file.write_atomic(base .. "/tiny.lua", SCRIPT))
+  process.completes(t, base, { "run", "tiny.lua", "--out", "r", "-q", "--device", "cpu" })
+  shell("mkdir %s/elsewhere && mv %s/r/r01/population %s/elsewhere/ "
+    .. "&& ln -s ../../elsewhere/population %s/r/r01/population", base, base, base, base)
+  local kept = base .. "/elsewhere/population/g0099.jsonl"
+  assert(host.file.write_atomic(kept, "kept"))
+  process.completes(t, base, { "run", "--resume", "r", "-q", "--device", "cpu" })
+  t:equal(host.file.exists(kept), "file")
+end)
+
+return suite
