@@ -7,6 +7,7 @@ local limax = require "limax"
 
 return limax.experiment {
   name = "jump",
+  genome = { sigma = 1 },
   scene = limax.scenes.land { actuation = { frequency = 3 } }, -- Hz
   simulation = { duration = 2, settle = 0.5, accuracy = "evolve" }, -- s
   -- Hz: the top of a jump lasts a few hundredths of a second

@@ -29,7 +29,7 @@ end
 print(("walk fitness (m), mean of %d seeds, %d generations of %d robots"):format(#seeds,
   generations, population))
 print "sigma   first best   last best   hamming at first   bodies at first"
-for _, sigma in ipairs { 0.25, 0.5, 1, 2, 4 } do
+for _, sigma in ipairs { 0.15, 0.25, 0.5, 1, 4 } do
   local first, last, hamming, distinct = {}, {}, {}, {}
   for k, seed in ipairs(seeds) do
     local history = evolve(sigma, seed)

@@ -146,7 +146,7 @@ end
 ---@field materials? string|table|limax.materials "paper" if absent
 ---@field edge? number m
 ---@field features? integer of the encoding, as in an experiment's `genome`; 16
----@field sigma? number 1
+---@field sigma? number 0.15
 ---@field hidden? integer[] { 32, 32 }
 ---@field initial_scale? number of random genomes; 1
 ---@field seed? number|string of the encoding, and of a random genome; 1

@@ -22,7 +22,7 @@ suite:test("the shortest experiment gets every default", function(t)
   t:equal({ config.population, config.generations, config.repetitions }, { 30, 100, 3 })
   t:equal(config.breeding, { mutation_rate = 0.1, mutation_scale = 0.1, crossover_rate = 0.4,
     elite_fraction = 0.3 })
-  t:equal(config.genome, { features = 16, sigma = 1, hidden = { 32, 32 }, initial_scale = 1,
+  t:equal(config.genome, { features = 16, sigma = 0.15, hidden = { 32, 32 }, initial_scale = 1,
     require_muscle = true })
   t:equal(config.seed, 1)
   t:equal(config.fitness, "walk")

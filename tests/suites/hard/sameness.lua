@@ -105,6 +105,7 @@ case { row = 57, name = "a walk on ice does not exploit the time step", brief = 
   xpbd = false, -- its bodies are stiffer at a tenth of the step, and half as fast
   run = function(c)
     local experiment = limax.experiment { lattice = { 3, 3, 3 }, fitness = "walk", seed = 57,
+      genome = { sigma = 1 },
       population = c.full and 32 or 12, generations = c.full and 50 or 4, repetitions = 1,
       supervisor = "fixed", record = { energy = 200 },
       simulation = { duration = 2, settle = 0.5, time_step = "auto", bound_fraction = 0.9,

@@ -19,7 +19,7 @@ return limax.experiment {
   materials = "paper", -- materials/paper.json, or a file or table of your own
 
   -- how genomes become bodies: a small sigma gives large pieces of one material
-  genome = { sigma = 0.25, features = 16, hidden = { 32, 32 } },
+  genome = { sigma = 0.15, features = 16, hidden = { 32, 32 } },
 
   -- the effects that act on a body. Others: drag, wind, planes, spheres, boxes, terrain, anchors,
   -- self_collision, block; limax.scenes has ready scenes
