@@ -30,6 +30,17 @@ names.divergence = enumeration("", "nonfinite", "speed", "stretch")
 names.trace = enumeration("TRACE_", "center_of_mass", "position", "velocity", "contact", "energy",
   "strain", "ledger", "block")
 
+--- Columns of each trace, along its last axis. The works of `ledger` are since t = 0; `block` is
+--- the centre of the rigid block and the quaternion that turns its own axes into the world's.
+names.trace_columns = {
+  center_of_mass = { "x", "y", "z" }, position = { "x", "y", "z" }, velocity = { "x", "y", "z" },
+  contact = { "share of masses" }, energy = { "kinetic", "elastic", "gravitational",
+    "muscle power" }, strain = { "mean", "most" },
+  ledger = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
+    "contact_damping", "friction", "other" },
+  block = { "x", "y", "z", "qw", "qx", "qy", "qz" },
+}
+
 --- Unit of each trace; "J, J, J, W" is one for each column.
 names.trace_unit = {
   center_of_mass = "m", position = "m", velocity = "m/s", contact = "1",

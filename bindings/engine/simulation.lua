@@ -254,7 +254,7 @@ end
 
 --- A recorded trace of robot i, as far as it goes: "center_of_mass" [sample][3], "position" and
 --- "velocity" [sample][mass][3], "contact" [sample][1], "energy" [sample][4], "strain" [sample][2],
---- "ledger" [sample][9], "block" [sample][7]; with .rate, .unit, .samples.
+--- "ledger" [sample][9], "block" [sample][7]; with .rate, .unit, .samples, .columns.
 ---@param i integer
 ---@param kind string
 ---@return limax.view
@@ -272,7 +272,8 @@ function methods:trace(i, kind)
   local per_mass = kind == "position" or kind == "velocity"
   return view.new(self, kind, "double", data[0],
     per_mass and { count, columns / 3, 3 } or { count, columns },
-    { fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count } })
+    { fields = { rate = self.record[kind], unit = names.trace_unit[kind], samples = count,
+      columns = { unpack(names.trace_columns[kind]) } } })
 end
 
 --- Site of each mass of robot i as the engine counts them, from 0: x + (nx + 1) (y + (ny + 1) z).

@@ -18,9 +18,10 @@ local view = {}
 ---@field unit string|nil of the numbers
 ---@field rate number|nil samples per second, of a trace
 ---@field samples integer|nil of a trace
+---@field columns string[]|nil names along the last axis, of a trace
 
 -- fields of a view besides its shape
-local FIELDS = { unit = true, rate = true, samples = true }
+local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 
 -- The form that a view shares with its parts, its first axis, the offset of its first element, and
 -- its parts, which are made at the first read.

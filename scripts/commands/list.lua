@@ -53,9 +53,8 @@ local function row_of(path)
     end
   end
   local config = folder.config
-  return { terminal.word(path), folder.status.state,
-    terminal.word(supervisor_name(config)), tostring(config.seed), #folder.runs, ("%d/%s"):format(runs.generations(folder)),
-    best or "-" }
+  return { terminal.word(path), folder.status.state, terminal.word(supervisor_name(config)),
+    tostring(config.seed), #folder.runs, ("%d/%d"):format(runs.generations(folder)), best or "-" }
 end
 
 -- Prints what is damaged in each folder; status 1 where something is.
@@ -65,7 +64,8 @@ local function check(found)
     local state = verify.folder(path)
     if state.damage[1] then
       status = 1
-      io.stdout:write(("%s is damaged:\n%s\n"):format(terminal.word(path), verify.text(state.damage)))
+      io.stdout:write(("%s is damaged:\n%s\n"):format(terminal.word(path),
+        verify.text(state.damage)))
     else
       io.stdout:write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
     end

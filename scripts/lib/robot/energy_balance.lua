@@ -1,9 +1,10 @@
 --- energy_balance.lua: the energy of a robot and the works on it, and how well they agree.
 
+local engine = require "limax.engine"
+
 local energy_balance = {}
 
-local accounts = { "kinetic", "elastic", "contact", "gravitational", "muscles", "damping",
-  "contact_damping", "friction", "other" }
+local accounts = engine.names.trace_columns.ledger
 local first_work = 5
 
 ---@class limax.robot.energy_balance

@@ -301,10 +301,9 @@ function methods:length()
   return math.max(size[1], size[2]) * edge_of(self)
 end
 
---- A recorded trace from t = 0: "center_of_mass" [sample][3] m, "position" [sample][mass][3] m,
---- "velocity" [sample][mass][3] m/s, "contact" [sample][1], "energy" [sample][4], "strain"
---- [sample][2], "ledger" [sample][9], "block" [sample][7] (centre, m, and quaternion w, x, y, z);
---- with `.rate` (Hz) and `.unit`.
+--- A recorded trace from t = 0: [sample][column], or of "position" and "velocity"
+--- [sample][mass][column]; with `.rate` (Hz), `.unit` and `.columns`, the columns' names, which
+--- `?record` lists for every trace.
 ---@param kind string
 ---@return any view
 function methods:trace(kind)

@@ -57,8 +57,10 @@ end
 local function traces()
   local list = {}
   for i, name in ipairs(defaults.traces) do
-    list[i] = { name = name, unit = "Hz", text = ("samples per second of this trace, in %s")
-      :format(engine.names.trace_unit[name]) }
+    local of_mass = (name == "position" or name == "velocity") and " of each mass" or ""
+    list[i] = { name = name, unit = "Hz", text = ("samples per second of this trace: %s%s; in %s")
+      :format(table.concat(engine.names.trace_columns[name], ", "), of_mass,
+        engine.names.trace_unit[name]) }
   end
   return list
 end

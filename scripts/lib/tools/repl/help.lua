@@ -2,6 +2,7 @@
 --- name, from the API table.
 
 local api = require "limax.tools.reference.api"
+local choice = require "limax.base.choice"
 local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
 local kind = require "limax.tools.repl.kind"
@@ -75,10 +76,13 @@ local function overview()
   return table.concat(lines, "\n")
 end
 
+-- The title without its article: "array".
+local function plain_title(group) return (group.title:lower():gsub("^an? ", "")) end
+
 -- The page of a group; the title of a module is its name.
 local function group_page(topic, group)
   local lines, title = {}, group.title:sub(1, 1):lower() .. group.title:sub(2)
-  add_group(lines, title == topic and ("%s: %s"):format(topic, group.text)
+  add_group(lines, plain_title(group) == topic and ("%s: %s"):format(topic, group.text)
     or ("%s is %s. %s"):format(topic, title, group.text), group)
   return table.concat(lines, "\n")
 end
@@ -112,21 +116,31 @@ local function pages_of_value(topic)
   return pages
 end
 
+-- Is the topic a class, with or without "limax."?
+local function names_class(topic, class)
+  return class ~= nil and (class == topic or class == "limax." .. topic)
+end
+
 --- The pages about a topic.
 function help.pages(topic)
   local pages = pages_of_value(topic)
   if #pages > 0 then return pages end
   for i, entry in ipairs(api.find(topic)) do pages[i] = help.page(entry) end
-  for _, module in ipairs(api.groups()) do
-    if module.prefix == topic .. "." then pages[#pages + 1] = group_page(topic, module) end
+  for _, group in ipairs(api.groups()) do
+    if group.prefix == topic .. "." or names_class(topic, group.class)
+      or plain_title(group) == topic:lower() then
+      pages[#pages + 1] = group_page(topic, group)
+    end
   end
   add_field_pages(pages, topic, experiment_fields.list(), "")
-  local class = api.tables()[topic]
-  if class then
-    local lines = { topic .. ", a table" }
-    add(lines, "  ", class.text)
-    add_fields(lines, class.fields)
-    pages[#pages + 1] = table.concat(lines, "\n")
+  local tables = api.tables()
+  for _, name in ipairs(choice.sorted_keys(tables)) do
+    if names_class(topic, name) then
+      local lines = { name .. ", a table" }
+      add(lines, "  ", tables[name].text)
+      add_fields(lines, tables[name].fields)
+      pages[#pages + 1] = table.concat(lines, "\n")
+    end
   end
   if #pages == 0 and topic:match "^_%d?$" then
     pages[1] = "_ is the last value that was shown, _1 the one before it, up to _9."
@@ -144,6 +158,9 @@ function help.show(topic)
     local topics = {}
     for _, entry in ipairs(api.entries()) do
       topics[#topics + 1], topics[#topics + 2] = entry.name, entry.short
+    end
+    for _, group in ipairs(api.groups()) do
+      topics[#topics + 1] = plain_title(group)
     end
     local nearest = suggest(topic, topics)
     failure.raise(1, ("no help on %q%s"):format(topic,
