@@ -37,8 +37,14 @@ local function search(module)
   return assert(loadfile(path, "t"))
 end
 
+-- A Lua file along package.path.
+local function search_path(module)
+  local path, message = package.searchpath(module, package.path)
+  return path and require("limax.base.script").compile(path) or message
+end
+
 package.path, package.cpath = "", ""
-package.loaders = { package.loaders[1], search, package.loaders[2] }
+package.loaders = { package.loaders[1], search, search_path }
 
 -- ---- results depend on neither chance nor locale ------------------------------------------------
 

@@ -4,9 +4,29 @@
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 
+local source = require "limax.base.source"
+
 local script = {}
 
 local exit_failed, exit_usage = 1, 2
+
+--- A message of the compiler with the line of the text that it is about.
+---@param file string its name: Lua shortens long ones in messages
+function script.syntax_error(file, text, message)
+  local number, what = message:match "^[^\n]-:(%d+): (.*)$"
+  if not number then return message end
+  local line = source.lines_of(text, tonumber(number), tonumber(number))
+  return ("%s:%s: %s%s"):format(file, number, what,
+    line:find "%S" and ("\n  %s | %s"):format(number, line) or "")
+end
+
+--- The compiled file.
+---@return function chunk
+function script.compile(file)
+  local chunk, message = loadfile(file)
+  if chunk then return chunk end
+  failure.raise(exit_failed, script.syntax_error(file, source.read(file) or "", message))
+end
 
 --- The compiled file. From now on `require` also finds Lua files in its folder.
 ---@return function chunk
@@ -16,12 +36,7 @@ function script.load(file)
     local what = kind and "%s is a folder, not a script" or "there is no file %s"
     failure.raise(exit_usage, what:format(file))
   end
-  local chunk, message = loadfile(file)
-  if not chunk then
-    -- Lua shortens long paths in messages
-    local line, what = message:match "^[^\n]-:(%d+): (.*)$"
-    failure.raise(exit_failed, line and ("%s:%s: %s"):format(file, line, what) or message)
-  end
+  local chunk = script.compile(file)
   local folder = file:match "^(.*)/[^/]*$" or "."
   package.path = ("%s/?.lua;%s/?/init.lua"):format(folder, folder)
   return chunk

@@ -66,7 +66,9 @@ local function shown(path, base)
   return path
 end
 
-local function lines_of(text, first, last)
+--- Lines `first` to `last` of a text.
+---@return string
+function source.lines_of(text, first, last)
   local picked, number = {}, 0
   for line in (text .. "\n"):gmatch "(.-)\n" do
     number = number + 1
@@ -81,7 +83,7 @@ end
 ---@return string|nil
 function source.lines(path, first, last)
   local text = source.read(path)
-  return text and lines_of(text, first, last)
+  return text and source.lines_of(text, first, last)
 end
 
 --- The path of a file that an experiment names: as it is, else beside the experiment.
@@ -105,7 +107,7 @@ function source.of_function(call, base)
     record.file = shown(path, base)
     text = source.read(path) or ""
   end
-  record.sha256 = host.sha256(lines_of(text, info.linedefined, info.lastlinedefined))
+  record.sha256 = host.sha256(source.lines_of(text, info.linedefined, info.lastlinedefined))
   return record
 end
 

@@ -4,6 +4,7 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local script = require "limax.base.script"
 local source = require "limax.base.source"
 
 local folder_script = {}
@@ -44,8 +45,9 @@ end
 local function compiler_of(path, texts)
   local environment, modules = setmetatable({}, { __index = _G, __newindex = _G }), {}
   local function compile(name)
-    local chunk, message = loadstring(texts[name], ("@%s/scripts/%s"):format(path, name))
-    if not chunk then failure.raise(1, message) end
+    local file = ("%s/scripts/%s"):format(path, name)
+    local chunk, message = loadstring(texts[name], "@" .. file)
+    if not chunk then failure.raise(1, script.syntax_error(file, texts[name], message)) end
     return setfenv(chunk, environment)
   end
   rawset(environment, "require", function(name)
@@ -75,11 +77,11 @@ function folder_script.run(path, run, trust, why)
     refuse("%s: %s, and a script of a run folder runs with your rights: read %s/scripts, then allow"
       .. " it with --trust", path, why, path)
   end
-  local script, texts = checked(path, run)
+  local name, texts = checked(path, run)
   local compile = compiler_of(path, texts)
-  local file = ("%s/scripts/%s"):format(path, script)
+  local file = ("%s/scripts/%s"):format(path, name)
   rawset(_G, "arg", { [0] = file })
-  return compile(script)(), file
+  return compile(name)(), file
 end
 
 return folder_script

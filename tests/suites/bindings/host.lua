@@ -68,10 +68,17 @@ suite:test("--version, --help and a command's --help end with status 0", functio
   end
 end)
 
-suite:test("a syntax error names file, line and cause, status 1", function(t)
+suite:test("a syntax error shows file, line, cause and the text of the line, status 1", function(t)
   local status, output = process.script(t:folder(), "local x = 1\n\nx = = 2\n")
   t:equal(status, 1)
-  t:equal(output, "limax: script.lua:3: unexpected symbol near '='\n")
+  t:equal(output, "limax: script.lua:3: unexpected symbol near '='\n  3 | x = = 2\n")
+  local folder = t:folder()
+  process.write(folder .. "/helper.lua", "return {\n  a = 1\n  b = 2,\n}\n")
+  process.write(folder .. "/main.lua", 'require "helper"\n')
+  status, output = process.run(folder, { "main.lua" })
+  t:equal(status, 1)
+  t:equal(output, "limax: ./helper.lua:3: '}' expected (to close '{' at line 1) near 'b'\n"
+    .. "  3 |   b = 2,\n")
 end)
 
 suite:test("an error is followed by a traceback of the script's own lines, status 1", function(t)
