@@ -14,7 +14,7 @@ local view = require "limax.engine.view"
 
 local C = abi.C
 local class = object.class("population", "population")
-local methods = class.__index
+local methods = class.methods
 
 local WEIGHTS = { "stiffness", "amplitude", "phase" }
 local IS_WEIGHT = { stiffness = true, amplitude = true, phase = true }
@@ -103,7 +103,7 @@ end
 ---@return limax.view [x][y][z]
 function methods:voxels(i)
   local handle, robot = object.entry("population:voxels", self, class, i)
-  local n, data = self.lattice, voxels_of(handle, "population:voxels") + robot * self.voxels_each
+  local n, data = self.extent, voxels_of(handle, "population:voxels") + robot * self.voxels_each
   return view.new(self, "voxels", "uint8_t", data, { n[1], n[2], n[3] },
     { strides = { 1, n[1], n[1] * n[2] }, life = self.bodies_life })
 end
@@ -116,7 +116,7 @@ end
 function methods:text(i, letters)
   local handle, robot = object.entry("population:text", self, class, i)
   schema.demand(schema.string, letters, "population:text: letters")
-  local n = self.lattice
+  local n = self.extent
   local all = ffi.new("char[?]", C.LIMAX_MAX_MATERIALS, letters)
   local size = (n[1] + 1) * n[2] * n[3] + n[3]
   local out = ffi.new("char[?]", size)
@@ -134,7 +134,7 @@ end
 ---@return limax.view [3][x][y][z]
 function methods:weights(i)
   local handle, robot = object.entry("population:weights", self, class, i)
-  local n, each = self.lattice, self.voxels_each
+  local n, each = self.extent, self.voxels_each
   local data = weights_of(handle, "population:weights") + 3 * robot * each
   return view.new(self, "weights", "float", data, { 3, n[1], n[2], n[3] },
     { strides = { each, 1, n[1], n[1] * n[2] }, life = self.bodies_life })
@@ -168,7 +168,7 @@ function methods:set_body(i, voxels, weights, table_of_materials)
   local each = self.voxels_each
   -- read everything before writing anything, so that an error changes nothing
   local new_voxels, new_weights = ffi.new("uint8_t[?]", each), ffi.new("float[?]", 3 * each)
-  write_voxels(new_voxels, "voxels", voxels, self.lattice, material_reader(table_of_materials))
+  write_voxels(new_voxels, "voxels", voxels, self.extent, material_reader(table_of_materials))
   if view.is_view(weights) then
     weights = { stiffness = weights[1], amplitude = weights[2], phase = weights[3] }
   end
@@ -182,7 +182,7 @@ function methods:set_body(i, voxels, weights, table_of_materials)
       for voxel = 1, each do all[voxel] = own end
       own = all
     end
-    write_voxels(new_weights + (w - 1) * each, "weights." .. name, own, self.lattice, read_weight)
+    write_voxels(new_weights + (w - 1) * each, "weights." .. name, own, self.extent, read_weight)
   end
   ffi.copy(voxels_of(handle, "population:set_body") + robot * each, new_voxels, each)
   ffi.copy(weights_of(handle, "population:set_body") + 3 * robot * each, new_weights,

@@ -8,7 +8,7 @@ local schema = require "limax.engine.schema"
 
 local C = abi.C
 local class = object.class("device", "device")
-local methods = class.__index
+local methods = class.methods
 
 -- a device holds threads, so it counts for several handles
 local WEIGHT = 16
@@ -44,7 +44,8 @@ local function device(name, options)
     return C.limax_device_create(name, threads, options.isa, out)
   end, { name = name }, WEIGHT)
   local description = self:describe()
-  self.kind, self.threads = description.kind, description.threads
+  object.set(self, "kind", description.kind)
+  object.set(self, "threads", description.threads)
   return self
 end
 

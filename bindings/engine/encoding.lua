@@ -9,7 +9,7 @@ local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
 
 local class = object.class("encoding", "encoding")
-local methods = class.__index
+local methods = class.methods
 
 -- lengths and counts of the interface are 32-bit
 local MOST = 2147483647
@@ -63,8 +63,9 @@ local function encoding(options)
   o.seed = schema.uint64(options.seed or 1, "encoding.seed")
   local self = object.make(class, "encoding",
     function(out) return C.limax_encoding_create(o, out) end,
-    { lattice = lattice, features_count = o.features })
-  self.genes = C.limax_encoding_genes(self.handle)
+    { lattice = lattice, features_count = o.features,
+      voxels = lattice[1] * lattice[2] * lattice[3] })
+  object.set(self, "genes", C.limax_encoding_genes(self.handle))
   return self
 end
 
@@ -80,9 +81,8 @@ end
 ---@return limax.view [2 feature][voxel], voxel = 1 + x + nx (y + ny z) with x, y, z from 0
 function methods:features()
   local handle = object.handle("encoding:features", self, class)
-  local lattice = self.lattice
   return view.new(self, "an encoding's features", "float", C.limax_encoding_features(handle),
-    { 2 * self.features_count, lattice[1] * lattice[2] * lattice[3] })
+    { 2 * self.features_count, self.voxels })
 end
 
 return { class = class, encoding = encoding, genome_rules = genome_rules }

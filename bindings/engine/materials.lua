@@ -12,7 +12,7 @@ local suggest = require "limax.engine.suggest"
 
 local C = abi.C
 local class = object.class("material table", "materials")
-local methods = class.__index
+local methods = class.methods
 
 ---@class limax.materials : limax.object
 ---@field count integer with the empty one
@@ -39,8 +39,8 @@ local SCHEMA = "limax.materials/1"
 
 local function make(create)
   local self = object.make(class, nil, create)
-  self.count = C.limax_materials_count(self.handle)
-  self.name = ffi.string(C.limax_materials_name(self.handle))
+  object.set(self, "count", C.limax_materials_count(self.handle))
+  object.set(self, "name", ffi.string(C.limax_materials_name(self.handle)))
   return self
 end
 

@@ -1,6 +1,6 @@
 --- object.lua: what every object over a C handle shares: a handle that `:free()` or the garbage
---- collector ends, a life whose stamp tells views that their data are gone, and errors for freed
---- objects.
+--- collector ends, a life whose stamp tells views that their data are gone, errors for freed
+--- objects, and fields that scripts cannot change: memory is read by their sizes.
 
 local ffi = require "ffi"
 local abi = require "limax.engine.abi"
@@ -30,6 +30,15 @@ end
 -- the metatable of every class, as a set
 local classes = {}
 
+-- The key of an object's fields. The object itself is empty, so that every assignment is noticed.
+local FIELDS = {}
+
+--- Sets a field of an object.
+---@param self limax.object
+---@param name string
+---@param value any
+function object.set(self, name, value) rawget(self, FIELDS)[name] = value end
+
 ---@class limax.object
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
@@ -45,8 +54,8 @@ function shared:free(why)
   if not self.handle then return end
   ffi.gc(self.handle, nil)
   self.end_handle(self.handle)
-  self.handle = nil
-  self.freed = fault.where()
+  object.set(self, "handle", nil)
+  object.set(self, "freed", fault.where())
   why = why or ("its %s was freed"):format(self.kind_name)
   object.end_views(self.life, why)
   if self.bodies_life then object.end_views(self.bodies_life, why) end
@@ -62,20 +71,29 @@ function object.require(what, value, class)
   if type(value) == "table" and getmetatable(value) == class then return end
   local came = type(value)
   local other = came == "table" and getmetatable(value)
-  if other and type(other.__index) == "table" then came = other.__index.kind_name or came end
-  fault.raise(("%s: expected %s, got %s"):format(what, with_article(class.__index.kind_name),
+  if classes[other] then came = other.methods.kind_name end
+  fault.raise(("%s: expected %s, got %s"):format(what, with_article(class.methods.kind_name),
     came == "nil" and "nil" or with_article(came)))
 end
 
 --- A class: a metatable whose methods include `:free()`.
 ---@param kind_name string the word for it in messages
 ---@param c_name string of its C type and functions: "population" for limax_population
----@return table class methods go into class.__index
+---@return table class methods go into class.methods
 function object.class(kind_name, c_name)
-  local class = { __index = strict.methods(kind_name, { kind_name = kind_name, free = shared.free,
-    end_handle = abi.C["limax_" .. c_name .. "_free"] }) }
-  class.result = ffi.typeof("limax_" .. c_name .. " *[1]")
+  local methods = strict.methods(kind_name, { kind_name = kind_name, free = shared.free,
+    end_handle = abi.C["limax_" .. c_name .. "_free"] })
+  local class = { methods = methods, result = ffi.typeof("limax_" .. c_name .. " *[1]") }
   classes[class] = true
+  function class.__index(self, key)
+    local value = rawget(self, FIELDS)[key]
+    if value == nil then return methods[key] end
+    return value
+  end
+  function class.__newindex(_, key)
+    fault.raise(("%s: the fields of %s are read-only; keep your own values in a table of your own")
+      :format(tostring(key), with_article(kind_name)))
+  end
   function class.__tostring(self) return self.handle and kind_name or "freed " .. kind_name end
   return class
 end
@@ -89,12 +107,13 @@ end
 ---@return table
 function object.make(class, what, make, fields, weight)
   memory.collect(weight)
-  local out, self = class.result(), fields or {}
+  local out = class.result()
   abi.check(make(out), what)
+  fields = fields or {}
   -- the C function itself: the finaliser table would keep a closure, and so its owner, alive
-  self.handle = ffi.gc(out[0], class.__index.end_handle)
-  self.life = object.life()
-  return setmetatable(self, class)
+  fields.handle = ffi.gc(out[0], class.methods.end_handle)
+  fields.life = object.life()
+  return setmetatable({ [FIELDS] = fields }, class)
 end
 
 --- The handle of `value`, which must be an object of `class` that is not freed.

@@ -15,7 +15,7 @@ local view = require "limax.engine.view"
 
 local C = abi.C
 local class = require "limax.engine.bodies"
-local methods = class.__index
+local methods = class.methods
 
 -- counts of the interface are 32-bit
 local MOST = 2147483647
@@ -67,6 +67,8 @@ local function population(options)
   end, {
     count = count, genes = coder and coder.genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
+    -- what memory is read by: a script may change the list `lattice`
+    extent = { lattice[1], lattice[2], lattice[3] },
     -- of the material table that bodies were last read by
     materials_count = tonumber(C.LIMAX_MAX_MATERIALS),
   })
@@ -129,7 +131,7 @@ local function reading(self, what, table_of_materials, options, rule)
   object.handle(what, self, class)
   object.handle(what .. ": materials", table_of_materials, materials.class)
   options = schema.demand(rule, options, what)
-  self.materials_count = table_of_materials.count
+  object.set(self, "materials_count", table_of_materials.count)
   return options.require_muscle and 1 or 0, options.device
 end
 

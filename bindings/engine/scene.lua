@@ -14,7 +14,7 @@ local scripted_effect = require "limax.engine.scripted_effect"
 
 local C = abi.C
 local class = object.class("scene", "scene")
-local methods = class.__index
+local methods = class.methods
 
 -- the effect that every scene has
 local ALWAYS = "springs"

@@ -18,7 +18,7 @@ local view = require "limax.engine.view"
 
 local C = abi.C
 local class = object.class("simulation", "simulation")
-local methods = class.__index
+local methods = class.methods
 
 -- seconds of one slice of run(): short enough for progress and Ctrl-C
 local SLICE = 0.05

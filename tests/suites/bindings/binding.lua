@@ -104,6 +104,18 @@ misuse:test("of scenes, options and materials too", function(t)
     function() engine.device("cpu", { threads = false }) end)
 end)
 
+misuse:test("of fields, by which memory is read, is refused", function(t)
+  local p, scene = robots(2), engine.scene(ALL)
+  local function there(pattern, call) raises_there(t, pattern, call) end
+  for _, name in ipairs { "count", "genes", "lattice", "handle", "own" } do
+    there(name .. ": the fields of a population are read-only", function() p[name] = 1e8 end)
+  end
+  there("count: the fields of a material table", function() MATERIALS.count = 9 end)
+  there("own: the fields of a scene are read-only", function() scene.own = true end)
+  p.lattice[1] = 1e8
+  t:equal(p:voxels(1).shape, LATTICE)
+end)
+
 misuse:test("of a body changes nothing", function(t)
   local p = robots(1)
   local before, weights = p:voxels(1):table(), p:weights(1):table()

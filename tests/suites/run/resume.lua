@@ -193,11 +193,11 @@ engine.simulation = function(...)
   local robots = (...).count
   if robots > 1 then made = made + 1 end
   if os.getenv "LIMAX_TEST_BREAK" and made == 4 then
-    simulation.advance = function()
+    rawset(simulation, "advance", function()
       local text = "simulation:advance: CUDA: cuLaunchKernel failed while stepping robots: "
         .. "CUDA_ERROR_ILLEGAL_ADDRESS"
       require("limax.engine.fault").throw { kind = "device", text = text }
-    end
+    end)
   end
   return simulation
 end

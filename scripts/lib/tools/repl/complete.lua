@@ -23,7 +23,7 @@ local function add_keys(list, value, methods_only)
     for _, name in ipairs(not methods_only and rawget(class, "__fields") or {}) do
       list[#list + 1] = name
     end
-    value = rawget(class, "__index")
+    value = rawget(class, "methods") or rawget(class, "__index")
   end
 end
 

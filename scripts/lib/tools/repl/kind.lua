@@ -25,7 +25,7 @@ function kind.of(value)
   for _, mark in ipairs(marks) do
     if rawget(value, mark[2]) ~= nil and rawget(value, mark[3]) ~= nil then return mark[1] end
   end
-  local methods = rawget(class, "__index")
+  local methods = rawget(class, "methods")
   local name = type(methods) == "table" and rawget(methods, "kind_name")
   return name and "limax." .. name or nil
 end
