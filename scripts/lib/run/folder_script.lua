@@ -33,11 +33,11 @@ local function checked(path, run)
     end
     texts[name] = text
   end
-  local script = run.script
-  if not texts[script] then
+  local chosen = run.script
+  if not texts[chosen] then
     refuse("%s/config.json: run.script: expected one of the files of run.scripts", path)
   end
-  return script, texts
+  return chosen, texts
 end
 
 -- A function that compiles one of the texts. Their `require` finds these texts first, so that

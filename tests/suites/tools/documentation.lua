@@ -2,6 +2,7 @@
 --- every Lua block, command line and file name.
 
 local choice = require "limax.base.choice"
+local conversion = require "support.conversion"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local faulty_server = require "support.faulty_server"
@@ -324,6 +325,17 @@ suite:test("every command line runs", { limit = 60 }, function(t)
     count = count + run_lines(t, folder, page, "sh", "build/limax")
   end
   t:ok(count > 0)
+end)
+
+suite:test("the Python of the tutorial reads a run folder", { limit = 60 }, function(t)
+  local page, folder = "scripts/README.md", t:folder()
+  for _, block in ipairs(blocks(page, "lua")) do
+    local text = table.concat(block.lines, "\n")
+    if text:find 'name = "patient"' then write(folder .. "/patient.lua", text) end
+  end
+  completes(t, folder, small({ "run", "patient.lua", "--out", "runs/patient" }))
+  local text = table.concat(blocks(page, "python")[1].lines, "\n")
+  conversion.python(t, folder, { "numpy", "pandas" }, text)
 end)
 
 suite:test("the client example of llm/README.md runs", { limit = 60 }, function(t)
