@@ -147,9 +147,11 @@ end
 local function compute(session, experiment, options, first_run)
   local folder = session.folder
   for repetition = session.first, session.last do
-    for _, generation in ipairs(folder:generations(repetition, 0)) do
-      session.tally:add(repetition, run_files.robots(generation.text, "population"))
-    end
+    local lines = {}
+    for k, each in ipairs(folder:generations(repetition, 0)) do lines[k] = each.metrics end
+    session.tally:add_earlier(repetition, lines, function(generation)
+      return run_files.robots(folder:population_text(repetition, generation), "population")
+    end)
   end
   together.run { repetitions = session.left, at_once = session.at_once,
     on_progress = options.on_progress,

@@ -50,10 +50,19 @@ local function rebuilt(run, line, ledger, records, engine_population)
     ranked = metrics.rank(records), evaluations = line.evaluations })
 end
 
--- Adds an entry to the history.
+-- Reads the text of a population file again.
+local function reader(folder, line)
+  return function() return folder:population_text(line.repetition, line.generation) end
+end
+
+-- Adds an entry to the history. `text` gives the text of its population file.
 local function remember(run, line, ledger, text, robots)
+  local before = run.history[#run.history]
+  local same = before and materials.equal(run.last_fields, line.materials)
+  run.last_fields = line.materials
   local entry = history.entry { metrics = line, ledger = ledger, text = text, population = robots,
-    materials = materials.with(run.first_materials, line.materials):table(),
+    materials = same and before.materials
+      or materials.with(run.first_materials, line.materials):table(),
     build = function(records) return rebuilt(run, line, ledger, records) end }
   run.history[#run.history + 1] = entry
   run.evaluations = run.evaluations + line.evaluations
@@ -70,7 +79,8 @@ function record.write(run, robots)
   line.materials = materials.fields(robots.materials)
   line.best_standard = standard_score(run, robots)
   local text = history.encode(robots.records)
-  local entry = remember(run, line, robots.ledger, text, robots)
+  local entry = remember(run, line, robots.ledger,
+    run.folder and reader(run.folder, line) or function() return text end, robots)
   if run.folder then
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, text = text,
@@ -87,15 +97,16 @@ function record.read(run, folder)
   local scores_valid = folder:scores_valid(run.repetition)
   for _, kept in ipairs(folder:generations(run.repetition, history.genomes_kept)) do
     local line, robots = kept.metrics, nil
+    local text = reader(folder, line)
     if kept.genomes then
       robots = rebuilt(run, line, kept.ledger,
-        run_files.robots(kept.text, "generation " .. line.generation), run:new_robots())
+        run_files.robots(text(), "generation " .. line.generation), run:new_robots())
       robots.engine:set_genomes(kept.genomes)
       robots.engine:express(robots.materials, { require_muscle = run.config.genome.require_muscle,
         device = run.device })
       if not scores_valid then robots.scored_with = EARLIER end
     end
-    remember(run, line, kept.ledger, kept.text, robots)
+    remember(run, line, kept.ledger, text, robots)
     run.upcoming = robots
   end
 end

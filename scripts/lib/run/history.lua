@@ -1,6 +1,6 @@
 --- history.lua: what supervisors read: one entry per scored generation. All of it stays readable
---- except traces and the genomes of older generations: an old entry keeps the text of its
---- population file and builds the robots from it on demand.
+--- except traces and the genomes of older generations: an old entry builds its robots on demand
+--- from its population file, which stays in memory only where the run has no folder.
 
 local host = require "limax.host"
 local run_files = require "limax.settings.run_files"
@@ -46,11 +46,12 @@ function history.encode(records)
 end
 
 --- An entry: the fields of the generation's metrics line, its ledger record and materials, and
---- `.population`, either in memory or rebuilt from `text` by `build(records)` on demand.
+--- `.population`, either in memory or rebuilt from `text()` by `build(records)` on demand.
 ---@param parts table metrics, ledger, materials, text, build; population while it is in memory
 ---@return limax.generation
 function history.entry(parts)
-  local entry = {}
+  -- not `parts` itself, which would keep every population in memory
+  local entry, text, build = {}, parts.text, parts.build
   for name, value in pairs(parts.metrics) do
     if name ~= "schema" then entry[name] = value end
   end
@@ -59,7 +60,7 @@ function history.entry(parts)
     if key ~= "population" then return nil end
     local population = rebuilt[self]
     if not population then
-      population = parts.build(run_files.robots(parts.text, "generation " .. entry.generation))
+      population = build(run_files.robots(text(), "generation " .. entry.generation))
       rebuilt[self] = population
     end
     return population

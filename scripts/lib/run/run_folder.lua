@@ -332,13 +332,19 @@ function Folder:read_generation(repetition, generation, ending)
   return text, path
 end
 
+--- The text of a population file that is complete.
+---@return string
+function Folder:population_text(repetition, generation)
+  self:settle()
+  return (self:read_generation(repetition, generation, ".jsonl"))
+end
+
 ---@class limax.run_folder.generation
 ---@field metrics table its line
 ---@field ledger table its record
----@field text string its population file
 ---@field genomes string|nil float32 [robot][gene], for the newest ones
 
---- Everything that is kept of one repetition, generation by generation.
+--- What is kept of one repetition, generation by generation.
 ---@param genomes_kept integer number of newest generations with their genomes
 ---@return limax.run_folder.generation[]
 function Folder:generations(repetition, genomes_kept)
@@ -350,8 +356,7 @@ function Folder:generations(repetition, genomes_kept)
     if line.repetition == repetition then
       local ledger = ledgers[line.generation]
       ledger.schema, ledger.repetition, ledger.generation = nil, nil, nil
-      list[#list + 1] = { metrics = line, ledger = ledger,
-        text = self:read_generation(repetition, line.generation, ".jsonl") }
+      list[#list + 1] = { metrics = line, ledger = ledger }
     end
   end
   for k = math.max(1, #list - genomes_kept + 1), #list do

@@ -33,15 +33,14 @@ function Tally:add_warning(text)
   self.fitness_message = self.fitness_message or text:match "gets no score: ([^\n]+)"
 end
 
---- Adds one generation's records. An elite was counted when it was bred.
-function Tally:add(repetition, records)
+function Tally:count(reason, robots)
+  self.failed = self.failed + robots
+  self.counts[reason] = (self.counts[reason] or 0) + robots
+end
+
+-- Keeps the best robots.
+local function rank(self, repetition, records)
   for _, record in ipairs(records) do
-    if record.origin ~= "elite" then self.robots = self.robots + 1 end
-    if record.status ~= "done" and record.reason then
-      local reason = failure_of(record)
-      self.failed = self.failed + 1
-      self.counts[reason] = (self.counts[reason] or 0) + 1
-    end
     local name = repetition .. ":" .. record.id
     local row = self.listed[name]
     if record.fitness and row then
@@ -58,6 +57,41 @@ function Tally:add(repetition, records)
   for k = #self.best, most_rows + 1, -1 do
     self.listed[self.best[k].repetition .. ":" .. self.best[k].id] = nil
     self.best[k] = nil
+  end
+end
+
+--- Adds one generation's records. An elite was counted when it was bred.
+function Tally:add(repetition, records)
+  for _, record in ipairs(records) do
+    if record.origin ~= "elite" then self.robots = self.robots + 1 end
+    if record.status ~= "done" and record.reason then self:count(failure_of(record), 1) end
+  end
+  rank(self, repetition, records)
+end
+
+--- Adds the generations of a repetition that were done before a resume: numbers of failures from
+--- their metrics, and robots from the generations of the best champions only.
+---@param lines table[] of metrics.jsonl
+---@param read fun(generation: integer): table[] records
+function Tally:add_earlier(repetition, lines, read)
+  local first, seen = {}, {}
+  for _, line in ipairs(lines) do
+    self.robots = self.robots + line.evaluations
+    for name, robots in pairs(line.failed) do
+      if robots > 0 then self:count(name == "fitness" and "by fitness" or name, robots) end
+    end
+    local champion = line.champion.id
+    if not seen[champion] then
+      seen[champion] = true
+      first[#first + 1] = line
+    end
+  end
+  table.sort(first, function(a, b)
+    if a.best ~= b.best then return a.best > b.best end
+    return a.generation < b.generation
+  end)
+  for k = 1, math.min(#first, most_rows) do
+    rank(self, repetition, read(first[k].generation))
   end
 end
 
