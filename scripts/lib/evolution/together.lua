@@ -5,6 +5,7 @@
 
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local history = require "limax.run.history"
 local host = require "limax.host"
 
 local together = {}
@@ -27,7 +28,7 @@ function together.at_once(device, population)
 end
 
 ---@class limax.together.member a repetition that has begun
----@field repetition integer
+---@field run limax.run
 ---@field thread thread
 ---@field simulation limax.simulation|nil that it waits for; nil when it has ended
 ---@field spring_steps number of that simulation, when it was last advanced
@@ -38,6 +39,7 @@ local function continue(member)
   if not resumed then error(value, 0) end -- an interrupt, which nothing catches
   local ended = coroutine.status(member.thread) == "dead"
   if ended and not value then failure.raise_again(problem, trace) end
+  if ended then history.release(member.run.history) end
   member.simulation, member.spring_steps = not ended and value or nil, 0
 end
 
@@ -61,7 +63,7 @@ end
 ---@field begin fun(repetition: integer): limax.run made with `wait = together.wait`
 ---@field on_progress fun(state: table) steps of steps_total are generations; spring_rate
 
---- Runs repetitions to their ends.
+--- Runs repetitions to their ends, and frees the robots of each.
 function together.run(options)
   local active, left, springs, seconds = {}, { unpack(options.repetitions) }, 0, 0
 
@@ -79,7 +81,7 @@ function together.run(options)
       local repetition = table.remove(left, 1)
       local run = options.begin(repetition)
       local members = { unpack(active) }
-      members[#members + 1] = { repetition = repetition,
+      members[#members + 1] = { run = run,
         thread = coroutine.create(function() return failure.attempt(run.finish, run) end) }
       keep_waiting(members)
     end

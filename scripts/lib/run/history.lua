@@ -67,14 +67,22 @@ function history.entry(parts)
   end })
 end
 
+-- Drops the population of an entry.
+local function drop(entry)
+  local population = entry and rawget(entry, "population")
+  if not population then return end
+  entry.population = nil
+  population.engine:free()
+end
+
 --- Drops the population of the generation that is now too old for its genomes to be kept.
 ---@param list table[]
-function history.forget(list)
-  local old = list[#list - history.genomes_kept]
-  local population = old and rawget(old, "population")
-  if not population then return end
-  old.population = nil
-  population.engine:free()
+function history.forget(list) drop(list[#list - history.genomes_kept]) end
+
+--- Drops all populations of a repetition that has ended.
+---@param list table[]
+function history.release(list)
+  for k = math.max(1, #list - history.genomes_kept), #list do drop(list[k]) end
 end
 
 return history

@@ -24,7 +24,7 @@ local verify = require "limax.run.verify"
 ---@field writer limax.host.writer writes files asynchronously, in order
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
----@field genomes table<integer, ffi.cdata*> of that generation, which is being written
+---@field genomes ffi.cdata*|nil of the last written generation
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
 ---@field scored_by string|nil hash of what scores its robots now
 local Folder = {}
@@ -50,7 +50,7 @@ local function locked(path, config)
   local lock, message = host.file.lock(path)
   if not lock then failure.raise(1, message) end
   local self = setmetatable({ path = path, config = config, lock = lock,
-    writer = host.file.writer(), pending = {}, jobs = {}, genomes = {},
+    writer = host.file.writer(), pending = {}, jobs = {},
     bytes = {} }, Folder)
   for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
   self.scored_by = run_configuration.scored_by(config)
@@ -167,8 +167,9 @@ function Folder:write_generation(written)
   -- one generation of a repetition is being written at a time, with its genomes
   self:check(self.writer:wait(self.jobs[repetition] or 0))
   local robots = written.engine
-  local genomes = robots:genomes_array(self.genomes[repetition])
-  self.genomes[repetition] = genomes
+  -- the writer copies the array
+  local genomes = robots:genomes_array(self.genomes)
+  self.genomes = genomes
   local function place(kind, ending)
     return run_folder.place(repetition, kind, generation, ending)
   end
