@@ -9,7 +9,7 @@ local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
 local command = {
-  summary = "write one page about runs: curves, robots in 3D, parameters, lineage, cost",
+  summary = "write one page about runs: curves, robots in 3D, comparison, lineage, cost",
   usage = "limax report RUN... [options]",
   text = [[
 Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
@@ -21,7 +21,7 @@ read as they are. With --figures the figures of a paper are written instead: SVG
     { name = "out", argument = "FILE", text = "write the page there" },
     { name = "figures", argument = "DIR",
       text = "write figures for print there; no page without --out" },
-    { name = "no-robots", text = "leave robots out: nothing is simulated" },
+    { name = "no-robots", text = "leave robots and the comparison out: nothing is simulated" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the robots for their replays" },
   },

@@ -113,6 +113,7 @@
       dispatchEvent(new Event("beforeprint"));
       document.documentElement.classList.remove("scripted");
       const visible = (selector) => all(selector).filter((each) => each.getBoundingClientRect().width > 0).length;
+      seen.shown = all(".figure-row").length;
       seen.plain = { robots: visible(".robots"), curves: visible("figure.chart polyline"), strips: visible(".figure-row svg") };
     } catch (problem) {
       seen.problems.push(String(problem.stack));

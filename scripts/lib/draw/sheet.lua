@@ -221,15 +221,17 @@ function Sheet:render(kind, options, first)
 end
 
 --- The SVG text of a simulated robot whose "position" was recorded.
----@param options? { title?: string, prefix?: string } prefix: see canvas.lua
+---@param options? { title?: string, facts?: string, prefix?: string } prefix: see canvas.lua;
+--- `facts`: to be shown before the distance, without the title, which the caller shows
 function sheet.film_strip(robot, options)
   options = options or {}
   local film = motion.of(robot, sheet.evenly(robot:duration(), sheet.POSES))
   local title, speed = options.title or "robot", robot:speed()
+  local heading = options.facts or title
   local facts = ("%.3f m in %.4g s: %.3f m/s, %.2f body lengths per second"):format(
     robot:distance(), robot:duration(), speed, speed / robot:length())
   local drawn = sheet.new({ film }, { view = view.of.side, width = STRIP.width,
-    text = STRIP.text, most = STRIP.row, title = title, facts = facts, track = true })
+    text = STRIP.text, most = STRIP.row, title = heading, facts = facts, track = true })
   return drawn:render("svg", { title = title, prefix = options.prefix })
 end
 

@@ -157,6 +157,10 @@ suite:test("axes: decades, their labels, and places between", function(t)
   local texts = {}
   for _, tick in ipairs(x.ticks) do texts[#texts + 1] = tick.text end
   t:equal(texts, { "10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1" })
+  for _, tick in ipairs(axis.new({ label = "bodies", linear = true, whole = true },
+    { 13, 15 }).ticks) do
+    t:equal(tick.value % 1, 0)
+  end
   local y = axis.new({ label = "1", linear = true, low = 0, high = 1, reversed = true }, {})
   t:near(y.place(0.25), 0.75)
 end)

@@ -105,6 +105,22 @@ suite:test("several runs become arms side by side, and their differences", { lim
     t:ok(page:find("median of n = 2 runs per arm; band: lowest to highest of 2.", 1, true))
     t:ok(page:find("Fields in which the configurations differ", 1, true))
     t:ok(page:find('<th scope="row">supervisor</th><td>&quot;fixed&quot;</td>', 1, true))
+    t:equal(select(2, page:gsub('label="ancestors of the champion of %l+, seed %d, arrow', "")), 2)
+  end)
+
+suite:test("the report has the comparison, and equal robots are shown once", { limit = 20 },
+  function(t)
+    local base = t:folder()
+    for _, name in ipairs { "fixed", "rules" } do
+      run(("%s/%s"):format(base, name), { supervisor = name, generations = 1 })
+    end
+    report(t, base, { "fixed", "rules", "--out", "all.html" })
+    local page = source.read(base .. "/all.html")
+    t:ok(page:find("too few runs for any claim", 1, true))
+    t:equal(select(2, page:gsub('class="figure%-row"', "")), 1)
+    t:ok(page:find("film strip of fixed, generation 0 and rules, generation 0",
+      1, true))
+    t:ok(page:find("last champion of fixed, lowest layer first", 1, true))
   end)
 
 suite:test("a curve ends with the first repetition that ends, bands are left out of many arms",

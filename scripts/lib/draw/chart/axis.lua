@@ -58,8 +58,9 @@ local function round_step(range, count)
   return 10 * power
 end
 
-local function linear(low, high)
+local function linear(low, high, whole)
   local step, ticks = round_step(high - low, 5), {}
+  if whole then step = math.max(step, 1) end
   for k = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) do
     -- + 0: no "-0"
     ticks[#ticks + 1] = { at = (k * step - low) / (high - low), value = k * step,
@@ -71,9 +72,10 @@ local function linear(low, high)
 end
 
 --- An axis that holds all `values`. A logarithmic one leaves out values up to 0 and spans half a
---- decade at least; `low` and `high` fix an end, `reversed` puts the high end first.
+--- decade at least; `low` and `high` fix an end, `reversed` puts the high end first, and a linear
+--- axis of `whole` numbers has ticks at whole numbers only.
 ---@param options { label: string, linear: boolean|nil, low: number|nil, high: number|nil,
---- reversed: boolean|nil, text: nil|fun(value: number): string }
+--- whole: boolean|nil, reversed: boolean|nil, text: nil|fun(value: number): string }
 ---@param values number[]
 ---@return limax.chart.axis
 function axis.new(options, values)
@@ -92,7 +94,7 @@ function axis.new(options, values)
     local room = math.max(1.25, math.sqrt(10 ^ 0.5 / (high / low)))
     low, high = options.low or low / room, options.high or high * room
   end
-  local place, ticks = (options.linear and linear or logarithmic)(low, high)
+  local place, ticks = (options.linear and linear or logarithmic)(low, high, options.whole)
   if options.reversed then
     local forwards = place
     place = function(value) return 1 - forwards(value) end

@@ -27,7 +27,7 @@ local MANY = 200
 ---@class limax.chart.band
 ---@field points number[][] { x, low, high }
 ---@field color string
----@field opacity number|nil 0.16
+---@field opacity number|nil of a band without lines along its ends
 ---@field name string|nil for tables of the numbers
 
 ---@class limax.chart.panel
@@ -87,15 +87,21 @@ local function values_of(spec, k)
   return values
 end
 
--- What lies between the lows and the highs of a band.
-local function draw_band(place, band)
+-- What lies between the lows and the highs of a band. Several that overlap mix their colours, so
+-- that their ends are lines and what is between is faint.
+local function draw_band(place, band, several)
   local outline, count = {}, #band.points
   if count < 2 then return end
   for k, point in ipairs(band.points) do
     outline[k] = place:at { point[1], point[3] }
     outline[2 * count + 1 - k] = place:at { point[1], point[2] }
   end
-  place.canvas:polygon(outline, { fill = band.color, fill_opacity = band.opacity or 0.16 })
+  place.canvas:polygon(outline, { fill = band.color,
+    fill_opacity = band.opacity or several and 0.07 or 0.16 })
+  if band.opacity or not several then return end
+  for _, ends in ipairs { { unpack(outline, 1, count) }, { unpack(outline, count + 1) } } do
+    place.canvas:path(ends, { stroke = band.color, width = 0.9, opacity = 0.6 })
+  end
 end
 
 local function draw_axes(place, far_left)
@@ -295,7 +301,8 @@ function panel.draw(canvas, spec, box)
     place:text(box.left + 8, box.top + 33, spec.note, { fill = ink.faint })
   end
   draw_axes(place, box.left)
-  for _, band in ipairs(spec.bands or {}) do draw_band(place, band) end
+  local bands = spec.bands or {}
+  for _, band in ipairs(bands) do draw_band(place, band, #bands > 1) end
   -- room of texts that the names of points must not cross
   local taken = {}
   if spec.floor then draw_floor(place, spec.floor, taken) end

@@ -12,7 +12,7 @@ charts.MOST_ARMS = 6
 ---@class limax.report.section
 ---@field name string of its figure, and of its place on the page
 ---@field title string
----@field panels limax.chart.panel[] with a `caption` where it is not the foot
+---@field panels limax.chart.panel[] with a `caption` where the page needs one
 ---@field foot string what lines, bands and markers are
 ---@field key { marker: string, color: string, text: string }[]|nil
 
@@ -29,8 +29,7 @@ local function learning(list, label)
   end
   for k = 1, math.min(#list, charts.MOST_ARMS) do
     local panel = curves.population(list[k], label)
-    panel.caption = ("Population of %s. %s"):format(list[k].name,
-      count_text(list[k], ", the centre of each curve"))
+    panel.caption = count_text(list[k], ", the centre of each curve")
     panels[#panels + 1] = panel
   end
   return panels
@@ -48,8 +47,6 @@ local function supervision(list)
   for k = 1, math.min(#list, charts.MOST_ARMS) do
     for _, path in ipairs((parameters.fields { list[k] })) do
       local panel, setters = parameters.panel(list[k], path)
-      panel.caption = ("%s of %s. %s, as applied"):format(path, list[k].name,
-        count_text(list[k], ""))
       if #list > 1 then panel.title = ("%s: %s"):format(list[k].name, panel.title) end
       panels[#panels + 1] = panel
       for name in pairs(setters) do seen[name] = true end

@@ -97,7 +97,7 @@ function curves.over(arm, value, banded)
 end
 
 local function panel_of(title, label)
-  return { title = title, x = { label = "generation", linear = true },
+  return { title = title, x = { label = "generation", linear = true, whole = true },
     y = { label = label, linear = true }, curves = {}, bands = {} }
 end
 
@@ -183,7 +183,7 @@ end
 --- 25 % to the 75 % quantile; of several repetitions the centre of each.
 ---@return limax.chart.panel
 function curves.population(arm, label)
-  local panel = panel_of(arm.name, label)
+  local panel = panel_of("population of " .. arm.name, label)
   local function points_of(name)
     return (curves.over(arm, function(line) return line.quantiles and line.quantiles[name] end,
       false))
@@ -252,15 +252,15 @@ function curves.diversity(list)
     { "spread of the genes", "standard deviation (1)", "genotype" } } do
     panels[k] = curves.panel(list, row[1], row[2],
       function(line) return line.diversity.all and line.diversity.all[row[3]] end)
+    panels[k].y.whole = row[3] == "distinct"
   end
   return panels
 end
 
---- The champions' value of each number that a fitness returns beside its score, in the order of the
---- names; empty where there is none.
----@return limax.chart.panel[]
-function curves.measures(list)
-  local named, panels = {}, {}
+--- The names of the numbers that the fitness of any run returns beside its score, sorted.
+---@return string[]
+function curves.measure_names(list)
+  local named = {}
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
       for _, line in ipairs(run.lines) do
@@ -268,11 +268,16 @@ function curves.measures(list)
       end
     end
   end
-  for k, name in ipairs(choice.sorted_keys(named)) do
-    panels[k] = curves.panel(list, name .. " of the champion", name, function(line)
-      local measure = (line.measures or {})[name]
-      return measure and measure.champion
-    end)
+  return choice.sorted_keys(named)
+end
+
+--- The champions' value of each of these numbers; empty where there is none.
+---@return limax.chart.panel[]
+function curves.measures(list)
+  local panels = {}
+  for k, name in ipairs(curves.measure_names(list)) do
+    panels[k] = curves.panel(list, name .. " of the champion", name,
+      function(line) return runs.measure(line, name) end)
   end
   return panels
 end
@@ -288,11 +293,12 @@ end
 ---@return limax.chart.panel
 function curves.failures(list)
   local title = "robots without a score"
-  if #list > 1 then return curves.panel(list, title, "robots", curves.failed) end
-  local panel = panel_of(title, "robots")
-  for k, name in ipairs { "invalid", "diverged", "fitness" } do
+  local panel = #list > 1 and curves.panel(list, title, "robots", curves.failed)
+    or panel_of(title, "robots")
+  for k, name in ipairs(#list > 1 and {} or { "invalid", "diverged", "fitness" }) do
     add(panel, name, k, curves.over(list[1], function(line) return line.failed[name] end))
   end
+  panel.y.whole = true
   return panel
 end
 

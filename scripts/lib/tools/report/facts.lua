@@ -7,26 +7,14 @@ local defaults = require "limax.settings.defaults"
 local flat = require "limax.base.flat"
 local host = require "limax.host"
 local duration = require "limax.base.duration"
-local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
-local scored_robot = require "limax.robot.scored_robot"
 local tiers = require "limax.settings.tiers"
 
 local facts = {}
 
 -- Rows of proposals: enough to follow a run, few enough to scroll.
 local MOST_PROPOSALS = 200
-
--- Distance and speed of a champion, from its file; nothing where it is missing.
-local function walk_of(run, line)
-  local description = runs.description(run, line)
-  local outcome = description and description.outcome
-  if not outcome or outcome.status ~= "done" then return nil, nil end
-  local walked = scored_robot.new({ id = description.id, status = "done", outcome = outcome,
-    body = robot.of(description).body }, { options = { edge = description.edge } })
-  return walked:distance(), walked:speed()
-end
 
 local function seconds_of(run)
   local sum, parts = 0, {}
@@ -42,7 +30,11 @@ end
 ---@return string[] columns
 ---@return any[][] rows
 function facts.final(list)
-  local rows = {}
+  local rows, measures = {}, curves.measure_names(list)
+  local columns = { "arm", "seed", "repetition", "state", "generations", "evaluations",
+    "best of generation 0", "best of the last", "best of all", "mean of the last",
+    "diversity of the last", "failed robots", "time" }
+  for _, name in ipairs(measures) do columns[#columns + 1] = name .. " of its champion" end
   for _, arm in ipairs(list) do
     for _, run in ipairs(arm.runs) do
       local first, last, failed = run.lines[1], run.lines[#run.lines], 0
@@ -51,19 +43,19 @@ function facts.final(list)
         failed = failed + curves.failed(line)
         most = math.max(most, runs.score(line) or -math.huge)
       end
-      local distance, speed = walk_of(run, last)
       local none = "-"
-      rows[#rows + 1] = { arm.name, run.seed, run.repetition, run.status.state,
+      local row = { arm.name, run.seed, run.repetition, run.status.state,
         #run.lines, run.evaluations, runs.score(first) or none, runs.score(last) or none,
         most > -math.huge and most or none, last.mean or none,
-        last.diversity.all and last.diversity.all.hamming or none, failed, distance or none,
-        speed or none, (duration((seconds_of(run)))) }
+        last.diversity.all and last.diversity.all.hamming or none, failed,
+        (duration((seconds_of(run)))) }
+      for _, name in ipairs(measures) do
+        row[#row + 1] = runs.measure(last, name) or none
+      end
+      rows[#rows + 1] = row
     end
   end
-  return { "arm", "seed", "repetition", "state", "generations", "evaluations",
-    "best of generation 0", "best of the last", "best of all", "mean of the last",
-    "diversity of the last", "failed robots", "champion's distance, m", "its speed, m/s",
-    "time" }, rows
+  return columns, rows
 end
 
 -- The parts of a generation's time, in their order.

@@ -25,8 +25,7 @@ local function draw_robots(shown, kind, millimetres)
   local count, films, names = math.floor(millimetres / POSE), {}, {}
   for k, each in ipairs(shown) do
     films[k] = motion.of(each.walked, sheet.evenly(each.walked:duration(), count))
-    names[k] = ("%s: %.2f m in %.4g s"):format(each.name, each.walked:distance(),
-      each.walked:duration())
+    names[k] = ("%s: %s"):format(each.name, each.score)
   end
   return sheet.new(films, { view = view.of.side, text = CAPITAL, names = names,
     width = math.floor(millimetres * figure.PX_PER_MM + 0.5) }):render(kind,

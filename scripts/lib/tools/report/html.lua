@@ -69,15 +69,18 @@ end
 
 --- A chart as a figure: SVG, its numbers as JSON for the script, and as a table.
 ---@param drawn limax.chart.inline
-function html.figure(drawn, caption)
-  local name = html.escaped(caption)
+---@param title string that the chart shows
+---@param caption? string what else is to be said of it
+function html.figure(drawn, title, caption)
+  local name = html.escaped(title)
   local out = drawn.left_out > 0 and (", %d rows of %d"):format(#drawn.rows,
     #drawn.rows + drawn.left_out) or ""
   return ('<figure class="chart"><div class="scroll" tabindex="0" role="group" aria-label="%s,'
-    .. ' arrow keys read its numbers">%s</div><output aria-live="polite"></output><figcaption>%s'
-    .. '</figcaption><script type="application/json">%s</script>%s</figure>\n'):format(name,
-    drawn.svg, name, html.json(drawn.data),
-    html.details("numbers" .. out, html.table(drawn.columns, drawn.rows, caption)))
+    .. ' arrow keys read its numbers">%s</div><output aria-live="polite"></output>%s'
+    .. '<script type="application/json">%s</script>%s</figure>\n'):format(name, drawn.svg,
+    caption and "<figcaption>" .. html.escaped(caption) .. "</figcaption>" or "",
+    html.json(drawn.data),
+    html.details("numbers" .. out, html.table(drawn.columns, drawn.rows, title)))
 end
 
 -- The source of a script or style in a content policy.

@@ -70,9 +70,10 @@ function lineage.of(run)
 end
 
 --- The ancestors as a panel.
+---@param title string
 ---@param label string of the fitness
 ---@return limax.chart.panel
-function lineage.panel(ancestors, line, label)
+function lineage.panel(ancestors, line, title, label)
   local function points(robots)
     local list = {}
     for _, robot in ipairs(robots) do
@@ -80,8 +81,8 @@ function lineage.panel(ancestors, line, label)
     end
     return list
   end
-  return { title = "ancestors of the last champion",
-    x = { label = "generation in which it first appeared", linear = true },
+  return { title = title,
+    x = { label = "generation in which it first appeared", linear = true, whole = true },
     y = { label = label, linear = true }, curves = {
       { title = "ancestors", points = points(ancestors), color = "#8c9198", dash = "none",
         marker = "ring" },

@@ -5,26 +5,34 @@ local body_picture = require "limax.draw.body_picture"
 local chart = require "limax.draw.chart.figure"
 local charts = require "limax.tools.report.charts"
 local choice = require "limax.base.choice"
+local compared = require "limax.tools.compare.runs"
+local engine = require "limax.engine"
 local facts = require "limax.tools.report.facts"
+local failure = require "limax.base.failure"
 local host = require "limax.host"
 local html = require "limax.tools.report.html"
 local inline = require "limax.draw.chart.inline"
 local lineage = require "limax.tools.report.lineage"
+local outcome = require "limax.tools.compare.outcome"
 local parameters = require "limax.tools.report.parameters"
 local robots = require "limax.tools.report.robots"
 local runs = require "limax.tools.report.runs"
+local tables = require "limax.tools.compare.tables"
+local verdict = require "limax.tools.compare.verdict"
 
 local page = {}
 
 -- Letters of a body that is shown in letters.
 local MOST_LETTERS = 1000
+-- Letters of a line of the comparison.
+local COMPARISON = 120
 -- mm, of a key of markers
 local KEY_WIDTH = 150
 -- More folders than these are counted, not listed; the table of results has all.
 local MOST_LISTED = 6
 
 local function figure(panel, caption)
-  return html.figure(inline.draw(panel, caption), caption)
+  return html.figure(inline.draw(panel, panel.title), panel.title, caption)
 end
 
 local function section(id, title, ...)
@@ -77,7 +85,7 @@ local function charted(each, list)
   local figures, key, below = {}, "", BELOW[each.name]
   if #each.panels == 0 and not below then return "" end
   for k, panel in ipairs(each.panels) do
-    figures[k] = figure(panel, panel.caption or panel.title)
+    figures[k] = figure(panel, panel.caption)
   end
   if each.key and #each.key > 0 then
     key = ('<figure class="chart key">%s</figure>\n'):format(chart.draw("svg",
@@ -95,23 +103,32 @@ local function accuracy(folders)
       .. " known after limax bench accuracy has run with this processor and build."))
 end
 
-local function ancestry(run, label)
+-- The ancestors of the best run's champion of an arm.
+local function ancestors_of(arm, label)
+  local run = runs.leading(arm.runs)
+  local title = runs.title(arm, run)
   local ancestors, line = lineage.of(run)
   if #ancestors == 0 then
-    return section("lineage", "Lineage of the champion",
-      note "The population files do not contain the champion's ancestors.")
+    return note(title .. ": the population files do not contain the champion's ancestors.")
   end
   local rows = {}
   for k, robot in ipairs(line) do
     rows[k] = { robot.generation, robot.id, robot.fitness or "-",
       table.concat(robot.parents, " and "), robot.body.voxels, robot.body.hash }
   end
-  local caption = ("Ancestors of the champion of %s, repetition %d: %d robots; line: better"
-    .. " parents"):format(run.path, run.repetition, #ancestors)
-  return section("lineage", "Lineage of the champion",
-    figure(lineage.panel(ancestors, line, label), caption),
+  local panel = lineage.panel(ancestors, line, "ancestors of the champion of " .. title, label)
+  return ("<div>%s%s</div>\n"):format(
+    figure(panel, ("%d robots; line: better parents"):format(#ancestors)),
     html.details(("the line of better parents: %d robots"):format(#line), html.table(
       { "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, "Better parents")))
+end
+
+local function ancestry(list, label)
+  local parts = {}
+  for k = 1, math.min(#list, charts.MOST_ARMS) do parts[k] = ancestors_of(list[k], label) end
+  return section("lineage", #list == 1 and "Lineage of the champion" or "Lineage of champions",
+    note "Of each arm, the run whose last champion is the best.", '<div class="charts">',
+    table.concat(parts), "</div>\n")
 end
 
 local function configuration(folders)
@@ -160,12 +177,30 @@ function page.letters(run, title, style)
     materials = materials } }, style), body_picture.legend(materials, style)
 end
 
-local function letters(run)
-  local layers, legend = page.letters(run, "champion, lowest layer first",
+-- Text as it is, that can be scrolled.
+local function plain(text, label)
+  return ('<pre tabindex="0" role="region" aria-label="%s">%s</pre>\n'):format(label,
+    html.escaped(text))
+end
+
+-- What `limax compare` prints about these arms, or why it cannot; nothing of a single one.
+local function comparison(folders, list, options)
+  if #list < 2 or options.robots == false then return "" end
+  local fine, text = failure.attempt(function()
+    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"))
+    return tables.text(verdict.compare(list, outcomes),
+      { color = false, ascii = true, width = COMPARISON })
+  end)
+  return section("comparison", "Comparison", fine and plain(text, "the output of limax compare")
+    or note("limax compare: " .. failure.bare(text)))
+end
+
+local function letters(arm, run)
+  local layers, legend = page.letters(run,
+    ("last champion of %s, lowest layer first"):format(runs.title(arm, run)),
     { color = false, ascii = true, width = 100 })
   if not layers then return "" end
-  return ('<pre tabindex="0" role="region" aria-label="the champion in letters">%s\n\n%s</pre>\n')
-    :format(html.escaped(layers), html.escaped(legend))
+  return plain(layers .. "\n\n" .. legend, "the champion in letters")
 end
 
 -- ---- the page -----------------------------------------------------------------------------------
@@ -221,9 +256,9 @@ end
 function page.text(folders, options)
   options = options or {}
   local list, why = runs.arms(folders)
-  local all = {}
+  local all, arm_of = {}, {}
   for _, arm in ipairs(list) do
-    for _, run in ipairs(arm.runs) do all[#all + 1] = run end
+    for _, run in ipairs(arm.runs) do all[#all + 1], arm_of[run] = run, arm end
   end
   local label, words = page.fitness_label(folders)
   local leading, title = runs.leading(all), title_of(all)
@@ -233,12 +268,14 @@ function page.text(folders, options)
   local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
-      why and note("Each run is an arm of its own, since " .. why) or "", letters(leading)),
+      why and note("Each run is an arm of its own, since " .. why) or "",
+      letters(arm_of[leading], leading)),
     shown.body == "" and "" or section("robots", "Robots", shown.body) }
+  if not why then sections[3] = comparison(folders, list, options) end
   for _, each in ipairs(charts.of(list, label)) do
     sections[#sections + 1] = charted(each, list)
   end
-  for _, text in ipairs { accuracy(folders), ancestry(leading, label), configuration(folders),
+  for _, text in ipairs { accuracy(folders), ancestry(list, label), configuration(folders),
     not_in_paper(folders) } do
     sections[#sections + 1] = text
   end

@@ -93,7 +93,7 @@ end
 ---@return table<string, boolean> seen setters, and "clamped"
 function parameters.panel(arm, path)
   local panel = { title = path:gsub("^materials%.", ""), curves = {},
-    x = { label = "generation", linear = true },
+    x = { label = "generation", linear = true, whole = true },
     y = { label = parameters.label(path), linear = true } }
   local value_of, by_setter, seen = parameters.reader(path), {}, {}
   for _, run in ipairs(arm.runs) do

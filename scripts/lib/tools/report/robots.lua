@@ -35,34 +35,64 @@ local function chosen(list)
   for k = 1, math.min(#list, MOST - 1) do
     local run = runs.leading(list[k].runs)
     -- arms of the same seed begin alike: of many, one of generation 0 is enough
-    if all or k == 1 then picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[1] } end
+    if (all or k == 1) and #run.lines > 1 then
+      picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[1] }
+    end
     picks[#picks + 1] = { arm = list[k], run = run, line = run.lines[#run.lines] }
   end
   return picks
 end
 
 ---@class limax.report.shown one robot
----@field name string
+---@field name string of all champions that are this robot
+---@field score string its fitness, and what else the fitness returned
 ---@field walked limax.scored_robot
 ---@field description limax.robot.description
 
---- The champions that a report shows, simulated again. Those that cannot be are left out, and `say`
---- gets the reason.
+-- "rules, generation 0 and generation 9"
+local function name_of(picks)
+  local texts, before = {}, nil
+  for k, pick in ipairs(picks) do
+    local title = runs.title(pick.arm, pick.run)
+    texts[k] = ("%sgeneration %d"):format(title == before and "" or title .. ", ",
+      pick.line.generation)
+    before = title
+  end
+  return table.concat(texts, " and ")
+end
+
+-- The picks in groups of equal robots. A file that cannot be read is a group of its own.
+local function distinct(picks)
+  local groups, by_key = {}, {}
+  for _, pick in ipairs(picks) do
+    local description = runs.description(pick.run, pick.line)
+    local key = description and host.json.encode { description.voxels, description.weights,
+      description.materials } or {}
+    if not by_key[key] then
+      by_key[key] = {}
+      groups[#groups + 1] = by_key[key]
+    end
+    table.insert(by_key[key], pick)
+  end
+  return groups
+end
+
+--- The champions that a report shows, simulated again; equal ones are shown once. Those that cannot
+--- be simulated are left out, and `say` gets the reason.
 ---@return limax.report.shown[]
 function robots.simulate(list, options)
   local shown = {}
-  for _, pick in ipairs(chosen(list)) do
-    local path = runs.champion(pick.run, pick.line)
-    local name = ("%s, %sgeneration %d"):format(pick.arm.name, #pick.arm.runs > 1
-      and ("repetition %d, "):format(pick.run.repetition) or "", pick.line.generation)
+  for _, picks in ipairs(distinct(chosen(list))) do
+    local run, line, name = picks[1].run, picks[1].line, name_of(picks)
     local fine, walked, why, walker = failure.attempt(function()
-      local read = robot(path)
+      local read = robot(runs.champion(run, line))
       local simulated, reason = motion.simulate(read, { device = options.device })
       return simulated, reason, read
     end)
     if not fine then walked, why = nil, failure.bare(walked) end
     if walked then
-      shown[#shown + 1] = { name = name, walked = walked, description = walker.description }
+      shown[#shown + 1] = { name = name, score = runs.score_text(run, line), walked = walked,
+        description = walker.description }
     elseif options.say then
       options.say(("%s is not shown: %s"):format(name, why))
     end
@@ -94,8 +124,8 @@ local function viewer(shown)
   local parts = { '<div class="robots">\n', CONTROLS, '<div class="views">\n' }
   for _, each in ipairs(shown) do
     local walked = each.walked
-    local about = ("%.3f m in %.4g s, %.3f m/s"):format(walked:distance(), walked:duration(),
-      walked:speed())
+    local about = ("%s; moved %.3f m in %.4g s, %.3f m/s"):format(each.score, walked:distance(),
+      walked:duration(), walked:speed())
     local words = world.words(world.of(walked.context.scene))
     if words ~= "" then about = about .. "; " .. words end
     parts[#parts + 1] = ('<div class="view"><h3>%s</h3><canvas tabindex="0" role="img" '
@@ -115,9 +145,10 @@ function robots.section(list, options)
   if #shown == 0 then return { body = "", scripts = {} } end
   local strips = {}
   for k, each in ipairs(shown) do
-    strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">%s</figure>'
-      .. "\n"):format(html.escaped(each.name), sheet.film_strip(each.walked,
-      { title = each.name, prefix = ("strip%d-"):format(k) }))
+    local name = html.escaped(each.name)
+    strips[k] = ('<figure class="figure-row" tabindex="0" aria-label="film strip of %s">'
+      .. "<h3>%s</h3>%s</figure>\n"):format(name, name, sheet.film_strip(each.walked,
+      { title = each.name, facts = each.score, prefix = ("strip%d-"):format(k) }))
   end
   local folder, parts, scripts = robots.javascript(), {}, {}
   if folder then

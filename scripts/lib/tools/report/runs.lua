@@ -32,6 +32,7 @@ runs.STUDY = "study.json"
 ---@field evaluations integer so far, `before` included
 ---@field before integer evaluations that a study spent on tuning
 ---@field arm string|nil its name in a study
+---@field donor string|nil whose parameters it repeats: "parameters of random"
 
 ---@class limax.report.folder
 ---@field path string
@@ -48,6 +49,14 @@ local function lines_of(path, kind)
     table.insert(by_repetition[line.repetition], line)
   end
   return by_repetition
+end
+
+-- The supervisor whose parameters a run repeats, as its ledger names it.
+local function donor_of(ledger)
+  local line = ledger and ledger[2] or {}
+  local donor = arms.REPEATS[line.supervisor]
+    and (line.reason or ""):match "repetition %d+ of .+ %(([%w_]+)%)"
+  return donor and "parameters of " .. donor or nil
 end
 
 --- Is this path a run folder?
@@ -73,7 +82,8 @@ function runs.read(path)
     table.insert(folder.runs, { path = path, name = config.name,
       config = config, seed = tostring(config.seed), repetition = repetition,
       status = folder.status, lines = metrics[repetition], ledger = ledger[repetition] or {},
-      timing = timing[repetition] or {}, evaluations = evaluations, before = 0 })
+      timing = timing[repetition] or {}, evaluations = evaluations, before = 0,
+      donor = donor_of(ledger[repetition]) })
   end
   return folder
 end
@@ -88,7 +98,8 @@ local function add_study(list, word, whole)
     local folder = begun and runs.read(word .. "/" .. entry.path)
     if not begun or folder.status.state ~= "done" then missing = missing + 1 end
     for _, run in ipairs(begun and folder.runs or {}) do
-      run.arm, run.donor, run.before = entry.arm, entry.donor, entry.tuning_evaluations or 0
+      run.arm, run.before = entry.arm, entry.tuning_evaluations or 0
+      run.donor = entry.donor or run.donor
       run.evaluations = run.evaluations + run.before
     end
     list[#list + 1] = folder or nil
@@ -166,6 +177,44 @@ function runs.leading(list)
     if score and (not best or score > best) then found = run end
   end
   return found
+end
+
+--- An arm's name, and of several runs what distinguishes this one: "rules, seed 2".
+---@param arm limax.report.arm
+function runs.title(arm, run)
+  local text, seeds, repetitions = arm.name, false, false
+  for _, other in ipairs(arm.runs) do
+    seeds = seeds or other.seed ~= run.seed
+    repetitions = repetitions or other.repetition ~= run.repetition
+  end
+  if seeds then text = ("%s, seed %s"):format(text, run.seed) end
+  return repetitions and ("%s, repetition %d"):format(text, run.repetition) or text
+end
+
+--- A number that the fitness returned beside the champion's score; nil if it has none.
+---@param line table of metrics
+---@param name string
+---@return number|nil
+function runs.measure(line, name)
+  local measure = (line.measures or {})[name]
+  return measure and measure.champion
+end
+
+--- The score of a generation's champion with its unit, and what else the fitness returned.
+---@param line table of metrics
+---@return string "height 0.277 m"
+function runs.score_text(run, line)
+  local stored = run.config.fitness
+  local unit = runs.fitness_words(stored)
+  local name = type(stored) == "table" and stored.name or stored
+  local parts, score = {}, runs.score(line)
+  parts[1] = ("%s %s%s"):format(unit and name or "fitness", score and ("%.3g"):format(score) or "-",
+    unit and unit ~= "1" and " " .. unit or "")
+  for _, measure in ipairs(choice.sorted_keys(line.measures or {})) do
+    local value = runs.measure(line, measure)
+    parts[#parts + 1] = value and ("%s %.3g"):format(measure, value) or nil
+  end
+  return table.concat(parts, ", ")
 end
 
 --- The robot file of a generation's champion.
