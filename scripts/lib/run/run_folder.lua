@@ -241,12 +241,7 @@ end
 ---@return string path without a slash at its end
 function run_folder.read_config(path)
   path = #path > 1 and path:gsub("/+$", "") or path
-  if not run_folder.is_run(path) then
-    failure.raise(2, ("%s is not a run folder: it has no config.json"):format(path))
-  end
-  local config = run_files.document(path .. "/config.json", "config")
-  config.hash = nil
-  return config, path
+  return run_files.config(path), path
 end
 
 --- Opens a run folder and locks it. Nothing is changed yet.

@@ -216,6 +216,20 @@ end
 ---@return table
 function run_files.document(path, kind) return checked(text_of(path), kind, path) end
 
+--- The configuration of a run folder.
+---@param folder string
+---@return table
+function run_files.config(folder)
+  local path = folder .. "/config.json"
+  if host.file.exists(path) ~= "file" then
+    failure.raise(2, folder .. " is not a run folder: it has no config.json")
+  end
+  local config = run_files.document(path, "config")
+  -- of the file, for `sealed`
+  config.hash = nil
+  return config
+end
+
 -- The objects of a text with one on each line, and the text of each.
 local function objects(content, kind, path, check)
   local lines, texts = {}, {}

@@ -5,8 +5,8 @@
 local choice = require "limax.base.choice"
 local engine = require "limax.engine"
 local host = require "limax.host"
+local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
-local source = require "limax.base.source"
 
 local donor = {}
 
@@ -30,25 +30,14 @@ donor.options = {
 
 local function fail(options, text) engine.fail(("supervisor: %s: %s"):format(options.run, text)) end
 
-local function json_of(options, name)
-  local value, message = source.read_json(options.run .. "/" .. name)
-  if value == nil then fail(options, "is not a run folder: " .. tostring(message)) end
-  return value
-end
-
 -- The lines of one repetition, by generation.
-local function lines_of(options, name)
-  local path = options.run .. "/" .. name
-  local text, message = source.read(path)
-  if not text then fail(options, tostring(message)) end
-  local lines = {}
-  for line in text:gmatch "[^\n]+" do
-    local value, problem = host.json.decode(line, path)
-    if not value then fail(options, tostring(problem)) end
-    if value.repetition == options.repetition then lines[value.generation] = value end
+local function lines_of(options, kind)
+  local lines, path = {}, ("%s/%s.jsonl"):format(options.run, kind)
+  for _, line in ipairs((run_files.lines(path, kind))) do
+    if line.repetition == options.repetition then lines[line.generation] = line end
   end
   if not lines[0] then
-    fail(options, ("has no repetition %d in %s"):format(options.repetition, name))
+    fail(options, ("has no repetition %d in %s.jsonl"):format(options.repetition, kind))
   end
   return lines
 end
@@ -56,11 +45,12 @@ end
 --- The run that `options` name; raises where it cannot be used.
 ---@param options { run: string, repetition: integer }
 function donor.read(options)
-  local config, status = json_of(options, "config.json"), json_of(options, "STATUS")
+  local config = run_files.config(options.run)
+  local status = run_files.document(options.run .. "/STATUS", "status")
   if status.state ~= "done" then
-    fail(options, ("is not done (%s)"):format(tostring(status.state)))
+    fail(options, ("is not done (%s)"):format(status.state))
   end
-  local metrics, ledger = lines_of(options, "metrics.jsonl"), lines_of(options, "ledger.jsonl")
+  local metrics, ledger = lines_of(options, "metrics"), lines_of(options, "ledger")
   local settings = {}
   for generation = 1, #metrics do
     settings[generation] = { parameters = metrics[generation].parameters,

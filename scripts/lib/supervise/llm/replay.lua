@@ -6,6 +6,7 @@ local exchange = require "limax.supervise.llm.exchange"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local prompt = require "limax.supervise.llm.prompt"
+local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
 local supervisor = require "limax.supervise.llm.supervisor"
 local transcript = require "limax.supervise.llm.transcript"
@@ -21,8 +22,7 @@ local function raise(text, ...) failure.raise(2, 'supervisor "replay": ' .. text
 
 -- The recorded run's options that determine the questions.
 local function recorded_options(folder, options)
-  local config, message = source.read_json(folder .. "/config.json")
-  if not config then raise("%s is not a run folder: %s", folder, message) end
+  local config = run_files.config(folder)
   local recorded = type(config.supervisor) == "table" and config.supervisor or {}
   local merged = { prompt = options.prompt }
   for _, name in ipairs { "context", "context_tokens" } do
