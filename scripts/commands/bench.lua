@@ -7,6 +7,7 @@ local csv = require "limax.base.csv"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local source = require "limax.base.source"
 local suggest = require "limax.engine.suggest"
 
@@ -72,7 +73,7 @@ local function run(arguments)
     end
   end
   arguments.device = device
-  arguments.say = function(text) io.write(text, "\n") io.flush() end
+  arguments.say = function(text) output.write(text, "\n") io.flush() end
   local result = require("limax.tools.bench." .. name:gsub("-", "_")).run(arguments)
   result.sections = nil
   result.schema = "limax.bench/1"

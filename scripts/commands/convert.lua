@@ -80,7 +80,7 @@ local function write(files, force)
     local written, message = host.file.mkdir(source.folder_of(file[1]))
     if written then written, message = host.file.write_atomic(file[1], file[2]) end
     if not written then failure.raise(1, message) end
-    print(("%s: %d bytes"):format(file[1], #file[2]))
+    output.write(("%s: %d bytes\n"):format(file[1], #file[2]))
   end
 end
 

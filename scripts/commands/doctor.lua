@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local llm_check = require "limax.supervise.llm.check"
+local output = require "limax.base.output"
 local passes = require "limax.tools.console.passes"
 local scene_report = require "limax.tools.console.scene_report"
 local script = require "limax.base.script"
@@ -221,7 +222,7 @@ local function show(facts)
     bad = terminal.paint("FAIL", RED, style), [""] = "    ",
   }
   local function line(mark, label, value, ...)
-    print(("%s  %-13s %s"):format(marks[mark], label, value:format(...)))
+    output.write(("%s  %-13s %s\n"):format(marks[mark], label, value:format(...)))
   end
   local release = facts.build == "Release" or facts.build == "RelWithDebInfo"
   line(release and "ok" or "warn", "limax", "%s%s, %s build by %s%s", facts.version,
@@ -261,13 +262,13 @@ end
 function command.run(arguments)
   if arguments.scene then
     local facts = scene_report.gather(arguments.scene, engine.device "auto")
-    print(arguments.json and host.json.encode(facts, { indent = 2 })
-      or table.concat(scene_report.lines(facts), "\n"))
+    output.write(arguments.json and host.json.encode(facts, { indent = 2 })
+      or table.concat(scene_report.lines(facts), "\n"), "\n")
     return 0
   end
   local facts = gather(arguments.llm)
   if arguments.json then
-    print(host.json.encode(facts, { indent = 2 }))
+    output.write(host.json.encode(facts, { indent = 2 }), "\n")
   else
     show(facts)
   end

@@ -64,10 +64,10 @@ local function check(found)
     local state = verify.folder(path)
     if state.damage[1] then
       status = 1
-      io.stdout:write(("%s is damaged:\n%s\n"):format(terminal.word(path),
+      output.write(("%s is damaged:\n%s\n"):format(terminal.word(path),
         verify.text(state.damage)))
     else
-      io.stdout:write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
+      output.write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
     end
   end
   return status

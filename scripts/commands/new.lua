@@ -3,6 +3,7 @@
 
 local failure = require "limax.base.failure"
 local host = require "limax.host"
+local output = require "limax.base.output"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
@@ -38,7 +39,7 @@ function command.run(arguments)
   text = text:gsub("%f[%w]NAME%f[%W]", name)
   source.write(path, text)
   local words = arguments.suite and "test %s --update-golden" or "run %s"
-  print(("wrote %s; next: %s %s"):format(path, shell.program(),
+  output.write(("wrote %s; next: %s %s\n"):format(path, shell.program(),
     words:format(shell.quoted(path))))
 end
 

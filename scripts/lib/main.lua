@@ -29,7 +29,7 @@ end
 
 local function version()
   local commit = host.commit and ", commit " .. host.commit or ""
-  print(("limax %s%s (%s)"):format(host.version, commit, jit.version))
+  output.write(("limax %s%s (%s)\n"):format(host.version, commit, jit.version))
 end
 
 local function overview()

@@ -5,6 +5,7 @@ local experiment = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
 local start = require("limax.evolution.evolve").start
 
@@ -32,12 +33,12 @@ local function advance(run, generations)
     -- a generation that Ctrl-C interrupted is finished first
     local robots = run.upcoming == nil and run.population or next_robots()
     if not robots then
-      if done == 1 then io.write("the run has ended\n") end
+      if done == 1 then output.write("the run has ended\n") end
       break
     end
     robots:simulate():score():breed()
     local entry = run.history[#run.history]
-    io.write(("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
+    output.write(("generation %d: best %.4g, mean %.4g, %d of %d scored, %.2f s\n"):format(
       entry.generation, entry.best, entry.mean, entry.scored, #robots, host.clock() - began))
     io.flush()
   end
@@ -58,7 +59,7 @@ function evolve.evolve(what, generations)
   if not fine then
     if value == host.interrupt then
       names.remember(run)
-      io.write(("\nthe run so far is _ (generations: %d); evolve(_) continues it\n"):format(
+      output.write(("\nthe run so far is _ (generations: %d); evolve(_) continues it\n"):format(
         #run.history))
     end
     failure.raise_again(value, trace)

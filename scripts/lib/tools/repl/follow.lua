@@ -78,7 +78,7 @@ local function again(entry)
   end)
   if fine then
     entry.value = value
-    io.write("reloaded: ", entry.path, "\n")
+    output.write("reloaded: ", entry.path, "\n")
   else
     if value == host.interrupt then error(value, 0) end
     io.stdout:flush()

@@ -7,6 +7,7 @@ local experiment_fields = require "limax.tools.reference.experiment_fields"
 local failure = require "limax.base.failure"
 local kind = require "limax.tools.repl.kind"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local suggest = require "limax.engine.suggest"
 local terminal = require "limax.base.terminal"
 
@@ -166,7 +167,7 @@ function help.show(topic)
     failure.raise(1, ("no help on %q%s"):format(topic,
       nearest and ("; did you mean %q?"):format(nearest) or "; ? lists all topics"))
   end
-  io.write(table.concat(pages, "\n\n"), "\n")
+  output.write(table.concat(pages, "\n\n"), "\n")
 end
 
 return help

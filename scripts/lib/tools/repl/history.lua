@@ -3,6 +3,7 @@
 --- backslashes \\.
 
 local host = require "limax.host"
+local output = require "limax.base.output"
 local source = require "limax.base.source"
 
 local history = {}
@@ -25,7 +26,7 @@ end
 local function check(done, message)
   if done then return end
   path = nil
-  io.stderr:write("limax: the history is not saved: ", message, "\n")
+  output.warn("limax: the history is not saved: ", message, "\n")
 end
 
 -- Replaces the file by one with only the newest entries.

@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local host = require "limax.host"
 local kind = require "limax.tools.repl.kind"
 local motion = require "limax.draw.motion"
+local output = require "limax.base.output"
 local robots = require "limax.robot.robot"
 local schema = require "limax.engine.schema"
 local scored_robot = require "limax.robot.scored_robot"
@@ -47,7 +48,7 @@ local function show(path)
       return
     end
   end
-  io.write("found no program to show it (BROWSER or xdg-open)\n")
+  output.write("found no program to show it (BROWSER or xdg-open)\n")
 end
 
 --- Simulates a robot and writes six poses as an SVG file; of a robot in motion it writes the

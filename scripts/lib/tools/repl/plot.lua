@@ -2,6 +2,7 @@
 
 local array_text = require "limax.tools.repl.array_text"
 local engine = require "limax.engine"
+local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
 local terminal = require "limax.base.terminal"
 local text_plot = require "limax.draw.text_plot"
@@ -86,7 +87,7 @@ function plot.plot(values, options)
       :format(tostring(values), #shape))
   end
   local series, x, title = drawn_of(values, is_view, size.column)
-  io.write(title, text_plot.draw(series, { style = terminal.style(), rows = size.rows,
+  output.write(title, text_plot.draw(series, { style = terminal.style(), rows = size.rows,
     columns = size.columns, x = x }), "\n")
 end
 

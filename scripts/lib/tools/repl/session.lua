@@ -67,7 +67,7 @@ local function evaluate(compiled)
     local count = select("#", ...)
     if count == 0 then return end
     if (...) ~= nil then names.remember((...)) end
-    if not compiled.muted then io.write(show.values(count, ...), "\n") end
+    if not compiled.muted then output.write(show.values(count, ...), "\n") end
   end)
 end
 
@@ -92,7 +92,7 @@ end
 -- Runs a changed script while the prompt is idle.
 local function idle()
   if not follow.has_changed() then return false end
-  io.write "\n"
+  output.write "\n"
   follow.refresh()
   io.flush()
   return true
@@ -107,7 +107,7 @@ local function read(before)
     end
     return host.line_editor.read(prompt, complete, idle)
   end
-  io.write(prompt)
+  output.write(prompt)
   io.flush()
   return io.read "*l"
 end
@@ -116,9 +116,9 @@ end
 ---@return integer status
 function session.talk()
   local editor, history = host.line_editor, require "limax.tools.repl.history"
-  print(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts."):format(host.version))
+  output.write(("limax %s. ? for help, Ctrl-D ends, Ctrl-C interrupts.\n"):format(host.version))
   if not editor then
-    print("Built without libedit: lines cannot be edited (try rlwrap limax repl)")
+    output.write("Built without libedit: lines cannot be edited (try rlwrap limax repl)\n")
   end
   for _, entry in ipairs(history.open()) do
     if editor then editor.remember(entry) end
@@ -131,9 +131,9 @@ function session.talk()
       -- Ctrl-C at the prompt discards the statement
       host.signal.rearm()
       text = nil
-      io.write("\n")
+      output.write("\n")
     elseif line == nil then
-      io.write("\n")
+      output.write("\n")
       return 0
     else
       text = text and text .. "\n" .. line or line

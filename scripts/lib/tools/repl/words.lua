@@ -4,6 +4,7 @@ local engine = require "limax.engine"
 local follow = require "limax.tools.repl.follow"
 local host = require "limax.host"
 local names = require "limax.tools.repl.names"
+local output = require "limax.base.output"
 local schema = require "limax.engine.schema"
 local show = require "limax.tools.repl.show"
 
@@ -18,14 +19,14 @@ end
 --- Lists the names that were defined at the prompt, with their values.
 function words.who()
   for _, name in ipairs(names.typed()) do
-    io.write(("  %-12s %s\n"):format(name, show.line(names.get(name))))
+    output.write(("  %-12s %s\n"):format(name, show.line(names.get(name))))
   end
 end
 
 local function finish(began, ...)
   local seconds = host.clock() - began
   local unit = seconds < 1e-3 and { 1e6, "us" } or seconds < 1 and { 1e3, "ms" } or { 1, "s" }
-  io.write(("%.3g %s\n"):format(unit[1] * seconds, unit[2]))
+  output.write(("%.3g %s\n"):format(unit[1] * seconds, unit[2]))
   return ...
 end
 
