@@ -216,10 +216,14 @@ local function execute(session, experiment, arguments)
   -- everything that the engine may refuse is tried before a folder is made
   local first_run = or_refuse(2, evolve.start, experiment, options)
   if not session.folder then
-    -- named before it is made, for Ctrl-C
-    session.path = arguments.out or run_folder.next_free(config.name)
-    session.folder = run_folder.create(session.path, experiment,
-      { repetition = session.only, overrides = changes })
+    local message
+    repeat
+      -- named before it is made, for Ctrl-C; another process may take it at the same moment
+      session.path = arguments.out or run_folder.next_free(config.name)
+      session.folder, message = run_folder.take(session.path)
+    until session.folder or arguments.out
+    if not session.folder then failure.raise(2, message) end
+    session.folder:begin(experiment, { repetition = session.only, overrides = changes })
   end
   -- from here on even a hard stop prints how to continue
   host.signal.on_hard_stop("continue with: "

@@ -45,16 +45,19 @@ run_folder.resume_command = shell.resume_command
 --- Is there a run that can be continued?
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 
--- A folder that this process locks.
-local function locked(path, config)
+-- A folder that this process locks; nil and a message where another process uses it.
+local function locked(path)
   local lock, message = host.file.lock(path)
-  if not lock then failure.raise(1, message) end
-  local self = setmetatable({ path = path, config = config, lock = lock,
-    writer = host.file.writer(), pending = {}, jobs = {},
-    bytes = {} }, Folder)
+  if not lock then return nil, message end
+  local self = setmetatable({ path = path, lock = lock, writer = host.file.writer(), pending = {},
+    jobs = {}, bytes = {} }, Folder)
   for _, name in ipairs(GROWING) do self.bytes[name] = 0 end
-  self.scored_by = run_configuration.scored_by(config)
   return self
+end
+
+-- Sets the configuration under which robots are scored.
+local function configure(self, config)
+  self.config, self.scored_by = config, run_configuration.scored_by(config)
 end
 
 -- ---- writing files ------------------------------------------------------------------------------
@@ -205,6 +208,17 @@ end
 
 -- ---- a new run ----------------------------------------------------------------------------------
 
+-- What a process may leave that dies before its folder is a run.
+local BEGUN = { scripts = true, STATUS = true }
+for _, name in ipairs(GROWING) do BEGUN[name .. ".jsonl"] = true end
+
+local function is_free(path)
+  for _, name in ipairs(host.file.exists(path) and host.file.list(path) or {}) do
+    if not BEGUN[name] and not name:match "^%..*%.part$" then return false end
+  end
+  return true
+end
+
 --- The first free folder `runs/NAME-1`, `runs/NAME-2`, ...
 function run_folder.next_free(name)
   local n = 1
@@ -216,22 +230,38 @@ end
 ---@param options { repetition: integer|nil, overrides: string[]|nil }
 ---@return limax.run_folder
 function run_folder.create(path, experiment, options)
-  local kind = host.file.exists(path)
-  if kind == "file" then failure.raise(2, path .. " is a file, not a folder for a run") end
-  if kind == "folder" and #(host.file.list(path) or {}) > 0 then
-    failure.raise(2, path
-      .. " is used already; name another folder, or continue it with --resume " .. path)
+  local self, message = run_folder.take(path)
+  if not self then failure.raise(2, message) end
+  self:begin(experiment, options)
+  return self
+end
+
+--- Makes and locks a folder that `begin` makes a run; nil and a message where it is used already.
+---@return limax.run_folder|nil
+---@return string|nil
+function run_folder.take(path)
+  if host.file.exists(path) == "file" then
+    failure.raise(2, path .. " is a file, not a folder for a run")
   end
   local ok, message = host.file.mkdir(path)
   if not ok then failure.raise(2, message) end
+  local self
+  self, message = locked(path)
+  if not self or is_free(path) then return self, message end
+  self:close()
+  return nil, path .. " is used already; name another folder, or continue it with --resume " .. path
+end
+
+--- Writes what a run begins with into a folder that was just taken.
+---@param options { repetition: integer|nil, overrides: string[]|nil }
+function Folder:begin(experiment, options)
   local config, scripts = run_configuration.of(experiment, options)
-  local self = locked(path, config)
+  configure(self, config)
   self:write_scripts(scripts)
   for _, name in ipairs(GROWING) do self:write(name .. ".jsonl", "") end
   self:status "running"
   -- last: a folder with a configuration is a run
   self:write("config.json", sealed_json(config))
-  return self
 end
 
 -- ---- continuing a run ---------------------------------------------------------------------------
@@ -249,7 +279,10 @@ end
 function run_folder.open(path)
   local config
   config, path = run_folder.read_config(path)
-  return locked(path, config)
+  local self, message = locked(path)
+  if not self then failure.raise(1, message) end
+  configure(self, config)
+  return self
 end
 
 -- Removes files of generations after `last`, and what a killed process was writing; nothing in a
@@ -274,17 +307,17 @@ end
 ---@param from? integer the last generation to keep
 function Folder:continue(config, scripts, changed, from)
   cut(self, from)
-  self.scored_by = run_configuration.scored_by(config)
+  local before = self.config
+  configure(self, config)
   if not changed then return end
   local n = 1
   while host.file.exists(("%s/config-%d.json"):format(self.path, n)) do n = n + 1 end
-  self:write(("config-%d.json"):format(n), sealed_json(self.config))
+  self:write(("config-%d.json"):format(n), sealed_json(before))
   if host.file.exists(self.path .. "/scripts") then
     self:check(host.file.rename(self.path .. "/scripts", ("%s/scripts-%d"):format(self.path, n)))
   end
   self:write_scripts(scripts)
   self:write("config.json", sealed_json(config))
-  self.config = config
 end
 
 --- Was the newest generation of a repetition scored as the run scores now?

@@ -125,3 +125,15 @@ suite:test("a file that is removed while the run goes on fails the run", functio
   t:equal(done.status, 1)
   t:ok(done.stderr:find("g0001.npy is gone: something else removed it", 1, true), done.stderr)
 end)
+
+suite:test("a folder that a killed process began is used; a taken name is left to the other",
+  function(t)
+    local folder = make(t)
+    host.file.mkdir(folder .. "/begun/scripts")
+    write(folder .. "/begun/STATUS", "{}\n")
+    process.completes(t, folder, { "run", "tiny.lua", "-q", "--out", "begun" })
+    local words = { "run", "tiny.lua", "-q" }
+    local first, second = process.start(folder, words), process.start(folder, words)
+    t:equal({ first:finish() == 0, second:finish() == 0 }, { true, true })
+    t:ok(host.file.exists(folder .. "/runs/tiny-2"))
+  end)
