@@ -21,7 +21,8 @@ end
 
 --- Simulates a robot read from a file exactly as it was scored: same scene, settings and materials,
 --- and, on the same build and kind of device, the same score to the bit. A file does not hold a
---- fitness that is a function of a script: pass that function.
+--- fitness that is a function of a script: pass that function, for instance from the copy of the
+--- script in the run folder: `fitness = dofile("runs/mine-1/scripts/mine.lua").fitness.call`.
 ---@param options? { fitness?: any, device?: string|limax.device }
 ---@return limax.scored_robot robot its `fitness` is set
 ---@return number|nil score the one in the file
@@ -34,7 +35,10 @@ function Robot:replay(options)
   local replayed = self:simulate { device = options.device }
   local spec = options.fitness or fitness_of(description.fitness)
   if spec == nil and description.fitness ~= nil then
-    engine.fail "replay: its fitness is a function of a script: replay { fitness = that_function }"
+    local own = description.fitness["function"] or {}
+    engine.fail(('replay: its fitness is the function at %s:%s, which a robot file does not hold;'
+      .. ' pass it: replay { fitness = dofile("RUN/scripts/%s").fitness.call }, where RUN is the'
+      .. ' folder of the run'):format(own.file, own.first_line, own.file))
   end
   if spec ~= nil and replayed.status == "done" then
     local extra

@@ -99,32 +99,16 @@ end
 
 function Folder:make_folder(name) self:check(host.file.mkdir(self.path .. "/" .. name)) end
 
--- Refuses a folder from which something was removed while the run went on.
-function Folder:require_present()
-  for _, name in ipairs(GROWING) do
-    local file = name .. ".jsonl"
-    local size = #(source.read(self.path .. "/" .. file) or "")
-    if size ~= self.bytes[name] then
-      self:check(false, ("%s/%s has %d bytes, and %d were written: something else changed it while"
-        .. " the run went on"):format(self.path, file, size, self.bytes[name]))
-    end
-  end
-  for _, row in ipairs(self:lines "hashes") do
-    for _, place in pairs(verify.FILES) do
-      local file = run_folder.place(row.repetition, place[1], row.generation, place[2])
-      self:check(host.file.exists(self.path .. "/" .. file), ("%s/%s is gone: something else"
-        .. " removed it while the run went on"):format(self.path, file))
-    end
-  end
-end
-
 --- Writes STATUS: the state of the run.
 ---@param state "running"|"done"|"interrupted"|"failed"
 function Folder:status(state, message)
   -- a run is done only with everything on disk
   if state == "failed" or state == "interrupted" then self.writer:wait() else self:settle() end
   self:update_checkpoint()
-  if state == "done" then self:require_present() end
+  if state == "done" then
+    local missing = verify.missing(self.path, self.bytes)
+    self:check(not missing, missing)
+  end
   local at = self.checkpoint or {}
   self:check(host.file.write_atomic(self.path .. "/STATUS", json { schema = "limax.status/1",
     state = state, message = message, repetition = at.repetition, generation = at.generation }))

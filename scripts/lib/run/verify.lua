@@ -193,6 +193,31 @@ function verify.folder(path)
   return state
 end
 
+--- What is not there any longer of a run that has ended; nil where everything is there. Looks at
+--- names and sizes only.
+---@param bytes table<string, integer> of the files that grow
+---@return string|nil message
+function verify.missing(path, bytes)
+  local hashes
+  for _, name in ipairs(verify.GROWING) do
+    local text = source.read(("%s/%s.jsonl"):format(path, name)) or ""
+    if #text ~= bytes[name] then
+      return ("%s/%s.jsonl has %d bytes, and %d were written: something else changed it while the"
+        .. " run went on"):format(path, name, #text, bytes[name])
+    end
+    if name == "hashes" then hashes = text end
+  end
+  for _, line in ipairs(whole_lines(hashes)) do
+    local row = host.json.decode(line)
+    for _, place in pairs(verify.FILES) do
+      local file = verify.place(row.repetition, place[1], row.generation, place[2])
+      if not host.file.exists(path .. "/" .. file) then
+        return ("%s/%s is gone: something else removed it while the run went on"):format(path, file)
+      end
+    end
+  end
+end
+
 -- Longest list that a message shows.
 local MOST_SHOWN = 12
 

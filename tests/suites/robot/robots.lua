@@ -6,6 +6,7 @@ local body = require "limax.robot.body"
 local body_picture = require "limax.draw.body_picture"
 local sheet = require "limax.draw.sheet"
 local host = require "limax.host"
+local process = require "support.process"
 local robot_file = require "limax.robot.robot_file"
 local source = require "limax.base.source"
 local terminal = require "limax.base.terminal"
@@ -180,14 +181,20 @@ files:test("a scored robot and a champion's file replay to the same score", func
 end)
 
 files:test("a fitness that is a function is passed to replay", function(t)
-  local path, law = t:folder() .. "/robot.json", function(robot) return 3 * robot:distance() end
-  local experiment = limax.experiment { fitness = law, lattice = { 2, 2, 2 },
-    simulation = { duration = 0.2, settle = 0 }, population = 4, generations = 1 }
-  local population = limax.start(experiment):generations()()
-  population:score()
-  population[population.ranked[1]]:save(path)
-  t:raises("replay { fitness = that_function }", function() limax.robot(path):replay() end)
-  local replayed, score = limax.robot(path):replay { fitness = law }
+  local folder = t:folder()
+  assert(host.file.write_atomic(folder .. "/own.lua", [[
+    local limax = require "limax"
+    return limax.experiment { lattice = { 2, 2, 2 }, simulation = { duration = 0.2, settle = 0 },
+      population = 4, generations = 1, repetitions = 1,
+      fitness = function(robot) return 3 * robot:distance() end }
+  ]]))
+  process.completes(t, folder, { "run", "own.lua", "-q", "--out", "run" })
+  local champion = limax.robot(folder .. "/run/r01/champions/g0000.json")
+  local text = 'dofile("RUN/scripts/own.lua").fitness.call'
+  t:raises("the function at own.lua:4", function() champion:replay() end)
+  t:raises(text, function() champion:replay() end)
+  local law = assert(loadstring("return " .. text:gsub("RUN", folder .. "/run")))()
+  local replayed, score = champion:replay { fitness = law }
   t:same_bits(replayed.fitness, score)
   t:raises("no scene of its own", function() limax.robot({ voxels = "e" }):replay() end)
 end)
