@@ -15,13 +15,16 @@ local command = {
 Each RUN is a run folder, or the folder of a study. The page is one file that opens from disk and
 loads nothing: report.html in the folder of the first RUN, or where --out says. Runs in progress are
 read as they are. With --figures the figures of a paper are written instead: SVG and PDF of 85 and
-175 mm, and the numbers drawn as CSV.]],
+175 mm, and the numbers drawn as CSV. The comparison of several arms needs --trust where the fitness
+is a function of a script, as `limax compare` does.]],
   positional = { least = 1, name = "RUN" },
   options = {
     { name = "out", argument = "FILE", text = "write the page there" },
     { name = "figures", argument = "DIR",
       text = "write figures for print there; no page without --out" },
     { name = "no-robots", text = "leave robots and the comparison out: nothing is simulated" },
+    { name = "trust",
+      text = "run the scripts of the run folders where the comparison needs them" },
     { name = "device", argument = "NAME", choices = { "auto", "cpu", "cuda" }, value = "cpu",
       text = "that simulates the robots for their replays" },
   },
@@ -33,6 +36,7 @@ function command.run(arguments)
   for _, folder in ipairs(folders) do any = any or #folder.runs > 0 end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
   local options = { device = arguments.device, robots = not arguments.no_robots,
+    trust = arguments.trust,
     say = function(line) output.warn(line, "\n") end }
   if arguments.figures then
     local names = figures.write(arguments.figures, folders, (page.fitness_label(folders)), options)

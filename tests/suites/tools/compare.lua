@@ -104,7 +104,8 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
 ]])
   for k = 1, 2 do
     write("helper.lua", "return { value = %d }", 6 + k)
-    process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" .. k, "--set", "seed=" .. k })
+    process.completes(t, base, { "run", "own.lua", "-q", "--out", "r" .. k, "--set",
+      "supervisor=" .. (k == 1 and "fixed" or "random") })
   end
   host.file.remove(base .. "/executed")
   local function refused(text, ...)
@@ -115,9 +116,16 @@ return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, g
   end
   refused "r1: its fitness is a function of its script, which scores the champions again, and a "
   local done = process.completes(t, base, { "compare", "r1", "r2", "--trust", "--json" })
-  local outcomes = host.json.decode(done.stdout).arms[1].runs
-  t:equal({ outcomes[1].outcome, outcomes[2].outcome }, { 7, 8 })
+  local compared = host.json.decode(done.stdout).arms
+  t:equal({ compared[1].runs[1].outcome, compared[2].runs[1].outcome }, { 7, 8 })
 
+  host.file.remove(base .. "/executed")
+  for _, trust in ipairs { false, "--trust" } do
+    process.completes(t, base, { "report", "r1", "r2", "--out", "x.html", trust or nil })
+    t:equal(host.file.exists(base .. "/executed"), trust and "file" or nil)
+    local refusal = process.read(base .. "/x.html"):find("allow it with --trust", 1, true)
+    t:equal(refusal == nil, trust ~= false)
+  end
   host.file.remove(base .. "/executed")
   write("r1/scripts/helper.lua", "return { value = 1000 }")
   refused("r1/scripts/helper.lua is not the script that ran: its SHA-256 differs from "

@@ -187,7 +187,8 @@ end
 local function comparison(folders, list, options)
   if #list < 2 or options.robots == false then return "" end
   local fine, text = failure.attempt(function()
-    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"))
+    local outcomes = outcome.measure(compared.of(folders), engine.device(options.device or "cpu"),
+      { trust = options.trust })
     return tables.text(verdict.compare(list, outcomes),
       { color = false, ascii = true, width = COMPARISON })
   end)
