@@ -266,12 +266,12 @@ function page.text(folders, options)
   local columns, rows = facts.final(list)
   local shown = options.robots == false and { body = "", scripts = {} }
     or robots.section(list, options)
+  local bodies = shown.body .. letters(arm_of[leading], leading)
   local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
-      why and note("Each run is an arm of its own, since " .. why) or "",
-      letters(arm_of[leading], leading)),
-    shown.body == "" and "" or section("robots", "Robots", shown.body) }
+      why and note("Each run is an arm of its own, since " .. why) or ""),
+    bodies == "" and "" or section("robots", "Robots", bodies) }
   if not why then sections[3] = comparison(folders, list, options) end
   for _, each in ipairs(charts.of(list, label)) do
     sections[#sections + 1] = charted(each, list)
