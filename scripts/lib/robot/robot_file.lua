@@ -116,6 +116,19 @@ local letters = schema.list(schema.text("[^%s]+", "a line of letters"),
 
 local optional, required = settings.optional, schema.required
 
+-- The settings and the rates of the traces, which an experiment has in two tables.
+local function simulation_rule(value, path)
+  if type(value) ~= "table" then return schema.table(value, path) end
+  local own = {}
+  for name, entry in pairs(value) do own[name] = name ~= "record" and entry or nil end
+  local _, message = settings.simulation(own, path)
+  if not message and value.record ~= nil then
+    message = select(2, settings.record(value.record, path .. ".record"))
+  end
+  if message then return nil, message end
+  return value
+end
+
 local check_fields = schema.fields {
   schema = schema_rule,
   lattice = required(settings.lattice()),
@@ -124,7 +137,7 @@ local check_fields = schema.fields {
   weights = required(schema.table),
   materials = required(schema.table),
   scene = schema.table,
-  simulation = schema.table,
+  simulation = simulation_rule,
   fitness = schema.any,
   score = optional(number),
   outcome = run_files.outcome,
@@ -147,6 +160,13 @@ local function weight_rule(lattice)
   end
 end
 
+-- An object of the engine; nil, message without the place in this file.
+local function made(make, value)
+  local ok, object = pcall(make, value)
+  if ok then return object end
+  return nil, "robot." .. (tostring(object):gsub("^[^\n]-:%d+: ", ""))
+end
+
 --- Checks a decoded file as a whole; `nil, message` on the first field that is wrong.
 ---@param decoded any
 ---@return limax.robot.description|nil
@@ -161,9 +181,14 @@ function robot_file.check(decoded)
   description.weights, message = check_weights(description.weights, "robot.weights")
   if not description.weights then return nil, message end
 
-  local ok, materials = pcall(engine.materials, description.materials)
-  -- without the place in this file
-  if not ok then return nil, "robot." .. tostring(materials):gsub("^[^\n]-:%d+: ", "") end
+  local materials
+  materials, message = made(engine.materials, description.materials)
+  if message then return nil, message end
+  if description.scene then
+    local scene, refusal = made(engine.scene, description.scene)
+    if not scene then return nil, refusal end
+    scene:free()
+  end
   local size
   size, message = body.measure_layers(description.voxels, materials)
   if not size then return nil, "robot.voxels: " .. message end

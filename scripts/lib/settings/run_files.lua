@@ -242,14 +242,30 @@ local function objects(content, kind, path, check)
   return lines, texts
 end
 
+-- The first field of a table that another one lacks, also in its tables.
+local function lacking(first, value, path)
+  for _, name in ipairs(schema.names(first, path)) do
+    local here = path .. "." .. name
+    if value[name] == nil then return here end
+    local inner = type(first[name]) == "table" and lacking(first[name], value[name], here)
+    if inner then return inner end
+  end
+end
+
 --- The lines of a file with one for each generation. A last line without its end is being written,
 --- and ignored. The generations of each repetition follow one another from 0.
 ---@param kind limax.run_files.kind
 ---@return table[] lines
 ---@return table<table, string> text_of each, with its end
 function run_files.lines(path, kind)
-  local following = {}
+  local following, first = {}, nil
   return objects(text_of(path), kind, path, function(value, where)
+    first = first or value
+    -- all generations have the same parameters and materials
+    for _, name in ipairs(kind == "metrics" and { "parameters", "materials" } or {}) do
+      local missing = lacking(first[name], value[name], name)
+      if missing then damaged(where, missing .. ": is missing; line 1 has it") end
+    end
     local expected = following[value.repetition] or 0
     if value.generation ~= expected then
       damaged(where, ("generation: expected %d, the next one of repetition %d, got %d"):format(

@@ -348,7 +348,7 @@ suite:test("unknown endings, missing files and options that do not apply are ref
     { { "robot.txt", "robot.stl" }, "robot.txt: its ending names no format" },
     { { "gone.json", "robot.stl" }, "gone.json: No such file" },
     { { "odd.json", "robot.stl" }, "odd.json: robot.", "is missing" },
-    { { "scene.json", "r.stl" }, 'scene.json: scene.gravty: unknown field' },
+    { { "scene.json", "r.stl" }, 'scene.json: robot.scene.gravty: unknown field' },
     { { "time.json", "r.stl" }, "time.json: robot.simulation.duration: expected", "got -1" },
     { { "robot.json", "r.csv" }, "robot.json: is not a run folder, which a .csv needs" },
     { { "robot.json", "r.vtu", "--edge", "8" }, "--edge is for a .stl, .obj or .3mf" },

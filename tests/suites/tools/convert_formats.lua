@@ -291,9 +291,10 @@ suite:test("a run folder is read as its champion", function(t)
 end)
 
 suite:test("a run without a generation is refused", function(t)
-  local folder = t:folder()
-  assert(host.file.mkdir(folder .. "/run"))
-  write(folder .. "/run/config.json", '{"schema": "limax.config/1"}')
+  local folder = run(t)
+  for _, name in ipairs { "metrics", "ledger", "timing" } do
+    write(("%s/run/%s.jsonl"):format(folder, name), "")
+  end
   refused(t, folder, { "run", "b.tensorboard" }, "run: no generation has been scored yet")
 end)
 
