@@ -29,9 +29,9 @@ function terminal.utf8(text)
   return pcall(host.json.encode, text) and text or (text:gsub("[\128-\255]", "?"))
 end
 
---- A text of a file or a folder's name: no control character reaches a terminal.
+--- A text of a file or a folder's name on one line, with control characters shown.
 function terminal.word(text)
-  return (terminal.utf8(text):gsub("%c", "?"):gsub("\194[\128-\159]", "?"))
+  return (terminal.shown(text):gsub("[\n\t]", " "))
 end
 
 --- The visible width of a text: escape sequences count 0, a UTF-8 letter 1.

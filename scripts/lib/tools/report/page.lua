@@ -250,6 +250,7 @@ end
 ---@class limax.report.options
 ---@field device? string|limax.device that simulates the robots for their replays
 ---@field robots? boolean false leaves robots out
+---@field trust? boolean may scripts of the run folders run, for the comparison?
 ---@field say? fun(text: string)
 
 --- The text of a report.
