@@ -101,7 +101,7 @@ suite:test("without a compiler a kernel for any lattice gives the same bits",
       local environment = cache_in(folder) .. (" LATTICE='%s' LIMAX_KERNELS="):format(lattice)
       local compiled = simulate(t, folder, environment .. "compiled")
       local served = simulate(t, folder, environment .. "ahead-of-time")
-      t:equal({ compiled.form, served.form }, { "alone", "any lattice" })
+      t:equal({ compiled.form, served.form }, { "one robot", "any lattice" })
       t:equal({ compiled.origin, served.origin }, { "compiled", "ahead of time" })
       t:equal(served.hash, compiled.hash)
     end

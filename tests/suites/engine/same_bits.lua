@@ -64,7 +64,7 @@ for _, edge in ipairs { 5, 8 } do
     check_slices(t, WALK, hollow(lattice), t.precision)
   end)
 
-  suite:test(named "alone and in a large population", { devices = devices }, function(t)
+  suite:test(named "singly and in a large population", { devices = devices }, function(t)
     -- more than a GPU holds at once
     local count = t.device.kind == "cpu" and 16 or edge == 5 and 4096 or 600
     local function run(population, mask)
@@ -129,11 +129,11 @@ for _, edge in ipairs { 5, 8 } do
 end
 
 suite:test("simulations that advance together keep their bits", { devices = "all" }, function(t)
-  local list, alone = {}, {}
+  local list, singly = {}, {}
   for k = 1, 3 do
     local population = bodies.population(materials, { 4, 4, 4 }, 4, { first = 10 * k })
-    list[k], alone[k] = begin(WALK, population, {}, t.device), begin(WALK, population, {}, t.device)
-    alone[k]:run()
+    list[k], singly[k] = begin(WALK, population, {}, t.device), begin(WALK, population, {}, t.device)
+    singly[k]:run()
   end
   local finished
   repeat
@@ -143,7 +143,7 @@ suite:test("simulations that advance together keep their bits", { devices = "all
     end
   until finished
   for k = 1, 3 do
-    for robot = 1, 4 do t:same_bits(results(list[k], robot), results(alone[k], robot)) end
+    for robot = 1, 4 do t:same_bits(results(list[k], robot), results(singly[k], robot)) end
   end
 end)
 

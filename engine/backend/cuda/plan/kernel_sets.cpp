@@ -85,7 +85,7 @@ void add_scripts(const scene& scene, kernel_set& step, kernel_set& prepare) {
 const char* name_of(kernel_form form) {
     switch (form) {
         case kernel_form::many: return "many";
-        case kernel_form::one: return "alone";
+        case kernel_form::one: return "one robot";
         case kernel_form::any_lattice: return "any lattice";
     }
     return "";
