@@ -24,7 +24,7 @@ suite:test("an effect costs its own instructions, and nothing if it is absent",
     t:near(cost["gravity,ground"] - springs, cost.gravity + cost.ground - 2 * springs,
       { atol = 0.01 * springs })
     t:ok(springs < 0.75 * cost["gravity,ground,damping,actuation"],
-      "springs without effects must cost well under a scene with every effect")
+      "springs without effects must cost well under all effects")
   end)
 
 suite:test("the order of a scene's effects changes no bit", function(t)
