@@ -132,7 +132,8 @@ suite:test("simulations that advance together keep their bits", { devices = "all
   local list, singly = {}, {}
   for k = 1, 3 do
     local population = bodies.population(materials, { 4, 4, 4 }, 4, { first = 10 * k })
-    list[k], singly[k] = begin(WALK, population, {}, t.device), begin(WALK, population, {}, t.device)
+    list[k] = begin(WALK, population, {}, t.device)
+    singly[k] = begin(WALK, population, {}, t.device)
     singly[k]:run()
   end
   local finished
