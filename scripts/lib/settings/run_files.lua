@@ -224,6 +224,11 @@ function run_files.config(folder)
   if host.file.exists(path) ~= "file" then
     failure.raise(2, folder .. " is not a run folder: it has no config.json")
   end
+  -- reading or replacing a pipe would wait forever
+  for _, name in ipairs(host.file.list(folder) or {}) do
+    local file = folder .. "/" .. name
+    if host.file.exists(file) == "other" then damaged(file, "is not a regular file") end
+  end
   local config = run_files.document(path, "config")
   -- of the file, for `sealed`
   config.hash = nil

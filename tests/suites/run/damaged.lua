@@ -43,6 +43,8 @@ suite:test("a pipe in a folder is named, and does not stop limax list", { limit 
   t:equal(done.status, 0)
   t:ok(done.stdout:find "good +done" and done.stdout:find "bad1 +damaged", done.stdout)
   t:ok(done.stderr:find("bad1/metrics.jsonl: is not a regular file", 1, true), done.stderr)
+  done = process.ends(base, { "run", "--resume", "bad2" })
+  t:equal({ done.status, done.stderr }, { 1, "limax: bad2/STATUS: is not a regular file\n" })
 end)
 
 suite:test("a resume removes nothing behind a link", { limit = 20 }, function(t)

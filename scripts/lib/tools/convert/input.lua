@@ -6,6 +6,7 @@ local body = require "limax.robot.body"
 local defaults = require "limax.settings.defaults"
 local engine = require "limax.engine"
 local failure = require "limax.base.failure"
+local host = require "limax.host"
 local robot = require "limax.robot.robot"
 local runs = require "limax.tools.report.runs"
 local schema = require "limax.engine.schema"
@@ -27,6 +28,7 @@ function input.refuse(path, pattern, ...)
 end
 
 function input.read(path)
+  if host.file.exists(path) == "other" then input.refuse(path, "is not a regular file") end
   local file, message = io.open(path, "rb")
   if not file then failure.raise(2, message) end
   local size = file:seek "end"
