@@ -97,7 +97,7 @@ suite:test("a run that Ctrl-C interrupted continues to the same result", functio
     line((same:gsub("%%d", "2"))), leave })
   local screen = done.steps[5].lines
   local summary = screen[#screen - 2]
-  t:ok(summary:find "^the run so far is _ %(generations: %d%); evolve%(_%) continues it$", summary)
+  t:ok(summary:find "^the run so far is _ %(generations: %d+%); evolve%(_%) continues it$", summary)
   t:equal(screen[#screen - 1], "interrupted")
   t:equal(done.steps[8].lines[2], "true")
   t:equal(done.steps[9].lines[2], "true")
