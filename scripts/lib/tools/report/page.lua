@@ -118,8 +118,8 @@ local function ancestors_of(arm, label)
   end
   local panel = lineage.panel(ancestors, line, "ancestors of the champion of " .. title, label)
   return ("<div>%s%s</div>\n"):format(
-    figure(panel, ("%d robots; line: better parents"):format(#ancestors)),
-    html.details(("the line of better parents: %d robots"):format(#line), html.table(
+    figure(panel, ("robots: %d; line: better parents"):format(#ancestors)),
+    html.details(("the line of better parents, robots: %d"):format(#line), html.table(
       { "generation", "robot", "fitness", "parents", "voxels", "body" }, rows, "Better parents")))
 end
 

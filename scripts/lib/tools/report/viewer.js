@@ -13,6 +13,8 @@
   const ABOVE = 0.03;
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const views = [];
+  // draws all views in turn: a browser allows few WebGL contexts, and warns about each that has no GPU
+  let renderer;
   const state = { time: 0, playing: false, last: 0, most: 0 };
 
   // A replay: base64 of zlib of JSON. Adds the positions, [sample][mass][3].
@@ -212,7 +214,7 @@
     view.world.position.set(-path[0], -path[1], 0);
     if (replay.held) {
       const places = replay.held.flatMap((mass) => Array.from(replay.positions.slice(mass * 3, mass * 3 + 3)));
-      const dots = { color: HELD, size: 7, sizeAttenuation: false };
+      const dots = { color: HELD, size: 7 * window.devicePixelRatio, sizeAttenuation: false };
       view.world.add(new THREE.Points(geometry(places), new THREE.PointsMaterial(dots)));
     }
     view.world.traverse((thing) => { thing.frustumCulled = false; });
@@ -232,9 +234,10 @@
 
     view.camera = new THREE.PerspectiveCamera(38, 4 / 3, 0.01, 100);
     view.camera.up.set(0, 0, 1);
-    view.camera.position.set(2.5 * reach, -3.9 * reach, path[2] + 1.9 * reach);
-    view.renderer = new THREE.WebGLRenderer({ canvas: view.canvas, antialias: true, preserveDrawingBuffer: true });
-    view.renderer.shadowMap.enabled = true;
+    // farther where the body jumps
+    let far = reach;
+    for (let k = 2; k < path.length && replay.world.ground; k += 3) far = Math.max(far, reach + 0.5 * (path[k] - path[2]));
+    view.camera.position.set(2.5 * far, -3.9 * far, path[2] + 1.9 * far);
     view.controls = new THREE.OrbitControls(view.camera, view.canvas);
     view.controls.enableKeys = false;
     view.controls.minPolarAngle = 0.05;
@@ -293,18 +296,19 @@
   }
 
   function draw(view) {
-    const width = view.canvas.clientWidth;
-    const ratio = window.devicePixelRatio || 1;
-    if (width !== view.width || ratio !== view.ratio) {
-      Object.assign(view, { width, ratio });
-      view.renderer.setPixelRatio(ratio);
-      view.renderer.setSize(width, Math.round(width * 0.75), false);
-    }
+    const { canvas } = view;
+    view.width = canvas.clientWidth;
+    const width = Math.round(view.width * window.devicePixelRatio);
+    const height = Math.round(0.75 * width);
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    const own = renderer.domElement;
+    if (own.width !== width || own.height !== height) renderer.setSize(width, height, false);
     for (const { material } of view.ground.children) {
       if (material.vertexColors) material.color.set(dark.matches ? DIM : "#ffffff");
     }
-    view.renderer.setClearColor(new THREE.Color(getComputedStyle(view.canvas.parentNode).backgroundColor), 1);
-    view.renderer.render(view.scene, view.camera);
+    renderer.setClearColor(new THREE.Color(getComputedStyle(view.canvas.parentNode).backgroundColor), 1);
+    renderer.render(view.scene, view.camera);
+    canvas.getContext("2d").drawImage(own, 0, 0);
     view.dirty = false;
   }
 
@@ -347,6 +351,8 @@
   async function start() {
     const panel = document.querySelector(".robots");
     try {
+      renderer = new THREE.WebGLRenderer({ antialias: true });
+      renderer.shadowMap.enabled = true;
       for (const box of panel.querySelectorAll(".view")) {
         const view = { replay: await unpack(box.querySelector("script").textContent), canvas: box.querySelector("canvas") };
         build(view);
