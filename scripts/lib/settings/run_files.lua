@@ -269,7 +269,9 @@ function run_files.lines(path, kind)
     -- all generations have the same parameters and materials
     for _, name in ipairs(kind == "metrics" and { "parameters", "materials" } or {}) do
       local missing = lacking(first[name], value[name], name)
+      local extra = lacking(value[name], first[name], name)
       if missing then damaged(where, missing .. ": is missing; line 1 has it") end
+      if extra then damaged(path .. ", line 1", extra .. ": is missing; a later line has it") end
     end
     local expected = following[value.repetition] or 0
     if value.generation ~= expected then
