@@ -42,6 +42,8 @@
 ---@field rearm fun() the next Ctrl-C counts as the first one: for prompts
 ---@field on_hard_stop fun(line: string|nil) a line for standard error if the process ends without
 --- Lua: 2 s after Ctrl-C without a reaction, or by a second Ctrl-C; nil: none
+---@field watch fun(name: string|nil): string|nil names the user's function that runs, for a report
+--- after 5 s and at Ctrl-C; nil: none runs; returns the name before
 
 ---@class limax.host.request
 ---@field url string https, or http to this machine

@@ -1,7 +1,8 @@
 // signals.cpp: Ctrl-C. The handler sets the engine's stop flag and a hook that raises an error in
 // every further instruction of the interpreter, until the host's protected call handles the
 // interrupt: a script's pcall cannot catch it. Compiled traces check no hook, so an alarm ends the
-// process if the interrupt is not handled within 2 s. Only the main thread handles SIGINT.
+// process if the interrupt is not handled within 2 s. Only the main thread handles SIGINT. The same
+// alarm reports a user's function that runs for 5 s.
 #include "signals.h"
 
 #include <poll.h>
@@ -14,7 +15,9 @@
 #include <cstdint>
 #include <ctime>
 #include <deque>
+#include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "guard.h"
@@ -24,6 +27,9 @@ namespace limax::host {
 namespace {
 
 constexpr unsigned seconds_to_react = 2;
+constexpr unsigned seconds_to_report = 5;
+// Ctrl-C names a function that has run for so long.
+constexpr std::int64_t long_call = 1'000'000'000;  // ns
 // Two signals this close count as one: `timeout -s INT` and some launchers signal a process and
 // then its whole group.
 constexpr std::int64_t same_press = 100'000'000;  // ns
@@ -44,6 +50,9 @@ static_assert(std::atomic<lua_State*>::is_always_lock_free &&
               "a signal handler may only touch lock-free atomics");
 pthread_t main_thread;
 std::atomic<const std::string*> hard_stop_message{nullptr};
+std::atomic<const std::string*> watched{nullptr};   // the user's function that runs
+std::atomic<const std::string*> reported{nullptr};  // the last one that took 5 s
+std::atomic<std::int64_t> watched_since{0};         // ns
 
 void raise_from_hook(lua_State* L, lua_Debug*) {
     if (pending) raise_interrupt(L);
@@ -60,6 +69,15 @@ void write_to_stderr(const char* text, std::size_t length) {
     pollfd gate{STDERR_FILENO, POLLOUT, 0};
     if (poll(&gate, 1, longest_wait_for_stderr) != 1) return;
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, length);
+}
+
+// Names the user's function that runs.
+void write_watched(std::string_view before, std::string_view after) {
+    const std::string* const name = watched;
+    if (name == nullptr) return;
+    write_to_stderr(before.data(), before.size());
+    write_to_stderr(name->data(), name->size());
+    write_to_stderr(after.data(), after.size());
 }
 
 [[noreturn]] void stop_with_message() {
@@ -89,14 +107,25 @@ void on_interrupt(int) {
         pressed = true;
         pending = true;
         limax_interrupt();
+        if (now - watched_since > long_call) write_watched("\nlimax: interrupted in ", "\n");
         lua_sethook(L, raise_from_hook, LUA_MASKCALL | LUA_MASKRET | LUA_MASKCOUNT, 1);
         alarm(seconds_to_react);
     }
     errno = errno_before;
 }
 
+// Reports a slow function once, however often it is called.
+void report_watched() {
+    if (const std::string* const name = watched; name == nullptr || reported.exchange(name) == name)
+        return;
+    write_watched("\nlimax: ", " has been running for 5 s; Ctrl-C stops the run\n");
+}
+
 void on_alarm(int) {
-    if (!pending) return;
+    if (!pending) {
+        report_watched();
+        return;
+    }
     static const char text[] =
         "\nlimax: what runs (a compiled loop?) did not stop within 2 s of Ctrl-C: stopping hard. "
         "Written files are complete.\n";
@@ -141,14 +170,31 @@ int lua_on_hard_stop(lua_State* L) {
     return 0;
 }
 
+// watch(name) -> name before: names the user's function that runs; nil: none does
+int lua_watch(lua_State* L) {
+    // none is ever freed: the handler may be about to read it
+    static std::set<std::string> names;
+    const std::string* const before = watched;
+    const std::string* const now =
+        lua_isnoneornil(L, 1) ? nullptr : &*names.insert(std::string(text_argument(L, 1))).first;
+    {
+        const without_interrupts blocked;
+        watched = now;
+        watched_since = monotonic_nanoseconds();
+        if (!pending) alarm(now != nullptr ? seconds_to_report : 0);
+    }
+    if (before == nullptr) return 0;
+    return push(L, *before);
+}
+
 int interrupt_text(lua_State* L) { return push(L, "interrupted"); }
 
 void handle(int signal, void (*handler)(int)) {
     struct sigaction action {};
     action.sa_handler = handler;
     sigemptyset(&action.sa_mask);
-    // no SA_RESTART: a read that waits for input must return to Lua
-    action.sa_flags = 0;
+    // no SA_RESTART for Ctrl-C: a read that waits for input must return to Lua
+    action.sa_flags = signal == SIGALRM ? SA_RESTART : 0;
     if (sigaction(signal, &action, nullptr) != 0)
         throw std::system_error(errno, std::generic_category(), "cannot handle a signal");
 }
@@ -178,6 +224,7 @@ void acknowledge_interrupt() {
     if (lua_State* const L = state) lua_sethook(L, nullptr, 0, 0);
     limax_interrupt_clear();
     alarm(0);
+    watched = nullptr;
     pending = false;
 }
 
@@ -209,6 +256,7 @@ void open_signals(lua_State* L) {
     lua_newtable(L);
     add_function<lua_rearm>(L, "rearm");
     add_function<lua_on_hard_stop>(L, "on_hard_stop");
+    add_function<lua_watch>(L, "watch");
     lua_setfield(L, -2, "signal");
 }
 

@@ -96,6 +96,33 @@ function failure.attempt(call, ...)
   return finish(xpcall(call, trace, ...))
 end
 
+-- user function -> how a message names it
+local names = setmetatable({}, { __mode = "k" })
+
+local function named(role, call)
+  if not names[call] then
+    local info = debug.getinfo(call, "S")
+    names[call] = ("%s (%s:%d)"):format(role, info.source:gsub("^@", ""), info.linedefined)
+  end
+  return names[call]
+end
+
+local function unwatched(before, ...)
+  host.signal.watch(before)
+  return ...
+end
+
+--- `attempt` of a user's function that may take long: the host reports one that runs for 5 s, and
+--- Ctrl-C names it.
+---@param role string "the fitness"
+---@return boolean ok
+---@return any result_or_error
+---@return any ...
+function failure.attempt_watched(role, call, ...)
+  local before = host.signal.watch(named(role, call))
+  return unwatched(before, failure.attempt(call, ...))
+end
+
 --- The same with a time limit: a function that takes longer is stopped, which counts as an error.
 ---@return boolean ok
 ---@return any result_or_error

@@ -17,10 +17,14 @@ local function is_finite(value)
   return value == value and math.abs(value) <= run_files.LARGEST_SCORE
 end
 
--- A number that is not finite, or too large to be summed.
+-- A number that is not finite, or too large to be summed, and how a script gets one.
 local function refused(value)
-  local too_large = value == value and math.abs(value) < math.huge
-  return tostring(value) .. (too_large and ", which is beyond 1e150" or "")
+  if value ~= value then
+    return "nan, not a number: a division 0/0, or math.sqrt or math.log of a negative number"
+  elseif math.abs(value) == math.huge then
+    return tostring(value) .. ": a division by 0"
+  end
+  return tostring(value) .. ", which is beyond 1e150"
 end
 
 -- What is wrong with one entry of a fitness's second result, which has `count` cases; nil if right.
@@ -82,7 +86,7 @@ end
 ---@return boolean|nil excusable
 ---@return string|nil trace
 function scoring.call(call, robot)
-  local ok, value, extra = failure.attempt(call, robot)
+  local ok, value, extra = failure.attempt_watched("the fitness", call, robot)
   -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
@@ -106,7 +110,7 @@ end
 --- Scores the robots that ended well. Raises a failure with status 1 where the run must stop.
 ---@param request scoring.request
 function scoring.score(request)
-  local failed = 0
+  local failed, first = 0, nil
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
       local value, extra, message, excusable, trace =
@@ -119,13 +123,13 @@ function scoring.score(request)
             trace and "the fitness failed: " .. trace or message))
         end
         record.status, record.reason = "failed", "fitness"
-        failed = failed + 1
+        failed, first = failed + 1, first or record.id
         request.say(("robot %s of generation %d gets no score: %s"):format(record.id,
           request.generation, message), message)
         if failed > scoring.most_failed * #request.records then
           failure.raise(1, ("more than a tenth of generation %d (%d of %d robots so far) failed in"
-            .. " the fitness; last: %s"):format(request.generation, failed, #request.records,
-            message))
+            .. " the fitness, the first was robot %s, the last robot %s: %s"):format(
+            request.generation, failed, #request.records, first, record.id, message))
         end
       end
     end
