@@ -195,8 +195,13 @@ suite:test("other arms have their experiments' names", function(t)
   -- a name that another arm has does not identify one
   local same = names_of { { at = "e", { supervisor = wait, name = "fixed" } },
     { at = "f", { supervisor = "fixed" } } }
-  t:ok(same[1]:find "compare%.lua:%d+$", same[1])
+  t:ok(same[1]:find "compare%.lua$", same[1])
   t:equal(same[2], "fixed")
+  -- two functions of one file
+  same = names_of { { at = "g", { supervisor = wait } },
+    { at = "h", { supervisor = function() return nil, "other" end } } }
+  t:ok(same[1]:find "compare%.lua#%x+$" and same[2]:find "compare%.lua#%x+$", same[1])
+  t:ok(same[1] ~= same[2])
 end)
 
 suite:test("an arm that repeats another run names the owner of the parameters", function(t)

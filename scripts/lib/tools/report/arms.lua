@@ -24,6 +24,9 @@ local OF_TIER = { accuracy = true, integrator = true, precision = true, time_ste
 --- Supervisors that repeat another run, which differs between repetitions of one arm.
 arms.REPEATS = { yoked = true, shuffled = true, constant_median = true, replay = true }
 
+-- Characters of a hash in an arm's name.
+local HASH_SHOWN = 8
+
 -- The longest list of differing fields that a message shows.
 local MOST_SHOWN = 12
 
@@ -72,13 +75,32 @@ local function check_question(first, shared, run, its)
     first.path, run.path, table.concat(texts, "\n")))
 end
 
--- A supervisor's name, and whether it is a function of a script.
+-- A supervisor's name, and its record if it is a function of a script, which the file names: lines
+-- move when the file is edited.
 local function supervisor_name(config)
   local supervisor = config.supervisor
-  if type(supervisor) ~= "table" then return tostring(supervisor), false end
+  if type(supervisor) ~= "table" then return tostring(supervisor) end
   local own = supervisor["function"]
-  if own then return ("%s:%d"):format(own.file, own.first_line), true end
-  return supervisor.name or tostring(supervisor[1]), false
+  if own then return own.file, own end
+  return supervisor.name or tostring(supervisor[1])
+end
+
+-- The names of the arms' supervisors; functions of one file that differ get a hash.
+local function supervisor_names(groups)
+  local hashes, names, own = {}, {}, {}
+  for _, arm in ipairs(groups) do
+    names[arm], own[arm] = supervisor_name(arm.runs[1].config)
+    if own[arm] then
+      local hash = hashes[names[arm]] or own[arm].sha256
+      hashes[names[arm]] = hash == own[arm].sha256 and hash or "several"
+    end
+  end
+  for arm, record in pairs(own) do
+    if hashes[record.file] == "several" then
+      names[arm] = ("%s#%s"):format(record.file, record.sha256:sub(1, HASH_SHOWN))
+    end
+  end
+  return names, own
 end
 
 -- Names arms: by the supervisor; if that is a function, or another arm has it, by the experiments;
@@ -92,15 +114,16 @@ local function name_arms(groups)
   local function is_only(users, word, arm)
     return word and next(users[word]) == arm and next(users[word], arm) == nil
   end
+  local names, own = supervisor_names(groups)
   for _, arm in ipairs(groups) do
-    use(supervisors, arm.name or supervisor_name(arm.runs[1].config), arm)
+    use(supervisors, arm.name or names[arm], arm)
     for _, run in ipairs(arm.runs) do
       if run.config.name then use(experiments, run.config.name, arm) end
     end
   end
   for _, arm in ipairs(groups) do
     local name = arm.runs[1].config.name
-    local base, is_function = supervisor_name(arm.runs[1].config)
+    local base, is_function = names[arm], own[arm] ~= nil
     local first = first_of[base]
     if arm.name or not is_function and is_only(supervisors, base, arm) then
       arm.name = arm.name or base
