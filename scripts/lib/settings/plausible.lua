@@ -45,6 +45,16 @@ local function falling(config)
     .. " takes %.4g s: it never lands"):format(height, time, run_time)
 end
 
+-- Muscles that do not complete one cycle in the run.
+local function slow_muscles(config)
+  local actuation, duration = config.scene.actuation, config.simulation.duration
+  local frequency = actuation and actuation.frequency or 0
+  if frequency <= 0 or frequency * duration >= 1 then return nil end
+  return ("scene.actuation.frequency is %.4g Hz, a period of %.4g s, and simulation.duration is"
+    .. " %.4g s: no muscle completes a cycle; at least %.4g Hz lets it"):format(frequency,
+    1 / frequency, duration, 1 / duration)
+end
+
 --- Notes with field, value and consequence.
 ---@param config table a resolved configuration
 function plausible.notes(config)
@@ -52,6 +62,7 @@ function plausible.notes(config)
   list[#list + 1] = upwards(config.scene)
   list[#list + 1] = collapse(config)
   list[#list + 1] = falling(config)
+  list[#list + 1] = slow_muscles(config)
   return list
 end
 

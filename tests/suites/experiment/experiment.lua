@@ -230,6 +230,8 @@ suite:test("valid but probably unintended settings give a note", function(t)
   t:ok(note_of { simulation = { edge = 0.0039 } }:find "soft tissue %(0.1 kg%).* bodies collapse")
   t:equal(note_of { simulation = { edge = 0.004 } }, "none")
   -- 1.25 s from 7.7 m, 1.2 s in all
+  t:ok(note_of { scene = { actuation = { frequency = 0.002 } } }
+    :find "0.002 Hz, a period of 500 s, .* no muscle completes a cycle")
   local fall = { position = { 0, 0, 7.7 }, settle = 0.2, duration = 1 }
   t:ok(note_of { simulation = fall }:find "falls for 1.253 s, and a run takes 1.2 s: it never")
   fall.velocity = { 0, 0, -1 }

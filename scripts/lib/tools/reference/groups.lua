@@ -11,7 +11,7 @@ local RECORDED = ROBOT .. ":simulate { duration = 0.2, scene = limax.scenes.land
   .. "record = { center_of_mass = 50, contact = 50, energy = 50, strain = 50, ledger = 50, "
   .. "block = 50 } }"
 local SMALL = '{ fitness = "walk", lattice = { 2, 2, 2 }, population = 6, repetitions = 1, '
-  .. "generations = 2, genome = { sigma = 4 }, simulation = { duration = 0.1 } }"
+  .. "generations = 2, genome = { sigma = 4 }, simulation = { duration = 0.5 } }"
 local RUN = "run = limax.start(limax.experiment " .. SMALL .. ")"
 local SCORED = RUN .. "\npopulation = run:generations()():simulate():score()"
 local SIMULATION = 'materials = limax.engine.materials "paper"\n'
