@@ -104,6 +104,14 @@ local function reopen(session, arguments)
   return experiment
 end
 
+-- Prints how to extend a run that has ended. Another number of generations changes no score.
+local function say_finished(session, config)
+  local limit = config.evaluations and "evaluations" or "generations"
+  table.insert(session.notes, ("this run is finished: nothing is left to compute. To extend it:\n"
+    .. "  %s --changed --set %s=%d"):format(run_folder.resume_command(session.path), limit,
+    2 * config[limit]))
+end
+
 -- Lists the repetitions that are left, and counts the generations that are done.
 local function plan(session, config)
   session.first, session.last = session.only or 1, session.only or config.repetitions
@@ -192,6 +200,7 @@ local function execute(session, experiment, arguments)
       :format(supervisor))
   end
   plan(session, config)
+  if arguments.resume and #session.left == 0 then say_finished(session, config) end
   local device = or_refuse(1, engine.device, arguments.device or "auto",
     { threads = arguments.threads })
   session.at_once = 1

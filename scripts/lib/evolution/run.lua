@@ -66,7 +66,8 @@ local function open_folder(experiment, options, repetition, device)
     folder, comparison = resume.open(options.out, experiment, repetition, options.changed,
       options.from)
   else
-    folder = run_folder.create(options.out, experiment, { repetition = repetition })
+    folder = run_folder.create(options.out, experiment, { repetition = repetition,
+      own_loop = true })
   end
   folder:write_environment(device)
   return folder, comparison

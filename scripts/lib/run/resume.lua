@@ -8,6 +8,7 @@ local host = require "limax.host"
 local run_configuration = require "limax.run.run_configuration"
 local run_folder = require "limax.run.run_folder"
 local script = require "limax.base.script"
+local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 
 local resume = {}
@@ -93,6 +94,11 @@ function resume.run_script(folder, trust)
     failure.raise(2, folder.path .. " was not started from a script that returns an experiment,"
       .. " so it cannot be continued")
   end
+  if run.own_loop then
+    failure.raise(2, ("%s was made by the loop of %s, and only that continues it: run\n  %s %s\n"
+      .. "with `resume = true` in its limax.start(experiment, { out = %q, resume = true })"):format(
+      folder.path, original, shell.program(), shell.path(original), folder.path))
+  end
   -- a run that was continued with its copy has no other original
   if host.file.absolute(original):sub(1, #inside) ~= inside
     and host.file.exists(original) == "file" then
@@ -153,8 +159,8 @@ function resume.open(path, experiment, repetition, allowed, from)
     failure.raise(2, ("%s holds %s, not repetition %d"):format(path,
       before and "repetition " .. before or "all repetitions", repetition))
   end
-  local comparison = resume.continue(folder, experiment, { repetition = repetition, from = from },
-    allowed, "changed = true")
+  local comparison = resume.continue(folder, experiment,
+    { repetition = repetition, from = from, own_loop = true }, allowed, "changed = true")
   folder:status "running"
   return folder, comparison
 end

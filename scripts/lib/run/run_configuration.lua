@@ -29,7 +29,8 @@ local function copies(experiment)
 end
 
 --- The configuration that a run folder holds, and the scripts.
----@param options { repetition: integer|nil, overrides: string[]|nil }
+---@param options { repetition: integer|nil, overrides: string[]|nil,
+--- own_loop: true|nil }
 ---@return table config
 ---@return table[] scripts file, path, sha256, text
 function run_configuration.of(experiment, options)
@@ -41,7 +42,8 @@ function run_configuration.of(experiment, options)
     if copy.path == experiment.origin then script = copy.file end
   end
   config.run = { repetition = options.repetition, path = experiment.origin, script = script,
-    scripts = kept, overrides = host.json.array(options.overrides or {}) }
+    scripts = kept, overrides = host.json.array(options.overrides or {}),
+    own_loop = options.own_loop }
   return config, scripts
 end
 

@@ -127,7 +127,7 @@ local rules = {
       repetition = schema.whole(1, 1e6), path = text, script = text,
       scripts = required(list(record { file = required(text), sha256 = required(text) },
         "a list of scripts")),
-      overrides = required(list(text, "a list of texts")),
+      overrides = required(list(text, "a list of texts")), own_loop = schema.boolean(),
     }),
   },
   status = record {
@@ -156,6 +156,7 @@ local rules = {
     diversity = required(record { all = required(diversity), top = required(diversity) }),
     measures = map(record { champion = number, mean = number, least = number, most = number }),
     parameters = required(map(number)), materials = required(map(map(number))),
+    supervisor_failed = schema.boolean(),
   }),
   ledger = line("ledger", {
     supervisor = required(text), source = text, reason = text,

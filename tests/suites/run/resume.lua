@@ -231,7 +231,7 @@ suite:test("a fitness is not blamed for a device that fails", { limit = 60 }, fu
   local text = BROKEN:gsub("made == 4", "robots == 1") .. [[
 local limax = require "limax"
 return limax.experiment { name = "own", lattice = { 2, 2, 2 }, population = 4, generations = 3,
-  repetitions = 1, simulation = { duration = 0.2, settle = 0 }, supervisor = "fixed",
+  repetitions = 1, simulation = { duration = 0.5, settle = 0 }, supervisor = "fixed",
   genome = { require_muscle = false },
   fitness = function(robot)
     if robot.generation == 1 then robot:simulate { duration = 0.1 } end
@@ -352,6 +352,9 @@ suite:test("an own loop continues where it was stopped", { limit = 60 }, functio
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
   t:equal(host.json.decode(source.read(folder .. "/parts/STATUS")).state, "done")
+  local other = run(folder, { "run", "--resume", "parts" })
+  t:equal(other.status, 2)
+  t:ok(other.stderr:find("limax own.lua\nwith `resume = true`", 1, true), other.stderr)
   -- a finished run stays as it is
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
