@@ -49,7 +49,7 @@ end
 -- Parameters, materials and ledger record of the next generation. What an own loop chooses replaces
 -- what the supervisor decides.
 local function supervise(run, robots, choice)
-  local parameters, fields, entry, shares = supervision.decide(run, robots)
+  local parameters, fields, entry, shares, failed = supervision.decide(run, robots)
   choice.elite_fraction = choice.elites and #choice.elites / #robots
   for name in pairs(parameters) do
     if choice[name] ~= nil then
@@ -58,7 +58,7 @@ local function supervise(run, robots, choice)
     end
   end
   local same = materials.equal(fields, materials.fields(robots.materials))
-  return { parameters = parameters, ledger = entry, supervision = shares,
+  return { parameters = parameters, ledger = entry, supervision = shares, failed = failed,
     materials = same and robots.materials or run:materials_with(fields) }
 end
 
@@ -66,8 +66,11 @@ end
 local function select(run, robots, generation, parameters, choice)
   local elites = mating.elites(robots, parameters.elite_fraction, choice.elites)
   return elites, mating.pairs(robots, elites, choice.parents, function(child)
-    return run.experiment.selection(robots, engine.random(run.config.seed, run.repetition,
-      "selection", generation, child))
+    local random = engine.random(run.config.seed, run.repetition, "selection", generation, child)
+    local ok, first, second =
+      failure.attempt_watched("the selection", run.experiment.selection, robots, random)
+    if not ok then failure.raise_again(first, second) end
+    return first, second
   end, source.place(run.config.selection))
 end
 
@@ -92,7 +95,7 @@ local function next_generation(run, robots, choice)
   return express(run, { engine = offspring, generation = generation,
     records = mating.records(robots, #elites, parents, keep), materials = decided.materials,
     parameters = decided.parameters, ledger = decided.ledger, supervision = decided.supervision,
-    parents_scored_with = robots.scored_with,
+    supervisor_failed = decided.failed or nil, parents_scored_with = robots.scored_with,
     timing = { supervise = supervised - began, breed = host.clock() - supervised } })
 end
 
@@ -134,7 +137,11 @@ function Run:generations()
       self.upcoming = first_generation(self)
     end
     self.population, self.upcoming = self.upcoming or nil, nil
-    if not self.population then self:close() end
+    if not self.population then
+      local text = supervision.failure_text(supervision.failures(self.history))
+      if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
+      self:close()
+    end
     return self.population
   end
 end

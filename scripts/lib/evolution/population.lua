@@ -131,17 +131,18 @@ end
 
 -- Why no robot of a generation has a score, in one line.
 local function failure_text(robots)
-  local counts, reasons = {}, {}
+  local counts, reasons, diverged = {}, {}, false
   for _, record in ipairs(robots.records) do
     local reason = ("%s: %s"):format(record.status, record.reason or "no reason")
     if not counts[reason] then reasons[#reasons + 1] = reason end
     counts[reason] = (counts[reason] or 0) + 1
+    diverged = diverged or record.status == "diverged"
   end
   table.sort(reasons)
   for k, reason in ipairs(reasons) do reasons[k] = ("%d %s"):format(counts[reason], reason) end
   local world, advice = robots.world, ""
   local step = world.config.simulation.time_step
-  if type(step) == "number" and step > world.first_step then
+  if diverged and type(step) == "number" and step > world.first_step then
     advice = ("; simulation.time_step is %.6g s, the limit for stiff bodies is %.6g s"):format(step,
       world.first_step)
   elseif counts["invalid: no muscle"] == #robots then

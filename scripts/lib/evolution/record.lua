@@ -78,6 +78,7 @@ function record.write(run, robots)
   line.evaluations, line.parameters = robots.evaluations, robots.parameters
   line.materials = materials.fields(robots.materials)
   line.best_standard = standard_score(run, robots)
+  line.supervisor_failed = robots.supervisor_failed
   local text = history.encode(robots.records)
   local entry = remember(run, line, robots.ledger,
     run.folder and reader(run.folder, line) or function() return text end, robots)

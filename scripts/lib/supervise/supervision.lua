@@ -50,7 +50,9 @@ local function ask(run, robots, generation, random)
     run:say(("before generation %d %s; parameters stay"):format(generation, message), message)
     proposal, reason = nil, message
   end
-  return judge(run, robots, proposal, reason, { supervisor = supervisor.name })
+  local parameters, fields, record =
+    judge(run, robots, proposal, reason, { supervisor = supervisor.name })
+  return parameters, fields, record, message ~= nil
 end
 
 --- Decides about the generation after `robots`: its parameters, the fields of its materials, its
@@ -61,16 +63,17 @@ end
 ---@return table<string, table<string, number>> fields
 ---@return table record
 ---@return table numbers
+---@return boolean|nil failed did a supervisor that is a function of history fail?
 function supervision.decide(run, robots)
   local generation = robots.generation + 1
   local random = engine.random(run.config.seed, run.repetition, "supervision", generation, 0)
-  local parameters, fields, record, numbers
+  local parameters, fields, record, numbers, failed
   if run.session then
     parameters, fields, record, numbers = run.session:decide { generation = generation,
       history = run.history, random = random, limits = run.limits,
       judge = function(...) return judge(run, robots, ...) end }
   else
-    parameters, fields, record = ask(run, robots, generation, random)
+    parameters, fields, record, failed = ask(run, robots, generation, random)
   end
   -- otherwise a misspelt field would show only in the ledger
   for _, entry in ipairs(record.entries) do
@@ -81,7 +84,29 @@ function supervision.decide(run, robots)
   end
   local shares = ledger.shares(record)
   for name, value in pairs(numbers or {}) do shares[name] = value end
-  return parameters, fields, record, shares
+  return parameters, fields, record, shares, failed
+end
+
+--- Counts the generations whose supervisor failed: how many of how many that it was asked for.
+---@param lines table[] of a repetition in metrics.jsonl, or entries of its history
+---@return integer failed
+---@return integer asked
+function supervision.failures(lines)
+  local failed = 0
+  for _, line in ipairs(lines) do failed = failed + (line.supervisor_failed and 1 or 0) end
+  return failed, #lines - 1 -- generation 0 needs no supervisor
+end
+
+--- What these counts mean; nil where none failed.
+---@return string|nil
+function supervision.failure_text(failed, asked)
+  if failed == 0 then return nil end
+  if failed < asked then
+    return ("the supervisor failed in %d of %d generations, which kept their parameters;"
+      .. " ledger.jsonl has the reasons"):format(failed, asked)
+  end
+  return ("THE SUPERVISOR FAILED IN EVERY GENERATION (%d of %d): no parameter was changed, so this"
+    .. ' is supervisor = "fixed"; ledger.jsonl has the reasons'):format(failed, asked)
 end
 
 return supervision

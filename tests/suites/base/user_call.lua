@@ -136,6 +136,8 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
         local history, output = supervised(supervisor)
         t:equal(#history, 3)
         t:equal(history[3].parameters, history[1].parameters)
+        t:equal(history[2].supervisor_failed, true)
+        t:ok(output:find("FAILED IN EVERY GENERATION (2 of 2)", 1, true), output)
         local reason = history[2].ledger.reason
         t:ok(reason:find(expected, 1, true), reason)
         t:ok(output:find(expected, 1, true), output)
@@ -149,4 +151,9 @@ suite:test("a supervisor that fails costs the change, and is reported", { limit 
     end)
     t:equal(history[2].parameters.mutation_scale, 0.12)
     t:equal(history[2].parameters.mutation_rate, 0.1)
+    t:equal(history[2].supervisor_failed, nil)
+    local _, output = supervised(function(before)
+      if #before == 1 then error "no idea" end
+    end)
+    t:ok(output:find("the supervisor failed in 1 of 2 generations", 1, true), output)
   end)

@@ -197,6 +197,7 @@ suite:test("later, and for NaN always, only that robot fails, reported once", fu
   local warnings = {}
   local function run(fields)
     warnings = {}
+    fields.simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" }
     return finished(fields, { say = function(text) warnings[#warnings + 1] = text end })
   end
   local history = run { population = 20, generations = 4, fitness = function(robot)
@@ -213,7 +214,8 @@ suite:test("later, and for NaN always, only that robot fails, reported once", fu
   t:ok(warnings[1]:find "returned %-?nan", warnings[1])
   t:equal(warnings[2], "robot 38 of generation 1 gets no score: the fitness failed: odd")
   run { generations = 4, supervisor = function() error("no idea", 0) end }
-  t:equal(#warnings, 1)
+  t:equal(#warnings, 2)
+  t:ok(warnings[2]:find("FAILED IN EVERY GENERATION (3 of 3)", 1, true), warnings[2])
 end)
 
 suite:test("too many failures in the fitness, or no score at all, stop the run", function(t)

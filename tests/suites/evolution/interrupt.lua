@@ -101,6 +101,30 @@ suite:test("clean-up runs after Ctrl-C; a second press ends at once, with a mess
     t:equal({ status, output }, { 130, "ready\ncleaned\n" })
   end)
 
+local LOOPING = [[
+local limax = require "limax"
+local function stuck() while true do pcall(error) end end
+limax.start(limax.experiment { lattice = { 2, 2, 2 }, population = 4, generations = 2,
+  repetitions = 1, simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" },
+  fitness = %s, selection = %s }, { device = "cpu" }):finish()
+]]
+
+suite:test("a user's function that loops is reported after 5 s, and Ctrl-C names it",
+  { limit = 60 }, function(t)
+    for role, script in pairs { fitness = LOOPING:format("stuck", '"tournament"'),
+      selection = LOOPING:format('"walk"', "stuck") } do
+      local name = ("the %s (script.lua:2)"):format(role)
+      local folder = t:folder()
+      process.write(folder .. "/script.lua", script)
+      local child = process.start(folder, { "script.lua" })
+      child:wait_for(name .. " has been running for 5 s")
+      child:signal "INT"
+      local status, output = child:finish()
+      t:equal(status, 130)
+      t:ok(output:find("interrupted in " .. name, 1, true), output)
+    end
+  end)
+
 suite:test("Ctrl-C while the process exits keeps the exit status", function(t)
   for status, last in pairs { [0] = "", [3] = "require('limax.host').exit(3)" } do
     local child = started(t, ([[

@@ -13,7 +13,7 @@ local EXPERIMENT = [[
 local limax = require "limax"
 return limax.experiment {
   name = "try", lattice = { 2, 2, 2 }, population = 20, generations = 3, repetitions = 1,
-  simulation = { duration = 0.3, settle = 0.1, accuracy = "preview" }, supervisor = "fixed",
+  simulation = { duration = 0.5, settle = 0.1, accuracy = "preview" }, supervisor = "fixed",
   fitness = function(robot)
     if robot.generation > 0 and robot.id % 20 == 0 then error "lame" end
     return robot:distance()
@@ -67,6 +67,37 @@ suite:test("the summary counts failures, with the first message of the fitness",
   t:ok(count, done.stdout)
   t:ok(tonumber(count) >= 2 and tonumber(whole) > 40 and tonumber(whole) <= 60, done.stdout)
   t:ok(rest:find("2 by fitness (first: the fitness failed: try.lua:6: lame)", 1, true), rest)
+end)
+
+suite:test("a supervisor that always fails is in summary, metrics, compare and report",
+  { limit = 60 }, function(t)
+    local folder = t:folder()
+    local failing = EXPERIMENT:gsub('supervisor = "fixed"',
+      'supervisor = function() error "no idea" end'):gsub("fitness = .*", 'fitness = "walk" }')
+    assert(host.file.write_atomic(folder .. "/mine.lua", failing))
+    local done = process.completes(t, folder, { "run", "mine.lua", "--out", "r" })
+    local loud = "FAILED IN EVERY GENERATION (2 of 2)"
+    t:ok(done.stdout:find(loud, 1, true), done.stdout)
+    t:ok(done.stderr:find(loud, 1, true), done.stderr)
+    local _, count = process.read(folder .. "/r/metrics.jsonl"):gsub('"supervisor_failed":true', "")
+    t:equal(count, 2)
+    process.completes(t, folder, { "run", "mine.lua", "-q", "--out", "b", "--set",
+      "supervisor=fixed" })
+    done = process.completes(t, folder, { "compare", "b", "r" })
+    t:ok(done.stdout:find("mine.lua: THE SUPERVISOR " .. loud, 1, true), done.stdout)
+    t:ok(done.stdout:find("no claim: the supervisor of mine.lua failed", 1, true), done.stdout)
+    process.completes(t, folder, { "report", "r", "--no-robots" })
+    t:ok(process.read(folder .. "/r/report.html"):find(loud, 1, true))
+  end)
+
+suite:test("resuming a finished run prints the command that extends it", { limit = 60 }, function(t)
+  local _, folder = run(t, "-q")
+  local done = process.completes(t, folder, { "run", "--resume", "r" })
+  t:ok(done.stderr:find("is finished", 1, true), done.stderr)
+  local words = done.stderr:match "limax (run %-%-resume [^\n]+)"
+  t:equal(words, "run --resume r --changed --set generations=6")
+  process.completes(t, folder, { "run", "--resume", "r", "--changed", "--set", "generations=6" })
+  t:equal(select(2, process.read(folder .. "/r/metrics.jsonl"):gsub("\n", "")), 6)
 end)
 
 suite:test("the text of a tally", function(t)

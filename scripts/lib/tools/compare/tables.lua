@@ -18,7 +18,7 @@ local COLUMNS = { "arm", "n", "centre", "centre_name", "evaluations", "tuning_ev
   "model_share", "test", "zeros", "p", "p_holm", "smallest_p_holm", "n_for_80_percent_power",
   "difference", "difference_low", "difference_high", "a12", "claim", "reached",
   "evaluations_to_target", "mean_best_so_far", "proposed", "accepted", "clamped", "rate_limited",
-  "rejected" }
+  "rejected", "supervisor_failures" }
 
 -- The arms with plain columns; text that only tables show is in `label` and `values`.
 local function rows_of(result)
@@ -33,7 +33,8 @@ local function rows_of(result)
       n_for_80_percent_power = test.needed, difference = test.difference,
       difference_low = test.low, difference_high = test.high, a12 = test.a12, claim = arm.claim,
       reached = e.reached, evaluations_to_target = e.evaluations, mean_best_so_far = e.area,
-      values = arm.values, label = partly and arm.name .. " (partly model)" or arm.name }
+      supervisor_failures = arm.supervisor_failures, values = arm.values,
+      label = partly and arm.name .. " (partly model)" or arm.name }
     for name, value in pairs(arm.proposals) do rows[i][name] = value end
   end
   return rows
@@ -122,6 +123,9 @@ local function add_about_arms(result, add)
     if arm.model then
       add(("%s: the model set %.1f %% of %d generations."):format(arm.name, 100 * arm.model.share,
         arm.model.generations))
+    end
+    if arm.supervisor_failures then
+      add(("%s: %s."):format(arm.name, arm.supervisor_failures))
     end
     if arm.donor then add(("%s: %s."):format(arm.name, arm.donor)) end
     if arm.tuning > 0 then

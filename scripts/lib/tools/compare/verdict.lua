@@ -5,6 +5,7 @@
 local arms = require "limax.tools.report.arms"
 local bootstrap = require "limax.base.statistics.bootstrap"
 local failure = require "limax.base.failure"
+local folders = require "limax.tools.report.runs"
 local holm = require "limax.base.statistics.holm"
 local measures = require "limax.tools.compare.measures"
 local power = require "limax.base.statistics.power"
@@ -87,6 +88,10 @@ end
 -- The result for an arm in one sentence, and whether it is a claim.
 local function sentence(arm, baseline, test, most_apart)
   for _, either in ipairs { arm, baseline } do
+    if either.unsupervised then
+      return ("no claim: the supervisor of %s failed in every generation"):format(
+        either.name), false
+    end
     local share = either.model and either.model.share
     if share and share < measures.WHOLE then
       return ("%spartly model: it set %.0f %% of the generations, a claim needs %.0f %%"):format(
@@ -150,6 +155,7 @@ function verdict.compare(list, outcomes, options)
       tuning = sample.median(each(arm.runs, function(run) return run.before end)),
       exploratory = measures.exploratory(arm.runs, target),
       proposals = measures.proposals(arm.runs) }
+    row.supervisor_failures, row.unsupervised = folders.supervisor_failures(arm.runs)
     if arm == baseline then
       baseline_row = row
     else

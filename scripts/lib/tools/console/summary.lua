@@ -175,6 +175,8 @@ function summary.show(folder, options)
   local unit, words = runs.fitness_words(config.fitness)
   write(best_table(first, last, unit, style) .. "\n")
   write(("fitness: %s\n\n"):format(words))
+  local failures = runs.supervisor_failures(found.runs)
+  if failures then write(terminal.bold("supervisor: " .. failures, style) .. "\n\n") end
   write(bodies(first, last, style) .. "\n\n")
   write(plot(lines, style) .. "\n")
 

@@ -196,6 +196,16 @@ local function comparison(folders, list, options)
     or note("limax compare: " .. failure.bare(text)))
 end
 
+-- Of each arm, in how many generations its supervisor failed.
+local function supervisor_failures(list)
+  local notes = {}
+  for _, arm in ipairs(list) do
+    local text = runs.supervisor_failures(arm.runs)
+    notes[#notes + 1] = text and note(("%s: %s."):format(arm.name, text))
+  end
+  return table.concat(notes)
+end
+
 local function letters(arm, run)
   local layers, legend = page.letters(run,
     ("last champion of %s, lowest layer first"):format(runs.title(arm, run)),
@@ -271,6 +281,7 @@ function page.text(folders, options)
   local sections = {
     section("results", "Results", html.table(columns, rows, "Every repetition of every run"),
       note("Fitness: " .. words .. ". Best: under the run's first materials where that is known."),
+      supervisor_failures(list),
       why and note("Each run is an arm of its own, since " .. why) or ""),
     bodies == "" and "" or section("robots", "Robots", bodies) }
   if not why then sections[3] = comparison(folders, list, options) end

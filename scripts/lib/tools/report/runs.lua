@@ -12,6 +12,7 @@ local robot_file = require "limax.robot.robot_file"
 local run_files = require "limax.settings.run_files"
 local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
+local supervision = require "limax.supervise.supervision"
 local terminal = require "limax.base.terminal"
 
 local runs = {}
@@ -215,6 +216,19 @@ function runs.score_text(run, line)
     parts[#parts + 1] = value and ("%s %.3g"):format(measure, value) or nil
   end
   return table.concat(parts, ", ")
+end
+
+--- What failed supervisors did to these runs; nil where none failed.
+---@param list limax.report.run[]
+---@return string|nil
+---@return boolean all did they fail in every generation?
+function runs.supervisor_failures(list)
+  local failed, asked = 0, 0
+  for _, run in ipairs(list) do
+    local its, all = supervision.failures(run.lines)
+    failed, asked = failed + its, asked + all
+  end
+  return supervision.failure_text(failed, asked), failed > 0 and failed == asked
 end
 
 --- The robot file of a generation's champion.
