@@ -41,7 +41,7 @@ Sheet.__index = Sheet
 ---@field panels integer|nil side by side, as many as poses if left out
 ---@field text number|nil px, height of a capital; by the width of a panel if left out
 ---@field most number|nil px, height of a row at most
----@field names string[]|nil of each film
+---@field names string[]|nil of each film, above its row
 ---@field title string|nil heading at the left
 ---@field facts string|nil heading at the right
 ---@field track boolean|nil the whole path of the first film, and distances below its poses
@@ -111,7 +111,7 @@ function sheet.new(films, options)
   local text = options.text
     or math.min(math.max(math.floor(options.width / panels / 32), 8), 14)
   local margin, gap = math.ceil(text), math.ceil(text / 2)
-  self.text, self.margin, self.frames = text, margin, {}
+  self.text, self.margin, self.frames, self.names = text, margin, {}, {}
   local scale, top = math.huge, options.title and HEADING * text or 0
   for k, film in ipairs(films) do
     local frame = scene.frame(film, options.view, options.width - 2 * margin, panels,
@@ -123,9 +123,11 @@ function sheet.new(films, options)
     scale = math.min(scale, frame.scale)
   end
   self.size = text / self.frames[1].capital
-  for _, frame in ipairs(self.frames) do
+  for k, frame in ipairs(self.frames) do
     scene.rescale(frame, scale)
-    frame.top = math.ceil(top + (options.names and NAME * text or 0))
+    local name = options.names and options.names[k] or ""
+    self.names[k] = canvases.wrapped(name, { size = self.size }, options.width - 2 * margin)
+    frame.top = math.ceil(top + #self.names[k] * NAME * text)
     top = frame.top + frame.height + (options.track and 2 or 1) * CAPTION * text
   end
   if options.track then
@@ -198,8 +200,9 @@ function Sheet:draw(canvas, first)
       { size = 1.05 * self.size, anchor = "end" })
   end
   for k, frame in ipairs(self.frames) do
-    if options.names then
-      canvas:text(frame.left, frame.top - 0.7 * text, options.names[k], { size = self.size })
+    for below, line in ipairs(self.names[k]) do
+      canvas:text(frame.left, frame.top - (0.7 + NAME * (#self.names[k] - below)) * text, line,
+        { size = self.size })
     end
     draw_row(self, canvas, self.films[k], frame, first or 1)
   end
