@@ -51,7 +51,7 @@ function methods:integer(n, most)
   if type(least) ~= "number" or type(most) ~= "number" or least ~= math.floor(least)
     or most ~= math.floor(most) or not (least <= most and most - least < 2 ^ 32 - 1) then
     schema.refuse("random:integer", "a whole number from 1 to 2^32 - 1, or two of them, least <= "
-      .. "most", n)
+      .. "most", least == 1 and most or ("%s, %s"):format(tostring(n), tostring(most)))
   end
   return C.limax_random_integer(self.key, next_draw(self), most - least + 1)
     + least

@@ -140,6 +140,8 @@ int start(lua_State* L) {
 [[noreturn]] void run(int count, char** words) {
     // the parent may ignore it, and then a closed pipe would not end this process
     std::signal(SIGPIPE, SIG_DFL);
+    // a limit on the size of files is then a failed write, with a message
+    std::signal(SIGXFSZ, SIG_IGN);
     command_line line{count, words, fs::read_symlink("/proc/self/exe"), {}};
     line.home = find_home(line.executable);
 

@@ -5,6 +5,7 @@
 
 local budget = require "limax.experiment.budget"
 local engine = require "limax.engine"
+local experiments = require "limax.experiment.experiment"
 local failure = require "limax.base.failure"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
@@ -116,6 +117,10 @@ end
 ---@param options? limax.run.options
 ---@return limax.run
 function evolve.start(experiment, options)
+  if not experiments.is(experiment) then
+    failure.raise(2,
+      "limax.start: expected an experiment: limax.start(limax.experiment { ... })", 2)
+  end
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
   local run, comparison = runs.new(experiment, checked)

@@ -219,6 +219,10 @@ end
 ---@return limax.experiment
 function experiment.new(spec)
   local file, line = source.caller()
+  if type(spec) ~= "table" or rawequal(spec, package.loaded.limax) then
+    failure.raise(2, "limax.experiment: expected a table of fields: limax.experiment { ... },"
+      .. " with a dot", file and line and ("%s:%d: "):format(file, line))
+  end
   local result, message = resolve(source.copy(spec), file)
   if result then return result end
   local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""

@@ -77,6 +77,13 @@ function scoring.parts(extra)
   return #cases > 0 and cases or nil, next(measures) and measures or nil
 end
 
+-- "FILE:LINE: " of a fitness, unless a text begins with a place: a tail call leaves none.
+local function place_of(call, text)
+  if text:find "^[^%s:]+:%d+: " then return "" end
+  local info = debug.getinfo(call, "S")
+  return ("in the function at %s:%d: "):format(info.short_src, info.linedefined)
+end
+
 --- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
 --- of an error comes with its traceback as fifth result.
 ---@param robot table
@@ -90,7 +97,9 @@ function scoring.call(call, robot)
   -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
-    return nil, nil, "the fitness failed: " .. tostring(value), false, tostring(extra)
+    local text, trace = failure.bare(value), tostring(extra)
+    local place = place_of(call, text)
+    return nil, nil, "the fitness failed: " .. place .. text, false, place .. trace
   end
   local message, excusable = complaint(value, extra)
   if message then return nil, nil, message, excusable end

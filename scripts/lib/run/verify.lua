@@ -224,14 +224,24 @@ local MOST_SHOWN = 12
 --- The damage as text, a line for each file.
 ---@param damage limax.run.damage[]
 function verify.text(damage)
-  local lines = {}
-  for k, each in ipairs(damage) do
-    if k > MOST_SHOWN then
-      lines[k] = ("  ... and %d more"):format(#damage - MOST_SHOWN)
-      break
+  local lines, line_of, more = {}, {}, {}
+  for _, each in ipairs(damage) do
+    local name = each.file:match "^[^,]*"
+    if line_of[name] then
+      more[name] = (more[name] or 0) + 1
+    else
+      lines[#lines + 1] = ("  %s %s"):format(each.file, each.reason)
+      line_of[name] = #lines
     end
-    lines[k] = ("  %s %s"):format(each.file, each.reason)
   end
+  for name, count in pairs(more) do
+    local k = line_of[name]
+    lines[k] = ("%s, and %d more in this file"):format(lines[k], count)
+  end
+  for k = #lines, MOST_SHOWN + 1, -1 do lines[k] = nil end
+  local hidden = -#lines
+  for _ in pairs(line_of) do hidden = hidden + 1 end
+  if hidden > 0 then lines[#lines + 1] = ("  ... and %d more files"):format(hidden) end
   return table.concat(lines, "\n")
 end
 

@@ -97,6 +97,7 @@ misuse:test("of scenes, options and materials too", function(t)
     there("random:integer: expected a whole number from 1 to 2^32 - 1, or two of them",
       function() random:integer(unpack(wrong)) end)
   end
+  there('got "5, 4"', function() random:integer(5, 4) end)
   there("random:integer takes at most 2 arguments, got 3",
     function() random:integer(1, 2, 3) end)
   there("random:uniform takes no argument, got 5", function() random:uniform(5) end)
