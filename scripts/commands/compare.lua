@@ -10,6 +10,7 @@ local runs = require "limax.tools.compare.runs"
 local tables = require "limax.tools.compare.tables"
 local terminal = require "limax.base.terminal"
 local verdict = require "limax.tools.compare.verdict"
+local verify = require "limax.run.verify"
 
 local command = {
   summary = "compare finished runs: what can be claimed, and what cannot",
@@ -50,7 +51,11 @@ Everything else is exploratory.]],
 }
 
 function command.run(arguments)
-  local list = runs.read(arguments)
+  local list, warned = runs.read(arguments), {}
+  for _, run in ipairs(list) do
+    if not warned[run.path] then output.warn(verify.warning(run.path) or "") end
+    warned[run.path] = true
+  end
   local groups = arms.group(list)
   local outcomes = outcome.measure(list, engine.device(arguments.device),
     { trust = arguments.trust })

@@ -7,6 +7,7 @@ local page = require "limax.tools.report.page"
 local runs = require "limax.tools.report.runs"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
+local verify = require "limax.run.verify"
 
 local command = {
   summary = "write one page about runs: curves, robots in 3D, comparison, lineage, cost",
@@ -33,7 +34,10 @@ is a function of a script, as `limax compare` does.]],
 function command.run(arguments)
   local folders = runs.read_all(arguments)
   local any = false
-  for _, folder in ipairs(folders) do any = any or #folder.runs > 0 end
+  for _, folder in ipairs(folders) do
+    any = any or #folder.runs > 0
+    output.warn(verify.warning(folder.path) or "")
+  end
   if not any then failure.raise(1, "no generation has been scored yet: nothing to report") end
   local options = { device = arguments.device, robots = not arguments.no_robots,
     trust = arguments.trust,

@@ -57,6 +57,11 @@ end
 -- a script, and the experiment that it may return
 local function run_script(argv)
   local value = require("limax.base.script").run(unpack(argv))
+  local experiments = package.loaded["limax.experiment.experiment"]
+  if value == nil and experiments and experiments.idle then
+    output.warn(("limax: %s made an experiment and did nothing with it: it should end in"
+      .. " `return limax.experiment { ... }`\n"):format(argv[1]))
+  end
   if type(value) ~= "table" then return nil end
   local run = load_command "run"
   if not run.is_experiment(value) then return nil end

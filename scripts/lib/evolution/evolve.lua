@@ -121,6 +121,7 @@ function evolve.start(experiment, options)
     failure.raise(2,
       "limax.start: expected an experiment: limax.start(limax.experiment { ... })", 2)
   end
+  experiments.idle = false
   local checked, message = runs.check(options)
   if not checked then failure.raise(2, message, 2) end
   local run, comparison = runs.new(experiment, checked)

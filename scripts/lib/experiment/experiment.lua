@@ -28,6 +28,9 @@ Experiment.__index = Experiment
 
 local experiment = {}
 
+--- Was an experiment made, and none started? Then a script forgot to return it.
+experiment.idle = false
+
 -- ---- rules --------------------------------------------------------------------------------------
 
 local fields = defaults.fields
@@ -219,11 +222,12 @@ end
 ---@return limax.experiment
 function experiment.new(spec)
   local file, line = source.caller()
-  if type(spec) ~= "table" or rawequal(spec, package.loaded.limax) then
-    failure.raise(2, "limax.experiment: expected a table of fields: limax.experiment { ... },"
-      .. " with a dot", file and line and ("%s:%d: "):format(file, line))
+  if rawequal(spec, package.loaded.limax) then
+    failure.raise(2, "limax:experiment: write limax.experiment { ... }, with a dot", file and line
+      and ("%s:%d: "):format(file, line))
   end
   local result, message = resolve(source.copy(spec), file)
+  experiment.idle = true
   if result then return result end
   local place = file and (line and ("%s:%d: "):format(file, line) or file .. ": ") or ""
   failure.raise(2, message, place)

@@ -245,6 +245,17 @@ function verify.text(damage)
   return table.concat(lines, "\n")
 end
 
+--- A warning for readers of a damaged folder; nil where nothing is damaged, or nothing can be
+--- verified because limax before 0.2 wrote it.
+---@param path string
+---@return string|nil
+function verify.warning(path)
+  if not host.file.exists(path .. "/hashes.jsonl") then return nil end
+  local damage = verify.folder(path).damage
+  return damage[1] and ("! %s is damaged, its numbers may be wrong:\n%s\n"):format(path,
+    verify.text(damage)) or nil
+end
+
 --- The last generation up to which everything is whole; nil where the damage belongs to no
 --- generation, or to the first one.
 ---@param state limax.run.state

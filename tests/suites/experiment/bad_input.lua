@@ -45,11 +45,17 @@ suite:test("options, files and fields out of range", function(t)
   write_experiment(folder)
   assert(host.file.write_atomic(folder .. "/broken.lua", "local x = = 1\n"))
   assert(host.file.write_atomic(folder .. "/nothing.lua", "return 3\n"))
+  assert(host.file.write_atomic(folder .. "/idle.lua",
+    'local e = require("limax").experiment { fitness = "walk" }\n'))
+  assert(host.file.write_atomic(folder .. "/colon.lua",
+    'return require("limax"):experiment { fitness = "walk" }\n'))
   for _, case in ipairs {
     { "run", 2, "expected a FILE" },
     { "run none.lua", 2, "there is no file none.lua" },
     { "run broken.lua", 1, "broken.lua:1: unexpected symbol" },
     { "run nothing.lua", 2, "nothing.lua returns no experiment" },
+    { "idle.lua", 0, "idle.lua made an experiment and did nothing with it" },
+    { "colon.lua", 2, "write limax.experiment { ... }, with a dot" },
     { "run try.lua --sett a=1", 2, "--set" },
     { "run try.lua --device gpu", 2, "gpu" },
     { "run try.lua --threads 0", 2, "threads" },

@@ -137,3 +137,14 @@ suite:test("a folder that a killed process began is used; a taken name is left t
     t:equal({ first:finish() == 0, second:finish() == 0 }, { true, true })
     t:ok(host.file.exists(folder .. "/runs/tiny-2"))
   end)
+
+suite:test("is named by compare and report, which read on", function(t)
+  local folder = make(t)
+  local path = folder .. "/r/metrics.jsonl"
+  write(path, (source.read(path):gsub('"best":', '"best": ', 1)))
+  for _, words in ipairs { { "compare", "r", "r" }, { "report", "r", "--no-robots" } } do
+    local done = process.ends(folder, words)
+    t:ok(done.stderr:find("! r is damaged, its numbers may be wrong:\n  metrics.jsonl", 1, true),
+      done.stderr)
+  end
+end)
