@@ -96,7 +96,8 @@ function resume.run_script(folder, trust)
   end
   if run.own_loop then
     failure.raise(2, ("%s was made by the loop of %s, and only that continues it: run\n  %s %s\n"
-      .. "with `resume = true` in its limax.start(experiment, { out = %q, resume = true })"):format(
+      .. "with limax.start(experiment, { out = %q, resume = true }); if `resume = true` is new in"
+      .. " the script, also `changed = true`"):format(
       folder.path, original, shell.program(), shell.path(original), folder.path))
   end
   -- a run that was continued with its copy has no other original

@@ -233,7 +233,9 @@ function run_folder.take(path)
   self, message = locked(path)
   if not self or is_free(path) then return self, message end
   self:close()
-  return nil, path .. " is used already; name another folder, or continue it with --resume " .. path
+  return nil, ("%s is used already; name another folder, or continue it: with `limax run --resume"
+    .. " %s`, or in a script's own loop with limax.start(experiment, { out = %q, resume = true })")
+    :format(path, path, path)
 end
 
 --- Writes what a run begins with into a folder that was just taken.

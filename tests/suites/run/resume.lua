@@ -354,7 +354,7 @@ suite:test("an own loop continues where it was stopped", { limit = 60 }, functio
   t:equal(host.json.decode(source.read(folder .. "/parts/STATUS")).state, "done")
   local other = run(folder, { "run", "--resume", "parts" })
   t:equal(other.status, 2)
-  t:ok(other.stderr:find("limax own.lua\nwith `resume = true`", 1, true), other.stderr)
+  t:ok(other.stderr:find("limax own.lua\nwith limax.start(", 1, true), other.stderr)
   -- a finished run stays as it is
   completes(t, folder, { "own.lua", "parts" })
   same_run(t, folder .. "/parts", folder .. "/whole")
