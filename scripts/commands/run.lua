@@ -226,11 +226,14 @@ local function execute(session, experiment, arguments)
   local first_run = or_refuse(2, evolve.start, experiment, options)
   if not session.folder then
     local message
-    repeat
-      -- named before it is made, for Ctrl-C; another process may take it at the same moment
+    -- other processes may take a free name at the same moment; a file system without locks never
+    -- gives one
+    for _ = 1, arguments.out and 1 or 100 do
+      -- named before it is made, for Ctrl-C
       session.path = arguments.out or run_folder.next_free(config.name)
       session.folder, message = run_folder.take(session.path)
-    until session.folder or arguments.out
+      if session.folder then break end
+    end
     if not session.folder then failure.raise(2, message) end
     session.folder:begin(experiment, { repetition = session.only, overrides = changes })
   end

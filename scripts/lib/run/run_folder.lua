@@ -197,7 +197,7 @@ local BEGUN = { scripts = true, STATUS = true }
 for _, name in ipairs(GROWING) do BEGUN[name .. ".jsonl"] = true end
 
 local function is_free(path)
-  for _, name in ipairs(host.file.exists(path) and host.file.list(path) or {}) do
+  for _, name in ipairs(host.file.list(path) or {}) do
     if not BEGUN[name] and not name:match "^%..*%.part$" then return false end
   end
   return true

@@ -224,23 +224,22 @@ local MOST_SHOWN = 12
 --- The damage as text, a line for each file.
 ---@param damage limax.run.damage[]
 function verify.text(damage)
-  local lines, line_of, more = {}, {}, {}
+  local names, first, more, lines = {}, {}, {}, {}
   for _, each in ipairs(damage) do
     local name = each.file:match "^[^,]*"
-    if line_of[name] then
-      more[name] = (more[name] or 0) + 1
+    if first[name] then
+      more[name] = more[name] + 1
     else
-      lines[#lines + 1] = ("  %s %s"):format(each.file, each.reason)
-      line_of[name] = #lines
+      names[#names + 1] = name
+      first[name], more[name] = each, 0
     end
   end
-  for name, count in pairs(more) do
-    local k = line_of[name]
-    lines[k] = ("%s, and %d more in this file"):format(lines[k], count)
+  for k = 1, math.min(#names, MOST_SHOWN) do
+    local each, others = first[names[k]], more[names[k]]
+    lines[k] = ("  %s %s"):format(each.file, each.reason)
+      .. (others > 0 and (", and %d more in this file"):format(others) or "")
   end
-  for k = #lines, MOST_SHOWN + 1, -1 do lines[k] = nil end
-  local hidden = -#lines
-  for _ in pairs(line_of) do hidden = hidden + 1 end
+  local hidden = #names - MOST_SHOWN
   if hidden > 0 then lines[#lines + 1] = ("  ... and %d more files"):format(hidden) end
   return table.concat(lines, "\n")
 end
