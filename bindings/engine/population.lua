@@ -222,26 +222,27 @@ function methods:genome(i)
   return view.new(self, "a genome", "float", genomes + (i - 1) * self.genes, { self.genes })
 end
 
---- A copy of all genomes, [robot][gene].
----@param into? ffi.cdata* an earlier copy of the same size, to be overwritten
----@return ffi.cdata* float[robots * genes]
+--- A copy of all genomes, which stays valid.
+---@param into? limax.view an earlier copy of the same size, whose memory is overwritten
+---@return limax.view [robot][gene]
 function methods:genomes_array(into)
   local what = "population:genomes_array"
   local handle, count = coded(self, what), self.count * self.genes
-  local genomes = into or ffi.new("float[?]", count)
-  if not ffi.istype("float[?]", genomes) or ffi.sizeof(genomes) ~= ffi.sizeof "float" * count then
-    schema.refuse(what, ("an array of %d floats"):format(count), genomes)
+  local memory
+  if into == nil then memory = ffi.new("float[?]", count) else memory = view.memory(into) end
+  if not ffi.istype("float[?]", memory) or ffi.sizeof(memory) ~= ffi.sizeof "float" * count then
+    schema.refuse(what, ("an earlier copy of %d x %d genes"):format(self.count, self.genes), into)
   end
-  abi.check(C.limax_population_read_genomes(handle, 0, self.count, genomes), what)
-  return genomes
+  abi.check(C.limax_population_read_genomes(handle, 0, self.count, memory), what)
+  return view.new(memory, "genomes", "float", memory, { self.count, self.genes })
 end
 
 --- All genomes as little-endian 32-bit floats, [robot][gene].
 ---@return string
 function methods:genomes_bytes()
   coded(self, "population:genomes_bytes")
-  local genomes = self:genomes_array()
-  return ffi.string(genomes, ffi.sizeof(genomes))
+  local memory = view.memory(self:genomes_array())
+  return ffi.string(memory, ffi.sizeof(memory))
 end
 
 --- Writes all genomes.

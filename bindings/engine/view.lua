@@ -1,11 +1,11 @@
 --- view.lua: the engine's arrays for Lua: indices from 1, checked, read without copying, and
 --- invalid once their owner has replaced or freed them. `#view` is the length, `view[i][j]` reads,
---- `view.shape` lists the lengths, `view:copy()` keeps, `view:table()` makes Lua lists,
---- `view:pointer()` is unchecked.
+--- `ipairs(view)` iterates, `view.shape` lists the lengths, `view:copy()` keeps, `view:table()`
+--- makes Lua lists, `view:pointer()` is unchecked.
 ---
---- In LuaJIT only userdata and cdata may define `#`. A view is a userdata, with its state in a weak
---- table. A row of numbers is a cdata with a copy of its numbers, so that it needs no owner and a
---- loop over `trace[i][axis]` allocates no table.
+--- In LuaJIT only cdata may define both `#` and `ipairs`. A view is an empty struct, with its state
+--- in a weak table. A row of numbers is a struct with a copy of its numbers, so that it needs no
+--- owner and a loop over `trace[i][axis]` allocates no table.
 
 local ffi = require "ffi"
 local fault = require "limax.engine.fault"
@@ -25,11 +25,10 @@ local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 
 -- The form that a view shares with its parts, its first axis, the offset of its first element, and
 -- its parts, which are made at the first read.
----@type table<userdata, { form: table, axis: integer, offset: integer, parts: userdata[]|nil }>
+---@type table<ffi.cdata*, { form: table, axis: integer, offset: integer, parts: limax.view[]|nil }>
 local states = setmetatable({}, { __mode = "k" })
-local prototype = newproxy(true)
-local class = getmetatable(prototype)
-local methods = {}
+local class, methods = {}, {}
+local new_view
 
 local function shape_text(shape) return "[" .. table.concat(shape, "][") .. "]" end
 
@@ -52,6 +51,13 @@ end
 local function read_only(what)
   fault.raise(what .. " is read-only; write through its owner, or unchecked through :pointer()")
 end
+
+local function next_entry(self, i)
+  if i < #self then return i + 1, self[i + 1] end
+end
+
+-- The iterator of ipairs and pairs.
+local function entries(self) return next_entry, self, 0 end
 
 -- ---- a row of numbers ---------------------------------------------------------------------------
 
@@ -78,6 +84,7 @@ local function make_row_type(length)
     end,
     __newindex = function() read_only "a row of a view" end,
     __len = function() return length end,
+    __ipairs = entries, __pairs = entries,
     __tostring = function() return ("row of %d numbers"):format(length) end,
   })
 end
@@ -100,7 +107,7 @@ end
 -- ---- a view -------------------------------------------------------------------------------------
 
 local function part(form, axis, offset)
-  local self = newproxy(prototype)
+  local self = new_view()
   states[self] = { form = form, axis = axis, offset = offset }
   return self
 end
@@ -149,10 +156,14 @@ function class:__len()
   return state.form.shape[state.axis]
 end
 
+class.__ipairs, class.__pairs = entries, entries
+
 function class:__tostring()
   local state = states[self]
   return ("view of %s %s"):format(state.form.what, shape_text(tail(state.form.shape, state.axis)))
 end
+
+new_view = ffi.metatype("struct {}", class)
 
 --- A view over memory of an object, which it keeps alive.
 ---@param owner table|ffi.cdata* an object, or memory that nothing replaces
@@ -178,6 +189,15 @@ end
 function view.is_view(value)
   return states[value] ~= nil or type(value) == "cdata" and is_row_type[tonumber(ffi.typeof(value))]
     or false
+end
+
+--- The FFI array of a view over memory of its own; nil for a view of an object, and for a part.
+---@param value any
+---@return ffi.cdata*|nil
+function view.memory(value)
+  local state = states[value]
+  local owner = state and state.axis == 1 and state.form.owner
+  return type(owner) == "cdata" and owner or nil
 end
 
 -- The state of the view whose method is called.

@@ -15,6 +15,7 @@ local sealed = require "limax.base.sealed"
 local shell = require "limax.base.shell"
 local source = require "limax.base.source"
 local verify = require "limax.run.verify"
+local view = require "limax.engine.view"
 
 ---@class limax.run_folder
 ---@field path string
@@ -24,7 +25,7 @@ local verify = require "limax.run.verify"
 ---@field writer limax.host.writer writes files asynchronously, in order
 ---@field pending { job: integer, checkpoint: table }[] checkpoints that are not on disk yet
 ---@field jobs table<integer, integer> the last job of a repetition's newest generation
----@field genomes ffi.cdata*|nil of the last written generation
+---@field genomes limax.view|nil of the last written generation, whose memory is used again
 ---@field bytes table<string, integer> length of each file that grows, as far as it is written
 ---@field scored_by string|nil hash of what scores its robots now
 local Folder = {}
@@ -79,7 +80,7 @@ function Folder:check(ok, message)
   if self.checkpoint then
     state = ("everything up to generation %d of repetition %d is on disk; continue with: %s")
       :format(self.checkpoint.generation, self.checkpoint.repetition,
-        run_folder.resume_command(self.path))
+        shell.resume_command(self.path))
   end
   failure.raise_machine("disk", message .. "; " .. state)
 end
@@ -155,10 +156,10 @@ function Folder:write_generation(written)
   self:check(self.writer:wait(self.jobs[repetition] or 0))
   local robots = written.engine
   -- the writer copies the array
-  local genomes = robots:genomes_array(self.genomes)
-  self.genomes = genomes
+  self.genomes = robots:genomes_array(self.genomes)
+  local genomes = view.memory(self.genomes)
   local function place(kind, ending)
-    return run_folder.place(repetition, kind, generation, ending)
+    return verify.place(repetition, kind, generation, ending)
   end
   for _, kind in ipairs { "population", "champions" } do
     self:make_folder(source.folder_of(place(kind, "")))
@@ -341,7 +342,7 @@ end
 
 -- A file of a generation.
 function Folder:read_generation(repetition, generation, ending)
-  local path = self.path .. "/" .. run_folder.place(repetition, "population", generation, ending)
+  local path = self.path .. "/" .. verify.place(repetition, "population", generation, ending)
   local text, message = source.read(path)
   if not text then failure.raise(1, message) end
   return text, path

@@ -25,6 +25,21 @@ views:test("count from 1 and have a shape", function(t)
   t:equal(tostring(voxels), "view of voxels [3][2][4]")
 end)
 
+views:test("iterate with ipairs and pairs", function(t)
+  local trace = simulated({ position = 20 }):trace(1, "position")
+  for _, iterate in ipairs { ipairs, pairs } do
+    local visited = 0
+    for k, sample in iterate(trace) do
+      visited = visited + 1
+      t:equal(k, visited)
+      for mass, row in iterate(sample) do
+        for axis, value in iterate(row) do t:same_bits(value, trace[k][mass][axis]) end
+      end
+    end
+    t:equal(visited, #trace)
+  end
+end)
+
 views:test("read the engine's memory, x fastest", function(t)
   local population = robots(2)
   local voxels, weights = population:voxels(2), population:weights(2)
