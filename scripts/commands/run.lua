@@ -14,6 +14,7 @@ local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local run_files = require "limax.settings.run_files"
 local script = require "limax.base.script"
+local shell = require "limax.base.shell"
 local tally = require "limax.tools.console.tally"
 local terminal = require "limax.base.terminal"
 local tiers = require "limax.settings.tiers"
@@ -108,7 +109,7 @@ end
 local function say_finished(session, config)
   local limit = config.evaluations and "evaluations" or "generations"
   table.insert(session.notes, ("this run is finished: nothing is left to compute. To extend it:\n"
-    .. "  %s --changed --set %s=%d"):format(run_folder.resume_command(session.path), limit,
+    .. "  %s --changed --set %s=%d"):format(shell.resume_command(session.path), limit,
     2 * config[limit]))
 end
 
@@ -239,7 +240,7 @@ local function execute(session, experiment, arguments)
   end
   -- from here on even a hard stop prints how to continue
   host.signal.on_hard_stop("continue with: "
-    .. terminal.shown(run_folder.resume_command(session.path)))
+    .. terminal.shown(shell.resume_command(session.path)))
   session.folder:status "running"
   session.folder:write_environment(device)
   announce(session, config, device)
@@ -260,7 +261,7 @@ local function interrupted(session)
   else
     output.warn(session.done and "interrupted; every generation is done\n"
       or "interrupted; the unfinished generation is dropped\n", "continue with: ",
-      run_folder.resume_command(path), "\n")
+      shell.resume_command(path), "\n")
   end
   return 130
 end
@@ -277,7 +278,7 @@ local function end_early(session, value, trace)
   end
   if is_interrupt then return interrupted(session) end
   local status, machine = failure.status(value), failure.of_machine(value)
-  local command_line = folder and run_folder.resume_command(folder.path)
+  local command_line = folder and shell.resume_command(folder.path)
   local repair = ""
   if folder and folder.checkpoint and not failure.is_damaged(value) then
     -- a repaired script differs, which resume refuses without --changed

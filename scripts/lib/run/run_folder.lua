@@ -39,10 +39,6 @@ local function json(value) return host.json.encode(value, { indent = 2 }) .. "\n
 
 local function sealed_json(value) return sealed.add(json(value)) end
 
-run_folder.place = verify.place
-
-run_folder.resume_command = shell.resume_command
-
 --- Is there a run that can be continued?
 function run_folder.is_run(path) return host.file.exists(path .. "/config.json") == "file" end
 

@@ -1,9 +1,9 @@
 --- lineage.lua: the ancestors of a champion, from the parents in the population files, and the line
 --- from generation 0 through the better parent of each.
 
-local run_folder = require "limax.run.run_folder"
 local run_files = require "limax.settings.run_files"
 local source = require "limax.base.source"
+local verify = require "limax.run.verify"
 
 local lineage = {}
 
@@ -18,7 +18,7 @@ local lineage = {}
 local function robots_of(run)
   local by_id = {}
   for _, line in ipairs(run.lines) do
-    local path = run.path .. "/" .. run_folder.place(run.repetition, "population", line.generation,
+    local path = run.path .. "/" .. verify.place(run.repetition, "population", line.generation,
       ".jsonl")
     for _, robot in ipairs(run_files.robots(source.read(path) or "", path)) do
       by_id[robot.id] = by_id[robot.id] or robot

@@ -14,6 +14,7 @@ local schema = require "limax.engine.schema"
 local source = require "limax.base.source"
 local supervision = require "limax.supervise.supervision"
 local terminal = require "limax.base.terminal"
+local verify = require "limax.run.verify"
 
 local runs = {}
 
@@ -234,7 +235,7 @@ end
 --- The robot file of a generation's champion.
 ---@param line table of metrics
 function runs.champion(run, line)
-  return run.path .. "/" .. run_folder.place(run.repetition, "champions", line.generation, ".json")
+  return run.path .. "/" .. verify.place(run.repetition, "champions", line.generation, ".json")
 end
 
 --- The champion of a generation as its robot file describes it; nil, message where the file is
