@@ -53,13 +53,13 @@ end
 
 ---@class talker.done
 ---@field folder string
----@field ledger table[] lines; likewise transcript and timing
+---@field ledger table[] lines; likewise metrics, timing and transcript
 ---@field output string messages for the user what the run printed
 
 --- Reads the files of a run.
 function talker.read(folder)
   local done = { folder = folder }
-  for _, name in ipairs { "ledger", "transcript", "timing" } do
+  for _, name in ipairs { "ledger", "metrics", "timing", "transcript" } do
     done[name] = {}
     for row in (source.read(folder .. "/" .. name .. ".jsonl") or ""):gmatch "[^\n]+" do
       table.insert(done[name], (assert(host.json.decode(row))))

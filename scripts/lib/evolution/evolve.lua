@@ -144,7 +144,9 @@ function Run:generations()
     end
     self.population, self.upcoming = self.upcoming or nil, nil
     if not self.population then
-      local text = supervision.failure_text(supervision.failures(self.history))
+      local records = {}
+      for k, entry in ipairs(self.history) do records[k] = entry.ledger end
+      local text = supervision.failure_text(supervision.failures(self.history, records))
       if text then self:say(("repetition %d: %s"):format(self.repetition, text)) end
       self:close()
     end

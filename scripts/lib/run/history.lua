@@ -33,7 +33,7 @@ history.genomes_kept = 3
 ---@field coarse integer robots of which a mass moved farther than a tenth of an edge in one step
 ---@field scored integer robots with a score
 ---@field evaluations integer robots that were simulated
----@field supervisor_failed? boolean true where the supervisor failed, so that parameters stayed
+---@field supervisor_failed? boolean true where the supervisor failed: fallback, or no change
 ---@field champion { id: integer, index: integer, hash: string } the best robot
 
 -- entry -> population rebuilt from its text, until it is collected

@@ -63,7 +63,7 @@ end
 ---@return table<string, table<string, number>> fields
 ---@return table record
 ---@return table numbers
----@return boolean|nil failed did a supervisor that is a function of history fail?
+---@return boolean|nil failed did the supervisor fail, so that its fallback or nobody decided?
 function supervision.decide(run, robots)
   local generation = robots.generation + 1
   local random = engine.random(run.config.seed, run.repetition, "supervision", generation, 0)
@@ -72,6 +72,7 @@ function supervision.decide(run, robots)
     parameters, fields, record, numbers = run.session:decide { generation = generation,
       history = run.history, random = random, limits = run.limits,
       judge = function(...) return judge(run, robots, ...) end }
+    failed = numbers.fallen_back
   else
     parameters, fields, record, failed = ask(run, robots, generation, random)
   end
@@ -89,12 +90,14 @@ end
 
 --- Counts the generations whose supervisor failed: how many of how many that it was asked for.
 ---@param lines table[] of a repetition in metrics.jsonl, or entries of its history
+---@param records table[] its ledger records
 ---@return integer failed
 ---@return integer asked
-function supervision.failures(lines)
-  local failed = 0
+function supervision.failures(lines, records)
+  local failed, asked = 0, #lines - 1 -- generation 0 needs no supervisor
   for _, line in ipairs(lines) do failed = failed + (line.supervisor_failed and 1 or 0) end
-  return failed, #lines - 1 -- generation 0 needs no supervisor
+  for _, record in ipairs(records) do asked = asked - (record.source == "held" and 1 or 0) end
+  return failed, asked
 end
 
 --- What these counts mean; nil where none failed.
@@ -102,11 +105,12 @@ end
 function supervision.failure_text(failed, asked)
   if failed == 0 then return nil end
   if failed < asked then
-    return ("the supervisor failed in %d of %d generations, which kept their parameters;"
-      .. " ledger.jsonl has the reasons"):format(failed, asked)
+    return ("the supervisor failed in %d of %d generations, which its fallback decided or which"
+      .. " kept their parameters; ledger.jsonl has the reasons"):format(failed, asked)
   end
-  return ("THE SUPERVISOR FAILED IN EVERY GENERATION (%d of %d): no parameter was changed, so this"
-    .. ' is supervisor = "fixed"; ledger.jsonl has the reasons'):format(failed, asked)
+  return ("THE SUPERVISOR FAILED IN EVERY GENERATION (%d of %d): its fallback decided, or without"
+    .. ' one no parameter was changed, as by supervisor = "fixed"; ledger.jsonl has the reasons')
+    :format(failed, asked)
 end
 
 return supervision

@@ -108,6 +108,8 @@ suite:test("without a usable answer the fallback proposes, or nothing changes", 
       t:equal(done.ledger[2].source, from)
       t:ok(done.ledger[2].reason:find(reason, 1, true), done.ledger[2].reason)
       t:ok(done.timing[2].supervision.fallen_back)
+      t:equal(done.metrics[2].supervisor_failed, true)
+      t:ok(done.output:find("FAILED IN EVERY GENERATION", 1, true), done.output)
       t:equal(entry(done, 1, "crossover_rate").applied, fallback == my_own and 0.45 or 0.4)
       t:ok(done.output:find("before generation 1 the model was not used: ", 1, true))
     end
@@ -263,6 +265,9 @@ suite:test("the model may be asked every few generations; equal answers are repo
     t:equal({ done.ledger[3].source, done.ledger[3].reason },
       { "held", "the model is asked every 3 generations" })
     t:equal(done.timing[3].supervision.fallen_back, false)
+    t:equal(done.metrics[2].supervisor_failed, nil)
+    local broken = run(t, { "llm", ask_every = 2, client = talker.new(function() error "no" end) })
+    t:ok(broken.output:find("FAILED IN EVERY GENERATION (2 of 2)", 1, true), broken.output)
     t:equal(select(2, done.output:gsub("the same answer 5 times in a row", "")), 1)
     t:equal(of_kind(done, "outcome")[19].unchanged, 7)
   end)

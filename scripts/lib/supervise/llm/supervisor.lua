@@ -316,7 +316,7 @@ function Session:decide(step)
   if recorded then
     self:resume_from(recorded)
     local parameters, fields, record = supervisor.apply(recorded, step.judge)
-    return parameters, fields, record, {}
+    return parameters, fields, record, { fallen_back = supervisor.is_fallback(recorded.source) }
   end
   local line = self:decide_now(step)
   line.supervisor, line.asks = "llm", host.json.array(self.notes)

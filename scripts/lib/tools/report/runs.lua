@@ -226,7 +226,7 @@ end
 function runs.supervisor_failures(list)
   local failed, asked = 0, 0
   for _, run in ipairs(list) do
-    local its, all = supervision.failures(run.lines)
+    local its, all = supervision.failures(run.lines, run.ledger)
     failed, asked = failed + its, asked + all
   end
   return supervision.failure_text(failed, asked), failed > 0 and failed == asked
