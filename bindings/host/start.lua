@@ -14,6 +14,7 @@ local PUBLIC = {
   ["limax.fitness"] = "scripts/lib/experiment/fitness",
   ["limax.scenes"] = "scripts/lib/settings/scenes",
   ["limax.selection"] = "scripts/lib/experiment/selection",
+  ["limax.survival"] = "scripts/lib/experiment/survival",
   ["limax.supervise"] = "scripts/lib/supervise/supervise",
   ["limax.test"] = "scripts/lib/tools/test/test",
 }

@@ -17,6 +17,7 @@ local public = {
   selection = { "limax.selection" },
   start = { "limax.evolution.evolve", "start" },
   supervise = { "limax.supervise" },
+  survival = { "limax.survival" },
   test = { "limax.test" },
 }
 
@@ -34,6 +35,7 @@ local public = {
 ---@field selection table selection schemes by name
 ---@field start fun(experiment: limax.experiment, options: table|nil): table a run, looped by hand
 ---@field supervise table supervisors by name
+---@field survival table survival schemes by name
 ---@field test table suites of scripted regressions
 local limax = { version = host.version, home = host.home, engine = engine }
 

@@ -63,15 +63,38 @@ local function supervise(run, robots, choice)
     materials = same and robots.materials or run:materials_with(fields) }
 end
 
--- Elites, and a pair of parents per robot of the next generation.
+-- Calls a function of the experiment; an error of it ends the run.
+local function call(what, own, ...)
+  local ok, first, second = failure.attempt_watched(what, own, ...)
+  if not ok then failure.raise_again(first, second) end
+  return first, second
+end
+
+local function random_of(run, generation, individual)
+  return engine.random(run.config.seed, run.repetition, "selection", generation, individual)
+end
+
+-- The robots that go on, and the pool from which parents are chosen. A script may name the former.
+local function survive(run, robots, generation, parameters, named)
+  if named then return mating.check_scored(robots, named, "breed: elites"), robots end
+  local survivors, parents = call("the survival", run.experiment.survival, robots,
+    random_of(run, generation, 0), run.world.state, parameters)
+  mating.check_scored(robots, survivors, "survival: survivors")
+  if #survivors >= #robots then
+    failure.raise(1, ("survival: %d survivors leave no place for offspring in a population of %d")
+      :format(#survivors, #robots))
+  end
+  parents = parents or survivors[1] and survivors or robots.ranked
+  if parents ~= robots.ranked then mating.check_scored(robots, parents, "survival: parents") end
+  return survivors, mating.pool(robots, parents)
+end
+
+-- Survivors, and a pair of parents per robot of the next generation.
 local function select(run, robots, generation, parameters, choice)
-  local elites = mating.elites(robots, parameters.elite_fraction, choice.elites)
-  return elites, mating.pairs(robots, elites, choice.parents, function(child)
-    local random = engine.random(run.config.seed, run.repetition, "selection", generation, child)
-    local ok, first, second =
-      failure.attempt_watched("the selection", run.experiment.selection, robots, random)
-    if not ok then failure.raise_again(first, second) end
-    return first, second
+  local elites, pool = survive(run, robots, generation, parameters, choice.elites)
+  return elites, mating.pairs(pool, elites, choice.parents, function(child)
+    return call("the selection", run.experiment.selection, pool,
+      random_of(run, generation, child), run.world.state)
   end, source.place(run.config.selection))
 end
 

@@ -1,8 +1,9 @@
---- mating.lua: which robots of a scored generation are copied, which become parents, and the
---- records of the next generation. Indices from a script's selection or own loop are checked here.
+--- mating.lua: which robots of a scored generation go on, which become parents, and the records of
+--- the next generation. Indices from a script's survival, selection or own loop are checked here.
 
 local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
+local schema = require "limax.engine.schema"
 
 local mating = {}
 
@@ -14,30 +15,46 @@ local function check_index(index, robots, what)
   return index
 end
 
---- The elites: the best robots, at least one and at most all but one; or those that the script
---- names, which must have a score.
----@param fraction number of the population
----@param named? integer[]
----@return integer[] indices
-function mating.elites(robots, fraction, named)
-  local elites = {}
-  if not named then
-    local count = math.max(math.floor(fraction * #robots + 0.5), 1)
-    for k = 1, math.min(count, #robots - 1, #robots.ranked) do elites[k] = robots.ranked[k] end
-    return elites
+--- Checks a list of robots that go on or may be parents: each with a score, and none twice.
+---@param robots limax.population.scored
+---@param list integer[]
+---@param what string names the list in messages: "breed: elites"
+---@return integer[] list
+function mating.check_scored(robots, list, what)
+  if type(list) ~= "table" then
+    failure.raise(1, ("%s: expected a list of indices, got %s"):format(what, schema.show(list)))
   end
-  for k, index in ipairs(named) do
-    elites[k] = check_index(index, robots, ("breed: elites[%d]"):format(k))
+  local seen = {}
+  for k, index in ipairs(list) do
+    check_index(index, robots, ("%s[%d]"):format(what, k))
     if not robots.records[index].fitness then
-      failure.raise(1, ("breed: elites[%d] = %d has no score: a robot that failed is never"
-        .. " an elite"):format(k, index))
+      failure.raise(1, ("%s[%d] = %d has no score: a robot that failed is never an elite nor a"
+        .. " parent"):format(what, k, index))
+    elseif seen[index] then
+      failure.raise(1, ("%s[%d] = %d is in the list already, at place %d"):format(what, k, index,
+        seen[index]))
     end
+    seen[index] = k
   end
-  return elites
+  return list
+end
+
+--- The robots from which a selection picks two: a scored population whose `ranked` lists only the
+--- parents, best first.
+---@param robots limax.population.scored
+---@param parents integer[]
+---@return limax.population.scored
+function mating.pool(robots, parents)
+  if parents == robots.ranked then return robots end
+  local pool = setmetatable({}, getmetatable(robots))
+  for key, value in pairs(robots) do pool[key] = value end
+  pool.ranked = parents
+  return pool
 end
 
 --- One pair of indices per robot of the next generation: an elite twice, then two parents for each
 --- offspring, by `select(child)` or as the script names them.
+---@param robots limax.population.scored the pool that pairs refer to
 ---@param elites integer[]
 ---@param named? integer[][]
 ---@param select fun(child: integer): integer, integer

@@ -24,6 +24,7 @@ local scoring = require "limax.robot.scoring"
 ---@field first_step number s, limit of the time step for a full body of these
 ---@field advance fun(simulation: limax.simulation, on_progress?: fun(progress: table)) to its end
 ---@field on_progress? fun(progress: table)
+---@field state table|nil of the experiment's scripts (run/state.lua)
 ---@field say fun(text: string, key?: string) shows a warning once per key
 ---@field breed fun(robots: limax.population.scored, choice: table) ends a generation
 
@@ -176,7 +177,7 @@ function Population:score(with)
     end
   end
   scoring.score { call = law.call, robots = self, records = self.records, wanted = wanted,
-    generation = self.generation, say = world.say }
+    generation = self.generation, state = world.state, say = world.say }
   self.ranked = metrics.rank(self.records)
   self.scored_with, self.fitness = self.scored_with or with, law
   if #self.simulations > 0 then self.scored_with = with end

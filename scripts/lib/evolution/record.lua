@@ -7,6 +7,7 @@ local metrics = require "limax.run.metrics"
 local population = require "limax.evolution.population"
 local run_files = require "limax.settings.run_files"
 local scoring = require "limax.robot.scoring"
+local state = require "limax.run.state"
 
 local record = {}
 
@@ -35,7 +36,7 @@ local function standard_score(run, robots)
     population.simulate_again(robots, mask, world.first_materials, world.options)
   local score
   if again[best].status == "done" then
-    score = scoring.call(robots.fitness.call, again[best])
+    score = scoring.call(robots.fitness.call, again[best], state.copy(world.state))
   end
   simulation:free "its robot had been scored under the first materials"
   return score
@@ -80,13 +81,15 @@ function record.write(run, robots)
   line.best_standard = standard_score(run, robots)
   line.supervisor_failed = robots.supervisor_failed
   local text = history.encode(robots.records)
+  local kept = run.world.state and state.encode(run.world.state)
   local entry = remember(run, line, robots.ledger,
     run.folder and reader(run.folder, line) or function() return text end, robots)
   if run.folder then
     robots.timing.write = run.folder:write_generation { metrics = line, ledger = robots.ledger,
       seconds = robots.timing, supervision = robots.supervision, text = text,
-      engine = robots.engine, champion = robots[robots.ranked[1]]:table() }
+      state = kept, engine = robots.engine, champion = robots[robots.ranked[1]]:table() }
   end
+  run.world.state = kept and state.decode(kept)
   population.end_traces(robots, "its population was bred")
   if run.on_generation then run.on_generation(entry, robots.timing) end
 end
@@ -110,6 +113,9 @@ function record.read(run, folder)
     remember(run, line, kept.ledger, text, robots)
     run.upcoming = robots
   end
+  local before = run.upcoming and run.world.state
+    and folder:state_text(run.repetition, run.upcoming.generation)
+  if before then run.world.state = state.decode(before) end
 end
 
 return record

@@ -6,6 +6,7 @@ local failure = require "limax.base.failure"
 local population = require "limax.evolution.population"
 local schema = require "limax.engine.schema"
 local scoring = require "limax.robot.scoring"
+local state = require "limax.run.state"
 local settings = require "limax.settings.settings"
 local strict = require "limax.engine.strict"
 
@@ -76,7 +77,8 @@ function rescore.population(robots, setting, which)
       result.simulated = result.simulated + outcome.step * (outcome.time_step or 0)
       result.status[i], result.time_step[i] = outcome.status, outcome.time_step
       if outcome.status == "done" then
-        local value, _, message = scoring.call(world.fitness.call, robot)
+        local value, _, message =
+          scoring.call(world.fitness.call, robot, state.copy(world.state))
         result.distance[i], result.fitness[i] = robot:distance(), value
         if message then result.status[i] = "failed" end
       end

@@ -11,6 +11,7 @@ local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
+local state = require "limax.run.state"
 
 ---@class limax.run one repetition of an experiment
 ---@field experiment limax.experiment that it is a repetition of
@@ -102,6 +103,7 @@ function run.new(experiment, options)
   local world = { config = config, scene = engine.scene(config.scene),
     options = settings.engine_options(config.simulation, config.record), device = device,
     fitness = experiment.fitness, first_materials = first, advance = options.wait or advance,
+    state = experiment.state and state.decode(state.encode(experiment.state())),
     on_progress = options.on_progress, say = once(options.say or print_warning) }
   -- refuses a lattice that this machine cannot hold before anything large is made
   engine.population({ lattice = config.lattice, count = config.population }):free()

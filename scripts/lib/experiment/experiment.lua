@@ -19,6 +19,8 @@ local source = require "limax.base.source"
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
 ---@field fitness { name: string, call: function, record: table } as resolved
 ---@field selection fun(population: table, random: table): integer, integer as resolved
+---@field survival limax.survival.scheme as resolved
+---@field state nil|fun(): table a script's own state at the start of a repetition
 ---@field supervisor { name: string, call: function } as resolved
 ---@field notes string[] for the user: what was changed, and what is probably unintended
 ---@field scripts string[] absolute paths of its script files
@@ -97,6 +99,8 @@ local rules = schema.fields {
   breeding = with(rules_of(fields.breeding), {}),
   fitness = anything,
   selection = anything,
+  survival = anything,
+  state = anything,
   supervisor = anything,
   supervision = with(rules_of(fields.supervision), { ranges = ranges }),
   not_in_paper = schema.list(schema.text(".*", "a text"), { expected = "a list of texts" }),
@@ -138,7 +142,7 @@ local function default_name(spec, origin)
   return (name:gsub("^[^%w]", "x"))
 end
 
--- The named parts of the library: fitness, selection, supervisor.
+-- The named parts of the library: fitness, selection, survival, supervisor; and the state.
 local function resolve_parts(spec)
   local fitness, wrong_fitness =
     resolved("fitness", require("limax.fitness").get, spec.fitness)
@@ -146,9 +150,16 @@ local function resolve_parts(spec)
     spec.selection or defaults.selection)
   local supervisor, wrong_supervisor = resolved("supervisor", require("limax.supervise").get,
     spec.supervisor or defaults.supervisor)
-  local message = wrong_fitness or wrong_selection or wrong_supervisor
+  local survival, wrong_survival =
+    resolved("survival", require("limax.survival").get, spec.survival or defaults.survival)
+  local message = wrong_fitness or wrong_selection or wrong_supervisor or wrong_survival
+  if not message and spec.state ~= nil and type(spec.state) ~= "function" then
+    message = ("state: expected a function that returns a table, got %s; write state = function()"
+      .. " return { ... } end"):format(schema.show(spec.state))
+  end
   if message then return nil, message end
-  return { fitness = fitness, selection = selection, supervisor = supervisor }
+  return { fitness = fitness, selection = selection, supervisor = supervisor, survival = survival,
+    state = spec.state }
 end
 
 -- Script files that an experiment names: the parser of a language model's answers.
@@ -204,11 +215,15 @@ local function resolve(spec, origin)
   config.fitness = source.describe(spec.fitness, base)
   config.selection = source.describe(spec.selection or defaults.selection, base)
   config.supervisor = source.describe(spec.supervisor or defaults.supervisor, base)
+  config.survival = spec.survival ~= defaults.survival and source.describe(spec.survival, base)
+    or nil
+  config.state = spec.state and source.describe(spec.state, base)
   local unfit = parts.supervisor.unfit and parts.supervisor.unfit(config)
   if unfit then return nil, ("supervisor %q: %s"):format(parts.supervisor.name, unfit) end
 
   return setmetatable({ config = config, spec = spec, origin = origin, notes = notes,
     fitness = parts.fitness, selection = parts.selection, supervisor = parts.supervisor,
+    survival = parts.survival, state = parts.state,
     scripts = source.scripts(origin, spec, named_scripts(spec, base)) }, Experiment)
 end
 
@@ -217,7 +232,7 @@ end
 --- Checks and resolves an experiment. Errors raise at the caller's line, with exit status 2.
 --- Fields: name, lattice, materials, seed, genome, scene, simulation, record, population,
 --- generations, evaluations, repetitions, breeding, fitness (the one without a default), selection,
---- supervisor, supervision, not_in_paper.
+--- survival, state, supervisor, supervision, not_in_paper.
 ---@param spec table
 ---@return limax.experiment
 function experiment.new(spec)

@@ -87,13 +87,14 @@ end
 --- Calls a fitness for one robot: its two results, or `nil, nil, message, excusable`. The message
 --- of an error comes with its traceback as fifth result.
 ---@param robot table
+---@param state table|nil of the run's scripts
 ---@return number|nil fitness
 ---@return table|nil extra as `scoring.parts` takes it
 ---@return string|nil message
 ---@return boolean|nil excusable
 ---@return string|nil trace
-function scoring.call(call, robot)
-  local ok, value, extra = failure.attempt_watched("the fitness", call, robot)
+function scoring.call(call, robot, state)
+  local ok, value, extra = failure.attempt_watched("the fitness", call, robot, state)
   -- a fitness may simulate, and the device fail
   if not ok and failure.of_machine(value) then error(value, 0) end
   if not ok then
@@ -113,6 +114,7 @@ end
 --- here
 ---@field wanted boolean[] which robots to score
 ---@field generation integer
+---@field state table|nil of the run's scripts
 ---@field say fun(text: string, key: string) called for every robot that fails; `key` is the part of
 --- the text that names no robot and no generation
 
@@ -123,7 +125,7 @@ function scoring.score(request)
   for i, record in ipairs(request.records) do
     if request.wanted[i] and record.status == "done" then
       local value, extra, message, excusable, trace =
-        scoring.call(request.call, request.robots[i])
+        scoring.call(request.call, request.robots[i], request.state)
       record.fitness = value
       record.cases, record.measures = scoring.parts(extra)
       if message then

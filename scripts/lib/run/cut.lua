@@ -94,7 +94,7 @@ return function(folder, from)
   folder:clean("", math.huge)
   for _, name in ipairs(host.file.list(folder.path) or {}) do
     local repetition = tonumber(name:match "^r(%d+)$")
-    for _, kind in ipairs(repetition and { "/population", "/champions" } or {}) do
+    for _, kind in ipairs(repetition and { "/population", "/champions", "/state" } or {}) do
       folder:clean("/" .. name .. kind, last[repetition] or -1)
     end
   end

@@ -10,7 +10,7 @@ local run_configuration = {}
 -- Changing these does not affect scores.
 local UNSCORED = { breeding = true, evaluations = true, generations = true, name = true,
   not_in_paper = true, repetitions = true, run = true, schema = true, selection = true,
-  supervision = true, supervisor = true }
+  supervision = true, supervisor = true, survival = true }
 
 -- Copies of the scripts, named by their path below the experiment's folder, or by the file's name.
 local function copies(experiment)

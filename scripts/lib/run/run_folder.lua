@@ -143,7 +143,7 @@ end
 
 --- Writes a complete generation asynchronously, its checkpoint last. Raises an error of writing an
 --- earlier one.
----@param written table metrics, ledger, seconds, supervision, text, engine, champion
+---@param written table metrics, ledger, seconds, supervision, text, engine, champion, state
 ---@return number seconds that the run waited
 function Folder:write_generation(written)
   local began = host.clock()
@@ -165,9 +165,14 @@ function Folder:write_generation(written)
   self:write_later(place("population", ".jsonl"), written.text)
   self:write_later(place("population", ".npy"), header, genomes, bytes)
   self:write_later(place("champions", ".json"), champion)
+  if written.state then
+    self:make_folder(source.folder_of(place("state", "")))
+    self:write_later(place("state", ".json"), written.state)
+  end
   local hashes = { schema = "limax.hashes/1", repetition = repetition, generation = generation,
     scored_by = self.scored_by, population = host.xxh3(written.text),
-    genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion) }
+    genomes = host.xxh3(header, genomes, bytes), champion = host.xxh3(champion),
+    state = written.state and host.xxh3(written.state) }
 
   local ledger, seconds = { schema = "limax.ledger/1", repetition = repetition,
     generation = generation }, {}
@@ -337,8 +342,8 @@ function Folder:sort_lines()
 end
 
 -- A file of a generation.
-function Folder:read_generation(repetition, generation, ending)
-  local path = self.path .. "/" .. verify.place(repetition, "population", generation, ending)
+function Folder:read_generation(repetition, kind, generation, ending)
+  local path = self.path .. "/" .. verify.place(repetition, kind, generation, ending)
   local text, message = source.read(path)
   if not text then failure.raise(1, message) end
   return text, path
@@ -348,7 +353,15 @@ end
 ---@return string
 function Folder:population_text(repetition, generation)
   self:settle()
-  return (self:read_generation(repetition, generation, ".jsonl"))
+  return (self:read_generation(repetition, "population", generation, ".jsonl"))
+end
+
+--- The text of a script's state after a generation; nil where it had none.
+---@return string|nil
+function Folder:state_text(repetition, generation)
+  local file = verify.place(repetition, "state", generation, ".json")
+  if host.file.exists(self.path .. "/" .. file) ~= "file" then return nil end
+  return (self:read_generation(repetition, "state", generation, ".json"))
 end
 
 ---@class limax.run_folder.generation
@@ -372,7 +385,8 @@ function Folder:generations(repetition, genomes_kept)
     end
   end
   for k = math.max(1, #list - genomes_kept + 1), #list do
-    local bytes, path = self:read_generation(repetition, list[k].metrics.generation, ".npy")
+    local bytes, path = self:read_generation(repetition, "population",
+      list[k].metrics.generation, ".npy")
     local array, message = npy.decode(bytes)
     if not array then failure.raise(1, ("%s: %s"):format(path, message)) end
     list[k].genomes = array.data

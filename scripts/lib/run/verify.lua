@@ -10,12 +10,12 @@ local verify = {}
 --- The files that grow by one line per generation; `hashes` has the hashes of the other lines.
 verify.GROWING = { "metrics", "ledger", "timing", "hashes" }
 
---- The files of one generation, as `hashes` names them.
+--- The files of one generation, as `hashes` names them; one that it does not name is not there.
 verify.FILES = { population = { "population", ".jsonl" }, genomes = { "population", ".npy" },
-  champion = { "champions", ".json" } }
+  champion = { "champions", ".json" }, state = { "state", ".json" } }
 
 --- The path of a file of one generation in the run folder.
----@param kind "population"|"champions"
+---@param kind "population"|"champions"|"state"
 ---@param ending string
 function verify.place(repetition, kind, generation, ending)
   return ("r%02d/%s/g%04d%s"):format(repetition, kind, generation, ending)
@@ -119,8 +119,8 @@ local function check_files(state, path)
     local repetition, generation = row.hashes.repetition, row.hashes.generation
     for name, place in pairs(verify.FILES) do
       local file = verify.place(repetition, place[1], generation, place[2])
-      local text = source.read(path .. "/" .. file)
-      if not text or host.xxh3(text) ~= row.hashes[name] then
+      local text = row.hashes[name] and source.read(path .. "/" .. file)
+      if row.hashes[name] and not text or text and host.xxh3(text) ~= row.hashes[name] then
         table.insert(state.damage, { file = file, repetition = repetition,
           generation = generation, reason = text and "does not match its hash" or "is missing" })
       end
@@ -209,9 +209,9 @@ function verify.missing(path, bytes)
   end
   for _, line in ipairs(whole_lines(hashes)) do
     local row = host.json.decode(line)
-    for _, place in pairs(verify.FILES) do
+    for name, place in pairs(verify.FILES) do
       local file = verify.place(row.repetition, place[1], row.generation, place[2])
-      if not host.file.exists(path .. "/" .. file) then
+      if row[name] and not host.file.exists(path .. "/" .. file) then
         return ("%s/%s is gone: something else removed it while the run went on"):format(path, file)
       end
     end

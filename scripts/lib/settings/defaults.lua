@@ -90,6 +90,7 @@ defaults.record = { center_of_mass = 50 }
 
 defaults.materials = "paper"
 defaults.selection = { "tournament", size = 3 }
+defaults.survival = "elitist"
 defaults.supervisor = "rules"
 
 --- Named sets of integrator, precision and time step. A step is `auto` with a cap (s) where the

@@ -121,7 +121,8 @@ local rules = {
     materials = required(schema.table), scene = required(schema.table),
     supervision = required(schema.table), simulation = required(simulation),
     record = required(complete(settings.record)), fitness = required(choice),
-    selection = required(choice), supervisor = required(choice),
+    selection = required(choice), survival = choice, state = choice,
+    supervisor = required(choice),
     not_in_paper = list(text, "a list of texts"),
     run = required(record {
       repetition = schema.whole(1, 1e6), path = text, script = text,

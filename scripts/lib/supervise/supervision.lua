@@ -38,7 +38,8 @@ end
 local function ask(run, robots, generation, random)
   local supervisor = run.experiment.supervisor
   local attempt = supervisor.own and failure.attempt_user or failure.attempt
-  local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits)
+  local ok, proposal, reason = attempt(supervisor.call, run.history, random, run.limits,
+    run.world.state)
   local message
   if not ok then
     if failure.of_machine(proposal) then error(proposal, 0) end

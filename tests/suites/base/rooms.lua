@@ -19,6 +19,7 @@ local PUBLIC = { ["limax"] = "scripts/lib/limax.lua",
   ["limax.scenes"] = "scripts/lib/settings/scenes.lua",
   ["limax.selection"] = "scripts/lib/experiment/selection.lua",
   ["limax.supervise"] = "scripts/lib/supervise/supervise.lua",
+  ["limax.survival"] = "scripts/lib/experiment/survival.lua",
   ["limax.test"] = "scripts/lib/tools/test/test.lua" }
 
 local function file_of(module)

@@ -101,6 +101,10 @@ local function described()
       text = "a name, a table or a function (robot) -> number; the one field without a default" },
     { name = "selection", type = names_of "limax.selection",
       text = "a name, a table or a function (population, random) -> i, j" },
+    { name = "survival", type = names_of "limax.survival",
+      text = "a name, a table or a function (robots, random, state) -> survivors, parents" },
+    { name = "state", text = "a function that returns a table, which every function of the"
+      .. " experiment receives as its last argument and resume restores" },
     { name = "supervisor", type = names_of "limax.supervise",
       text = "a name, a table or a function (history, random) -> proposal" },
     { name = "supervision", text = "what a supervisor may set", fields = list_of("supervision",

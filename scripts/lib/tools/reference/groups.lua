@@ -164,6 +164,16 @@ lexicase=selection.entries.lexicase  { "lexicase", epsilon = "mad" }
 get  limax.selection.get "rank"
 entries  limax.selection.entries.rank
 ]] },
+  { title = "limax.survival", files = { "scripts/lib/experiment/survival.lua" },
+    text = 'Survival schemes: `survival = "generational"`, or `{ "plus", share = 0.25 }`.',
+    prefix = "limax.survival.", holder = "survival.", named = "survival",
+    examples = [[
+elitist=survival.entries.elitist  "elitist"
+generational=survival.entries.generational  "generational"
+plus=survival.entries.plus  { "plus", share = 0.25 }
+get  limax.survival.get "plus"
+entries  limax.survival.entries.plus
+]] },
   { title = "limax.supervise", folder = "scripts/lib/supervise/", named = "supervisor",
     files = { "scripts/lib/supervise/supervise.lua" },
     text = 'Supervisors: `supervisor = "rules"`, or `{ "rules", patience = 5 }`.',
