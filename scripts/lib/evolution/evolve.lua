@@ -133,6 +133,16 @@ local function finish_generation(run, robots, choice)
     and next_generation(run, robots, choice)
 end
 
+-- Reports that the folder of an own loop holds all generations already.
+local function say_complete(run)
+  local config, last = run.config, run.history[#run.history]
+  if not last or budget.allows_another(config, last.generation + 1, run.evaluations) then return end
+  local limit = last.generation + 1 < config.generations and "evaluations" or "generations"
+  run:say(("%s is complete: the loop visits only its last generation again; to extend the run, set"
+    .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path, limit,
+    2 * config[limit]))
+end
+
 -- ---- the loop -----------------------------------------------------------------------------------
 
 --- Makes one repetition of an experiment, ready for `:generations()`.
@@ -151,7 +161,10 @@ function evolve.start(experiment, options)
   run.world.breed = function(robots, choice) finish_generation(run, robots, choice) end
   if experiment.supervisor.start then run.session = experiment.supervisor.start(run) end
   runs.warn(experiment, run.world)
-  if comparison then run:restore(run.folder) end
+  if comparison then
+    run:restore(run.folder)
+    say_complete(run)
+  end
   return run
 end
 

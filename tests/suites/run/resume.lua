@@ -355,8 +355,10 @@ suite:test("an own loop continues where it was stopped", { limit = 60 }, functio
   local other = run(folder, { "run", "--resume", "parts" })
   t:equal(other.status, 2)
   t:ok(other.stderr:find("limax own.lua\nwith limax.start(", 1, true), other.stderr)
-  -- a finished run stays as it is
-  completes(t, folder, { "own.lua", "parts" })
+  -- a finished run stays as it is, and says so
+  local again = completes(t, folder, { "own.lua", "parts" })
+  t:ok(again.stderr:find("parts is complete: ", 1, true), again.stderr)
+  t:ok(again.stderr:find("set generations = 12 in the", 1, true), again.stderr)
   same_run(t, folder .. "/parts", folder .. "/whole")
 
   local changed = OWN_LOOP:gsub("mutation_rate = 0.2", "mutation_rate = 0.1")
