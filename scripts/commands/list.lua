@@ -13,7 +13,8 @@ local command = {
   usage = "limax list [--check] [DIR]",
   text = [[
 Lists the run folders in DIR ("runs" if left out), up to three folders deep, which includes the runs
-of a study. DIR may be a run folder itself.]],
+of a study. DIR may be a run folder itself. A run that cannot be read is listed as damaged, with the
+reason on the standard error; the status is then still 0, with --check it is 1.]],
   positional = { most = 1, name = "DIR" },
   options = { { name = "check",
     text = "read every file of each run, and name those that are damaged" } },
@@ -59,18 +60,21 @@ end
 
 -- Prints what is damaged in each folder; status 1 where something is.
 local function check(found)
-  local status = 0
+  local damaged = 0
   for _, path in ipairs(found) do
     local state = verify.folder(path)
     if state.damage[1] then
-      status = 1
+      damaged = damaged + 1
       output.write(("%s is damaged:\n%s\n"):format(terminal.word(path),
         verify.text(state.damage)))
     else
       output.write(("%s: %d generations, undamaged\n"):format(terminal.word(path), #state.rows))
     end
   end
-  return status
+  if damaged == 0 then return 0 end
+  output.warn(("limax: %d of %d run folders %s damaged\n"):format(damaged, #found,
+    damaged == 1 and "is" or "are"))
+  return 1
 end
 
 function command.run(arguments)
@@ -86,7 +90,7 @@ function command.run(arguments)
   for k, each in ipairs(found) do
     local row, problem = row_of(each)
     rows[k] = row or { terminal.word(each), "damaged" }
-    if problem then problems[#problems + 1] = terminal.word(problem) .. "\n" end
+    if problem then problems[#problems + 1] = ("limax: %s\n"):format(terminal.word(problem)) end
   end
   output.write(terminal.table({ "run", "state", "arm", "seed", "repetitions", "generations",
     "best" }, rows, terminal.style()), "\n")

@@ -113,7 +113,11 @@ suite:test("a damaged run is listed as damaged, with the reason", { limit = 20 }
   local done = process.ends(base, { "list", base })
   t:equal(done.status, 0)
   t:ok(done.stdout:find "/spoiled +damaged" and done.stdout:find "/good +done", done.stdout)
-  t:ok(done.stderr:find("/spoiled/metrics.jsonl, line 1: column", 1, true), done.stderr)
+  local reason = ("limax: %s/spoiled/metrics.jsonl, line 1: column"):format(base)
+  t:ok(done.stderr:find(reason, 1, true), done.stderr)
+  done = process.ends(base, { "list", "--check", base })
+  t:equal({ done.status, done.stderr }, { 1, "limax: 1 of 2 run folders is damaged\n" })
+  t:ok(done.stdout:find "/spoiled is damaged" and done.stdout:find "/good: 3", done.stdout)
 end)
 
 suite:test("the line of robots that are each other's parents ends", { limit = 20 },
