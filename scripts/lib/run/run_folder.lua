@@ -267,6 +267,11 @@ end
 function run_folder.open(path)
   local config
   config, path = run_folder.read_config(path)
+  if verify.is_edited(path) then
+    failure.raise_damaged(("%s/config.json was edited or damaged: it does not match its hash."
+      .. " Restore it; fields are changed by: %s --changed --set FIELD=VALUE"):format(path,
+      shell.resume_command(path)))
+  end
   local self, message = locked(path)
   if not self then failure.raise(1, message) end
   configure(self, config)

@@ -193,6 +193,14 @@ function verify.folder(path)
   return state
 end
 
+--- Was the configuration of a folder changed by something else than limax? It would be taken for
+--- that of another experiment. Folders of limax before 0.2 have no hashes.
+---@param path string
+function verify.is_edited(path)
+  return host.file.exists(path .. "/hashes.jsonl") ~= nil
+    and not sealed.open(source.read(path .. "/config.json"))
+end
+
 --- What is not there any longer of a run that has ended; nil where everything is there. Looks at
 --- names and sizes only.
 ---@param bytes table<string, integer> of the files that grow

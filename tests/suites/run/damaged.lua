@@ -30,6 +30,11 @@ suite:test("a resume names the field of a damaged configuration", { limit = 20 }
   local done = process.ends(base, { "run", "--resume", "r", "-q", "--device", "cpu" })
   t:equal({ done.status, done.stderr },
     { 1, "limax: r/config.json: run.overrides: expected a list of texts, got 7\n" })
+  assert(host.file.write_atomic(base .. "/r/config.json",
+    (text:gsub('"overrides": 7', '"overrides": []'):gsub('"population": 6', '"population": 8'))))
+  done = process.ends(base, { "run", "--resume", "r", "-q", "--device", "cpu" })
+  t:equal(done.status, 1)
+  t:ok(done.stderr:find("limax: r/config.json was edited or damaged", 1, true), done.stderr)
 end)
 
 suite:test("a pipe in a folder is named, and does not stop limax list", { limit = 20 }, function(t)
