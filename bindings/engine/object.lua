@@ -49,7 +49,7 @@ local shared = {}
 ---@param why string|nil completes "this view ended when ..."
 function shared:free(why)
   if type(self) ~= "table" or not classes[getmetatable(self)] then
-    fault.raise(("free: expected an object, got %s; call it with a colon"):format(type(self)))
+    fault.raise(("free: expected an object, got %s"):format(type(self)))
   end
   if not self.handle then return end
   ffi.gc(self.handle, nil)
@@ -81,8 +81,9 @@ end
 ---@param c_name string of its C type and functions: "population" for limax_population
 ---@return table class methods go into class.methods
 function object.class(kind_name, c_name)
-  local methods = strict.methods(kind_name, { kind_name = kind_name, free = shared.free,
+  local methods = strict.methods(kind_name, { kind_name = kind_name,
     end_handle = abi.C["limax_" .. c_name .. "_free"] })
+  methods.free = shared.free
   local class = { methods = methods, result = ffi.typeof("limax_" .. c_name .. " *[1]") }
   classes[class] = true
   function class.__index(self, key)

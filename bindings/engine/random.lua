@@ -23,7 +23,7 @@ local class = { __index = methods }
 -- The number of the next draw.
 local function next_draw(self)
   if getmetatable(self) ~= class then
-    schema.refuse("random", "a random: call it with a colon", self)
+    schema.refuse("random", "a random", self)
   end
   local draw = self.draw
   if draw >= 4294967296 then

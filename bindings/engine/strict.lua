@@ -1,5 +1,5 @@
---- strict.lua: errors for what Lua would ignore: arguments beyond the parameters of a function, and
---- names that a module or an object does not have.
+--- strict.lua: errors for what Lua would ignore or name badly: arguments beyond the parameters of a
+--- function, methods called with a dot, and names that a module or an object does not have.
 
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
@@ -7,11 +7,18 @@ local suggest = require "limax.engine.suggest"
 
 local strict = {}
 
--- `name` as it is called, and how many of the parameters are arguments there.
+-- `name` as it is called, and how many of the parameters are arguments there: all, or of a method
+-- all but the object.
 local function checked(name, call, arguments, parameters)
   local expected = arguments == 0 and "no argument"
     or ("at most %d argument%s"):format(arguments, arguments == 1 and "" or "s")
   return function(...)
+    if arguments < parameters then
+      local kind = type((...))
+      if kind ~= "cdata" and not (kind == "table" and getmetatable((...))) then
+        fault.raise(("%s is called with a colon, not with a dot"):format(name))
+      end
+    end
     local extra = select(parameters + 1, ...)
     if extra ~= nil then
       fault.raise(("%s takes %s, got %s"):format(name, expected, schema.show(extra)))

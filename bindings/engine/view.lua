@@ -10,6 +10,7 @@
 local ffi = require "ffi"
 local fault = require "limax.engine.fault"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 
 local view = {}
 
@@ -27,7 +28,7 @@ local FIELDS = { unit = true, rate = true, samples = true, columns = true }
 -- its parts, which are made at the first read.
 ---@type table<ffi.cdata*, { form: table, axis: integer, offset: integer, parts: limax.view[]|nil }>
 local states = setmetatable({}, { __mode = "k" })
-local class, methods = {}, {}
+local class, methods = {}, strict.methods "view"
 local new_view
 
 local function shape_text(shape) return "[" .. table.concat(shape, "][") .. "]" end
@@ -66,7 +67,7 @@ local function entries(self) return next_entry, self, 0 end
 -- The type of rows of `length` numbers. A type for each length: compiled code then keeps a row in
 -- registers.
 local function make_row_type(length)
-  local row = {}
+  local row = strict.methods "row"
   function row:size() return length end
   function row:copy() return self end
   function row:pointer() return self.numbers, { 1 } end
@@ -202,7 +203,7 @@ end
 
 -- The state of the view whose method is called.
 local function state_of(name, value)
-  return states[value] or schema.refuse("view:" .. name, "a view (call it with a colon)", value)
+  return states[value] or schema.refuse("view:" .. name, "a view", value)
 end
 
 --- Length along an axis; `#view` is that of the first.

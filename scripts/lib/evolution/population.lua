@@ -10,6 +10,7 @@ local fitness = require "limax.fitness"
 local host = require "limax.host"
 local metrics = require "limax.run.metrics"
 local schema = require "limax.engine.schema"
+local strict = require "limax.engine.strict"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 
@@ -38,7 +39,7 @@ local scoring = require "limax.robot.scoring"
 ---@field records table[] one plain table per robot, the lines of its population file
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
-local Population = {}
+local Population = strict.methods "population"
 Population.__index = Population
 
 local population = {}

@@ -11,6 +11,7 @@ local resume = require "limax.run.resume"
 local run_folder = require "limax.run.run_folder"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
+local strict = require "limax.engine.strict"
 local state = require "limax.run.state"
 
 ---@class limax.run one repetition of an experiment
@@ -20,7 +21,7 @@ local state = require "limax.run.state"
 ---@field history limax.generation[] one entry per scored generation
 ---@field population limax.population.scored|nil the newest generation
 -- `upcoming` is the generation after it: nil before the newest is bred, false where there is none.
-local Run = {}
+local Run = strict.methods "run"
 Run.__index = Run
 
 local run = { methods = Run }

@@ -3,6 +3,7 @@
 
 local engine = require "limax.engine"
 local fixture = require "support.binding.fixture"
+local limax = require "limax"
 local process = require "support.process"
 local test = require "limax.test"
 
@@ -38,11 +39,15 @@ misuse:test("raises at the caller's line, with the expected value", function(t)
   there("expected 19008 bytes (2 robots of 2376 genes)", function() p:set_genomes "abc" end)
   there("letters: expected a letter for each material", function() p:text(1, ".e") end)
   -- methods called with a point instead of a colon
-  there("population:genomes_bytes: expected a population, got a number",
-    function() p.genomes_bytes(3) end)
-  there("free: expected an object, got nil", function() scene.free() end)
-  there("view:copy: expected a view (call it with a colon), got 3",
-    function() p:genome(1).copy(3) end)
+  for name, call in pairs {
+    ["population:genomes_bytes"] = function() p.genomes_bytes(3) end,
+    ["scene:free"] = function() scene.free() end,
+    ["view:copy"] = function() p:genome(1).copy(3) end,
+    ["random:integer"] = function() engine.random(1, 1, "user").integer(3) end,
+    ["robot:edit"] = function() limax.robot({ voxels = "e" }).edit { 1, 1, 1 } end,
+  } do there(name .. " is called with a colon, not with a dot", call) end
+  there("population:genomes_bytes: expected a population, got a scene",
+    function() p.genomes_bytes(scene) end)
 end)
 
 misuse:test("of scenes, options and materials too", function(t)
@@ -142,7 +147,6 @@ misuse:test("of a body changes nothing", function(t)
 end)
 
 misuse:test("is reported at the user's line and not in the library", function(t)
-  local limax = require "limax"
   raises_there(t, 'limax has no "fitnes"; did you mean "fitness"?',
     function() return limax.fitnes end)
 end)
