@@ -73,7 +73,11 @@ local function materials(source)
   if schema.demand(schema.string, source, "materials"):find("\0", 1, true) then
     schema.refuse("materials", "a path or a name without a zero byte", source)
   end
-  local path = source:match "%.json$" and source or shipped(source)
+  local is_file = source:match "%.json$"
+  if is_file and not host.file.exists(source) then
+    fault.raise(("materials: there is no file %s"):format(host.file.absolute(source)))
+  end
+  local path = is_file and source or shipped(source)
   return make(function(out) return C.limax_materials_load(path, out) end)
 end
 

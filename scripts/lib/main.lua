@@ -120,10 +120,8 @@ function main.main(argv)
     output.warn("limax: interrupted\n")
     return exit_interrupted
   end
-  local status = failure.status(value)
-  output.warn("limax: ", status and tostring(value) or failure.first_trace(value) or trace,
-    "\n")
-  return status or exit_failed
+  output.warn("limax: ", failure.text(value, trace), "\n")
+  return failure.status(value) or exit_failed
 end
 
 return main

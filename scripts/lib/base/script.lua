@@ -25,7 +25,12 @@ end
 function script.compile(file)
   local chunk, message = loadfile(file)
   if chunk then return chunk end
-  failure.raise(exit_failed, script.syntax_error(file, source.read(file) or "", message))
+  local text = source.read(file) or ""
+  if text:find "[%z\1-\8\14-\26\28-\31]" then
+    failure.raise(exit_usage, file .. " is not a Lua script: it has bytes that are not text")
+  end
+  failure.raise(exit_failed, (file:match "%.lua$" and "" or file .. " is not a Lua script: ")
+    .. script.syntax_error(file, text, message))
 end
 
 --- The compiled file. From now on `require` also finds Lua files in its folder.

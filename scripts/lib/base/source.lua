@@ -88,10 +88,18 @@ end
 
 --- The path of a file that an experiment names: as it is, else beside the experiment.
 ---@param folder string|nil of the experiment
+---@return string path as it is where there is no such file
+---@return string|nil message where it was looked for
 function source.beside(path, folder)
-  if host.file.exists(path) == "file" or not folder then return path end
-  local beside = folder .. "/" .. path
-  return host.file.exists(beside) == "file" and beside or path
+  if host.file.exists(path) == "file" then return path end
+  local places = path:sub(1, 1) ~= "/" and { host.file.absolute "." } or {}
+  if folder and places[1] then
+    local beside = folder .. "/" .. path
+    if host.file.exists(beside) == "file" then return beside end
+    if folder ~= places[1] then places[2] = folder end
+  end
+  return path, ("there is no file %s%s%s"):format(path, places[1] and " in " or "",
+    table.concat(places, ", nor beside the experiment in "))
 end
 
 --- File, lines and SHA-256 of a function's text.

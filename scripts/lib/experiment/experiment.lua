@@ -14,6 +14,7 @@ local plausible = require "limax.settings.plausible"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
 local source = require "limax.base.source"
+local strict = require "limax.engine.strict"
 
 ---@class limax.experiment
 ---@field config table the resolved configuration, plain values only (schema limax.config/1)
@@ -25,7 +26,7 @@ local source = require "limax.base.source"
 ---@field notes string[] for the user: what was changed, and what is probably unintended
 ---@field scripts string[] absolute paths of its script files
 ---@field origin string|nil absolute path of the file that made it
-local Experiment = {}
+local Experiment = strict.methods "experiment"
 Experiment.__index = Experiment
 
 local experiment = {}
@@ -128,12 +129,14 @@ end
 local function plain_materials(named) return plain(engine.materials(named)) end
 local function plain_scene(effects) return plain(engine.scene(effects)) end
 
--- A material file may lie beside the experiment that names it.
-local function material_source(materials, origin)
-  if type(materials) == "string" and materials:match "%.json$" and origin then
-    return source.beside(materials, source.folder_of(origin))
+-- The table of the materials that an experiment names; a file may lie beside it.
+local function read_materials(named, origin)
+  if type(named) == "string" and named:match "%.json$" then
+    local path, missing = source.beside(named, origin and source.folder_of(origin))
+    if missing then return nil, "materials: " .. missing end
+    named = path
   end
-  return materials or defaults.materials
+  return resolved("materials", plain_materials, named or defaults.materials)
 end
 
 local function default_name(spec, origin)
@@ -185,8 +188,7 @@ local function resolve(spec, origin)
       config.population, config.evaluations)
   end
   local parts
-  config.materials, message =
-    resolved("materials", plain_materials, material_source(spec.materials, origin))
+  config.materials, message = read_materials(spec.materials, origin)
   if message then return nil, message end
   config.scene, message =
     resolved("scene", plain_scene, spec.scene == nil and defaults.scene or spec.scene)
@@ -286,11 +288,10 @@ function Experiment:override(changes)
   for name, value in pairs(whole) do
     if spec[name] == nil then spec[name] = source.copy(value) end
   end
-  local function read_materials(named)
-    return resolved("materials", plain_materials, material_source(named, self.origin))
-  end
-  local applied, message = overrides.apply(spec, changes,
-    { resolved = resolved_lists(self.config), materials = read_materials })
+  local applied, message = overrides.apply(spec, changes, {
+    resolved = resolved_lists(self.config),
+    materials = function(named) return read_materials(named, self.origin) end,
+  })
   local result
   if applied then result, message = resolve(spec, self.origin) end
   if not result then failure.raise(2, message) end

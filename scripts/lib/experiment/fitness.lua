@@ -3,6 +3,7 @@
 --- of mass in the x-y plane, z its height, T the duration.
 
 local choice = require "limax.base.choice"
+local engine = require "limax.engine"
 local schema = require "limax.engine.schema"
 local strict = require "limax.engine.strict"
 
@@ -157,6 +158,19 @@ function fitness.straightness(robot, options)
   local least = options and options.least_path or least_path.value
   local path = robot:path_length()
   return path > 0 and path >= least and robot:distance() / path or 0
+end
+
+-- An experiment names a function, `fitness = "walk"`; `fitness = limax.fitness.walk()` calls it.
+for name in pairs(fitness.entries) do
+  local law = fitness[name]
+  rawset(fitness, name, function(robot, ...)
+    if type(robot) ~= "table" or not getmetatable(robot) then
+      engine.fail(("limax.fitness.%s: expected a robot that was simulated, got %s; an experiment"
+        .. " names the function: fitness = %q, or { %q, option = value }"):format(name,
+        schema.show(robot), name, name))
+    end
+    return law(robot, ...)
+  end)
 end
 
 ---@class limax.fitness

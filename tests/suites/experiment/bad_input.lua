@@ -49,13 +49,20 @@ suite:test("options, files and fields out of range", function(t)
     'local e = require("limax").experiment { fitness = "walk" }\n'))
   assert(host.file.write_atomic(folder .. "/colon.lua",
     'return require("limax"):experiment { fitness = "walk" }\n'))
+  assert(host.file.write_atomic(folder .. "/called.lua", 'local limax = require "limax"\n'
+    .. "return limax.experiment { fitness = limax.fitness.walk() }\n"))
+  assert(host.file.write_atomic(folder .. "/p.png", "\137PNG\r\n\26\n\0\0\0\rIHDR"))
+  assert(host.file.write_atomic(folder .. "/p.json", "{}"))
   for _, case in ipairs {
     { "run", 2, "expected a FILE" },
+    { "run p.png", 2, "p.png is not a Lua script: it has bytes that are not text" },
+    { "run p.json", 1, "p.json is not a Lua script: p.json:1: " },
     { "run none.lua", 2, "there is no file none.lua" },
     { "run broken.lua", 1, "broken.lua:1: unexpected symbol" },
     { "run nothing.lua", 2, "nothing.lua returns no experiment" },
     { "idle.lua", 0, "idle.lua made an experiment and did nothing with it" },
     { "colon.lua", 2, "write limax.experiment { ... }, with a dot" },
+    { "run called.lua", 1, "called.lua:2: limax.fitness.walk: expected a robot that was" },
     { "run try.lua --sett a=1", 2, "--set" },
     { "run try.lua --device gpu", 2, "gpu" },
     { "run try.lua --threads 0", 2, "threads" },
@@ -107,6 +114,9 @@ end)
 suite:test("material files", { limit = 60 }, function(t)
   local folder = t:folder()
   write_experiment(folder, 'fitness = "distance", materials = "mine.json"')
+  assert(host.file.mkdir(folder .. "/inner"))
+  refuses(t, folder .. "/inner", { "run", "../try.lua" }, 2,
+    ("no file mine.json in %s/inner, nor beside the experiment in %s"):format(folder, folder))
   local good = source.read(host.home .. "/materials/paper.json")
   for _, case in ipairs {
     { '"stiffness": *[%d%.e+]+', '"stiffness": -5', "stiffness" },

@@ -75,8 +75,9 @@ end
 ---@param folder? string of the experiment, where files are looked for
 function parse.from(parser, folder)
   if type(parser) == "function" then return of_function(parser) end
-  local path = parser and source.beside(parser, folder)
-    or host.home .. "/scripts/lib/supervise/llm/locate.lua"
+  local path, missing = host.home .. "/scripts/lib/supervise/llm/locate.lua", nil
+  if parser then path, missing = source.beside(parser, folder) end
+  if missing then return nil, "parse: " .. missing end
   local code, message = source.read(path)
   if not code then return nil, "parse: " .. message end
   local name = "=" .. source.name_of(path)
