@@ -28,9 +28,6 @@ end
 -- An explanation of some messages of Lua.
 local function hint_of(message)
   if message == "stack overflow" then return ": a recursion does not end" end
-  if message:find("local 'self'", 1, true) then
-    return "; methods are called with a colon, as in robot:simulate()"
-  end
   return ""
 end
 
