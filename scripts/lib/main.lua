@@ -120,8 +120,9 @@ function main.main(argv)
     output.warn("limax: interrupted\n")
     return exit_interrupted
   end
-  output.warn("limax: ", failure.text(value, trace), "\n")
-  return failure.status(value) or exit_failed
+  local status = failure.status(value)
+  output.warn("limax: ", status and tostring(value) or failure.text(value, trace), "\n")
+  return status or exit_failed
 end
 
 return main

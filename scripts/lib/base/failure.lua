@@ -155,17 +155,16 @@ end
 ---@return string|nil
 function failure.first_trace(value) return fault.is(value) and value.traceback or nil end
 
---- What a user reads of an error: its message if that is enough, else a traceback, of a mistake in
---- a script without the frames of limax itself.
+--- An error's message and traceback, without the frames of limax unless limax itself failed.
 ---@param traceback string as from `host.protect`
 ---@return string
 function failure.text(value, traceback)
-  if failure.status(value) then return tostring(value) end
-  traceback = failure.first_trace(value) or traceback
-  if not fault.is(value) or value.kind ~= "misuse" then return traceback end
-  return (traceback:gsub("\n  [^\n]+:%d+: in [^\n]+", function(frame)
-    return failure.is_ours(frame) and "" or nil
-  end))
+  local first, frames = (failure.first_trace(value) or traceback):match "^([^\n]*)(.*)$"
+  if failure.bare(first) ~= first then return first .. frames end
+  return first .. frames:gsub("\n  ([^\n]*)", function(frame)
+    local place = frame:gsub(": in ", ": ", 1)
+    return failure.bare(place) ~= place and "" or nil
+  end)
 end
 
 return failure

@@ -31,20 +31,10 @@ local function hint_of(message)
   return ""
 end
 
--- The frames of a traceback outside of limax, or all if limax itself failed.
-local function frames_of(first, rest)
-  if failure.bare(first) ~= first then return rest end
-  return (rest:gsub("\n  ([^\n]*)", function(frame)
-    local place = frame:gsub(": in ", ": ", 1)
-    return failure.bare(place) ~= place and "" or nil
-  end))
-end
-
 local function report(text, message, trace, first_line)
   io.stdout:flush()
-  local first, rest = (failure.first_trace(message) or trace):match "^([^\n]*)(.*)$"
-  output.warn(first, hint_of(first), line_of(text, message, first_line),
-    frames_of(first, rest), "\n")
+  local first, frames = failure.text(message, trace):match "^([^\n]*)(.*)$"
+  output.warn(first, hint_of(first), line_of(text, message, first_line), frames, "\n")
 end
 
 -- Calls a function of a typed text and reports its error: false after one, with the interrupt if it
