@@ -139,8 +139,8 @@ local function say_complete(run)
   if not last or budget.allows_another(config, last.generation + 1, run.evaluations) then return end
   local limit = last.generation + 1 < config.generations and "evaluations" or "generations"
   run:say(("%s is complete: the loop visits only its last generation again; to extend the run, set"
-    .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path, limit,
-    2 * config[limit]))
+    .. " %s = %d in the experiment and changed = true in limax.start"):format(run.folder.path,
+    limit, 2 * config[limit]))
 end
 
 -- ---- the loop -----------------------------------------------------------------------------------

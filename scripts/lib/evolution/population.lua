@@ -39,8 +39,15 @@ local scoring = require "limax.robot.scoring"
 ---@field records table[] one plain table per robot, the lines of its population file
 ---@field evaluations integer robots simulated for their score
 ---@field timing table<string, number> s of each step
+---@field state table|nil that of the experiment's functions; scripts may write to it
 local Population = strict.methods "population"
-Population.__index = Population
+local class = { methods = Population }
+
+-- The state is that of the run: a generation that is written gives the next one a copy.
+function class.__index(robots, key)
+  if key == "state" then return robots.world.state end
+  return Population[key]
+end
 
 local population = {}
 
@@ -51,7 +58,7 @@ local population = {}
 ---@param fields table
 ---@return limax.population.scored
 function population.new(world, fields)
-  local robots = setmetatable(fields, Population)
+  local robots = setmetatable(fields, class)
   robots.world, robots.contexts, robots.simulations = world, {}, {}
   robots.evaluations = robots.evaluations or 0
   robots.timing = robots.timing or {}

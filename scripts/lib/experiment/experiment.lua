@@ -10,6 +10,7 @@ local fault = require "limax.engine.fault"
 local host = require "limax.host"
 local ledger = require "limax.supervise.ledger"
 local overrides = require "limax.experiment.overrides"
+local own_variables = require "limax.experiment.own_variables"
 local plausible = require "limax.settings.plausible"
 local schema = require "limax.engine.schema"
 local settings = require "limax.settings.settings"
@@ -210,8 +211,9 @@ local function resolve(spec, origin)
       .. " Coulomb friction at %.6g"):format(friction.static, friction.kinetic, friction.kinetic)
   end
   for _, note in ipairs(plausible.notes(config)) do notes[#notes + 1] = note end
-
   local base = origin and source.folder_of(origin)
+  notes[#notes + 1] = own_variables.note(spec, base)
+
   config.schema = "limax.config/1"
   config.name = config.name or default_name(spec, origin)
   config.fitness = source.describe(spec.fitness, base)

@@ -5,6 +5,7 @@ local engine = require "limax.engine"
 local fitness = require "limax.fitness"
 local robot = require "limax.robot.robot"
 local scoring = require "limax.robot.scoring"
+local source = require "limax.base.source"
 
 local Robot = robot.methods
 
@@ -22,8 +23,10 @@ end
 --- Simulates a robot read from a file exactly as it was scored: same scene, settings and materials,
 --- and, on the same build and kind of device, the same score to the bit. A file does not hold a
 --- fitness that is a function of a script: pass that function, for instance from the copy of the
---- script in the run folder: `fitness = dofile("runs/mine-1/scripts/mine.lua").fitness.call`.
----@param options? { fitness?: any, device?: string|limax.device }
+--- script in the run folder: `fitness = dofile("runs/mine-1/scripts/mine.lua").fitness.call`. If
+--- that function reads a state, pass one too: a table, or a file of the run folder. The score is
+--- the same only if the state is what it was when the robot was scored.
+---@param options? { fitness?: any, state?: table|string, device?: string|limax.device }
 ---@return limax.scored_robot robot its `fitness` is set
 ---@return number|nil score the one in the file
 function Robot:replay(options)
@@ -41,8 +44,14 @@ function Robot:replay(options)
       .. ' folder of the run'):format(own.file, own.first_line, own.file))
   end
   if spec ~= nil and replayed.status == "done" then
-    local extra
-    replayed.fitness, extra = fitness.get(spec).call(replayed)
+    local call, state = fitness.get(spec).call, options.state
+    if type(state) == "string" then state = assert(source.read_json(state)) end
+    if state == nil and debug.getinfo(call, "u").nparams > 1 then
+      engine.fail('replay: its fitness takes a state; pass it: replay { state = "RUN/r01/state/'
+        .. 'gNNNN.json" }, the state after a generation, or a table')
+    end
+    local score, extra = call(replayed, state)
+    replayed.fitness = score
     replayed.cases, replayed.measures = scoring.parts(extra)
   end
   return replayed, description.score

@@ -51,6 +51,7 @@ for _, name in ipairs(host.file.list(FOLDER)) do
       t:ok(done.stdout:find(PRINTED[name]), done.stdout .. done.stderr)
       return
     end
+    t:ok(not done.stderr:find "variables of a script", done.stderr)
     local lines = 0
     for line in source.read(folder .. "/run/metrics.jsonl"):gmatch "[^\n]+" do
       lines = lines + 1

@@ -196,6 +196,13 @@ files:test("a fitness that is a function is passed to replay", function(t)
   local law = assert(loadstring("return " .. text:gsub("RUN", folder .. "/run")))()
   local replayed, score = champion:replay { fitness = law }
   t:same_bits(replayed.fitness, score)
+  local function stateful(robot, state) return state.factor * robot:distance() end
+  t:raises("its fitness takes a state; pass it", function()
+    champion:replay { fitness = stateful }
+  end)
+  local path = folder .. "/state.json"
+  assert(host.file.write_atomic(path, '{ "factor": 3 }'))
+  t:same_bits(champion:replay({ fitness = stateful, state = path }).fitness, score)
   t:raises("no scene of its own", function() limax.robot({ voxels = "e" }):replay() end)
 end)
 

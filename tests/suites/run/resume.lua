@@ -8,28 +8,32 @@ local source = require "limax.base.source"
 
 local suite = require("limax.test").suite "resume"
 
--- Its supervisor reads bodies and genomes of earlier generations: what a resume loses changes the
--- numbers.
+-- Its supervisor reads bodies and genomes of earlier generations, and its fitness and supervisor a
+-- state: what a resume loses changes the numbers.
 local EXPERIMENT = [[
 local limax = require "limax"
 
-local function supervisor(history, random)
+local function supervisor(history, random, _, state)
   local now = history[#history]
   local old = history[math.max(1, #history - 2)]
   local shift = 0.02 * (old.population[1].body.mass / now.population[1].body.mass - 1)
     + 0.01 * old.population[2].genome[3] + 0.001 * history[1].population[3].body.voxels
     + 0.02 * (random:uniform() - 0.5)
   local scale = #history % 4 == 0 and 1.02 or 0.99
-  return { mutation_scale = 0.1 + shift, materials = { bone = { stiffness = scale * 1e4 } } },
-    ("shift %.17g"):format(shift)
+  state.shifts[#state.shifts + 1] = shift
+  return { mutation_scale = 0.1 + shift + 1e-4 * state.scored,
+      materials = { bone = { stiffness = scale * 1e4 } } }, ("shift %.17g"):format(shift)
 end
 
 return limax.experiment {
   name = "tiny", lattice = { 3, 3, 3 }, population = 12, generations = GENERATIONS,
   repetitions = REPETITIONS, simulation = { duration = 0.5, settle = 0.1 },
-  fitness = function(robot)
+  state = function() return { scored = 0, shifts = {} } end,
+  fitness = function(robot, state)
+    state.scored = state.scored + 1
     if robot.generation > 0 and robot.id % 33 == 18 then return 0 / 0 end
-    return robot:distance(), { robot.body.mass, robot:speed(), way = robot:distance() }
+    return robot:distance() + 1e-6 * #state.shifts,
+      { robot.body.mass, robot:speed(), way = robot:distance() }
   end,
   selection = "rank", supervisor = supervisor, supervision = { materials = true },
 }

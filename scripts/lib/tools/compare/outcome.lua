@@ -15,6 +15,8 @@ local run_files = require "limax.settings.run_files"
 local scored_robot = require "limax.robot.scored_robot"
 local scoring = require "limax.robot.scoring"
 local source = require "limax.base.source"
+local state = require "limax.run.state"
+local verify = require "limax.run.verify"
 
 local outcome = {}
 
@@ -44,6 +46,14 @@ local function fitness_of(run, functions, trust)
   return call
 end
 
+-- The state of a script after a run's last generation; nil where it had none.
+local function state_of(run)
+  local line = run.lines[#run.lines]
+  local text = source.read(run.path .. "/"
+    .. verify.place(run.repetition, "state", line.generation, ".json"))
+  return text and state.decode(text)
+end
+
 -- Simulates the champions of runs with the same world in one batch.
 local function simulate(list, device, values, calls)
   local config = list[1].config
@@ -67,7 +77,7 @@ local function simulate(list, device, values, calls)
         outcome = result, body = body.record(robots, i, materials) }
       values[run] = scoring.call(calls[run], scored_robot.new(record, { population = robots,
         index = i, simulation = simulation, materials = materials, scene = config.scene,
-        options = options, device = device }))
+        options = options, device = device }), state_of(run))
     end
   end
 end
