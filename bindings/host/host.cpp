@@ -128,6 +128,7 @@ void open_host(lua_State* L, const command_line& line) {
 int start(lua_State* L) {
     const command_line& line = *static_cast<const command_line*>(lua_touserdata(L, 1));
     luaL_openlibs(L);
+    replace_next(L);
     open_host(L, line);
     const std::string file = line.home + "/bindings/host/start.lua";
     if (luaL_loadfilex(L, file.c_str(), "t") != 0) return lua_error(L);

@@ -20,6 +20,9 @@ void open_sandbox(lua_State* L);
 void open_time_limit(lua_State* L);
 void open_xml(lua_State* L);
 
+// Replaces the globals `next` and `pairs`.
+void replace_next(lua_State* L);
+
 // Adds the function `writer` to the table `file` on top of the stack.
 void add_writer(lua_State* L);
 

@@ -169,6 +169,7 @@ void open_libraries(lua_State* L) {
                                        "type",         "tostring",     "_VERSION",     "unpack",
                                        LUA_STRLIBNAME, LUA_TABLIBNAME, LUA_MATHLIBNAME};
     luaL_openlibs(L);
+    replace_next(L);
     lua_newtable(L);
     for (const char* name : kept) {
         lua_getglobal(L, name);
