@@ -16,7 +16,7 @@ local own_variables = {}
 -- that has it: the statement, and the place of the instruction in it.
 local NAMES = {}
 for name, example in pairs {
-  MOV = { "a = b", 1 }, UGET = { "return u", 1 }, GGET = { "return print", 1 },
+  MOV = { "a = b", 1 }, UGET = { "return u", 1 }, GGET = { "return type", 1 },
   FNEW = { "return function() end", 1 },
   USETV = { "u = a", 1 }, USETS = { "u = ''", 1 }, USETN = { "u = 1", 1 }, USETP = { "u = nil", 1 },
   TGETV = { "return a[b]", 1 }, TGETS = { "return a.x", 1 }, TGETB = { "return a[1]", 1 },
