@@ -45,7 +45,7 @@ typedef enum limax_status {
 } limax_status;
 
 enum {
-    LIMAX_ABI = 7, /* raised whenever a declaration of this file changes */
+    LIMAX_ABI = 8, /* raised whenever a declaration of this file changes */
     LIMAX_MAX_MATERIALS = 16,
     LIMAX_MAX_HIDDEN = 8
 };
@@ -124,25 +124,43 @@ limax_status limax_materials_field(const limax_materials* materials, const char*
 
 typedef struct limax_encoding limax_encoding;
 
+typedef enum limax_network {
+    /* Features cos and sin of 2 pi B v of each voxel centre v; hidden units are tanh. */
+    LIMAX_NETWORK_FOURIER = 0,
+    /* Inputs x, y, z of the centre, -1 to 1, and its distance from the middle; hidden unit k of a
+     * layer is by k mod 4: sine, Gaussian, tanh, absolute value. */
+    LIMAX_NETWORK_CPPN = 1,
+    /* The genes are the outputs, [materials + 3][voxel]. */
+    LIMAX_NETWORK_DIRECT = 2,
+    /* Genes without a meaning here: the caller writes the bodies. */
+    LIMAX_NETWORK_NONE = 3
+} limax_network;
+
+/* Options that the network does not need are ignored. */
 typedef struct limax_encoding_options {
     int32_t lattice[3];   /* voxels along x, y, z */
-    int32_t features;     /* m: rows of B, 1 to 1024 */
-    double sigma;         /* standard deviation of B's entries, 0 to 100 */
-    int32_t hidden_count; /* 0 to LIMAX_MAX_HIDDEN */
+    int32_t features;     /* m: rows of B, 1 to 1024; fourier */
+    double sigma;         /* standard deviation of B's entries, 0 to 100; fourier */
+    int32_t hidden_count; /* 0 to LIMAX_MAX_HIDDEN; fourier, cppn */
     int32_t hidden[8];    /* width of each hidden layer, 1 to 1024 */
     int32_t materials;    /* classes of the softmax, 2 to LIMAX_MAX_MATERIALS */
     double initial_scale; /* factor on the initial weights, 0 to 100 */
     uint64_t seed;
     uint32_t repetition; /* 1 to 2^24 - 1 */
-    uint32_t reserved;
+    int32_t network;     /* limax_network */
+    int32_t genes;       /* numbers of a genome, 1 to 2^24; none */
+    int32_t reserved;
 } limax_encoding_options;
 
-/* Draws B for this seed and repetition and computes the features of every voxel centre. */
+/* Computes what the network reads of every voxel centre; B is drawn for this seed and repetition.
+ */
 limax_status limax_encoding_create(const limax_encoding_options* options, limax_encoding** out);
 void limax_encoding_free(limax_encoding* encoding);
 int32_t limax_encoding_genes(const limax_encoding* encoding);
-const double* limax_encoding_matrix(const limax_encoding* encoding);  /* B, [feature][3] */
-const float* limax_encoding_features(const limax_encoding* encoding); /* cos, sin: [2 m][voxel] */
+/* Null where the network has none: B, [feature][3], of fourier; the inputs of the first layer, of
+ * fourier cos, sin: [2 m][voxel], of cppn x, y, z, distance: [4][voxel]. */
+const double* limax_encoding_matrix(const limax_encoding* encoding);
+const float* limax_encoding_features(const limax_encoding* encoding);
 
 /* ---- random numbers: functions of their arguments only (Philox4x32-10) ----------------------- */
 
@@ -152,7 +170,8 @@ typedef enum limax_stream {
     LIMAX_STREAM_BREEDING = 3,
     LIMAX_STREAM_SELECTION = 4,
     LIMAX_STREAM_SUPERVISION = 5,
-    LIMAX_STREAM_USER = 6
+    LIMAX_STREAM_USER = 6,
+    LIMAX_STREAM_VARIATION = 7 /* mutation, crossover and first genomes by scripts */
 } limax_stream;
 
 typedef struct limax_random_key {
@@ -217,17 +236,25 @@ limax_status limax_population_read_genomes(const limax_population* population, i
 limax_status limax_population_text(const limax_population* population, int32_t robot,
                                    const char* letters, char* out);
 
-/* Initial genomes of a range of robots: weights N(0, 1 / fan_in) times initial_scale, biases 0. */
-limax_status limax_population_initialize(limax_population* population, int32_t first,
-                                         int32_t count);
-/* Genomes to bodies: network, argmax, sigmoids, largest face-connected component, validity. */
+/* Random genomes of a range of robots: weights N(0, 1 / fan_in) times initial_scale, biases 0;
+ * without layers N(0, initial_scale^2). 0 is the first generation; every other one gives new
+ * robots.
+ */
+limax_status limax_population_initialize(limax_population* population, uint32_t generation,
+                                         int32_t first, int32_t count);
+/* Genomes to bodies: network, argmax, sigmoids, validity. With largest_part only the largest
+ * face-connected component stays. Refuses genomes of LIMAX_NETWORK_NONE. */
 limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
-                                      limax_device* device, int32_t first, int32_t count);
-/* Counts and validity of bodies that the caller wrote; nothing is removed. Refuses material indices
- * and weights out of range. */
+                                      int32_t largest_part, limax_device* device, int32_t first,
+                                      int32_t count);
+/* Counts and validity of bodies that the caller wrote, after removing all but the largest component
+ * if largest_part is set. Refuses material indices and weights out of range. */
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
-                                    int32_t require_muscle, int32_t first, int32_t count);
+                                    int32_t require_muscle, int32_t largest_part, int32_t first,
+                                    int32_t count);
+/* Makes the status of bodies unknown, until they are checked or expressed. */
+limax_status limax_population_forget(limax_population* population, int32_t first, int32_t count);
 
 typedef struct limax_breeding {
     double mutation_rate;  /* per gene, 0 to 1 */
@@ -257,6 +284,16 @@ typedef struct limax_diversity {
  * for one robot. */
 limax_status limax_population_diversity(const limax_population* population, const int32_t* robots,
                                         int32_t count, limax_diversity* out);
+
+/* Non-dominated ranks, 0 for the front, and crowding distances (K. Deb et al., "A fast and elitist
+ * multiobjective genetic algorithm: NSGA-II", IEEE Trans. Evol. Comp. 6, 2002) of `count` points,
+ * `values` [count][objectives], larger is better, 1 to 8 objectives, infinity allowed, NaN refused.
+ * Equal points have the same rank. A distance is the sum over objectives of the gap between the
+ * neighbours on both sides, divided by the extent of the rank; infinity at the ends. Of equal
+ * points the first has the distance, the others 0. An objective that is the same, or infinitely far
+ * apart, over a rank adds nothing else. */
+limax_status limax_pareto_rank(const double* values, int32_t count, int32_t objectives,
+                               int32_t* rank, double* crowding);
 
 /* ---- scene: the list of its effects ---------------------------------------------------------- */
 

@@ -129,6 +129,51 @@ function methods:text(i, letters)
   return text
 end
 
+-- Ends all views of bodies.
+function class.end_bodies(self, why)
+  object.end_views(self.bodies_life, why)
+  object.end_views(self.writing_life, why)
+end
+
+-- A view through which a script writes what `read` gives for the population, of robot i or of all;
+-- `shape` is that of a robot. The bodies are unknown until they are checked.
+local function writable(self, what, noun, i, read, element, shape, range)
+  local handle = object.handle(what, self, class)
+  local first = i and schema.index(what, i, self.count) - 1 or 0
+  local data = read(handle, what)
+  abi.check(C.limax_population_forget(handle, first, i and 1 or self.count), what)
+  local each = 1
+  for _, length in ipairs(shape) do each = each * length end
+  if i then
+    noun, data = ("%s of robot %d"):format(noun, i), data + first * each
+  else
+    table.insert(shape, 1, self.count)
+  end
+  return view.new(self, noun, element, data, shape, { life = self.writing_life, range = range })
+end
+
+local MATERIAL = { minimum = 0, maximum = tonumber(C.LIMAX_MAX_MATERIALS) - 1, integer = true }
+local WEIGHT = { minimum = 0, maximum = 1 }
+
+--- Material indices, from 0 (the empty one), for a script to write: `view[voxel] = material`, voxel
+--- = 1 + x + nx (y + ny z) with x, y, z from 0. The body is unknown until `population:check`, which
+--- ends the view, as express, set_body and free do.
+---@param i integer|nil the robot; all if left out
+---@return limax.view [voxel], or [robot][voxel] of all
+function methods:voxels_view(i)
+  return writable(self, "population:voxels_view", "voxels", i, voxels_of, "uint8_t",
+    { self.voxels_each }, MATERIAL)
+end
+
+--- Stiffness, amplitude and phase, 0 to 1, for a script to write: `view[1][voxel] = weight`; voxels
+--- and end as for `voxels_view`.
+---@param i integer|nil the robot; all if left out
+---@return limax.view [3][voxel], or [robot][3][voxel] of all
+function methods:weights_view(i)
+  return writable(self, "population:weights_view", "weights", i, weights_of, "float",
+    { 3, self.voxels_each }, WEIGHT)
+end
+
 --- Weights of robot i: stiffness, amplitude and phase of each voxel, 0 to 1.
 ---@param i integer
 ---@return limax.view [3][x][y][z]
@@ -187,7 +232,8 @@ function methods:set_body(i, voxels, weights, table_of_materials)
   ffi.copy(voxels_of(handle, "population:set_body") + robot * each, new_voxels, each)
   ffi.copy(weights_of(handle, "population:set_body") + 3 * robot * each, new_weights,
     3 * each * ffi.sizeof "float")
-  object.end_views(self.bodies_life, "a body of its population was set")
+  abi.check(C.limax_population_forget(handle, robot, 1), "population:set_body")
+  class.end_bodies(self, "a body of its population was set")
 end
 
 --- How different the bodies and genomes of some robots are. Takes time linear in their number.

@@ -1,9 +1,11 @@
---- encoding.lua: how a genome is read: the Gaussian positional encoding of the voxel centres and
---- the layers of the network. The encoding is drawn once for a seed and repetition.
+--- encoding.lua: how a genome is read: what its network reads of the voxel centres, and the layers
+--- of the network. The positional encoding is drawn once for a seed and repetition.
 
 local ffi = require "ffi"
 local C = require("limax.engine.abi").C
+local fault = require "limax.engine.fault"
 local fields = require "limax.engine.fields"
+local names = require "limax.engine.names"
 local object = require "limax.engine.object"
 local schema = require "limax.engine.schema"
 local view = require "limax.engine.view"
@@ -25,29 +27,37 @@ local genome_rules = {
     default = { hidden_width, hidden_width }, expected = "a list of up to 8 layer widths" }),
   initial_scale = schema.field(genome.initial_scale),
 }
-local options_rule = schema.fields {
+local options_rules = {
   lattice = lattice_rule, features = genome_rules.features, sigma = genome_rules.sigma,
   hidden = genome_rules.hidden, initial_scale = genome_rules.initial_scale,
   materials = schema.whole(-MOST, MOST, 5), seed = schema.seed,
-  repetition = schema.whole(1, MOST, 1),
+  repetition = schema.whole(1, MOST, 1), network = schema.choice(names.network.names),
+  genes = schema.whole(1, 2 ^ 24),
 }
+local options_rule = schema.fields(options_rules)
 
 ---@class limax.encoding : limax.object
 ---@field genes integer numbers in a genome
 ---@field lattice integer[]
----@field features_count integer m, rows of the matrix
+---@field network string
+---@field features_count integer m, rows of the matrix; 0 if the network has none
 
 ---@class limax.encoding_options
 ---@field lattice integer[] voxels along x, y, z
----@field features integer|nil m, rows of the matrix; 16
----@field sigma number|nil standard deviation of its entries; 1
----@field hidden integer[]|nil width of each hidden layer; { 32, 32 }
+---@field network "fourier"|"cppn"|"direct"|"none"|nil what the genes are; "fourier"
+---@field genes integer|nil of a genome of network "none"
+---@field features integer|nil m, rows of the matrix, of "fourier"; 16
+---@field sigma number|nil standard deviation of its entries; 0.15
+---@field hidden integer[]|nil width of each hidden layer, of "fourier" and "cppn"; { 32, 32 }
 ---@field materials integer|nil classes of the softmax; 5
 ---@field initial_scale number|nil factor on the initial weights; 1
 ---@field seed number|string|nil 1
 ---@field repetition integer|nil 1
 
---- Makes an encoding.
+--- Makes an encoding: of the Gaussian positional encoding and a network ("fourier"), of a network
+--- with sines, Gaussians, tanh and absolute values that reads x, y, z and the distance from the
+--- middle ("cppn"), of genes that are the outputs for every voxel ("direct"), or of `genes` numbers
+--- from which a script makes the bodies ("none"). Options that a network does not need are ignored.
 ---@param options limax.encoding_options
 ---@return limax.encoding
 local function encoding(options)
@@ -60,29 +70,47 @@ local function encoding(options)
   for _, name in ipairs { "features", "sigma", "initial_scale", "materials", "repetition" } do
     o[name] = options[name]
   end
+  options.network = options.network or "fourier"
+  o.network = names.network.value[options.network]
+  if options.network == "none" then
+    o.genes = schema.demand(options_rules.genes, options.genes, "encoding.genes")
+  elseif options.genes then
+    fault.raise(('encoding.genes: only network "none" takes it; the genes of %q follow from its '
+      .. "other options"):format(options.network))
+  end
   o.seed = schema.uint64(options.seed or 1, "encoding.seed")
   local self = object.make(class, "encoding",
     function(out) return C.limax_encoding_create(o, out) end,
-    { lattice = lattice, features_count = o.features,
+    { lattice = lattice, network = options.network,
+      features_count = options.network == "fourier" and o.features or 0,
       voxels = lattice[1] * lattice[2] * lattice[3] })
   object.set(self, "genes", C.limax_encoding_genes(self.handle))
   return self
 end
 
---- B, the matrix of the encoding.
+local function require_network(self, what, ...)
+  for _, network in ipairs { ... } do if self.network == network then return end end
+  fault.raise(("%s: an encoding of network %q has none"):format(what, self.network))
+end
+
+--- B, the matrix of an encoding of network "fourier".
 ---@return limax.view [feature][3]
 function methods:matrix()
   local handle = object.handle("encoding:matrix", self, class)
+  require_network(self, "encoding:matrix", "fourier")
   return view.new(self, "an encoding's matrix", "double", C.limax_encoding_matrix(handle),
     { self.features_count, 3 })
 end
 
---- The network's inputs: the cosine rows, then the sine rows.
----@return limax.view [2 feature][voxel], voxel = 1 + x + nx (y + ny z) with x, y, z from 0
+--- What the network reads of each voxel: of "fourier" the cosine rows, then the sine rows; of
+--- "cppn" x, y, z and the distance from the middle.
+---@return limax.view [input][voxel], voxel = 1 + x + nx (y + ny z) with x, y, z from 0
 function methods:features()
   local handle = object.handle("encoding:features", self, class)
+  require_network(self, "encoding:features", "fourier", "cppn")
+  local inputs = self.network == "cppn" and 4 or 2 * self.features_count
   return view.new(self, "an encoding's features", "float", C.limax_encoding_features(handle),
-    { 2 * self.features_count, self.voxels })
+    { inputs, self.voxels })
 end
 
 return { class = class, encoding = encoding, genome_rules = genome_rules }

@@ -9,6 +9,7 @@ local fault = require "limax.engine.fault"
 local materials = require "limax.engine.materials"
 local memory = require "limax.engine.memory"
 local names = require "limax.engine.names"
+local pareto = require "limax.engine.pareto"
 local population = require "limax.engine.population"
 local random = require "limax.engine.random"
 local scene = require "limax.engine.scene"
@@ -31,6 +32,7 @@ return {
   simulation = simulation.simulation,
   advance_together = simulation.advance_together,
   random = random,
+  pareto = pareto,
 
   is_view = view.is_view,
   bytes_held = memory.bytes_held,

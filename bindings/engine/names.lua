@@ -21,7 +21,8 @@ end
 
 names.material_kind = enumeration("", "empty", "passive", "expanding", "contracting")
 names.body_status = enumeration("BODY_", "unknown", "valid", "no voxel", "no muscle")
-names.stream = enumeration("STREAM_", "selection", "supervision", "user")
+names.stream = enumeration("STREAM_", "selection", "supervision", "user", "variation")
+names.network = enumeration("NETWORK_", "fourier", "cppn", "direct", "none")
 names.integrator = enumeration("", "symplectic_euler", "leapfrog", "rk4", "xpbd")
 names.precision = enumeration("", "single", "compensated", "mixed", "double")
 names.sharing = enumeration("SHARING_", "mean", "sum")

@@ -43,6 +43,7 @@ function object.set(self, name, value) rawget(self, FIELDS)[name] = value end
 ---@field handle ffi.cdata*|nil nil once freed
 ---@field life limax.life
 ---@field bodies_life limax.life|nil of a population's views of bodies
+---@field writing_life limax.life|nil of those through which a script writes bodies
 local shared = {}
 
 --- Frees the object and its memory in the engine, and invalidates its views. May be called twice.
@@ -58,7 +59,9 @@ function shared:free(why)
   object.set(self, "freed", fault.where())
   why = why or ("its %s was freed"):format(self.kind_name)
   object.end_views(self.life, why)
-  if self.bodies_life then object.end_views(self.bodies_life, why) end
+  for _, life in ipairs { "bodies_life", "writing_life" } do
+    if self[life] then object.end_views(self[life], why) end
+  end
 end
 
 local function with_article(noun) return (noun:match "^[aeiou]" and "an " or "a ") .. noun end

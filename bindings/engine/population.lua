@@ -20,6 +20,9 @@ local methods = class.methods
 -- counts of the interface are 32-bit
 local MOST = 2147483647
 
+-- what a script may write to a gene: what a float holds
+local FINITE = { minimum = -3.4028234663852886e38, maximum = 3.4028234663852886e38 }
+
 local function anything(value) return value end
 local lattice_rule = schema.numbers(3, { integer = true })
 local options_rule = schema.fields {
@@ -33,8 +36,11 @@ for name, field in pairs(fields.of "breeding") do
   breeding_rules[name] = schema.field(field)
 end
 local breeding_rule = schema.fields(breeding_rules)
-local check_rule = schema.fields { require_muscle = schema.boolean(false) }
-local express_rule = schema.fields { require_muscle = schema.boolean(false), device = anything }
+local check_rule = schema.fields { require_muscle = schema.boolean(false),
+  largest_part = schema.boolean(false) }
+local express_rule = schema.fields { require_muscle = schema.boolean(false),
+  largest_part = schema.boolean(true), device = anything }
+local generation_rule = schema.whole(0, MOST, 0)
 
 ---@class limax.population : limax.object
 ---@field count integer robots
@@ -48,7 +54,7 @@ local express_rule = schema.fields { require_muscle = schema.boolean(false), dev
 ---@field seed number|string
 ---@field repetition integer
 ---@field generation integer of the children
----@field elites integer|nil the first so many children are copies of their first parent; 0
+---@field elites integer|nil children 1 to this are copies of their first parent; 0
 
 --- Makes a population whose genomes are 0 and whose bodies are empty.
 ---@param options { lattice: integer[]|nil, count: integer, encoding: limax.encoding|nil }
@@ -67,6 +73,8 @@ local function population(options)
   end, {
     count = count, genes = coder and coder.genes or 0, lattice = lattice,
     voxels_each = lattice[1] * lattice[2] * lattice[3], bodies_life = object.life(),
+    -- of views through which a script writes bodies
+    writing_life = object.life(),
     -- what memory is read by: a script may change the list `lattice`
     extent = { lattice[1], lattice[2], lattice[3] },
     -- of the material table that bodies were last read by
@@ -77,13 +85,18 @@ end
 -- seconds that one call should take, well below 50 ms
 local AIM = 0.015
 
--- Calls `work(first, count)` (first from 0), which returns a status of the engine, over a range of
--- robots (first from 1; all the rest without a count), in calls short enough for Ctrl-C. The split
--- does not affect results.
-local function in_ranges(what, total, first, count, work)
+-- The range of robots that a call names: the first, from 1, and their number, all the rest without
+-- a count.
+local function range_of(what, total, first, count)
   first = schema.demand(schema.whole(1, math.max(total, 1), 1), first, what .. ": first")
   local rest = total - first + 1
-  count = schema.demand(schema.whole(0, rest, rest), count, what .. ": count")
+  return first, schema.demand(schema.whole(0, rest, rest), count, what .. ": count")
+end
+
+-- Calls `work(first, count)` (first from 0), which returns a status of the engine, over a range of
+-- robots (as range_of), in calls short enough for Ctrl-C. The split does not affect results.
+local function in_ranges(what, total, first, count, work)
+  first, count = range_of(what, total, first, count)
   local at, stop, size = first - 1, first - 1 + count, 8
   while at < stop do
     host.raise_if_interrupted()
@@ -113,16 +126,18 @@ local function genomes_of(self, what)
   return abi.pointer(C.limax_population_genomes(coded(self, what)), what)
 end
 
---- Draws the initial genomes: weights N(0, 1 / fan_in) times the encoding's initial_scale, biases
---- 0.
+--- Draws random genomes: weights N(0, 1 / fan_in) times the encoding's initial_scale, biases 0; of
+--- "direct" and "none" N(0, initial_scale^2). Each generation gives new ones.
 ---@param first integer|nil
 ---@param count integer|nil
-function methods:initialize(first, count)
+---@param generation integer|nil of the robots; 0, the first, if left out
+function methods:initialize(first, count, generation)
   local what = "population:initialize"
   local handle = coded(self, what)
+  generation = schema.demand(generation_rule, generation, what .. ": generation")
   object.end_views(self.life, "its population was initialized")
   in_ranges(what, self.count, first, count, function(at, robots)
-    return C.limax_population_initialize(handle, at, robots)
+    return C.limax_population_initialize(handle, generation, at, robots)
   end)
 end
 
@@ -132,47 +147,51 @@ local function reading(self, what, table_of_materials, options, rule)
   object.handle(what .. ": materials", table_of_materials, materials.class)
   options = schema.demand(rule, options, what)
   object.set(self, "materials_count", table_of_materials.count)
-  return options.require_muscle and 1 or 0, options.device
+  return options.require_muscle and 1 or 0, options.largest_part and 1 or 0, options.device
 end
 
---- Makes bodies of genomes.
+--- Makes bodies of genomes. Only the largest connected part of a body is kept, unless
+--- `largest_part` is false.
 ---@param table_of_materials limax.materials
----@param options { require_muscle: boolean|nil, device: limax.device|nil }|nil
+---@param options? { require_muscle?: boolean, device?: limax.device, largest_part?: boolean }
 ---@param first integer|nil
 ---@param count integer|nil
 function methods:express(table_of_materials, options, first, count)
   local what = "population:express"
   coded(self, what)
-  local muscle, on = reading(self, what, table_of_materials, options, express_rule)
+  local muscle, part, on = reading(self, what, table_of_materials, options, express_rule)
   local target = device.handle(what, on)
-  object.end_views(self.bodies_life, "its population was expressed")
+  class.end_bodies(self, "its population was expressed")
   in_ranges(what, self.count, first, count, function(at, robots)
-    return C.limax_population_express(self.handle, table_of_materials.handle, muscle, target, at,
-      robots)
+    return C.limax_population_express(self.handle, table_of_materials.handle, muscle, part, target,
+      at, robots)
   end)
 end
 
---- Determines the status of bodies written by hand; does not change them.
+--- Determines the status of bodies written by hand. With `largest_part` only the largest connected
+--- part of each is kept. Ends the views through which they were written.
 ---@param table_of_materials limax.materials
----@param options { require_muscle: boolean|nil }|nil
+---@param options { require_muscle: boolean|nil, largest_part: boolean|nil }|nil
 ---@param first integer|nil
 ---@param count integer|nil
 function methods:check(table_of_materials, options, first, count)
   local what = "population:check"
-  local muscle = reading(self, what, table_of_materials, options, check_rule)
+  local muscle, part = reading(self, what, table_of_materials, options, check_rule)
+  object.end_views(self.writing_life, "its population was checked")
   in_ranges(what, self.count, first, count, function(at, robots)
-    return C.limax_population_check(self.handle, table_of_materials.handle, muscle, at, robots)
+    return C.limax_population_check(self.handle, table_of_materials.handle, muscle, part, at,
+      robots)
   end)
 end
 
--- The parents of each child, [child][2] from 0.
-local function pairs_of_indices(what, list_of_pairs, children, parents)
+-- The parents of children first .. first + children - 1, [child][2] from 0 and from child 1.
+local function pairs_of_indices(what, list_of_pairs, first, children, parents)
   local count = #schema.demand(schema.table, list_of_pairs, what .. ": pairs")
   if count ~= children then
     schema.refuse(what .. ": pairs", ("a pair for each of %d children"):format(children),
       list_of_pairs, count)
   end
-  local list = ffi.new("int32_t[?]", 2 * children)
+  local list = ffi.new("int32_t[?]", 2 * (first - 1 + children))
   for child = 1, children do
     local pair = list_of_pairs[child]
     local name = ("%s: pairs[%d]"):format(what, child)
@@ -181,24 +200,28 @@ local function pairs_of_indices(what, list_of_pairs, children, parents)
     end
     for k = 1, 2 do
       local parent = schema.index(("%s[%d]"):format(name, k), pair[k], parents)
-      list[2 * child - 3 + k] = parent - 1
+      list[2 * (first + child) - 5 + k] = parent - 1
     end
   end
   return list
 end
 
---- Writes this population's genomes: elites are copies of their first parent, the others cross and
---- mutate.
+--- Writes this population's genomes, or those of a range of robots: elites are copies of their
+--- first parent, the others cross and mutate. The random numbers of a child depend on its index,
+--- not on the range.
 ---@param parents limax.population
----@param pairs_of_parents integer[][] { i, j } for each child
+---@param pairs_of_parents integer[][] { i, j } for each child of the range
 ---@param options limax.breeding
 ---@param on limax.device|nil
-function methods:breed(parents, pairs_of_parents, options, on)
+---@param first integer|nil
+---@param count integer|nil
+function methods:breed(parents, pairs_of_parents, options, on, first, count)
   local what = "population:breed"
   coded(self, what)
   coded(parents, what .. ": parents")
   options = schema.demand(breeding_rule, options, what)
-  local list = pairs_of_indices(what, pairs_of_parents, self.count, parents.count)
+  first, count = range_of(what, self.count, first, count)
+  local list = pairs_of_indices(what, pairs_of_parents, first, count, parents.count)
   local breeding = ffi.new "limax_breeding"
   for _, name in ipairs { "mutation_rate", "mutation_scale", "crossover_rate", "repetition",
     "generation" } do
@@ -208,7 +231,7 @@ function methods:breed(parents, pairs_of_parents, options, on)
   breeding.elites = options.elites
   local target = device.handle(what, on)
   object.end_views(self.life, "its population was bred")
-  in_ranges(what, self.count, 1, self.count, function(at, robots)
+  in_ranges(what, self.count, first, count, function(at, robots)
     return C.limax_population_breed(self.handle, parents.handle, list, breeding, target, at, robots)
   end)
 end
@@ -220,6 +243,18 @@ function methods:genome(i)
   local genomes = genomes_of(self, "population:genome")
   schema.index("population:genome", i, self.count)
   return view.new(self, "a genome", "float", genomes + (i - 1) * self.genes, { self.genes })
+end
+
+--- Genomes for a script to write: `view[gene] = x` takes finite numbers. Express the robots after
+--- writing. Ends when the population is initialized, bred or freed, or its genomes are set.
+---@param i integer|nil the robot; all if left out
+---@return limax.view [gene], or [robot][gene] of all
+function methods:genome_view(i)
+  local what = "population:genome_view"
+  local genomes = genomes_of(self, what)
+  if i ~= nil then genomes = genomes + (schema.index(what, i, self.count) - 1) * self.genes end
+  return view.new(self, i and ("genome %d"):format(i) or "genomes", "float", genomes,
+    i and { self.genes } or { self.count, self.genes }, { range = FINITE })
 end
 
 --- A copy of all genomes, which stays valid.
@@ -246,17 +281,20 @@ function methods:genomes_bytes()
 end
 
 --- Writes all genomes.
----@param bytes string as from genomes_bytes
-function methods:set_genomes(bytes)
+---@param all string|limax.view|ffi.cdata* as from genomes_bytes or genomes_array, or a float[?]
+function methods:set_genomes(all)
   local what = "population:set_genomes"
   local genomes = genomes_of(self, what)
   local expected = self.count * self.genes * ffi.sizeof "float"
-  if #schema.demand(schema.string, bytes, what) ~= expected then
-    schema.refuse(what,
-      ("%d bytes (%d robots of %d genes)"):format(expected, self.count, self.genes), #bytes)
+  local memory = view.memory(all) or all
+  local size = type(memory) == "string" and #memory
+    or ffi.istype("float[?]", memory) and ffi.sizeof(memory)
+  if size ~= expected then
+    schema.refuse(what, ("%d bytes (%d robots of %d genes), or as many floats as from "
+      .. "genomes_array"):format(expected, self.count, self.genes), size or all)
   end
   object.end_views(self.life, "its genomes were set")
-  ffi.copy(genomes, bytes, expected)
+  ffi.copy(genomes, memory, expected)
 end
 
 function class:__tostring()

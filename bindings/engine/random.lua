@@ -60,7 +60,7 @@ end
 --- A stream of random numbers.
 ---@param seed number|string|ffi.cdata*
 ---@param repetition integer 1, 2, ...
----@param stream "selection"|"supervision"|"user"
+---@param stream "selection"|"supervision"|"user"|"variation"
 ---@param generation integer|nil 0 if left out
 ---@param individual integer|nil 0 if left out
 ---@return limax.random

@@ -1,7 +1,8 @@
 --- view.lua: the engine's arrays for Lua: indices from 1, checked, read without copying, and
 --- invalid once their owner has replaced or freed them. `#view` is the length, `view[i][j]` reads,
 --- `ipairs(view)` iterates, `view.shape` lists the lengths, `view:copy()` keeps, `view:table()`
---- makes Lua lists, `view:pointer()` is unchecked.
+--- makes Lua lists, `view:pointer()` is unchecked. A writable view also takes `view[i] = number`,
+--- checked.
 ---
 --- In LuaJIT only cdata may define both `#` and `ipairs`. A view is an empty struct, with its state
 --- in a weak table. A row of numbers is a struct with a copy of its numbers, so that it needs no
@@ -50,7 +51,7 @@ local function refuse_key(what, key, shape)
 end
 
 local function read_only(what)
-  fault.raise(what .. " is read-only; write through its owner, or unchecked through :pointer()")
+  fault.raise(what .. " is read-only; write through a writable view of its owner")
 end
 
 local function next_entry(self, i)
@@ -144,13 +145,40 @@ function class:__index(key)
   if not is_index(key, form.shape[axis]) then return field_of(state, key) end
   if form.life.stamp ~= form.stamp then require_valid(form) end
   local left = #form.shape - axis
-  if left > 1 then return (state.parts or parts_of(state))[key] end
+  -- a row of a writable view is a view, not a copy
+  if left > 1 or left == 1 and form.range then return (state.parts or parts_of(state))[key] end
   local offset = state.offset + (key - 1) * form.strides[axis]
   if left == 1 then return row_of(form, offset) end
   return form.data[offset]
 end
 
-function class:__newindex() read_only("a view of " .. states[self].form.what) end
+-- A write that is not allowed.
+local function refuse_write(state, key, value)
+  local form, axis, range = state.form, state.axis, state.form.range
+  if not range then read_only("a view of " .. form.what) end
+  if axis < #form.shape then
+    fault.raise(("%s: give an index for each of the axes %s"):format(form.what,
+      shape_text(tail(form.shape, axis))))
+  end
+  if not is_index(key, form.shape[axis]) then field_of(state, key) end
+  if not is_index(key, form.shape[axis]) then read_only(("%s.%s"):format(form.what, key)) end
+  schema.refuse(("%s[%d]"):format(form.what, key), schema.expected(range), value)
+end
+
+function class:__newindex(key, value)
+  local state = states[self]
+  local form, axis = state.form, state.axis
+  local range = form.range
+  -- also false for NaN
+  if range and axis == #form.shape and is_index(key, form.shape[axis])
+    and type(value) == "number" and value >= range.minimum and value <= range.maximum
+    and (not range.integer or value == math.floor(value)) then
+    if form.life.stamp ~= form.stamp then require_valid(form) end
+    form.data[state.offset + (key - 1) * form.strides[axis]] = value
+    return
+  end
+  refuse_write(state, key, value)
+end
 
 function class:__len()
   local state = states[self]
@@ -172,8 +200,9 @@ new_view = ffi.metatype("struct {}", class)
 ---@param element string C type ("float")
 ---@param data ffi.cdata* pointer to the first element
 ---@param shape integer[] lengths along the axes
----@param options? { strides?: integer[], life?: limax.life, fields?: table } elements between
---- neighbours along each axis, row-major if left out; the owner's life; unit, rate, samples
+---@param options? { strides?: integer[], life?: limax.life, fields?: table, range?: limax.range }
+--- elements between neighbours along each axis, row-major if left out; the owner's life; unit,
+--- rate, samples; what scripts may write (minimum, maximum, integer), read-only if left out
 ---@return limax.view
 function view.new(owner, what, element, data, shape, options)
   options = options or {}
@@ -181,7 +210,8 @@ function view.new(owner, what, element, data, shape, options)
   for i = #shape - 1, 1, -1 do strides[i] = strides[i] or strides[i + 1] * shape[i + 1] end
   local life = options.life or type(owner) == "table" and owner.life or { stamp = 1 }
   return part({ what = what, data = data, element = element, shape = shape, strides = strides,
-    life = life, stamp = life.stamp, owner = owner, fields = options.fields }, 1, 0)
+    life = life, stamp = life.stamp, owner = owner, fields = options.fields,
+    range = options.range }, 1, 0)
 end
 
 --- Whether `value` is a view or a row of one.

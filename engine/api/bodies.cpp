@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "api/api.h"
+#include "genome/pareto.h"
 
 namespace {
 
@@ -145,32 +146,37 @@ limax_status limax_population_text(const limax_population* population, int32_t r
         population->it.write_text(robot, letters, out);
     });
 }
-limax_status limax_population_initialize(limax_population* population, int32_t first,
-                                         int32_t count) {
+limax_status limax_population_initialize(limax_population* population, uint32_t generation,
+                                         int32_t first, int32_t count) {
     return change(population, "population", [&] {
         const limax::parallel_for in_order = [](int n, const std::function<void(int)>& work) {
             for (int i = 0; i < n; ++i) work(i);
         };
-        population->it.initialize(first, count, in_order);
+        population->it.initialize(generation, first, count, in_order);
     });
 }
 limax_status limax_population_express(limax_population* population,
                                       const limax_materials* materials, int32_t require_muscle,
-                                      limax_device* device, int32_t first, int32_t count) {
+                                      int32_t largest_part, limax_device* device, int32_t first,
+                                      int32_t count) {
     return change(population, "population", [&] {
         const auto materials_use = reading(materials, "materials");
         require("device", device);
         settle(population->it, *device->it);
-        population->it.express(materials->it, require_muscle != 0, device->it->express(),
-                               device->it->each(), first, count);
+        population->it.express(materials->it, {require_muscle != 0, largest_part != 0},
+                               device->it->express(), device->it->each(), first, count);
     });
 }
 limax_status limax_population_check(limax_population* population, const limax_materials* materials,
-                                    int32_t require_muscle, int32_t first, int32_t count) {
+                                    int32_t require_muscle, int32_t largest_part, int32_t first,
+                                    int32_t count) {
     return change(population, "population", [&] {
         const auto materials_use = reading(materials, "materials");
-        population->it.check(materials->it, require_muscle != 0, first, count);
+        population->it.check(materials->it, {require_muscle != 0, largest_part != 0}, first, count);
     });
+}
+limax_status limax_population_forget(limax_population* population, int32_t first, int32_t count) {
+    return change(population, "population", [&] { population->it.forget(first, count); });
 }
 limax_status limax_population_breed(limax_population* children, const limax_population* parents,
                                     const int32_t* pairs, const limax_breeding* breeding,
@@ -190,6 +196,14 @@ limax_status limax_population_diversity(const limax_population* population, cons
     return change(population, "population", [&] {
         require("robots, out", robots, out);
         *out = population->it.diversity(robots, count);
+    });
+}
+
+limax_status limax_pareto_rank(const double* values, int32_t count, int32_t objectives,
+                               int32_t* rank, double* crowding) {
+    return guard([&] {
+        require("values, rank, crowding", values, rank, crowding);
+        limax::pareto_rank(values, count, objectives, rank, crowding);
     });
 }
 

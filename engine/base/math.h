@@ -85,6 +85,21 @@ LIMAX_LAW void sine_cosine_turns(double turns, double& sine, double& cosine) {
     sine = bits_as<double>(bits_as<uint64_t>(sine) ^ sign);
 }
 
+// Sine of an angle in turns, in float; otherwise as above.
+LIMAX_LAW float sine_turns(float turns) {
+    constexpr float whole = 0x1p23f;  // from here on every float is a whole number of turns
+    const float size = absolute(turns);
+    const float bounded = size < whole ? size : size - size;
+    const float part = bounded - ((bounded + whole) - whole);  // [-1/2, 1/2]
+    const float shifted = fma(part, 4.0f, 1.5f * whole);
+    const float rest = fma(shifted - 1.5f * whole, -0.25f, part);
+    float sine, cosine;
+    sine_cosine_eighth(rest, sine, cosine);
+    turn_by_quarters(bits_as<uint32_t>(shifted), sine, cosine);
+    const uint32_t sign = bits_as<uint32_t>(turns) & 0x80000000u;
+    return bits_as<float>(bits_as<uint32_t>(sine) ^ sign);
+}
+
 // ---- exponential, hyperbolic tangent, logistic function ----
 
 // Writes x = n ln 2 + r, |r| <= ln(2)/2, and returns e^r - 1. |x| below 2^21 (float), 2^50

@@ -17,7 +17,8 @@ enum class random_stream : uint32_t {
     breeding = 3,
     selection = 4,
     supervision = 5,
-    user = 6
+    user = 6,
+    variation = 7
 };
 
 // Everything but the draw. The fields use every bit of Philox's key and counter:

@@ -1,9 +1,9 @@
 // breeding.h: the genes of a first generation and of children. Laws: each gene is a function of its
-// own counter, so populations can be bred in any order and in any pieces. Includes only random.h
-// and portable.h.
+// own counter, so populations can be bred in any order and in any pieces. Includes only laws.
 #pragma once
 
 #include "base/random.h"
+#include "genome/network.h"
 
 namespace limax {
 
@@ -26,6 +26,25 @@ LIMAX_LAW double initial_deviation(double scale, int32_t inputs) {
 // N(0, deviation^2), rounded once. `key` has the stream `initial`.
 LIMAX_LAW float initial_gene(const random_key& key, uint32_t gene, double deviation) {
     return float(deviation * random_normal(key, deviate_draw(gene)));
+}
+
+// A gene of a first genome: weights by the inputs of their layer, biases 0, and genes that belong
+// to no layer N(0, scale^2). `deviation` [layers + 1] is that of initial_deviations().
+LIMAX_LAW float initial_gene(const network_shape& shape, const double* deviation,
+                             const random_key& key, int32_t gene) {
+    int32_t layer = 0, of_layer = gene;
+    while (layer < shape.layers && of_layer >= shape.genes_of_layer(layer))
+        of_layer -= shape.genes_of_layer(layer++);
+    if (layer < shape.layers && of_layer >= shape.width[layer] * shape.width[layer + 1])
+        return 0.0f;
+    return initial_gene(key, uint32_t(gene), deviation[layer]);
+}
+
+// Standard deviations of the weights of each layer and, last, of genes that belong to none.
+LIMAX_LAW void initial_deviations(const network_shape& shape, double scale, double* deviation) {
+    for (int32_t layer = 0; layer < shape.layers; ++layer)
+        deviation[layer] = initial_deviation(scale, shape.width[layer]);
+    deviation[shape.layers] = scale;
 }
 
 // A gene of a child that is not an elite. `key` has the stream `breeding`, the child's generation

@@ -33,12 +33,12 @@ public:
     // Robots first .. first + count - 1.
     virtual void fetch_genomes(float* genomes, int32_t first, int32_t count) const = 0;
 
-    virtual void initialize(int32_t first, int32_t count) = 0;
+    virtual void initialize(uint32_t generation, int32_t first, int32_t count) = 0;
     // From parents on the same device. `pairs` [count][2] are those of these children.
     virtual void breed(const device_population& parents, const int32_t* pairs,
                        const limax_breeding& breeding, int32_t first, int32_t count) = 0;
     // Sets `bodies` [count], with an unknown status.
-    virtual void express(int32_t first, int32_t count, limax_body* bodies) = 0;
+    virtual void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) = 0;
 
     // Of the `count` robots listed. [voxel]: the sum over materials of the squared number of robots
     // that have it there.

@@ -1,6 +1,6 @@
-// encoding.h: the Gaussian positional encoding: gamma(v) = [cos 2 pi B v, sin 2 pi B v] of every
-// voxel centre v, B drawn once per seed and repetition, and the shape of the network that reads it.
-// Dimensionless.
+// encoding.h: what a genome's network reads of every voxel centre v, and the network's shape.
+// Fourier: the Gaussian positional encoding gamma(v) = [cos 2 pi B v, sin 2 pi B v], B drawn once
+// per seed and repetition. CPPN: x, y, z and the distance from the middle. Dimensionless.
 #pragma once
 
 #include "base/array.h"
@@ -23,12 +23,15 @@ public:
     const lattice& grid() const { return grid_; }
     const network_shape& shape() const { return shape_; }
     int32_t genes() const { return shape_.genes(); }
-    const double* matrix() const { return matrix_.data(); }  // B, [feature][3]
-    const float* features() const {
-        return features_.data();
-    }  // cos rows, then sin rows, [2 m][voxel]
+    const double* matrix() const { return matrix_.data(); }  // B, [feature][3]; fourier only
+    // Fourier: cos rows, then sin rows, [2 m][voxel]; cppn: x, y, z, r, [4][voxel]; else none.
+    const float* features() const { return features_.data(); }
+    std::size_t features_size() const { return features_.size(); }
 
 private:
+    void draw_features();
+    void place_voxels();
+
     limax_encoding_options options_;
     lattice grid_;
     network_shape shape_;

@@ -42,6 +42,21 @@ static void activate_hidden(int32_t units, float* __restrict sums) {
     for (int64_t k = 0; k < int64_t(units) * voxel_tile; ++k) sums[k] = hidden_unit(sums[k]);
 }
 
+static void activate_cppn(int32_t units, float* __restrict sums) {
+    for (int32_t unit = 0; unit < units; ++unit, sums += voxel_tile) {
+        // a loop for each function, so that each vectorises
+        const auto activate = [&](int32_t kind) __attribute__((always_inline)) {
+            for (int32_t v = 0; v < voxel_tile; ++v) sums[v] = cppn_unit(kind, sums[v]);
+        };
+        switch (unit & 3) {
+            case 0: activate(0); break;
+            case 1: activate(1); break;
+            case 2: activate(2); break;
+            default: activate(3);
+        }
+    }
+}
+
 // outputs [materials + 3][voxel_tile]: the material of each voxel and, in place, its weights.
 static void choose(int32_t materials, float* __restrict outputs, uint8_t* __restrict chosen) {
     float best[voxel_tile];
@@ -67,13 +82,14 @@ static void choose(int32_t materials, float* __restrict outputs, uint8_t* __rest
 // above has a fixed length.
 static void express_robot(const network_shape& shape, const float* features, const float* genome,
                           float* scratch, uint8_t* voxels, float* weights, int32_t voxel_count) {
+    const float* inputs = network_inputs(shape, features, genome);
     float* input = scratch;
     float* output = scratch + int64_t(shape.widest()) * voxel_tile;
     for (int32_t first = 0; first < voxel_count; first += voxel_tile) {
         const int32_t left = voxel_count - first;
         const int32_t filled = left < voxel_tile ? left : voxel_tile;
         for (int32_t i = 0; i < shape.width[0]; ++i) {
-            const float* feature = features + int64_t(i) * voxel_count + first;
+            const float* feature = inputs + int64_t(i) * voxel_count + first;
             float* row = input + int64_t(i) * voxel_tile;
             for (int32_t v = 0; v < filled; ++v) row[v] = feature[v];
             for (int32_t v = filled; v < voxel_tile; ++v) row[v] = 0.0f;
@@ -81,10 +97,13 @@ static void express_robot(const network_shape& shape, const float* features, con
 
         const float* gene = genome;
         for (int32_t layer = 0; layer < shape.layers; ++layer) {
-            const int32_t inputs = shape.width[layer], units = shape.width[layer + 1];
-            sum_layer(inputs, units, gene, gene + int64_t(inputs) * units, input, output);
+            const int32_t width = shape.width[layer], units = shape.width[layer + 1];
+            sum_layer(width, units, gene, gene + int64_t(width) * units, input, output);
             gene += shape.genes_of_layer(layer);
-            if (layer + 1 < shape.layers) activate_hidden(units, output);
+            if (layer + 1 < shape.layers && shape.law == network_law::cppn)
+                activate_cppn(units, output);
+            else if (layer + 1 < shape.layers)
+                activate_hidden(units, output);
             float* const spent = input;
             input = output;
             output = spent;

@@ -2,9 +2,10 @@
 // Laws; includes only base/.
 //
 // Layers of weights from the encoding's features to materials + 3 outputs. The genome holds, layer
-// by layer, the weights [unit][input] and then the biases [unit]. Hidden units pass through tanh.
-// Of the last layer's units the first `materials` are the logits of the softmax, the other three
-// pass through the logistic function: stiffness, amplitude, phase.
+// by layer, the weights [unit][input] and then the biases [unit]. Hidden units pass through tanh,
+// or in a CPPN through one of four functions. Of the outputs the first `materials` are the logits
+// of the softmax, the other three pass through the logistic function: stiffness, amplitude, phase.
+// Without layers a direct genome is the outputs of every voxel, [output][voxel].
 #pragma once
 
 #include "base/math.h"
@@ -15,16 +16,21 @@ namespace limax {
 inline constexpr int32_t most_hidden_layers = 8;
 inline constexpr int32_t weight_kinds = 3;  // stiffness, amplitude, phase
 
+// What the genes are, in the order of limax_network.
+enum class network_law : int32_t { fourier, cppn, direct, none };
+
 struct network_shape {
-    int32_t layers;                         // of weights: hidden layers + 1
+    int32_t layers;                         // of weights: hidden layers + 1; 0 for direct and none
     int32_t width[most_hidden_layers + 2];  // features, hidden widths, materials + 3
     int32_t materials;
+    network_law law;
+    int32_t free_genes;  // that belong to no layer
 
     LIMAX_LAW constexpr int32_t genes_of_layer(int32_t layer) const {
         return (width[layer] + 1) * width[layer + 1];
     }
     LIMAX_LAW constexpr int32_t genes() const {
-        int32_t sum = 0;
+        int32_t sum = free_genes;
         for (int32_t layer = 0; layer < layers; ++layer) sum += genes_of_layer(layer);
         return sum;
     }
@@ -42,6 +48,17 @@ LIMAX_LAW float add_input(float sum, float weight, float input) { return fma(wei
 
 LIMAX_LAW float hidden_unit(float sum) { return hyperbolic_tangent(sum); }
 
+// Hidden unit k of a layer of a CPPN (compositional pattern producing network; K. Stanley, Genetic
+// Programming and Evolvable Machines 8, 2007) is, by k mod 4, a sine of half a period for a sum of
+// 1, a Gaussian, tanh or the absolute value.
+LIMAX_LAW float cppn_unit(int32_t unit, float sum) {
+    const int32_t kind = unit & 3;
+    return kind == 0   ? sine_turns(0.5f * sum)
+           : kind == 1 ? exponential(-(sum * sum))
+           : kind == 2 ? hyperbolic_tangent(sum)
+                       : absolute(sum);
+}
+
 // A weight in [0, 1], also where the sum is not a number: then 0.
 LIMAX_LAW float weight_unit(float sum) { return larger(logistic(sum), 0.0f); }
 
@@ -58,6 +75,12 @@ inline constexpr int32_t voxel_tile = 128;
 // tile.
 LIMAX_LAW constexpr int64_t express_scratch(const network_shape& shape) {
     return int64_t(2) * shape.widest() * voxel_tile;
+}
+
+// What the first layer reads, [input][voxel].
+LIMAX_LAW const float* network_inputs(const network_shape& shape, const float* features,
+                                      const float* genome) {
+    return shape.law == network_law::direct ? genome : features;
 }
 
 // One robot: features [feature][voxel], genome [gene], voxels [voxel], weights [3][voxel].

@@ -17,6 +17,7 @@ static_assert(uint32_t(random_stream::breeding) == LIMAX_STREAM_BREEDING);
 static_assert(uint32_t(random_stream::selection) == LIMAX_STREAM_SELECTION);
 static_assert(uint32_t(random_stream::supervision) == LIMAX_STREAM_SUPERVISION);
 static_assert(uint32_t(random_stream::user) == LIMAX_STREAM_USER);
+static_assert(uint32_t(random_stream::variation) == LIMAX_STREAM_VARIATION);
 
 // Threads take robots in lots of about this many voxels, some 50 us of work: waking a thread for
 // less costs more.
@@ -167,6 +168,7 @@ void population::require_genomes() const {
 }
 
 void population::forget(int32_t first, int32_t count) {
+    require_robots(first, count);
     for (int32_t robot = first; robot < first + count; ++robot)
         bodies_[std::size_t(robot)] = limax_body{};
 }
@@ -186,33 +188,30 @@ void population::write_text(int32_t robot, const char* letters, char* out) const
     out[-2] = 0;
 }
 
-void population::initialize(int32_t first, int32_t count, const parallel_for& each) {
+void population::initialize(uint32_t generation, int32_t first, int32_t count,
+                            const parallel_for& each) {
     require_genomes();
     require_robots(first, count);
     const network_shape& shape = code_->shape();
     const limax_encoding_options& options = code_->options();
-    const int64_t genome_size = genes();
+    const int32_t genome_size = genes();
     if (on_device_) {
         if (!whole(first, count)) genomes_to_device();
-        on_device_->initialize(first, count);
+        on_device_->initialize(generation, first, count);
         genomes_at_ = {.device = true};
         forget(first, count);
         return;
     }
     genomes_to_host();
+    double deviation[most_hidden_layers + 2];
+    initial_deviations(shape, options.initial_scale, deviation);
     each(count, [&](int index) {
         const int32_t robot = first + index;
-        const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, 0,
+        const random_key key{options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation,
                              static_cast<uint32_t>(robot)};
-        float* genome = genomes_.data() + robot * genome_size;
-        uint32_t gene = 0;
-        for (int32_t layer = 0; layer < shape.layers; ++layer) {
-            const int32_t inputs = shape.width[layer], units = shape.width[layer + 1];
-            const double deviation = initial_deviation(options.initial_scale, inputs);
-            for (int32_t k = 0; k < inputs * units; ++k, ++gene)
-                genome[gene] = initial_gene(key, gene, deviation);
-            for (int32_t unit = 0; unit < units; ++unit, ++gene) genome[gene] = 0.0f;
-        }
+        float* genome = genomes_.data() + int64_t(robot) * genome_size;
+        for (int32_t gene = 0; gene < genome_size; ++gene)
+            genome[gene] = initial_gene(shape, deviation, key, gene);
     });
     forget(first, count);
 }
@@ -232,11 +231,16 @@ void population::judge(const material_table& materials, bool require_muscle, int
                                                    : LIMAX_BODY_VALID;
 }
 
-void population::express(const material_table& materials, bool require_muscle, express_pass pass,
+void population::express(const material_table& materials, body_rules rules, express_pass pass,
                          const parallel_for& each, int32_t first, int32_t count) {
     require_genomes();
     require_robots(first, count);
     const network_shape& shape = code_->shape();
+    if (shape.law == network_law::none)
+        fail(
+            LIMAX_INVALID_ARGUMENT,
+            "genomes of network \"none\" are expressed by the script: write the bodies, then check "
+            "them");
     if (materials.count() != shape.materials)
         fail(LIMAX_INVALID_ARGUMENT,
              format("the encoding chooses among %d materials, but the table \"%s\" has %d",
@@ -244,10 +248,10 @@ void population::express(const material_table& materials, bool require_muscle, e
     if (on_device_) {
         genomes_to_device();
         if (!whole(first, count)) bodies_to_device();
-        on_device_->express(first, count, bodies_.data() + first);
+        on_device_->express(rules.largest_part, first, count, bodies_.data() + first);
         bodies_at_ = {.device = true};
         for (int32_t robot = first; robot < first + count; ++robot)
-            judge(materials, require_muscle, robot);
+            judge(materials, rules.require_muscle, robot);
         return;
     }
     genomes_to_host();
@@ -264,13 +268,13 @@ void population::express(const material_table& materials, bool require_muscle, e
             pass(shape, code_->features(), genomes_.data() + robot * genome_size, scratch.data(),
                  body, weights_.data() + robot * (weight_kinds * voxels),
                  static_cast<int32_t>(voxels));
-            keep_largest_component(grid_, body, search);
-            describe(materials, require_muscle, robot);
+            if (rules.largest_part) keep_largest_component(grid_, body, search);
+            describe(materials, rules.require_muscle, robot);
         }
     });
 }
 
-void population::check(const material_table& materials, bool require_muscle, int32_t first,
+void population::check(const material_table& materials, body_rules rules, int32_t first,
                        int32_t count) {
     require_robots(first, count);
     bodies_to_host();
@@ -296,8 +300,13 @@ void population::check(const material_table& materials, bool require_muscle, int
                        format("%s weight %.9g; it must be 0 to 1", kinds[k / voxels],
                               double(weight[k])));
     }
-    for (int32_t robot = first; robot < first + count; ++robot)
-        describe(materials, require_muscle, robot);
+    component_search search;
+    if (rules.largest_part) bodies_at_.device = false;
+    for (int32_t robot = first; robot < first + count; ++robot) {
+        if (rules.largest_part)
+            keep_largest_component(grid_, voxels_.data() + robot * voxels, search);
+        describe(materials, rules.require_muscle, robot);
+    }
 }
 
 void population::breed(const population& parents, const int32_t* pairs,

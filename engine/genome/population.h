@@ -16,6 +16,12 @@
 
 namespace limax {
 
+// What makes a body valid.
+struct body_rules {
+    bool require_muscle = false;
+    bool largest_part = false;  // only its largest face-connected part is kept
+};
+
 // The genomes and bodies of robots 0 .. count - 1. Messages count robots, parents and voxel
 // coordinates from 1, as Lua does, and materials from 0. A function that throws because of its
 // arguments has changed nothing.
@@ -56,16 +62,19 @@ public:
     // x, an empty line between layers; ends in a zero. `out` holds (nx + 1) ny nz + nz characters.
     void write_text(int32_t robot, const char* letters, char* out) const;
 
-    // Initial genomes. Bodies of these robots become unknown.
-    void initialize(int32_t first, int32_t count, const parallel_for& each);
+    // Random genomes, new ones for each generation. Bodies of these robots become unknown.
+    void initialize(uint32_t generation, int32_t first, int32_t count, const parallel_for& each);
 
     // Genomes to bodies. A genome with NaN gives a body without voxels and with weights from 0 to
     // 1, as every other genome does.
-    void express(const material_table& materials, bool require_muscle, express_pass pass,
+    void express(const material_table& materials, body_rules rules, express_pass pass,
                  const parallel_for& each, int32_t first, int32_t count);
 
-    // Describes bodies written by hand; removes nothing.
-    void check(const material_table& materials, bool require_muscle, int32_t first, int32_t count);
+    // Describes bodies written by hand.
+    void check(const material_table& materials, body_rules rules, int32_t first, int32_t count);
+
+    // The bodies of these robots become unknown.
+    void forget(int32_t first, int32_t count);
 
     // Children first .. first + count - 1 from `pairs` [child][2], indices into `parents`, which is
     // another population with as many genes. Bodies of these children become unknown. Runs on a
@@ -87,7 +96,6 @@ private:
     void require_genomes() const;
     void judge(const material_table& materials, bool require_muscle, int32_t robot);
     void describe(const material_table& materials, bool require_muscle, int32_t robot);
-    void forget(int32_t first, int32_t count);
     double hamming(const int32_t* robots, int32_t count) const;
     double genotype(const int32_t* robots, int32_t count) const;
 

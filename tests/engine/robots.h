@@ -54,8 +54,8 @@ inline population make(int32_t count, uint64_t seed = 1) {
 }
 
 inline void express_all(population& robots, bool require_muscle = false) {
-    robots.express(paper(), require_muscle, cpu::choose_passes(nullptr).express, in_order, 0,
-                   robots.count());
+    robots.express(paper(), {require_muscle, true}, cpu::choose_passes(nullptr).express, in_order,
+                   0, robots.count());
 }
 
 inline bool same_genomes(const population& a, const population& b) {

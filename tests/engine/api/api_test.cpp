@@ -25,7 +25,7 @@ struct prepared : ready {
     simulation run;
 
     prepared() {
-        REQUIRE(limax_population_check(robots, paper, 0, 0, 2) == LIMAX_OK);
+        REQUIRE(limax_population_check(robots, paper, 0, 0, 0, 2) == LIMAX_OK);
         REQUIRE(simulate(options(), run) == LIMAX_OK);
     }
 };
@@ -114,7 +114,7 @@ TEST_CASE("the largest index is refused without overflow in the message") {
     refused(limax_effect_field(1, INT_MAX, &field));
     refused(limax_simulation_state(stage.run, INT_MAX, nullptr, nullptr));
     refused(limax_population_diversity(stage.robots, &most, 1, &diversity));
-    refused(limax_population_check(stage.robots, stage.paper, 0, INT_MAX, 1));
+    refused(limax_population_check(stage.robots, stage.paper, 0, 0, INT_MAX, 1));
 
     const limax_encoding_options options = small_encoding();
     encoding code;
@@ -209,7 +209,7 @@ TEST_CASE("threads that share a device, materials and a scene get the bits of on
         bool fine = limax_population_create(lattice, 2, nullptr, &robots.it) == LIMAX_OK;
         std::memset(limax_population_voxels(robots), 3, 16);
         for (int i = 0; i < 48; ++i) limax_population_weights(robots)[i] = 1;
-        fine = fine && limax_population_check(robots, stage.paper, 0, 0, 2) == LIMAX_OK;
+        fine = fine && limax_population_check(robots, stage.paper, 0, 0, 0, 2) == LIMAX_OK;
         const limax_simulation_options options = stage.options();
         simulation run;
         fine = fine && limax_simulation_create(robots, stage.paper, stage.land, &options, nullptr,
@@ -289,7 +289,7 @@ TEST_CASE("simulations refuse options out of range, naming field and range") {
     simulation run;
     check_refused(stage.simulate(stage.options(), run), LIMAX_INVALID_ARGUMENT,
                   "expressed or checked");
-    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 0, 2) == LIMAX_OK);
 
     const auto refused = [&](auto change, const char* part) {
         limax_simulation_options options = stage.options();
@@ -358,7 +358,7 @@ TEST_CASE("a request larger than the machine's memory is refused with the memory
                   "GB; this machine has");
 
     ready stage;
-    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 2) == LIMAX_OK);
+    REQUIRE(limax_population_check(stage.robots, stage.paper, 0, 0, 0, 2) == LIMAX_OK);
     limax_simulation_options options = stage.options();
     options.duration = 1e6;
     options.record[LIMAX_TRACE_POSITION] = 100000;

@@ -132,6 +132,23 @@ TEST_CASE("sine and cosine of turns stay within 4 ulp, however many turns") {
     CHECK((sine == 0 && cosine == 1));
 }
 
+TEST_CASE("sine of turns, float, stays within 4 ulp, however many turns") {
+    double worst = 0;
+    for (int exponent = -60; exponent <= 30; ++exponent)
+        for (uint64_t k = 0; k < 1000; ++k)
+            for (const float sign : {1.0f, -1.0f}) {
+                const float turns =
+                    sign *
+                    std::ldexp(1.0f + static_cast<float>(spread(k) >> 41) * 0x1p-23f, exponent);
+                const circle_point truth = true_circle(static_cast<long double>(turns));
+                worst = std::max(worst, ulps(limax::sine_turns(turns), truth.sine));
+            }
+    INFO("worst sine of turns, float: " << worst << " ulp");
+    CHECK(worst <= 4);
+    CHECK(std::isnan(limax::sine_turns(infinity_f)));
+    CHECK(std::isnan(limax::sine_turns(nan_f)));
+}
+
 TEST_CASE("exponential, float: 4 ulp over every result, infinite above and 0 below") {
     const auto law = [](float x) { return limax::exponential(x); };
     const auto truth = [](long double x) { return std::exp(x); };

@@ -16,12 +16,12 @@ using limax::population;
 TEST_CASE("diversity agrees with comparing every pair") {
     for (const int32_t count : {2, 3, 30}) {
         population robots = make(50, uint64_t(count));
-        robots.initialize(0, 50, in_order);
+        robots.initialize(0, 0, 50, in_order);
         express_all(robots);
         std::vector<int32_t> set = everyone(50);
         set.erase(set.begin(), set.begin() + 50 - count);
         std::memcpy(robots.voxels() + set[0] * 60, robots.voxels() + set[1] * 60, 60);  // twins
-        robots.check(paper(), false, 0, 50);
+        robots.check(paper(), {}, 0, 50);
         const limax_diversity got = robots.diversity(set.data(), count);
 
         double differing = 0, variance = 0;
@@ -60,7 +60,7 @@ TEST_CASE("diversity of equal and of entirely different robots") {
     const auto set = everyone(4);
     CHECK(refused([&] { (void)robots.diversity(set.data(), 4); }) ==
           "robot 1 has no known body: it must be expressed or checked first");
-    robots.check(paper(), false, 0, 4);
+    robots.check(paper(), {}, 0, 4);
     limax_diversity got = robots.diversity(set.data(), 4);
     CHECK(got.hamming == 0);
     CHECK(got.distinct == 1);
@@ -68,7 +68,7 @@ TEST_CASE("diversity of equal and of entirely different robots") {
     CHECK(got.material_shares[0] == 1);
     for (int robot = 0; robot < 4; ++robot)
         for (int v = 0; v < 2; ++v) robots.voxels()[2 * robot + v] = uint8_t(robot);
-    robots.check(paper(), false, 0, 4);
+    robots.check(paper(), {}, 0, 4);
     got = robots.diversity(set.data(), 4);
     CHECK(got.hamming == 1);  // no two robots share a voxel
     CHECK(got.distinct == 4);

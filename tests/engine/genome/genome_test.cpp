@@ -69,8 +69,11 @@ std::vector<R> outputs_of(const encoding& code, const std::vector<float>& genome
     const network_shape& shape = code.shape();
     std::vector<R> values;
     values.reserve(static_cast<std::size_t>(shape.width[0]));
+    const bool direct = shape.law == limax::network_law::direct;
     for (int32_t i = 0; i < shape.width[0]; ++i)
-        values.push_back(code.features()[i * code.grid().voxels() + voxel]);
+        values.push_back(
+            (direct ? genome.data() : code.features())[i * code.grid().voxels() + voxel]);
+    if (direct) return values;
     std::size_t gene = 0;
     for (int32_t layer = 0; layer < shape.layers; ++layer) {
         const auto inputs = static_cast<std::size_t>(shape.width[layer]);
@@ -80,7 +83,7 @@ std::vector<R> outputs_of(const encoding& code, const std::vector<float>& genome
             R sum = genome[gene + units * inputs + unit];
             for (std::size_t i = 0; i < inputs; ++i)
                 sum = std::fma(R(genome[gene + unit * inputs + i]), values[i], sum);
-            next.push_back(layer + 1 < shape.layers ? hidden(sum) : sum);
+            next.push_back(layer + 1 < shape.layers ? hidden(int32_t(unit), sum) : sum);
         }
         gene += (inputs + 1) * units;
         values = next;
@@ -161,6 +164,36 @@ TEST_CASE("the number of genes follows from the layers") {
     CHECK(encoding(options).genes() == 3 * 7 + 8 * 5);
 }
 
+TEST_CASE("genes and inputs of the other networks") {
+    limax_encoding_options options = defaults();
+    options.features = 0;  // ignored, as sigma
+    options.network = LIMAX_NETWORK_CPPN;
+    CHECK(encoding(options).genes() == 5 * 32 + 33 * 32 + 33 * 8);
+    options.lattice[0] = 3;
+    options.lattice[1] = 1;
+    const encoding code(options);
+    CHECK(code.matrix() == nullptr);
+    const double root5 = std::sqrt(1.25);  // of (1, 0, 0.5)
+    const int voxel = 2 + 3 * 3, voxels = 15;
+    const float expected[4] = {1, 0, 0.5f, float(root5)};
+    for (int i = 0; i < 4; ++i) CHECK(code.features()[i * voxels + voxel] == expected[i]);
+
+    options.network = LIMAX_NETWORK_DIRECT;
+    CHECK(encoding(options).genes() == 8 * 15);
+    CHECK(encoding(options).features() == nullptr);
+    options.lattice[0] = 1000;
+    options.lattice[1] = 1000;
+    CHECK(refused(options).find(
+              "a direct genome of 40000000 genes: it may have at most 16777216") == 0);
+    options = defaults();
+    options.network = LIMAX_NETWORK_NONE;
+    CHECK(refused(options) == "genes is 0; it must be 1 to 16777216");
+    options.genes = 42;
+    CHECK(encoding(options).genes() == 42);
+    options.network = 4;
+    CHECK(refused(options) == "network is 4; it must be 0 to 3");
+}
+
 TEST_CASE("options out of range are named with their range") {
     const auto with = [](const auto& change) {
         limax_encoding_options options = defaults();
@@ -196,18 +229,24 @@ TEST_CASE("options out of range are named with their range") {
 TEST_CASE("every instruction set gives the bits of expressing one voxel after the other") {
     struct variant {
         int lattice[3], features, hidden_count, hidden[3], materials;
+        int network = LIMAX_NETWORK_FOURIER;
     };
     const variant variants[] = {
         {{5, 5, 5}, 16, 2, {32, 32}, 5},   // the defaults: one tile, not full
         {{8, 4, 4}, 16, 2, {32, 32}, 5},   // exactly one tile
         {{7, 9, 6}, 5, 3, {3, 17, 1}, 2},  // three tiles, widths of no particular kind
         {{1, 1, 1}, 1, 0, {}, 16},
-        {{130, 1, 1}, 3, 1, {6}, 7}};
+        {{130, 1, 1}, 3, 1, {6}, 7},
+        {{5, 5, 5}, 0, 2, {32, 32}, 5, LIMAX_NETWORK_CPPN},
+        {{7, 9, 6}, 0, 3, {3, 17, 1}, 2, LIMAX_NETWORK_CPPN},
+        {{4, 1, 1}, 0, 0, {}, 5, LIMAX_NETWORK_CPPN},
+        {{7, 9, 6}, 0, 0, {}, 5, LIMAX_NETWORK_DIRECT}};
     for (const variant& v : variants) {
         limax_encoding_options options = defaults();
         std::copy(v.lattice, v.lattice + 3, options.lattice);
         std::copy(v.hidden, v.hidden + 3, options.hidden);
         options.features = v.features;
+        options.network = v.network;
         options.hidden_count = v.hidden_count;
         options.materials = v.materials;
         const encoding code(options);
@@ -218,8 +257,11 @@ TEST_CASE("every instruction set gives the bits of expressing one voxel after th
                            std::vector<float>(3 * std::size_t(voxels))};
         double worst = 0;
         for (int64_t voxel = 0; voxel < voxels; ++voxel) {
-            const auto outputs = outputs_of<float>(
-                code, genome, voxel, [](float sum) { return limax::hidden_unit(sum); });
+            const bool cppn = v.network == LIMAX_NETWORK_CPPN;
+            const auto outputs =
+                outputs_of<float>(code, genome, voxel, [cppn](int32_t unit, float sum) {
+                    return cppn ? limax::cppn_unit(unit, sum) : limax::hidden_unit(sum);
+                });
             const auto logits = outputs.begin() + v.materials;
             expected.voxels[std::size_t(voxel)] =
                 uint8_t(std::max_element(outputs.begin(), logits) - outputs.begin());
@@ -228,7 +270,12 @@ TEST_CASE("every instruction set gives the bits of expressing one voxel after th
                     limax::logistic(logits[kind]);
             // and the arithmetic is that of a network in double
             const auto exact =
-                outputs_of<double>(code, genome, voxel, [](double sum) { return std::tanh(sum); });
+                outputs_of<double>(code, genome, voxel, [cppn](int32_t unit, double sum) {
+                    return cppn && unit % 4 == 0   ? std::sin(3.14159265358979324 * sum)
+                           : cppn && unit % 4 == 1 ? std::exp(-sum * sum)
+                           : cppn && unit % 4 == 3 ? std::fabs(sum)
+                                                   : std::tanh(sum);
+                });
             for (std::size_t k = 0; k < outputs.size(); ++k)
                 worst = std::max(worst, std::fabs(outputs[k] - exact[k]));
         }

@@ -72,8 +72,8 @@ struct fake_device_population final : limax::device_population {
         const population& from = twin;
         std::copy_n(from.genomes() + first * genes(), count * genes(), to);
     }
-    void initialize(int32_t first, int32_t count) override {
-        twin.initialize(first, count, in_order);
+    void initialize(uint32_t generation, int32_t first, int32_t count) override {
+        twin.initialize(generation, first, count, in_order);
     }
     void breed(const limax::device_population& parents, const int32_t* pairs,
                const limax_breeding& breeding, int32_t first, int32_t count) override {
@@ -82,9 +82,9 @@ struct fake_device_population final : limax::device_population {
         twin.breed(dynamic_cast<const fake_device_population&>(parents).twin, all.data(), breeding,
                    in_order, first, count);
     }
-    void express(int32_t first, int32_t count, limax_body* bodies) override {
-        twin.express(paper(), false, limax::cpu::choose_passes(nullptr).express, in_order, first,
-                     count);
+    void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) override {
+        twin.express(paper(), {false, largest_part}, limax::cpu::choose_passes(nullptr).express,
+                     in_order, first, count);
         std::copy_n(twin.bodies() + first, count, bodies);
         for (int32_t k = 0; k < count; ++k) bodies[k].status = LIMAX_BODY_UNKNOWN;
     }
@@ -134,9 +134,9 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
     const auto set = everyone(20);
     for (int generation = 0; generation < 3; ++generation) {
         for (population* robots : {&host_parents, &parents}) {
-            if (generation == 0) robots->initialize(0, 20, in_order);
-            robots->express(paper(), true, limax::cpu::choose_passes(nullptr).express, in_order, 0,
-                            20);
+            if (generation == 0) robots->initialize(0, 0, 20, in_order);
+            robots->express(paper(), {true, true}, limax::cpu::choose_passes(nullptr).express,
+                            in_order, 0, 20);
         }
         host_children.breed(host_parents, pairs.data(), some_breeding(), in_order, 0, 20);
         children.breed(parents, pairs.data(), some_breeding(), in_order, 0, 20);
@@ -169,7 +169,7 @@ TEST_CASE("generations on a device are those of the host and copy nothing that i
 
 TEST_CASE("a device gets values written before and after the move") {
     population robots = make(4), expected = make(4), children = make(4);
-    for (population* each : {&robots, &expected}) each->initialize(0, 4, in_order);
+    for (population* each : {&robots, &expected}) each->initialize(0, 0, 4, in_order);
     const auto stored = move_out(robots);
     express_all(robots);
     express_all(expected);
@@ -193,14 +193,14 @@ TEST_CASE("a device gets values written before and after the move") {
     CHECK(robots.bodies_on_device());
     robots.voxels()[3] = uint8_t(robots.voxels()[3] == 1 ? 2 : 1);
     CHECK_FALSE(robots.bodies_on_device());
-    robots.check(paper(), false, 0, 4);
+    robots.check(paper(), {}, 0, 4);
     CHECK(robots.bodies()[0].hash == limax::body_hash(robots.grid(), robots.voxels()));
     const auto set = everyone(4);
     (void)robots.diversity(set.data(), 4);
     CHECK_FALSE(robots.bodies_on_device());
     // a device that writes some robots gets the others as the host has them
     const std::vector<uint8_t> before(robots.voxels(), robots.voxels() + 60);
-    robots.express(paper(), false, nullptr, nullptr, 1, 3);
+    robots.express(paper(), {false, true}, nullptr, nullptr, 1, 3);
     CHECK(stored->seen.sent_bodies == 1);
     CHECK(robots.bodies_on_device());
     CHECK(std::memcmp(robots.voxels(), before.data(), 60) == 0);
@@ -209,8 +209,8 @@ TEST_CASE("a device gets values written before and after the move") {
 TEST_CASE("robots that a device never wrote are 0, as on the host") {
     population robots = make(5);
     const auto stored = move_out(robots);
-    robots.initialize(1, 2, in_order);
-    robots.express(paper(), false, nullptr, nullptr, 1, 2);
+    robots.initialize(0, 1, 2, in_order);
+    robots.express(paper(), {false, true}, nullptr, nullptr, 1, 2);
     CHECK(stored->seen == traffic{0, 0, 0, 0, 2});
     const population& seen = robots;
     for (const int32_t robot : {0, 3, 4}) {
@@ -225,7 +225,7 @@ TEST_CASE("robots that a device never wrote are 0, as on the host") {
 TEST_CASE("a population that moves back, or to another device, keeps its values") {
     population robots = make(6), expected = make(6), children = make(6),
                expected_children = make(6);
-    for (population* each : {&robots, &expected}) each->initialize(0, 6, in_order);
+    for (population* each : {&robots, &expected}) each->initialize(0, 0, 6, in_order);
     std::weak_ptr<fake_device_population> left = move_out(robots);
     express_all(robots);
     express_all(expected);

@@ -16,11 +16,19 @@
 using namespace limax::test;
 using limax::population;
 
+namespace {
+
+population robots_like(const limax_encoding_options& options, int32_t count) {
+    return population(options.lattice, count, code_of(options));
+}
+
+}  // namespace
+
 TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot its own") {
     limax_encoding_options options = defaults();
     options.initial_scale = 2;
     population robots(options.lattice, 300, code_of(options));
-    robots.initialize(0, 300, in_order);
+    robots.initialize(0, 0, 300, in_order);
     // layers of 16 -> 12 -> 9 -> 8
     const int inputs[3] = {16, 12, 9}, units[3] = {12, 9, 8};
     int gene = 0;
@@ -51,28 +59,45 @@ TEST_CASE("first genomes: weights N(0, scale^2 / inputs), biases 0, each robot i
 
 TEST_CASE("a robot's first genome does not depend on the population's size or on the ranges") {
     population whole = make(40), parts = make(40), few = make(7), other = make(40, 2);
-    whole.initialize(0, 40, in_order);
-    parts.initialize(31, 9, scattered);
-    parts.initialize(0, 1, scattered);
-    parts.initialize(1, 30, scattered);
-    few.initialize(0, 7, in_order);
-    other.initialize(0, 40, in_order);
+    whole.initialize(0, 0, 40, in_order);
+    parts.initialize(0, 31, 9, scattered);
+    parts.initialize(0, 0, 1, scattered);
+    parts.initialize(0, 1, 30, scattered);
+    few.initialize(0, 0, 7, in_order);
+    other.initialize(0, 0, 40, in_order);
     CHECK(same_genomes(whole, parts));
     CHECK(std::memcmp(few.genomes(), whole.genomes(),
                       sizeof(float) * 7 * std::size_t(few.genes())) == 0);
     CHECK_FALSE(same_genomes(whole, other));
 }
 
+TEST_CASE("first genomes without layers are N(0, scale^2); each generation has new ones") {
+    limax_encoding_options options = defaults();
+    options.network = LIMAX_NETWORK_NONE;
+    options.genes = 500;
+    options.initial_scale = 3;
+    population robots = robots_like(options, 40), later = robots_like(options, 40);
+    robots.initialize(0, 0, 40, in_order);
+    double square = 0;
+    for (int k = 0; k < 20000; ++k) square += robots.genomes()[k] * robots.genomes()[k];
+    CHECK(std::fabs(square / 20000 - 9) < 5 * 9 * std::sqrt(2.0 / 20000));
+    later.initialize(1, 0, 40, in_order);
+    CHECK_FALSE(same_genomes(robots, later));
+    later.initialize(0, 0, 40, in_order);
+    CHECK(same_genomes(robots, later));
+    CHECK(refused([&] { express_all(robots); }).find("genomes of network \"none\"") == 0);
+}
+
 TEST_CASE("expression gives the same bodies in ranges, on threads, and for a single robot") {
     population whole = make(40), parts = make(40), one = make(1);
-    whole.initialize(0, 40, in_order);
-    parts.initialize(0, 40, in_order);
+    whole.initialize(0, 0, 40, in_order);
+    parts.initialize(0, 0, 40, in_order);
     express_all(whole);
     const auto pass = limax::cpu::choose_passes("baseline").express;
-    parts.express(paper(), false, pass, scattered, 0, 17);
+    parts.express(paper(), {false, true}, pass, scattered, 0, 17);
     for (int32_t robot = 17; robot < 40; ++robot)
         CHECK(parts.bodies()[robot].status == LIMAX_BODY_UNKNOWN);
-    parts.express(paper(), false, pass, scattered, 17, 23);
+    parts.express(paper(), {false, true}, pass, scattered, 17, 23);
     CHECK(same_bodies(whole, parts));
 
     std::memcpy(one.genomes(), whole.genomes() + 23 * whole.genes(),
@@ -111,7 +136,7 @@ TEST_CASE("bodies written by hand are checked and described, not changed") {
     const uint8_t voxels[8] = {1, 0, 3, 0, 0, 0, 0, 0};
     std::memcpy(robots.voxels(), voxels, 8);
     std::fill(robots.weights(), robots.weights() + 24, 1.0f);
-    robots.check(paper(), true, 0, 2);
+    robots.check(paper(), {true}, 0, 2);
     CHECK(std::memcmp(robots.voxels(), voxels, 8) == 0);
     CHECK(robots.bodies()[0].status == LIMAX_BODY_VALID);
     CHECK(robots.bodies()[0].voxels == 2);
@@ -121,22 +146,39 @@ TEST_CASE("bodies written by hand are checked and described, not changed") {
     CHECK(robots.bodies()[1].status == LIMAX_BODY_NO_VOXEL);
 
     robots.voxels()[6] = 5;
-    CHECK(refused([&] { robots.check(paper(), true, 0, 2); }) ==
+    CHECK(refused([&] { robots.check(paper(), {true}, 0, 2); }) ==
           "robot 2, voxel (3, 1, 1): material 5; the table \"paper\" has 0 to 4");
-    robots.check(paper(), true, 0, 1);  // the other robot is not asked for
+    robots.check(paper(), {true}, 0, 1);  // the other robot is not asked for
     robots.voxels()[6] = 4;
     robots.weights()[12 + 4 + 3] = 1.5f;
-    CHECK(refused([&] { robots.check(paper(), true, 1, 1); }) ==
+    CHECK(refused([&] { robots.check(paper(), {true}, 1, 1); }) ==
           "robot 2, voxel (4, 1, 1): amplitude weight 1.5; it must be 0 to 1");
     robots.weights()[12 + 4 + 3] = std::nanf("");
-    CHECK(refused([&] { robots.check(paper(), true, 1, 1); }).find("amplitude weight nan") !=
+    CHECK(refused([&] { robots.check(paper(), {true}, 1, 1); }).find("amplitude weight nan") !=
           std::string::npos);
     CHECK(robots.bodies()[1].status == LIMAX_BODY_NO_VOXEL);  // as before the refusals
 }
 
+TEST_CASE("only the largest part of a body stays where that is asked for") {
+    limax_encoding_options options = defaults();
+    options.sigma = 20;  // bodies of many parts
+    population whole = robots_like(options, 30), largest = robots_like(options, 30);
+    const auto pass = limax::cpu::choose_passes(nullptr).express;
+    for (population* robots : {&whole, &largest}) robots->initialize(0, 0, 30, in_order);
+    whole.express(paper(), {false, false}, pass, in_order, 0, 30);
+    largest.express(paper(), {false, true}, pass, in_order, 0, 30);
+    CHECK_FALSE(same_bodies(whole, largest));
+    // the same as expressing all, then checking
+    whole.check(paper(), {false, true}, 0, 30);
+    CHECK(same_bodies(whole, largest));
+    whole.forget(3, 2);
+    CHECK(whole.bodies()[3].status == LIMAX_BODY_UNKNOWN);
+    CHECK(whole.bodies()[5].status != LIMAX_BODY_UNKNOWN);
+}
+
 TEST_CASE("children in ranges, on threads and in pieces are the children bred at once") {
     population parents = make(20), whole = make(50), parts = make(50);
-    parents.initialize(0, 20, in_order);
+    parents.initialize(0, 0, 20, in_order);
     const auto pairs = some_pairs(50, 20);
     const limax_breeding breeding = some_breeding();
     whole.breed(parents, pairs.data(), breeding, in_order, 0, 50);
@@ -164,12 +206,12 @@ TEST_CASE("children in ranges, on threads and in pieces are the children bred at
 
 TEST_CASE("new genomes make the bodies of the same robots unknown") {
     population parents = make(20), children = make(20);
-    parents.initialize(0, 20, in_order);
-    children.initialize(0, 20, in_order);
+    parents.initialize(0, 0, 20, in_order);
+    children.initialize(0, 0, 20, in_order);
     express_all(parents);
     express_all(children);
     children.breed(parents, some_pairs(20, 20).data(), some_breeding(), in_order, 5, 10);
-    parents.initialize(3, 1, in_order);
+    parents.initialize(0, 3, 1, in_order);
     for (int32_t robot = 0; robot < 20; ++robot) {
         CHECK((children.bodies()[robot].status == LIMAX_BODY_UNKNOWN) ==
               (robot >= 5 && robot < 15));
@@ -247,12 +289,12 @@ TEST_CASE("expression refuses wrong tables, ranges and missing genomes") {
           "the encoding chooses among 4 materials, but the table \"paper\" has 5");
     CHECK(refused([&] { express_all(by_hand); }) ==
           "this population was made without an encoding: it has no genomes");
-    CHECK(refused([&] { by_hand.initialize(0, 3, in_order); }) ==
+    CHECK(refused([&] { by_hand.initialize(0, 0, 3, in_order); }) ==
           "this population was made without an encoding: it has no genomes");
-    CHECK(refused([&] { robots.initialize(0, 4, in_order); }) ==
+    CHECK(refused([&] { robots.initialize(0, 0, 4, in_order); }) ==
           "robots 1 to 4 do not all exist; there are 3");
-    CHECK(refused([&] { robots.initialize(-1, 2, in_order); }) ==
+    CHECK(refused([&] { robots.initialize(0, -1, 2, in_order); }) ==
           "robots 0 to 1 do not all exist; there are 3");
-    CHECK(refused([&] { robots.check(paper(), false, 2, 2147483647); }) ==
+    CHECK(refused([&] { robots.check(paper(), {}, 2, 2147483647); }) ==
           "robots 3 to 2147483649 do not all exist; there are 3");
 }

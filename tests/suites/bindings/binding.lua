@@ -37,6 +37,14 @@ misuse:test("raises at the caller's line, with the expected value", function(t)
   there("mutation_rate: expected a number from 0 to 1 (per gene), got nil",
     function() p:breed(p, { { 1, 1 }, { 1, 1 } }, {}) end)
   there("expected 19008 bytes (2 robots of 2376 genes)", function() p:set_genomes "abc" end)
+  there("bytes (2 robots of 2376 genes), or as many floats as from genomes_array, got 9504",
+    function() p:set_genomes(robots(1):genomes_array()) end)
+  there('encoding.genes: only network "none" takes it',
+    function() engine.encoding { lattice = LATTICE, genes = 3 } end)
+  there("pareto: points[2][1]: expected a number, got nan",
+    function() engine.pareto { { 1, 2 }, { 0 / 0, 2 } } end)
+  there("pareto: points[2]: expected a list of 2 numbers, got 1 entries",
+    function() engine.pareto { { 1, 2 }, { 1 } } end)
   there("letters: expected a letter for each material", function() p:text(1, ".e") end)
   -- methods called with a point instead of a colon
   for name, call in pairs {

@@ -77,6 +77,46 @@ views:test("refuse an index that is out of range, with the shape", function(t)
   raises_there(t, "an index from 1 to 3, got 4", function() voxels:size(4) end)
 end)
 
+views:test("of genomes and bodies can be written, checked", function(t)
+  local population = robots(3)
+  local genome, voxels, weights = population:genome_view(2), population:voxels_view(2),
+    population:weights_view(2)
+  t:equal({ genome.shape, voxels.shape, weights.shape, population:weights_view().shape },
+    { { population.genes }, { 24 }, { 3, 24 }, { 3, 3, 24 } })
+  t:equal(population:body(2).status, "unknown")
+  genome[3], voxels[1 + 2 + 3 * (1 + 2 * 3)], weights[2][24] = -2.5, 4, 0.25
+  t:equal({ population:genome(2)[3], population:voxels(2)[3][2][4],
+    population:weights(2)[2][3][2][4] }, { -2.5, 4, 0.25 })
+  local all = population:genome_view()
+  all[3][1] = 7
+  t:equal({ population:genome(3)[1], all[2][3] }, { 7, -2.5 })
+  raises_there(t, "genome 2[1]: expected a number from -3.40282346639e+38 to 3.40282346639e+38",
+    function() genome[1] = 0 / 0 end)
+  raises_there(t, "genome 2[1]: expected a number", function() genome[1] = "1" end)
+  raises_there(t, "index 0 is out of range: this view of genome 2 is", function() genome[0] = 1 end)
+  raises_there(t, "voxels of robot 2[5]: expected a whole number from 0 to 15, got 1.5",
+    function() voxels[5] = 1.5 end)
+  raises_there(t, "index 25 is out of range: this view of voxels of robot 2 is [24]",
+    function() voxels[25] = 1 end)
+  raises_there(t, "weights of robot 2[3]: expected a number from 0 to 1, got 1.01",
+    function() weights[1][3] = 1.01 end)
+  raises_there(t, "weights of robot 2: give an index for each of the axes [3][24]",
+    function() weights[1] = 0 end)
+end)
+
+views:test("through which bodies are written end when the bodies are checked", function(t)
+  local population = robots(2)
+  local voxels = population:voxels_view(1)
+  for v = 1, 24 do voxels[v] = v == 1 and 3 or v > 22 and 2 or 0 end
+  t:raises("it must be expressed or checked before it is simulated",
+    function() engine.simulation(population, MATERIALS, engine.scene(ALL), { duration = 0.05 }) end)
+  population:check(MATERIALS, { largest_part = true })
+  t:equal({ population:body(1).voxels, population:voxels(1)[1][1][1], population:body(1).status },
+    { 2, 0, "valid" })
+  raises_there(t, "this view of voxels of robot 1 ended when its population was checked",
+    function() voxels[1] = 1 end)
+end)
+
 views:test("copies and tables outlive their population", function(t)
   local population = robots(1)
   local voxels, weights, genome = population:voxels(1), population:weights(1), population:genome(1)

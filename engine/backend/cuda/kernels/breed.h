@@ -25,12 +25,8 @@ extern "C" __global__ void __launch_bounds__(limax::cuda::gene_threads)
     cuda::each_gene(launch.count, launch.genes, [&](int32_t robot, int32_t gene) {
         random_key key = launch.key;
         key.individual = uint32_t(launch.first + robot);
-        int32_t layer = 0, of_layer = gene;
-        while (of_layer >= launch.shape.genes_of_layer(layer))
-            of_layer -= launch.shape.genes_of_layer(layer++);
-        const bool weight = of_layer < launch.shape.width[layer] * launch.shape.width[layer + 1];
         launch.genomes[int64_t(robot) * launch.genes + gene] =
-            weight ? initial_gene(key, uint32_t(gene), launch.deviation[layer]) : 0.0f;
+            initial_gene(launch.shape, launch.deviation, key, gene);
     });
 }
 

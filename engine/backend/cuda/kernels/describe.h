@@ -1,5 +1,6 @@
-// describe.h: voxels to bodies: keeps the largest component, empties the rest, and counts what is
-// left. One block per robot. Integers only, so results do not depend on the order of threads.
+// describe.h: voxels to bodies: keeps the largest component, if asked to, empties the rest, and
+// counts what is left. One block per robot. Integers only, so results do not depend on the order of
+// threads.
 //
 // Components are sets of voxels linked to a lower one of the set (M. Jaiganesh, M. Burtscher, "A
 // high-performance connected components implementation for GPUs", HPDC 2018): the lowest is the
@@ -182,7 +183,8 @@ __device__ inline void describe_robots(const describe_launch& launch, int32_t* n
         uint8_t* const voxels = launch.voxels + robot * count;
         begin(launch, memory);
         __syncthreads();
-        keep_largest_component(grid, voxels, numbers, numbers + count, memory);
+        if (launch.largest_part)
+            keep_largest_component(grid, voxels, numbers, numbers + count, memory);
         if (threadIdx.x < 32) {
             const uint64_t hash = hash_of_body(grid, voxels);
             if (threadIdx.x == 0) memory.hash = hash;

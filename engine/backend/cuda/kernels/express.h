@@ -7,10 +7,15 @@
 
 namespace limax::cuda {
 
-// Sums of `at_once` units for one voxel, kept in registers; input i is input[i * stride].
+// What a layer does to the sums of its units.
+enum class activation { none, hidden, cppn };
+
+// Sums of `at_once` units for one voxel, kept in registers; input i is input[i * stride]. `unit` is
+// the first of them, a multiple of `at_once`.
 template <int at_once>
 __device__ inline void sum_units(const float* weights, const float* biases, int32_t inputs,
-                                 const float* input, int64_t stride, bool hidden, float* output) {
+                                 const float* input, int64_t stride, activation activate,
+                                 int32_t unit, float* output) {
     float sum[at_once];
 #pragma unroll
     for (int u = 0; u < at_once; ++u) sum[u] = biases[u];
@@ -22,20 +27,24 @@ __device__ inline void sum_units(const float* weights, const float* biases, int3
     }
 #pragma unroll
     for (int u = 0; u < at_once; ++u)
-        output[u * blockDim.x] = hidden ? hidden_unit(sum[u]) : sum[u];
+        output[u * blockDim.x] = activate == activation::hidden ? hidden_unit(sum[u])
+                                 : activate == activation::cppn
+                                     ? cppn_unit(at_once == 1 ? unit : u, sum[u])
+                                     : sum[u];
 }
 
 __device__ inline void pass_layer(const float* genes, int32_t inputs, int32_t units,
-                                  const float* input, int64_t stride, bool hidden, float* output) {
+                                  const float* input, int64_t stride, activation activate,
+                                  float* output) {
     constexpr int at_once = 8;
     const float* const biases = genes + int64_t(inputs) * units;
     int32_t unit = 0;
     for (; unit + at_once <= units; unit += at_once)
         sum_units<at_once>(genes + int64_t(unit) * inputs, biases + unit, inputs, input, stride,
-                           hidden, output + unit * blockDim.x);
+                           activate, unit, output + unit * blockDim.x);
     for (; unit < units; ++unit)
-        sum_units<1>(genes + int64_t(unit) * inputs, biases + unit, inputs, input, stride, hidden,
-                     output + unit * blockDim.x);
+        sum_units<1>(genes + int64_t(unit) * inputs, biases + unit, inputs, input, stride, activate,
+                     unit, output + unit * blockDim.x);
 }
 
 // One voxel of one robot. `columns` is this thread's of [2][units][thread].
@@ -43,13 +52,15 @@ __device__ inline void express_voxel(const express_launch& launch, int64_t robot
                                      float* columns) {
     const network_shape& shape = launch.shape;
     const float* genes = launch.genomes + robot * launch.genes;
-    const float* input = launch.features + voxel;
+    const float* input = network_inputs(shape, launch.features, genes) + voxel;
     int64_t stride = launch.voxel_count;
     float* output = columns;
     float* other = columns + int64_t(launch.units) * blockDim.x;
+    const activation hidden =
+        shape.law == network_law::cppn ? activation::cppn : activation::hidden;
     for (int32_t layer = 0; layer < shape.layers; ++layer) {
         pass_layer(genes, shape.width[layer], shape.width[layer + 1], input, stride,
-                   layer + 1 < shape.layers, output);
+                   layer + 1 < shape.layers ? hidden : activation::none, output);
         genes += shape.genes_of_layer(layer);
         input = output;
         stride = blockDim.x;

@@ -15,7 +15,7 @@ inline constexpr int most_materials = 16;
 // First genomes.
 struct initialize_launch {
     network_shape shape;
-    double deviation[most_hidden_layers + 1];  // of the weights of each layer
+    double deviation[most_hidden_layers + 2];  // initial_deviations()
     random_key key;                            // but for the individual
     float* genomes;                            // [robot][gene]
     int32_t first, count;                      // robots
@@ -59,13 +59,14 @@ struct body_record {
     uint64_t hash;
 };
 
-// Voxels to bodies: the largest component stays, and is described.
+// Voxels to bodies: only the largest component stays if that is asked for; then all is described.
 struct describe_launch {
     lattice grid;
     uint8_t* voxels;      // [robot][voxel]
     body_record* bodies;  // [robot]; status stays 0
     int32_t* scratch;     // [block][2][voxel]; null where a block has room for it
     int32_t count;        // robots
+    int32_t largest_part;
 };
 
 // A set of robots against each other.

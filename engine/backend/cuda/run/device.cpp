@@ -77,11 +77,12 @@ std::shared_ptr<const device_encoding> gpu_team::encoding_on_gpu(
     const context& gpu = places_.front()->gpu;
     auto made = std::make_shared<device_encoding>();
     made->code = code;
-    const std::size_t size = 2 * std::size_t(code->options().features) * code->grid().voxels();
-    made->features = device_memory<float>(gpu, size, "the features of an encoding");
-    const stream queue(gpu);
-    made->features.upload(code->features(), size, queue);
-    queue.synchronize("sending the features of an encoding to the GPU");
+    if (const std::size_t size = code->features_size()) {
+        made->features = device_memory<float>(gpu, size, "the features of an encoding");
+        const stream queue(gpu);
+        made->features.upload(code->features(), size, queue);
+        queue.synchronize("sending the features of an encoding to the GPU");
+    }
     entry = made;
     return made;
 }

@@ -82,10 +82,10 @@ public:
     void send_genomes(const float* genomes) override;
     void send_bodies(const uint8_t* voxels, const float* weights) override;
     void fetch_genomes(float* genomes, int32_t first, int32_t count) const override;
-    void initialize(int32_t first, int32_t count) override;
+    void initialize(uint32_t generation, int32_t first, int32_t count) override;
     void breed(const device_population& parents, const int32_t* pairs,
                const limax_breeding& breeding, int32_t first, int32_t count) override;
-    void express(int32_t first, int32_t count, limax_body* bodies) override;
+    void express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) override;
     void count_same(const int32_t* robots, int32_t count, int64_t* same) const override;
     void sum_squares(const int32_t* robots, int32_t count, double* squares) const override;
     std::shared_ptr<const device_bodies> bodies() const override { return bodies_; }
@@ -96,7 +96,8 @@ private:
     }
     gpu_bodies& bodies_to_write(bool all);
     device_memory<float> launch_express(int32_t first, int32_t count, gpu_bodies& bodies);
-    device_memory<int32_t> launch_describe(int32_t first, int32_t count, gpu_bodies& bodies);
+    device_memory<int32_t> launch_describe(bool largest_part, int32_t first, int32_t count,
+                                           gpu_bodies& bodies);
     template <class T>
     void compare(const char* function, const launch_shape& shape, const int32_t* robots,
                  int32_t count, T* out, std::size_t size, T* diversity_launch::*sums) const;
@@ -168,14 +169,12 @@ void gpu_population::fetch_genomes(float* genomes, int32_t first, int32_t count)
     stream_.synchronize("fetching genomes");
 }
 
-void gpu_population::initialize(int32_t first, int32_t count) {
+void gpu_population::initialize(uint32_t generation, int32_t first, int32_t count) {
     const limax_encoding_options& options = code_->code->options();
     initialize_launch arguments{};
     arguments.shape = code_->code->shape();
-    for (int32_t layer = 0; layer < arguments.shape.layers; ++layer)
-        arguments.deviation[layer] =
-            initial_deviation(options.initial_scale, arguments.shape.width[layer]);
-    arguments.key = {options.seed, options.repetition, LIMAX_STREAM_INITIAL, 0, 0};
+    initial_deviations(arguments.shape, options.initial_scale, arguments.deviation);
+    arguments.key = {options.seed, options.repetition, LIMAX_STREAM_INITIAL, generation, 0};
     arguments.genomes = genomes_.data() + int64_t(first) * genes_;
     arguments.first = first;
     arguments.count = count;
@@ -206,10 +205,10 @@ void gpu_population::breed(const device_population& parents, const int32_t* pair
     stream_.synchronize("breeding");
 }
 
-void gpu_population::express(int32_t first, int32_t count, limax_body* bodies) {
+void gpu_population::express(bool largest_part, int32_t first, int32_t count, limax_body* bodies) {
     gpu_bodies& written = bodies_to_write(count == count_);
     const auto columns = launch_express(first, count, written);
-    const auto numbers = launch_describe(first, count, written);
+    const auto numbers = launch_describe(largest_part, first, count, written);
     // both have the same layout, checked above
     described_.download(reinterpret_cast<body_record*>(bodies), std::size_t(count), stream_,
                         std::size_t(first));
@@ -256,14 +255,15 @@ device_memory<float> gpu_population::launch_express(int32_t first, int32_t count
     return scratch;
 }
 
-device_memory<int32_t> gpu_population::launch_describe(int32_t first, int32_t count,
-                                                       gpu_bodies& bodies) {
+device_memory<int32_t> gpu_population::launch_describe(bool largest_part, int32_t first,
+                                                       int32_t count, gpu_bodies& bodies) {
     const int64_t voxels = grid_.voxels();
     describe_launch arguments{};
     arguments.grid = grid_;
     arguments.voxels = bodies.voxels_.data() + first * voxels;
     arguments.bodies = described_.data() + first;
     arguments.count = count;
+    arguments.largest_part = largest_part;
     const std::size_t bytes = 2 * sizeof(int32_t) * std::size_t(voxels);
     launch_shape shape{0, whole_warps(voxels, most_threads)};
     const bool large = bytes > block_memory - counts_of_describe;

@@ -270,7 +270,7 @@ folder  t:folder(); t:close()
   { title = "limax.engine", prefix = "limax.engine.", stage = SIMULATION, class = "limax.engine",
     text = "The objects over the C interface; the library is written on top of them.",
     files = engine_files("engine", "device", "materials", "encoding", "population", "scene",
-      "simulation", "random", "view", "memory", "fault"),
+      "simulation", "random", "pareto", "view", "memory", "fault"),
     examples = [[
 device  limax.engine.device("cpu", { threads = 1 })
 materials  limax.engine.materials "paper"
@@ -282,6 +282,7 @@ simulation  limax.engine.simulation(robots, materials, scene, { duration = 0.1 }
 advance_together  limax.engine.advance_together({ simulation }, 0.01)
 limit_time  limax.engine.limit_time(nil)
 random  limax.engine.random(1, 1, "user"):uniform()
+pareto  limax.engine.pareto { { 3, 1 }, { 2, 2 }, { 1, 1 } }
 is_view=view.is_view  limax.engine.is_view(robots:voxels(1))
 bytes_held=memory.bytes_held  limax.engine.bytes_held()
 collect=memory.collect  limax.engine.collect()
@@ -312,15 +313,18 @@ express  robots:express(materials)
 check  robots:check(materials)
 breed  limax.engine.population({ count = 1, encoding = coder }):breed(robots, { { 1, 2 } }, rates)
 genome  robots:genome(1)
+genome_view  robots:genome_view(1)[5] = 0.5
 genomes_array  robots:genomes_array()
 genomes_bytes  #robots:genomes_bytes()
 set_genomes  robots:set_genomes(robots:genomes_bytes())
 voxels  robots:voxels(1)
+voxels_view  robots:voxels_view(1)[8] = 3
 text  robots:text(1, ".ecsb")
 weights  robots:weights(1)
+weights_view  robots:weights_view(1)[2][8] = 0.75
 body  robots:body(1)
 set_body  robots:set_body(1, { "e", "c", "s", "b", "e", "c", "s", "b" }, nil, materials)
-diversity  robots:diversity { 1, 2, 3 }
+diversity  robots:diversity { 2, 3, 4 }
 ]] },
   { title = "Materials", text = "What `limax.engine.materials` gives, and `robot.materials`.",
     class = "limax.materials", files = engine_files "materials", prefix = "materials:",

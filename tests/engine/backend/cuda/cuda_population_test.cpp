@@ -55,6 +55,7 @@ struct parity_case {
     bool require_muscle;
     double sigma = 1;
     int32_t materials = 5;
+    int32_t network = LIMAX_NETWORK_FOURIER;
 };
 
 limax_encoding_options options_of(const parity_case& example) {
@@ -65,6 +66,8 @@ limax_encoding_options options_of(const parity_case& example) {
     options.hidden_count = int32_t(example.hidden.size());
     std::copy(example.hidden.begin(), example.hidden.end(), options.hidden);
     options.materials = example.materials;
+    options.network = example.network;
+    options.genes = 77;
     options.initial_scale = 2;
     options.seed = 0x123456789abcdef;
     options.repetition = 3;
@@ -139,6 +142,17 @@ void poison(limax_population* robots, int32_t genes, int32_t count, int32_t outp
     of(7)[genes - outputs + 1] = 1e-42f;  // all muscle, by a subnormal
 }
 
+// Expressed, or described as they are if the genomes are for a script to express.
+void make_bodies(const parity_case& example, limax_population* robots,
+                 const limax_materials* materials, int32_t largest_part, limax_device* device,
+                 int32_t first, int32_t count) {
+    const int32_t muscle = example.require_muscle;
+    require_done(example.network == LIMAX_NETWORK_NONE
+                     ? limax_population_check(robots, materials, muscle, largest_part, first, count)
+                     : limax_population_express(robots, materials, muscle, largest_part, device,
+                                                first, count));
+}
+
 }  // namespace
 
 TEST_CASE("the kernels between two simulations compile for the oldest and a new GPU") {
@@ -186,6 +200,10 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         {"small components", {6, 6, 6}, 24, {}, 60, false, 20},
         {"equal components", {9, 1, 1}, 12, {}, 200, false, 20},
         {"components of a large body", {40, 30, 20}, 16, {}, 3, false, 20},
+        {"a CPPN", {5, 5, 5}, 0, {32, 32}, 60, true, 0, 5, LIMAX_NETWORK_CPPN},
+        {"a CPPN of odd widths", {7, 1, 4}, 0, {13, 3}, 20, false, 0, 5, LIMAX_NETWORK_CPPN},
+        {"a direct genome", {6, 5, 7}, 0, {}, 40, true, 0, 5, LIMAX_NETWORK_DIRECT},
+        {"numbers of a script", {3, 3, 3}, 0, {}, 40, true, 0, 5, LIMAX_NETWORK_NONE},
     };
     for (const parity_case& example : cases) {
         CAPTURE(example.name);
@@ -197,7 +215,7 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         for (int32_t i = count - 1; i >= count / 2; --i) half.push_back(i);
 
         for (limax_population* robots : {one.cpu.get(), one.gpu.get()}) {
-            require_done(limax_population_initialize(robots, 0, count));
+            require_done(limax_population_initialize(robots, 0, 0, count));
             poison(robots, one.genes, count, example.materials + 3);
         }
         const pair_of_populations *now = &one, *next = &other;
@@ -205,13 +223,13 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
             CAPTURE(generation);
             // in two ranges the second time
             const int32_t cut = generation == 2 ? count / 3 : 0;
+            // all parts the last time
+            const int32_t largest_part = generation < 3;
             for (const auto& [robots, device] :
-                 {std::pair{now->cpu.get(), cpu.get()}, std::pair{now->gpu.get(), gpu.get()}}) {
-                require_done(limax_population_express(robots, materials.get(),
-                                                      example.require_muscle, device, 0, cut));
-                require_done(limax_population_express(
-                    robots, materials.get(), example.require_muscle, device, cut, count - cut));
-            }
+                 {std::pair{now->cpu.get(), cpu.get()}, std::pair{now->gpu.get(), gpu.get()}})
+                for (const auto& [first, end] : {std::pair{0, cut}, std::pair{cut, count}})
+                    make_bodies(example, robots, materials.get(), largest_part, device, first,
+                                end - first);
             now->check_descriptions();
             now->check_diversity(everyone);
             now->check_diversity(half);
@@ -235,13 +253,11 @@ TEST_CASE("generations on the GPU equal those on the CPU bit for bit") {
         }
         // first genomes of some robots, drawn on the device of the population
         for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
-            require_done(limax_population_initialize(robots, 1, (count + 1) / 2 - 1));
+            require_done(limax_population_initialize(robots, 7, 1, (count + 1) / 2 - 1));
         now->check_genomes();
         // and back to the CPU
-        require_done(
-            limax_population_express(now->cpu.get(), materials.get(), 0, cpu.get(), 0, count));
-        require_done(
-            limax_population_express(now->gpu.get(), materials.get(), 0, cpu.get(), 0, count));
+        for (limax_population* robots : {now->cpu.get(), now->gpu.get()})
+            make_bodies(example, robots, materials.get(), 1, cpu.get(), 0, count);
         now->check_descriptions();
         now->check_bodies();
     }
@@ -265,18 +281,19 @@ TEST_CASE("device-resident bodies simulate like uploaded ones and stay on the GP
     for (const bool sent : {false, true}) {
         const auto robots = made<limax_population>(limax_population_create, example.lattice,
                                                    example.count, code.get());
-        require_done(limax_population_initialize(robots.get(), 0, example.count));
-        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0,
+        require_done(limax_population_initialize(robots.get(), 0, 0, example.count));
+        require_done(limax_population_express(robots.get(), materials.get(), 0, 1, gpu.get(), 0,
                                               example.count));
         if (sent) REQUIRE(limax_population_voxels(robots.get()) != nullptr);
         const auto run =
             made<limax_simulation>(limax_simulation_create, robots.get(), materials.get(),
                                    land.get(), &how, nullptr, gpu.get());
         // the population goes on before the first step, and ends
-        require_done(limax_population_initialize(robots.get(), 2, 3));
-        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 2, 3));
+        require_done(limax_population_initialize(robots.get(), 0, 2, 3));
+        require_done(
+            limax_population_express(robots.get(), materials.get(), 0, 1, gpu.get(), 2, 3));
         std::fill_n(limax_population_genomes(robots.get()), limax_encoding_genes(code.get()), 0.0f);
-        require_done(limax_population_express(robots.get(), materials.get(), 0, gpu.get(), 0,
+        require_done(limax_population_express(robots.get(), materials.get(), 0, 1, gpu.get(), 0,
                                               example.count));
         limax_progress progress{};
         while (!progress.finished)
