@@ -145,8 +145,8 @@ case { row = 47, name = "50x50x50 voxels, some of them holes", brief = true, run
   local outcome, held = run:outcome(), engine.bytes_held() - before
   c:same_bits("status", outcome.status, c.full and "done" or "running")
   c:at_least("springs", outcome.springs, 1e6)
-  -- at most 10 columns of doubles, two of springs' fields and what XPBD adds; and for each thread of
-  -- a CPU the scratch memory of a step, 6 columns
+  -- at most 10 columns of doubles, two of springs' fields and what XPBD adds; and for each thread
+  -- of a CPU the scratch memory of a step, 6 columns
   local threads = c.device:describe().threads or 1
   c:at_most("bytes of a site", held / 51 ^ 3, 450 + 50 * threads)
   c:at_most("speed", run:fastest(), 40)
