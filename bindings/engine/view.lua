@@ -51,7 +51,8 @@ local function refuse_key(what, key, shape)
 end
 
 local function read_only(what)
-  fault.raise(what .. " is read-only; write through a writable view of its owner")
+  fault.raise(what .. " is read-only; a population's genome_view, voxels_view and weights_view are "
+    .. "writable")
 end
 
 local function next_entry(self, i)

@@ -206,6 +206,21 @@ TEST_CASE("a device gets values written before and after the move") {
     CHECK(std::memcmp(robots.voxels(), before.data(), 60) == 0);
 }
 
+TEST_CASE("parts that a check removes are removed from what a device gets") {
+    limax_encoding_options options = defaults();
+    options.sigma = 20;  // bodies of many parts
+    population robots(options.lattice, 9, code_of(options)),
+        expected(options.lattice, 9, code_of(options));
+    for (population* each : {&robots, &expected}) each->initialize(0, 0, 9, in_order);
+    const auto stored = move_out(robots);
+    robots.express(paper(), {false, false}, nullptr, nullptr, 0, 9);
+    express_all(expected);
+    CHECK(robots.bodies_on_device());
+    robots.check(paper(), {false, true}, 0, 9);
+    CHECK_FALSE(robots.bodies_on_device());
+    CHECK(same_bodies(static_cast<const population&>(robots), expected));
+}
+
 TEST_CASE("robots that a device never wrote are 0, as on the host") {
     population robots = make(5);
     const auto stored = move_out(robots);
